@@ -1,0 +1,12 @@
+"""Angles in radians, counter-clockwise positive (REP 103)."""
+import math
+
+
+def wrap_angle(theta, pi=math.pi):
+    """Bring an angle into [-pi, pi).
+
+    ``pi`` is a parameter because turtlesim wraps with a literal that is shorter than ``math.pi``.
+    The order of the operations is the one whose rounding turtlesim's poses show.
+    """
+    two_pi = 2.0 * pi
+    return theta - two_pi * math.floor((theta + pi) / two_pi)

@@ -1,0 +1,20 @@
+"""Refusal of values that no robot can be given: the one gate between the outside and the simulated worlds."""
+import math
+
+ABSURD = 1e6  # [m, m/s, rad or rad/s] far beyond any course, and small enough that float32 and angles stay meaningful
+
+
+class InvalidInput(ValueError):
+    """A value was refused and nothing was changed; the text names the value and what is allowed."""
+
+
+def require_sane(what, **values):
+    """Raise InvalidInput unless every value is a finite number within +-ABSURD.
+
+    ``what`` names where the values came from, e.g. ``'teleport_absolute of turtle1'``.
+    """
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise InvalidInput(f'{what}: {name} is {value}; it must be a finite number')
+        if abs(value) > ABSURD:
+            raise InvalidInput(f'{what}: {name} is {value:g}; allowed is -{ABSURD:g} to {ABSURD:g}')

@@ -1,0 +1,113 @@
+"""Parameters of a node: read in one place, with default, type and range; refused with a text that helps.
+
+Every reader takes the parameter's name, usually private (``'~rate'``), and its default, and raises
+ParameterError when the parameter is set to something else than it may be. rospy must be initialised.
+"""
+import math
+import sys
+
+import rospy
+
+_effective = {}  # resolved name -> text of the value, in the order of reading
+
+
+class ParameterError(ValueError):
+    """A parameter has a value that it must not have; the text says which, what is allowed and what to type."""
+
+
+def number(name, default, minimum=-math.inf, maximum=math.inf, unit=''):
+    """Return a parameter as a finite float within [minimum, maximum], in ``unit``."""
+    def convert(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise ValueError
+        if not minimum <= value <= maximum:
+            raise ValueError
+        return float(value)
+    return _read(name, default, convert, f'a number{_range(minimum, maximum)}', unit)
+
+
+def integer(name, default, minimum=-math.inf, maximum=math.inf, unit=''):
+    """Return a parameter as an int within [minimum, maximum], in ``unit``."""
+    def convert(value):
+        if isinstance(value, float) and value.is_integer():  # rosparam keeps 3.0 as a float
+            value = int(value)
+        if isinstance(value, bool) or not isinstance(value, int) or not minimum <= value <= maximum:
+            raise ValueError
+        return value
+    return _read(name, default, convert, f'a whole number{_range(minimum, maximum)}', unit)
+
+
+def boolean(name, default):
+    """Return a parameter as a bool."""
+    def convert(value):
+        if not isinstance(value, bool):
+            raise ValueError
+        return value
+    return _read(name, default, convert, 'true or false')
+
+
+def text(name, default, choices=()):
+    """Return a parameter as a string, one of ``choices`` where there are any."""
+    def convert(value):
+        if not isinstance(value, str) or (choices and value not in choices):
+            raise ValueError
+        return value
+    return _read(name, default, convert, 'one of ' + ', '.join(choices) if choices else 'a text')
+
+
+def numbers(name, default, length=None, unit=''):
+    """Return a parameter as a list of finite floats (or of such lists), of ``length`` entries where it is given."""
+    def convert(value):
+        if not isinstance(value, (list, tuple)) or (length is not None and len(value) != length):
+            raise ValueError
+        return [convert_entry(entry) for entry in value]
+
+    def convert_entry(entry):
+        if isinstance(entry, (list, tuple)):
+            return [convert_entry(inner) for inner in entry]
+        if isinstance(entry, bool) or not isinstance(entry, (int, float)) or not math.isfinite(entry):
+            raise ValueError
+        return float(entry)
+    return _read(name, default, convert, f'a list of {length if length is not None else "finite"} numbers', unit)
+
+
+def log_effective():
+    """Log one INFO line with every parameter read so far, its value and its unit."""
+    rospy.loginfo('Parameters: %s', ', '.join(f'{name}={value}' for name, value in _effective.items()))
+
+
+def run(main):
+    """Run a node's main(): a ParameterError is logged and ends the process with exit code 2, a shutdown quietly."""
+    try:
+        main()
+    except ParameterError as error:
+        rospy.logfatal('%s', error)
+        rospy.signal_shutdown('bad parameter')
+        sys.exit(2)
+    except (rospy.ROSInterruptException, KeyboardInterrupt):
+        pass
+
+
+def _range(minimum, maximum):
+    if math.isinf(minimum) and math.isinf(maximum):
+        return ''
+    if math.isinf(maximum):
+        return f' of at least {minimum:g}'
+    if math.isinf(minimum):
+        return f' of at most {maximum:g}'
+    return f' from {minimum:g} to {maximum:g}'
+
+
+def _read(name, default, convert, allowed, unit=''):
+    resolved = rospy.resolve_name(name)
+    value = rospy.get_param(name, default)
+    try:
+        converted = convert(value)
+    except ValueError:
+        example = default if default not in (None, '') else allowed
+        raise ParameterError(
+            f'parameter {resolved} is {value!r}; it must be {allowed}{" " + unit if unit else ""}. '
+            f'Set it with _{name.lstrip("~")}:={example} on the command line or rosparam set {resolved} {example}'
+        ) from None
+    _effective[resolved] = f'{converted} {unit}'.rstrip()
+    return converted

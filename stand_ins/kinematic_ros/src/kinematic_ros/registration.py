@@ -1,0 +1,56 @@
+"""Keep a node known to the ROS master, also to one that was started anew.
+
+rospy registers a topic or service once. When roscore is stopped and started again, a node that lives on is
+invisible to it for ever; here it notices and registers everything it has again.
+"""
+import threading
+import xmlrpc.client
+
+import rosgraph
+import rospy
+from rospy.impl.registration import get_service_manager, get_topic_manager
+
+PERIOD = 1.0  # [s] between two looks at the master
+
+
+def keep_registered(on_return=None, period=PERIOD):
+    """Watch the master from a thread of its own; call ``on_return()`` after each registration anew (parameters)."""
+    ended = threading.Event()
+    rospy.on_shutdown(ended.set)
+
+    def watch():
+        while not ended.wait(period):
+            try:
+                if not _known():
+                    _register_all()
+                    rospy.logwarn('The ROS master was started anew: registered again with it.')
+                    if on_return is not None:
+                        on_return()
+            except (OSError, rosgraph.MasterException):
+                rospy.logwarn_throttle(30.0, 'The ROS master does not answer; going on without it and waiting '
+                                       'for it to come back (roscore).')
+    thread = threading.Thread(target=watch, name='keep_registered', daemon=True)
+    thread.start()
+    return thread
+
+
+def _known():
+    """Return whether the master knows this node; raise OSError when there is no master."""
+    try:
+        rosgraph.Master(rospy.get_name()).lookupNode(rospy.get_name())
+        return True
+    except rosgraph.MasterError:
+        return rospy.is_shutdown()
+
+
+def _register_all():
+    master = rosgraph.Master(rospy.get_name())
+    uri = rospy.get_node_uri()
+    for name, data_type in get_topic_manager().get_publications():
+        master.registerPublisher(name, data_type, uri)
+    for name, service_uri in get_service_manager().get_services():
+        master.registerService(name, service_uri, uri)
+    this_node = xmlrpc.client.ServerProxy(uri)
+    for name, data_type in get_topic_manager().get_subscriptions():
+        publishers = master.registerSubscriber(name, data_type, uri)
+        this_node.publisherUpdate('/master', name, publishers)  # the slave API's way to say who publishes

@@ -1,0 +1,65 @@
+"""A publisher for many small messages at a high rate."""
+import io
+import socket
+
+import rospy
+import rospy.msg
+
+
+def frame(message):
+    """Return a message as the bytes that go over a TCPROS connection: its length, then its fields."""
+    buffer = io.BytesIO()
+    rospy.msg.serialize_message(buffer, 0, message)
+    return buffer.getvalue()
+
+
+class LatestPublisher(rospy.Publisher):
+    """A rospy.Publisher that writes at once, on the caller's thread, and never waits for a subscriber.
+
+    rospy itself offers either a thread a connection (``queue_size``), which costs four times the processor time
+    at 6,000 messages a second, or writing that blocks the whole node as soon as one subscriber stops reading.
+    Here a subscriber that does not keep up loses messages, as with a queue of one in roscpp.
+
+    Only one thread may publish at a time.
+    """
+
+    def __init__(self, name, data_class):
+        super().__init__(name, data_class, tcp_nodelay=True, queue_size=1)
+        self.impl.set_queue_size(None)  # no thread a connection
+        self._unsent = {}  # connection -> rest of a message that its socket took only in part
+
+    def wanted(self):
+        """Return whether anybody listens."""
+        return bool(self.impl and self.impl.connections)
+
+    def publish(self, *args, **kwds):
+        """Publish a message, given as itself or by its fields."""
+        self.publish_frame(frame(rospy.msg.args_kwds_to_message(self.data_class, args, kwds)))
+
+    def publish_frame(self, data):
+        """Publish a message that ``frame`` has serialised."""
+        impl = self.impl
+        if impl is None:
+            return
+        for connection in impl.connections:
+            try:
+                if connection not in self._unsent:
+                    sent = connection.socket.send(data, socket.MSG_DONTWAIT)
+                    if sent < len(data):
+                        self._unsent[connection] = data[sent:]
+                else:
+                    self._send_rest(connection)
+            except BlockingIOError:
+                pass
+            except (OSError, AttributeError):  # gone; its socket is None once rospy has closed it
+                self._unsent.pop(connection, None)
+                connection.close()
+
+    def _send_rest(self, connection):
+        """Complete a message sent in part; the present one is dropped, which keeps the stream whole."""
+        rest = self._unsent[connection]
+        sent = connection.socket.send(rest, socket.MSG_DONTWAIT)
+        if sent < len(rest):
+            self._unsent[connection] = rest[sent:]
+        else:
+            del self._unsent[connection]

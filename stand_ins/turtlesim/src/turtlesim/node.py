@@ -1,0 +1,159 @@
+"""The node turtlesim_node: turtlesim's interface on a SharedWorld, stepped in wall time.
+
+Threading contract: the main thread steps and publishes; services and subscribers run in rospy's threads and
+reach the world through SharedWorld's lock; ``_interfaces_lock`` orders spawn, kill and reset, which talk to the
+master; pictures are made by a thread of their own (picture.py).
+"""
+import threading
+import time
+
+import rosgraph
+import rospy
+from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT
+from kinematic_ros import params
+from kinematic_ros.registration import keep_registered
+from std_srvs.srv import Empty, EmptyResponse
+from turtlesim.names import check_turtle_name
+from turtlesim.picture import PictureServer
+from turtlesim.shared_world import SharedWorld
+from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
+from turtlesim.turtle_interface import TurtleInterface
+
+FIRST = 'turtle1'
+LONGEST_CATCH_UP = 5.0  # [s] of late steps that are made up for; a longer gap was a suspended machine
+
+
+class TurtlesimNode:
+    """turtlesim's node, with turtle1."""
+
+    def __init__(self):
+        """Read the parameters and register everything; rospy is initialised."""
+        _set_default_background()
+        self._shared = SharedWorld(_initial_background())
+        self._interfaces = {}
+        self._interfaces_lock = threading.Lock()
+        self._wall_turn = 0
+        for name, service, handler in (('clear', Empty, self._clear), ('reset', Empty, self._reset),
+                                       ('spawn', Spawn, self._spawn), ('kill', Kill, self._kill)):
+            rospy.Service(name, service, handler)
+        rospy.loginfo('Starting turtlesim with node name %s', rospy.get_name())
+        self._connect(FIRST)
+        _log_spawn(FIRST)
+        self._pictures = PictureServer(self._shared)
+        keep_registered(on_return=_set_default_background)
+
+    def run(self):
+        """Step until shutdown, 62.5 times a second; late steps are made up for, so that no ground is lost."""
+        due = time.monotonic() + DT
+        while not rospy.is_shutdown():
+            wait = due - time.monotonic()
+            if wait > 0.0:
+                time.sleep(wait)
+            elif wait < -LONGEST_CATCH_UP:
+                rospy.logwarn('The simulator stood still for %.1f s (a suspended machine?); it goes on from here.',
+                              -wait)
+                due = time.monotonic()
+            self._step()
+            due += DT
+        self._pictures.close()
+
+    def _step(self):
+        readings = self._shared.step()
+        at_wall = []
+        for turtle, colour, wall in readings:
+            interface = self._interfaces.get(turtle.name)
+            if interface is not None:
+                interface.publish(turtle, colour)
+            if wall is not None:
+                at_wall.append(wall)
+        self._shared.published()
+        if at_wall:
+            self._warn_of_wall(at_wall)
+
+    def _warn_of_wall(self, at_wall):
+        """Warn once a step, of each turtle in turn: logging a hundred lines a step would stop the simulator."""
+        self._wall_turn += 1
+        rospy.logwarn('Oh no! I hit the wall! (Clamping from [x=%f, y=%f])', *at_wall[self._wall_turn % len(at_wall)])
+
+    def _clear(self, _):
+        background = _read_background()
+        rospy.loginfo('Clearing turtlesim.')
+        with self._shared.lock:
+            self._shared.canvas.fill(background)
+        return EmptyResponse()
+
+    def _reset(self, _):
+        background = _read_background()
+        rospy.loginfo('Resetting turtlesim.')
+        with self._interfaces_lock:
+            if FIRST not in self._interfaces:
+                self._connect(FIRST)
+            with self._shared.lock:
+                self._shared.reset(background)
+            for name in set(self._interfaces) - {FIRST}:
+                self._interfaces.pop(name).shutdown()
+        _log_spawn(FIRST)
+        return EmptyResponse()
+
+    def _spawn(self, request):
+        with self._interfaces_lock:
+            with self._shared.change() as world:
+                name = request.name or world.next_name()
+                check_turtle_name(name, world.turtles)
+                world.spawn(request.x, request.y, request.theta, request.name)
+            try:
+                self._connect(name)
+            except Exception:
+                with self._shared.change() as world:
+                    world.kill(name)
+                raise
+        _log_spawn(name, request.x, request.y, request.theta)
+        return SpawnResponse(name)
+
+    def _kill(self, request):
+        with self._interfaces_lock:
+            with self._shared.change() as world:
+                world.kill(request.name)
+            self._interfaces.pop(request.name).shutdown()
+        return KillResponse()
+
+    def _connect(self, name):
+        """Give a turtle its topics and services; they exist when this returns."""
+        if not rosgraph.is_master_online():  # rospy would wait for it, and with it every later spawn
+            raise rospy.ServiceException(f'the turtle {name!r} cannot be registered: no ROS master answers at '
+                                         f'{rosgraph.get_master_uri()}; start roscore and call again')
+        self._interfaces[name] = TurtleInterface(name, self._shared)
+
+
+def _log_spawn(name, x=ARENA_SIZE / 2.0, y=ARENA_SIZE / 2.0, theta=0.0):
+    rospy.loginfo('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]', name, x, y, theta)
+
+
+def _read_background():
+    """Return the colour that the private parameters ask for; a bad one fails the service call."""
+    try:
+        return tuple(params.integer(f'~background_{channel}', default, 0, 255)
+                     for channel, default in zip('rgb', BACKGROUND))
+    except params.ParameterError as error:
+        rospy.logerr('%s', error)
+        raise rospy.ServiceException(str(error)) from None
+
+
+def _set_default_background():
+    for channel, default in zip('rgb', BACKGROUND):
+        if not rospy.has_param(f'~background_{channel}'):
+            rospy.set_param(f'~background_{channel}', default)
+
+
+def _initial_background():
+    try:
+        return _read_background()
+    except rospy.ServiceException:
+        rospy.logwarn('Going on with the background %s until the parameter is right and clear is called.', BACKGROUND)
+        return BACKGROUND
+
+
+def main():
+    """Run turtlesim_node."""
+    rospy.init_node('turtlesim')
+    TurtlesimNode().run()

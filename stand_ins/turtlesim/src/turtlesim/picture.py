@@ -1,0 +1,119 @@
+"""The simulator's picture with its turtles: as topics, as a file on request, in a window.
+
+Everything is made in a thread of its own and only while somebody looks; OpenCV is loaded when the first picture
+is wanted, so that a simulator that nobody looks at starts at once and stays small.
+"""
+import itertools
+import os
+import threading
+
+import rospy
+from kinematic_core.turtle_world import CANVAS_SIZE
+from kinematic_ros import params
+from sensor_msgs.msg import CompressedImage, Image
+from std_srvs.srv import Trigger, TriggerResponse
+
+FRAME_ID = 'turtlesim_canvas'
+
+
+class PictureServer:
+    """Serves ``~image_raw`` (rgb8), ``~image_raw/compressed`` (PNG), ``~snapshot`` and the window of a SharedWorld."""
+
+    def __init__(self, shared):
+        """Read the parameters, register, open the window where there is a display."""
+        self._shared = shared
+        self._period = 1.0 / params.number('~image_rate', 25.0, minimum=0.1, maximum=62.5, unit='Hz')
+        self._frame_lock = threading.Lock()
+        self._frame_state = self._last_frame = None
+        self._wanted = threading.Event()
+        self._closed = threading.Event()
+        listener = _Wakener(self._wanted)
+        self._image = rospy.Publisher('~image_raw', Image, listener, queue_size=1)
+        self._compressed = rospy.Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
+        self._window = None
+        if params.boolean('~window', True) and os.environ.get('DISPLAY'):
+            from turtlesim.window import Window
+            self._window = Window('TurtleSim')
+            self._wanted.set()
+        rospy.Service('~snapshot', Trigger, self._snapshot)
+        self._thread = threading.Thread(target=self._serve, name='pictures', daemon=True)
+        self._thread.start()
+
+    def close(self):
+        """Stop serving."""
+        self._closed.set()
+        self._wanted.set()
+        if self._window:
+            self._window.close()
+        self._thread.join(1.0)
+
+    def _serve(self):
+        while not self._closed.is_set():
+            self._wanted.wait()
+            self._wanted.clear()
+            while self._looked_at() and not self._closed.is_set():
+                self._show(self._frame())
+                self._closed.wait(self._period)
+                if self._window and self._window.closed:
+                    rospy.signal_shutdown('the window was closed')
+
+    def _looked_at(self):
+        return self._window or self._image.get_num_connections() or self._compressed.get_num_connections()
+
+    def _show(self, frame):
+        stamp = rospy.Time.now()
+        if self._image.get_num_connections():
+            image = Image(height=CANVAS_SIZE, width=CANVAS_SIZE, encoding='rgb8', step=3 * CANVAS_SIZE,
+                          data=frame.tobytes())
+            _publish(self._image, image, stamp)
+        if self._compressed.get_num_connections():
+            from turtlesim import sprites
+            _publish(self._compressed, CompressedImage(format='rgb8; png compressed bgr8',
+                                                       data=sprites.encode_png(frame)), stamp)
+        if self._window:
+            self._window.show(frame)
+
+    def _frame(self):
+        """Return the picture, (500, 500, 3) uint8 RGB, made anew only when something has changed."""
+        import numpy
+        from turtlesim import sprites
+        with self._frame_lock:
+            state = self._shared.picture()
+            if state != self._frame_state:
+                pixels, turtles = state
+                canvas = numpy.frombuffer(pixels, numpy.uint8).reshape(CANVAS_SIZE, CANVAS_SIZE, 3)
+                self._last_frame, self._frame_state = sprites.render(canvas, turtles), state
+            return self._last_frame
+
+    def _snapshot(self, _):
+        from turtlesim import sprites
+        frame = self._frame()
+        stem = rospy.get_name().strip('/').replace('/', '_')
+        directory = params.text('~snapshot_dir', os.getcwd())
+        with self._frame_lock:
+            path = next(path for path in (os.path.join(directory, f'{stem}_{number:04d}.png')
+                                          for number in itertools.count(1)) if not os.path.exists(path))
+            try:
+                with open(path, 'xb') as file:
+                    file.write(sprites.encode_png(frame))
+            except OSError as error:
+                return TriggerResponse(False, f'no picture was saved: {error}; choose another folder with '
+                                              f'rosparam set {rospy.resolve_name("~snapshot_dir")} FOLDER')
+        rospy.loginfo('Saved %s', path)
+        return TriggerResponse(True, path)
+
+
+class _Wakener(rospy.SubscribeListener):
+    """Sets an event when somebody subscribes."""
+
+    def __init__(self, event):
+        super().__init__()
+        self._event = event
+
+    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+        self._event.set()
+
+
+def _publish(publisher, message, stamp):
+    message.header.stamp, message.header.frame_id = stamp, FRAME_ID
+    publisher.publish(message)

@@ -1,0 +1,61 @@
+"""A DrawnWorld shared between the thread that steps it and those in which rospy runs callbacks.
+
+Threading contract: ``lock`` guards world and canvas and is held for microseconds; whoever registers with the
+master or draws pictures does so without it. A service answers when its effect is there: at once for most, after
+the next step for teleports, so that a caller's next call comes after its last one took effect.
+"""
+import contextlib
+import threading
+
+import rospy
+
+from kinematic_core.checks import InvalidInput
+from turtlesim.drawn_world import DrawnWorld
+
+SHUTDOWN_POLL = 0.5  # [s] between two looks whether a step can still be waited for
+
+
+class SharedWorld(DrawnWorld):
+    """A DrawnWorld with its lock."""
+
+    def __init__(self, background):
+        super().__init__(background)
+        self.lock = threading.Lock()
+        self._waiting = []  # events of those who wait for the next step
+        self._stepped = []  # events of those whose step is done and not yet published
+
+    @contextlib.contextmanager
+    def change(self, effect_in_step=False):
+        """Hold the lock and hand out the TurtleWorld; what it refuses becomes the failure of a service call.
+
+        With ``effect_in_step`` the change waits, after the lock is free again, until the next step is published.
+        """
+        done = threading.Event()
+        try:
+            with self.lock:
+                yield self.world
+                if effect_in_step:
+                    self._waiting.append(done)
+        except InvalidInput as refusal:
+            rospy.logerr('%s', refusal)
+            raise rospy.ServiceException(str(refusal)) from None
+        while effect_in_step and not done.wait(SHUTDOWN_POLL) and not rospy.is_shutdown():
+            pass
+
+    def step(self):
+        """As DrawnWorld.step, under the lock; what it returns is to be published, then ``published`` called."""
+        with self.lock:
+            self._stepped, self._waiting = self._waiting, []
+            return super().step()
+
+    def published(self):
+        """Let go those who waited for the step."""
+        for done in self._stepped:
+            done.set()
+
+    def picture(self):
+        """Return a copy of the canvas's RGB bytes and (name, x, y_down, theta) of every turtle, of one moment."""
+        with self.lock:
+            turtles = [(turtle.name, turtle.x, turtle.y_down, turtle.theta)
+                       for _, turtle in sorted(self.world.turtles.items())]
+            return self.canvas.tobytes(), turtles

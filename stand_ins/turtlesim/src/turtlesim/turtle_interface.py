@@ -1,0 +1,83 @@
+"""The topics and services of one turtle."""
+import rospy
+from geometry_msgs.msg import Twist
+from kinematic_core.checks import InvalidInput
+from kinematic_ros.topics import LatestPublisher, frame
+from turtlesim.msg import Color, Pose
+from turtlesim.srv import (
+    SetPen,
+    SetPenResponse,
+    TeleportAbsolute,
+    TeleportAbsoluteResponse,
+    TeleportRelative,
+    TeleportRelativeResponse,
+)
+
+WARNING_PERIOD = 1.0  # [s] of the warning about refused velocities
+
+
+class TurtleInterface:
+    """Connects one turtle of a SharedWorld to ROS; publishing is done by the simulator's step, the rest by rospy."""
+
+    def __init__(self, name, shared):
+        """Register everything of the turtle ``name`` with the master; ``shared`` is the SharedWorld it lives in."""
+        self.name = name
+        self._shared = shared
+        self._registered = []
+        self._pose_frame = None
+        try:
+            self._pose = self._keep(LatestPublisher(f'{name}/pose', Pose))
+            self._color = self._keep(LatestPublisher(f'{name}/color_sensor', Color))
+            self._keep(rospy.Service(f'{name}/set_pen', SetPen, self._set_pen))
+            self._keep(rospy.Service(f'{name}/teleport_absolute', TeleportAbsolute, self._teleport_absolute))
+            self._keep(rospy.Service(f'{name}/teleport_relative', TeleportRelative, self._teleport_relative))
+            self._keep(rospy.Subscriber(f'{name}/cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True))
+        except Exception:
+            self.shutdown()
+            raise
+
+    def _keep(self, registered):
+        self._registered.append(registered)
+        return registered
+
+    def shutdown(self):
+        """Unregister everything."""
+        for registered in self._registered:
+            if isinstance(registered, rospy.Service):
+                registered.shutdown('the turtle is gone')
+            else:
+                registered.unregister()
+        self._registered = []
+
+    def publish(self, turtle, colour):
+        """Publish pose and colour (r, g, b) of the turtle as they are after a step."""
+        if self._pose.wanted():
+            if self._pose_frame is None or not turtle.resting:
+                self._pose_frame = frame(Pose(*turtle.pose()))
+            self._pose.publish_frame(self._pose_frame)
+        else:
+            self._pose_frame = None
+        if self._color.wanted():
+            self._color.publish(*colour)
+
+    def _command(self, twist):
+        try:
+            with self._shared.lock:
+                self._shared.world.command(self.name, twist.linear.x, twist.linear.y, twist.angular.z)
+        except InvalidInput as refusal:
+            rospy.logwarn_throttle(WARNING_PERIOD, f'Ignored a message on {rospy.resolve_name(self.name)}: {refusal}')
+
+    def _set_pen(self, request):
+        with self._shared.change() as world:
+            world.set_pen(self.name, request.r, request.g, request.b, request.width, request.off)
+        return SetPenResponse()
+
+    def _teleport_absolute(self, request):
+        with self._shared.change(effect_in_step=True) as world:
+            world.teleport_absolute(self.name, request.x, request.y, request.theta)
+        return TeleportAbsoluteResponse()
+
+    def _teleport_relative(self, request):
+        with self._shared.change(effect_in_step=True) as world:
+            world.teleport_relative(self.name, request.linear, request.angular)
+        return TeleportRelativeResponse()
