@@ -1,37 +1,40 @@
 """The turtles' canvas: 500 x 500 RGB pixels and the strokes of the pens on them. Needs neither ROS nor numpy.
 
 A stroke sets exactly the pixels that the raster engine of Qt 5.15 sets for QPainter.drawLine between two QPointF
-with a solid pen of integer width, square caps and no anti-aliasing (rules read from the behaviour of Qt's sources
-qcosmeticstroker.cpp, qrasterizer.cpp and qpaintengine_raster.cpp; compared with PyQt5 5.15). OpenCV draws other
-pixels for the same shape, because cv2.fillConvexPoly strokes the outline as well: hence the spans of our own.
+with a solid pen of integer width, square caps and no anti-aliasing. The rules are those of Qt's cosmetic stroker
+(width 1) and line rasterizer (width 2 and more), compared with PyQt5 5.15. OpenCV cannot be used for it: its
+fillConvexPoly strokes the outline too, and at best some 4 % of a stroke's pixels differ.
 
-Units: positions in metres with y down, origin in the upper left corner; lengths in pixels where a name says px.
-Fixed-point numbers follow Qt: 26.6 for the positions of thin lines, 16 fractional bits for the edges of thick ones.
+Positions come in metres with y down, origin in the upper left corner; everything private is in pixels. Fixed-point
+numbers have as many bits as Qt's, since the last one decides: 6 for the ends of thin lines, 16 for slopes and edges.
 """
 from math import floor, sqrt
 
 from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE, PIXELS_PER_METRE
 
 ROW_BYTES = 3 * CANVAS_SIZE
-LAST = CANVAS_SIZE - 1
-INT_MIN = -2 ** 31
+LAST = CANVAS_SIZE - 1  # [px] the last row and column
+END_COLUMN = CANVAS_SIZE << 16  # the column behind the last, with 16 more bits
+SNAP = 64  # corners of slanted lines lie on a grid of 1/64 px
+VERTICAL = 1e20  # stands for the slope of an edge without height
 
 
 class Canvas:
     """A square picture of CANVAS_SIZE px, kept as RGB bytes row by row. Not thread-safe: its owner locks it."""
 
     def __init__(self, background=BACKGROUND):
-        """A canvas of one colour, (r, g, b) in 0..255."""
-        self._pixels = bytearray(bytes(background) * (CANVAS_SIZE * CANVAS_SIZE))
+        """Begin with one colour, (r, g, b) in 0..255."""
+        self._pixels = bytearray(3 * CANVAS_SIZE * CANVAS_SIZE)
+        self.fill(background)
 
-    def fill(self, rgb=BACKGROUND):
-        """Paint everything in the colour (r, g, b), each in 0..255."""
+    def fill(self, rgb):
+        """Paint everything in the colour (r, g, b), 0..255 each."""
         self._pixels[:] = bytes(rgb) * (CANVAS_SIZE * CANVAS_SIZE)
 
     def draw(self, stroke):
-        """Draw one stroke (x0, y0_down, x1, y1_down, (r, g, b), width): finite metres, width in px, at least 1.
+        """Draw a stroke (x0, y0_down, x1, y1_down, (r, g, b), width): finite metres, width in px, at least 1.
 
-        Either end may lie outside the canvas, however far. The order of the ends matters for the last bit.
+        Both ends may lie outside the canvas, however far. Their order matters, by a pixel here and there.
         """
         x0, y0, x1, y1, rgb, width = stroke
         x0 *= PIXELS_PER_METRE
@@ -39,38 +42,37 @@ class Canvas:
         x1 *= PIXELS_PER_METRE
         y1 *= PIXELS_PER_METRE
         pixel = bytes(rgb)
-        square_cap = 0.5
-        if _same(x0, x1) and _same(y0, y1):
-            if width <= 1:
-                self._dot(_round(x0), _round(y0), pixel)
-                return
+        point = _same(x0, x1) and _same(y0, y1)
+        if width <= 1:
+            if point:
+                self._dot(_nearest(x0), _nearest(y0), pixel)
+            else:
+                self._thin(x0, y0, x1, y1, pixel)
+            return
+        if point:  # a square, drawn as a flat line without caps; far away it has no length left in double precision
             x0, x1, y1 = x0 - width * 0.5, x0 + width * 0.5, y0
             if _same(x0, x1):
                 return
-            square_cap = 0.0
-        elif width <= 1:
-            self._thin(x0, y0, x1, y1, pixel)
-            return
-        relative = width / abs(complex(x1 - x0, y1 - y0))
-        self._band(x0, y0, x1, y1, pixel, relative, square_cap * relative)
+        length = abs(complex(x1 - x0, y1 - y0))  # the C library's hypot, as in Qt; math.hypot rounds differently
+        self._band(x0, y0, x1, y1, pixel, width / length, 0.0 if point else 0.5)
 
     def color_at(self, x, y_down):
-        """Colour (r, g, b) of the pixel that contains the point, in metres. ValueError outside the canvas."""
+        """Return the colour (r, g, b) of the pixel nearest to a point in metres; ValueError outside the canvas."""
         column = int(x * PIXELS_PER_METRE + 0.5)
         row = int(y_down * PIXELS_PER_METRE + 0.5)
         if not (0 <= column <= LAST and 0 <= row <= LAST):
-            raise ValueError('no pixel at x=%r y_down=%r [m]: allowed is 0 to %.3f' % (x, y_down, LAST / PIXELS_PER_METRE))
+            raise ValueError(f'no pixel at x={x!r}, y_down={y_down!r} m: both must be 0 to {LAST / PIXELS_PER_METRE}')
         start = row * ROW_BYTES + 3 * column
         return tuple(self._pixels[start:start + 3])
 
     def tobytes(self):
-        """The pixels as bytes: rows from the top, three bytes (r, g, b) a pixel."""
+        """Return the pixels: rows from the top, three bytes (r, g, b) a pixel."""
         return bytes(self._pixels)
 
     def array(self):
-        """A copy as numpy array of shape (CANVAS_SIZE, CANVAS_SIZE, 3), uint8, RGB. Loads numpy at the first call."""
+        """Return a copy as numpy array (CANVAS_SIZE, CANVAS_SIZE, 3), uint8, RGB; loads numpy."""
         import numpy
-        return numpy.frombuffer(self._pixels, numpy.uint8).reshape(CANVAS_SIZE, CANVAS_SIZE, 3).copy()
+        return numpy.frombuffer(self.tobytes(), numpy.uint8).reshape(CANVAS_SIZE, CANVAS_SIZE, 3).copy()
 
     def _dot(self, column, row, pixel):
         if 0 <= column <= LAST and 0 <= row <= LAST:
@@ -78,23 +80,22 @@ class Canvas:
             self._pixels[start:start + 3] = pixel
 
     def _thin(self, x0, y0, x1, y1, pixel):
-        """A line of width 1: one pixel for each row, or for each column of a flat line, half a pixel more at the ends."""
+        """Draw width 1: a pixel for each row of a steep line, for each column of a flat one, both ends half a px on."""
         ends = _clip_thin(x0, y0, x1, y1)
         if ends is None:
             return
-        x0, y0, x1, y1 = [_int32(value * 64.0) for value in ends]
-        steep = abs(x1 - x0) < abs(y1 - y0)
+        u0, v0, u1, v1 = (int(value * 64.0) for value in ends)  # u along the line, v across
+        steep = abs(u1 - u0) < abs(v1 - v0)
         if steep:
-            x0, y0, x1, y1 = y0, x0, y1, x1
-        if x0 == x1:
-            return
-        if x0 > x1:
-            x0, y0, x1, y1 = x1, y1, x0, y0
-        slope = _divide((y1 - y0) << 16, x1 - x0)
-        x0 -= 32
-        first = (x0 + 32) >> 6
-        end = (x1 + 64) >> 6
-        across = (y0 << 10) - (slope >> 1) + (((first << 6) + (32 if slope > 0 else 0) - x0) * slope >> 6)
+            u0, v0, u1, v1 = v0, u0, v1, u1
+        if u0 == u1:
+            return  # shorter than 1/64 px: Qt draws nothing
+        if u0 > u1:
+            u0, v0, u1, v1 = u1, v1, u0, v0
+        slope = int(((v1 - v0) << 16) / (u1 - u0))
+        first, end = u0 >> 6, (u1 + 64) >> 6
+        middle = 32 if slope > 0 else 0
+        across = (v0 << 10) - (slope >> 1) + (((first << 6) + middle - (u0 - 32)) * slope >> 6)
         for along in range(first, end):
             if steep:
                 self._dot(across >> 16, along, pixel)
@@ -102,190 +103,144 @@ class Canvas:
                 self._dot(along, across >> 16, pixel)
             across += slope
 
-    def _band(self, x0, y0, x1, y1, pixel, relative, cap):
-        """A line of any width; `relative` = width / length, `cap` = how far the ends reach out / length."""
-        ends = _clip_band(x0, y0, x1, y1, relative, cap)
+    def _band(self, x0, y0, x1, y1, pixel, width, cap):
+        """Draw a wider line; ``width`` and then ``cap`` are ratios: of width to length, of cap to width."""
+        ends = _clip_band(x0, y0, x1, y1, width, cap)
         if ends is None:
             return
-        dx = x1 - x0
-        dy = y1 - y0
+        square = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0)
         x0, y0, x1, y1 = ends
-        new_dx = x1 - x0
-        new_dy = y1 - y0
-        new_square = new_dx * new_dx + new_dy * new_dy
-        if new_square == 0:
+        dx, dy = x1 - x0, y1 - y0
+        if dx == dy == 0:
             return
-        relative *= sqrt((dx * dx + dy * dy) / new_square)
-        if -1 < new_dy * 64.0 < 1:
-            middle = (x0 + x1) * 0.5
-            reach = abs(new_dx) * 0.5
-            x0 = x1 = middle
-            y1 = y0 + relative * reach
-            y0 = y0 - relative * reach
-            relative = 1.0 / relative
-            new_dx = 0.0
+        width *= sqrt(square / (dx * dx + dy * dy))
+        if -1 < dy * SNAP < 1:  # flat: the same area as an upright line
+            reach = width * (abs(dx) * 0.5)
+            x0 = x1 = (x0 + x1) * 0.5
+            y0, y1 = y0 - reach, y0 + reach
+            width, dx = 1 / width, 0.0
         if y0 > y1:
             x0, y0, x1, y1 = x1, y1, x0, y0
-        if -1 < new_dx * 64.0 < 1:
-            reach = 0.5 * relative * (y1 - y0)
+        if -1 < dx * SNAP < 1:
+            reach = 0.5 * width * (y1 - y0)
             self._box(x0 - reach, y0, x0 + reach, y1, pixel)
         else:
-            self._slanted(x0, y0, x1, y1, pixel, 0.5 * relative)
+            self._slanted(x0, y0, x1, y1, pixel, 0.5 * width)
 
     def _box(self, left, top, right, bottom, pixel):
-        left, top, right, bottom = [min(max(value, 0.0), float(CANVAS_SIZE)) for value in (left, top, right, bottom)]
-        if right - left < 1 / 64 or bottom - top < 1 / 64:
-            return
-        self._rows(int(top + 0.5), _row_above(bottom), int(left + 0.5) << 16, 0, _row_above(right) << 16, 0, pixel)
+        left, top, right, bottom = _inside(left), _inside(top), _inside(right), _inside(bottom)
+        if (right - left) * SNAP >= 1 and (bottom - top) * SNAP >= 1:
+            left_edge, right_edge = (0, int(left + 0.5) << 16, 0), (0, _last_before(right) << 16, 0)
+            self._rows(int(top + 0.5), _last_before(bottom), left_edge, right_edge, pixel)
 
     def _slanted(self, x0, y0, x1, y1, pixel, half):
-        """A tilted band with its upper end first: rows between the two chains of edges top-left-bottom, top-right-bottom."""
-        dx = (x1 - x0) * half
-        dy = (y1 - y0) * half
-        if x0 < x1:
-            top_x, top_y, left_x, left_y = x0 + dy, y0 - dx, x0 - dy, y0 + dx
-            right_x, right_y, bottom_x, bottom_y = x1 + dy, y1 - dx, x1 - dy, y1 + dx
+        """Draw the tilted rectangle round a line from its upper to its lower end; half: half its width / length."""
+        dx, dy = (x1 - x0) * half, (y1 - y0) * half
+        one, two = _snap(x0 + dy, y0 - dx), _snap(x0 - dy, y0 + dx)
+        three, four = _snap(x1 + dy, y1 - dx), _snap(x1 - dy, y1 + dx)
+        top, left, right, bottom = (one, two, three, four) if x0 < x1 else (two, four, one, three)
+        first = int(top[1] + 0.5)
+        left_turn, right_turn = _last_before(left[1]), _last_before(right[1])
+        upper_left, lower_left = _edge(top, left, first, 0.5), _edge(left, bottom, left_turn + 1, 0.5)
+        upper_right, lower_right = _edge(top, right, first, -0.5), _edge(right, bottom, right_turn + 1, -0.5)
+        if left_turn < right_turn:
+            turn, next_turn, middle_left, middle_right = left_turn, right_turn, lower_left, upper_right
         else:
-            top_x, top_y, left_x, left_y = x0 - dy, y0 + dx, x1 - dy, y1 + dx
-            right_x, right_y, bottom_x, bottom_y = x0 + dy, y0 - dx, x1 + dy, y1 - dx
-        top_x, top_y = floor(top_x * 64) / 64, floor(top_y * 64) / 64
-        left_x, left_y = floor(left_x * 64) / 64, floor(left_y * 64) / 64
-        right_x, right_y = floor(right_x * 64) / 64, floor(right_y * 64) / 64
-        bottom_x, bottom_y = floor(bottom_x * 64) / 64, floor(bottom_y * 64) / 64
-        first = int(top_y + 0.5)
-        left_row = _row_above(left_y)
-        right_row = _row_above(right_y)
-        left, left_step = _edge(top_x, top_y, left_x, left_y, first, 0.5)
-        low_left, low_left_step = _edge(left_x, left_y, bottom_x, bottom_y, left_row + 1, 0.5)
-        right, right_step = _edge(top_x, top_y, right_x, right_y, first, -0.5)
-        low_right, low_right_step = _edge(right_x, right_y, bottom_x, bottom_y, right_row + 1, -0.5)
-        turn = min(left_row, right_row)
-        self._rows(first, turn, left, left_step, right, right_step, pixel)
-        if left_row < right_row:
-            right += right_step * (left_row + 1 - first)
-            self._rows(left_row + 1, right_row, low_left, low_left_step, right, right_step, pixel)
-            low_left += low_left_step * (right_row - left_row)
-            turn = right_row
-        elif right_row < left_row:
-            left += left_step * (right_row + 1 - first)
-            self._rows(right_row + 1, left_row, left, left_step, low_right, low_right_step, pixel)
-            low_right += low_right_step * (left_row - right_row)
-            turn = left_row
-        self._rows(turn + 1, _row_above(bottom_y), low_left, low_left_step, low_right, low_right_step, pixel)
+            turn, next_turn, middle_left, middle_right = right_turn, left_turn, upper_left, lower_right
+        self._rows(first, turn, upper_left, upper_right, pixel)
+        self._rows(turn + 1, next_turn, middle_left, middle_right, pixel)
+        self._rows(next_turn + 1, _last_before(bottom[1]), lower_left, lower_right, pixel)
 
-    def _rows(self, first, last, left, left_step, right, right_step, pixel):
-        """Rows first..last, each from column left >> 16 to column right >> 16; both move by their step a row."""
-        if first < 0:
-            left -= left_step * first
-            right -= right_step * first
-            first = 0
+    def _rows(self, first, last, left_edge, right_edge, pixel):
+        """Fill rows first to last between two edges (row, column there, step a row), the latter with 16 more bits."""
+        first = max(first, 0)
+        row, left, left_step = left_edge
+        left += left_step * (first - row)
+        row, right, right_step = right_edge
+        right += right_step * (first - row)
         pixels = self._pixels
         for start in range(first * ROW_BYTES, (min(last, LAST) + 1) * ROW_BYTES, ROW_BYTES):
-            a = left >> 16
-            b = right >> 16
-            if a < 0:
-                a = 0
-            if b > LAST:
-                b = LAST
-            if a <= b:
-                pixels[start + 3 * a:start + 3 * b + 3] = pixel * (b - a + 1)
+            begin = left >> 16 if left > 0 else 0
+            end = right >> 16 if right < END_COLUMN else LAST
+            if begin <= end:
+                pixels[start + 3 * begin:start + 3 * end + 3] = pixel * (end - begin + 1)
             left += left_step
             right += right_step
 
 
 def _same(a, b):
-    """Whether Qt takes two coordinates for equal: to 12 digits, beside zero to 1e-12."""
+    """Whether Qt takes two coordinates for equal: in 12 digits, beside zero to 1e-12."""
     if a and b:
         return abs(a - b) * 1e12 <= min(abs(a), abs(b))
     return abs(a - b) <= 1e-12
 
 
-def _round(value):
-    """The nearest integer, as a 32-bit one wraps: everything far below zero comes out as 0."""
+def _nearest(value):
+    """Round as Qt's 32 bits do, which make 0 of everything far below zero."""
     return min(max(floor(value + 0.5), -2 ** 32), 2 ** 31) & 0xFFFFFFFF
 
 
-def _int32(value):
-    """A double to int as x86-64 does it."""
-    return int(value) if -2147483649.0 < value < 2147483648.0 else INT_MIN
+def _inside(value):
+    return min(max(value, 0.0), float(CANVAS_SIZE))
 
 
-def _divide(a, b):
-    """Integer division towards zero."""
-    return a // b if (a < 0) == (b < 0) else -(-a // b)
+def _last_before(edge):
+    """Return the last row (or column) whose middle lies before an edge, at least -1."""
+    return -1 if edge < 0.5 else int(edge - 0.5)
 
 
-def _row_above(y):
-    """The last row or column whose middle lies above y."""
-    return -1 if y < 0.5 else int(y - 0.5)
+def _snap(x, y):
+    return floor(x * SNAP) / SNAP, floor(y * SNAP) / SNAP
 
 
-def _edge(x0, y0, x1, y1, row, bias):
-    """The edge's x in the middle of a row, and its step a row, both with 16 fractional bits."""
-    height = y1 - y0
-    if height == 0:
-        slope = 1e20 if x1 > x0 else -1e20
-    else:
-        slope = (x1 - x0) / height
-    return int((x0 + bias + (row + 0.5 - y0) * slope) * 65536.0), int(slope * 65536.0)
+def _edge(upper, lower, row, bias):
+    """Return an edge for Canvas._rows: its column, plus bias, in the middle of a row, and its step a row."""
+    height = lower[1] - upper[1]
+    slope = (lower[0] - upper[0]) / height if height else VERTICAL if lower[0] > upper[0] else -VERTICAL
+    return row, int((upper[0] + bias + (row + 0.5 - upper[1]) * slope) * 65536.0), int(slope * 65536.0)
 
 
 def _clip_thin(x0, y0, x1, y1):
-    """The part of a thin line less than a pixel outside the canvas, first by columns, then by rows; None: nothing."""
-    clipped = _clip_axis(x0, y0, x1, y1)
-    if clipped is None:
-        return None
-    x0, y0, x1, y1 = clipped
-    clipped = _clip_axis(y0, x0, y1, x1)
-    if clipped is None:
-        return None
-    y0, x0, y1, x1 = clipped
+    """Cut a thin line a pixel outside the canvas, by columns first, which the last bit shows; None: nothing left."""
+    for _ in 'xy':
+        low, high = -1.0, CANVAS_SIZE + 1.0
+        if (x0 < low and x1 <= low) or (x0 > high and x1 >= high):
+            return None
+        if not low <= x0 <= high:
+            edge = low if x0 < low else high
+            y0 += (y1 - y0) / (x1 - x0) * (edge - x0)
+            x0 = edge
+        if not low <= x1 <= high:
+            edge = low if x1 < low else high
+            y1 += (y1 - y0) / (x1 - x0) * (edge - x1)
+            x1 = edge
+        x0, y0, x1, y1 = y0, x0, y1, x1
     return x0, y0, x1, y1
 
 
-def _clip_axis(u0, v0, u1, v1):
-    low, high = -1.0, CANVAS_SIZE + 1.0
-    if (u0 < low and u1 <= low) or (u0 > high and u1 >= high):
-        return None
-    if not low <= u0 <= high:
-        edge = low if u0 < low else high
-        v0 += (v1 - v0) / (u1 - u0) * (edge - u0)
-        u0 = edge
-    if not low <= u1 <= high:
-        edge = low if u1 < low else high
-        v1 += (v1 - v0) / (u1 - u0) * (edge - u1)
-        u1 = edge
-    return u0, v0, u1, v1
-
-
-def _clip_band(x0, y0, x1, y1, relative, cap):
-    """The band's middle line with its caps, cut where even its rim cannot reach the canvas; None: nothing left."""
-    dx = x1 - x0
-    dy = y1 - y0
-    margin_x = abs(dy) * relative * 0.5
-    margin_y = abs(dx) * relative * 0.5
+def _clip_band(x0, y0, x1, y1, width, cap):
+    """Add the caps and cut the middle line where its rim leaves the canvas for good; None: nothing left."""
+    dx, dy = x1 - x0, y1 - y0
+    margin_x, margin_y = abs(dy) * width * 0.5, abs(dx) * width * 0.5
+    cap *= width
     x0 -= dx * cap
     y0 -= dy * cap
     x1 += dx * cap
     y1 += dy * cap
-    low_x = 0.0 - margin_x
-    low_y = 0.0 - margin_y
-    high_x = low_x + (CANVAS_SIZE + margin_x - low_x)
-    high_y = low_y + (CANVAS_SIZE + margin_y - low_y)
-    if low_x <= x0 <= high_x and low_x <= x1 <= high_x and low_y <= y0 <= high_y and low_y <= y1 <= high_y:
+    high_x = -margin_x + (CANVAS_SIZE + margin_x + margin_x)  # a QRectF keeps its width: this rounding is Qt's
+    high_y = -margin_y + (CANVAS_SIZE + margin_y + margin_y)
+    if (-margin_x <= x0 <= high_x and -margin_x <= x1 <= high_x
+            and -margin_y <= y0 <= high_y and -margin_y <= y1 <= high_y):
         return x0, y0, x1, y1
-    begin = 0.0
-    end = 1.0
-    for origin, extent, low, high in ((x0, x1 - x0, low_x, high_x), (y0, y1 - y0, low_y, high_y)):
+    begin, end = 0.0, 1.0
+    dx, dy = x1 - x0, y1 - y0
+    for start, extent, low, high in ((x0, dx, -margin_x, high_x), (y0, dy, -margin_y, high_y)):
         if extent == 0:
-            if not low < origin < high:
+            if not low < start < high:
                 return None
             continue
-        inverse = 1.0 / extent
-        near = (low - origin) * inverse
-        far = (high - origin) * inverse
-        begin = max(begin, min(near, far))
-        end = min(end, max(near, far))
+        near, far = sorted(((low - start) * (1 / extent), (high - start) * (1 / extent)))
+        begin, end = max(begin, near), min(end, far)
         if begin >= end:
             return None
-    return x0 + (x1 - x0) * begin, y0 + (y1 - y0) * begin, x0 + (x1 - x0) * end, y0 + (y1 - y0) * end
+    return x0 + dx * begin, y0 + dy * begin, x0 + dx * end, y0 + dy * end

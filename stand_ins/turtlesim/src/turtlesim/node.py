@@ -9,10 +9,11 @@ import time
 
 import rosgraph
 import rospy
+from std_srvs.srv import Empty, EmptyResponse
+
 from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT
 from kinematic_ros import params
 from kinematic_ros.registration import keep_registered
-from std_srvs.srv import Empty, EmptyResponse
 from turtlesim.names import check_turtle_name
 from turtlesim.picture import PictureServer
 from turtlesim.shared_world import SharedWorld

@@ -6,12 +6,14 @@ is wanted, so that a simulator that nobody looks at starts at once and stays sma
 import itertools
 import os
 import threading
+import time
 
 import rospy
-from kinematic_core.turtle_world import CANVAS_SIZE
-from kinematic_ros import params
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger, TriggerResponse
+
+from kinematic_core.turtle_world import CANVAS_SIZE
+from kinematic_ros import params
 
 FRAME_ID = 'turtlesim_canvas'
 
@@ -51,9 +53,11 @@ class PictureServer:
         while not self._closed.is_set():
             self._wanted.wait()
             self._wanted.clear()
+            due = time.monotonic()
             while self._looked_at() and not self._closed.is_set():
                 self._show(self._frame())
-                self._closed.wait(self._period)
+                due = max(due + self._period, time.monotonic())  # a late picture is not made up for
+                self._closed.wait(due - time.monotonic())
                 if self._window and self._window.closed:
                     rospy.signal_shutdown('the window was closed')
 
@@ -76,6 +80,7 @@ class PictureServer:
     def _frame(self):
         """Return the picture, (500, 500, 3) uint8 RGB, made anew only when something has changed."""
         import numpy
+
         from turtlesim import sprites
         with self._frame_lock:
             state = self._shared.picture()

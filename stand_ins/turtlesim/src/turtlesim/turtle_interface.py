@@ -1,6 +1,7 @@
 """The topics and services of one turtle."""
 import rospy
 from geometry_msgs.msg import Twist
+
 from kinematic_core.checks import InvalidInput
 from kinematic_ros.topics import LatestPublisher, frame
 from turtlesim.msg import Color, Pose
@@ -24,7 +25,7 @@ class TurtleInterface:
         self.name = name
         self._shared = shared
         self._registered = []
-        self._pose_frame = None
+        self._published = self._pose_frame = None
         try:
             self._pose = self._keep(LatestPublisher(f'{name}/pose', Pose))
             self._color = self._keep(LatestPublisher(f'{name}/color_sensor', Color))
@@ -52,11 +53,10 @@ class TurtleInterface:
     def publish(self, turtle, colour):
         """Publish pose and colour (r, g, b) of the turtle as they are after a step."""
         if self._pose.wanted():
-            if self._pose_frame is None or not turtle.resting:
-                self._pose_frame = frame(Pose(*turtle.pose()))
+            pose = turtle.pose()
+            if pose != self._published:  # a turtle at rest is not serialised anew in every step
+                self._published, self._pose_frame = pose, frame(Pose(*pose))
             self._pose.publish_frame(self._pose_frame)
-        else:
-            self._pose_frame = None
         if self._color.wanted():
             self._color.publish(*colour)
 

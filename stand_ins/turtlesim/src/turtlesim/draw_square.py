@@ -1,0 +1,211 @@
+"""draw_square: turtle1 drives round a square, steered by its poses.
+
+The corners are laid out once, from the first pose, and each is driven to from wherever the turtle is: errors do not
+add up from lap to lap.
+
+Threading contract: a callback stores the newest pose; the main thread takes it, decides and publishes.
+"""
+import math
+import threading
+from typing import NamedTuple
+
+import rospy
+from geometry_msgs.msg import Twist
+from std_srvs.srv import Empty
+
+from kinematic_core.angles import wrap_angle
+from kinematic_core.checks import InvalidInput, require_sane
+from kinematic_ros import params
+from kinematic_ros.registration import keep_registered
+from kinematic_ros.topics import LatestPublisher
+from turtlesim.msg import Pose
+
+SPEED = 1.0  # [m/s] along the sides, turtlesim's
+TURN_SPEED = 1.0  # [rad/s] at the corners, at most
+GAIN = 5.0  # [1/s] of distance and heading; stable with poses up to 0.2 s late
+CREEP = 0.05  # [m/s or rad/s] slowest approach, so that it ends
+DISTANCE_TOLERANCE = 0.002  # [m] along the side, where the turtle stops
+HEADING_TOLERANCE = 0.002  # [rad] 4 mm at the end of a side of 2 m, before steering
+CORNER_TOLERANCE = 0.02  # [m] farther off, a corner is driven to again
+OFF_COURSE = 0.3  # [rad] more than steering ever needs: somebody moved the turtle
+LOOK_AHEAD = 0.2  # [m] shortest distance to steer by: the direction of a nearby point means nothing
+
+DEFAULT_SIDE = 2.0  # [m] turtlesim's
+LARGEST_SIDE = 5.5  # [m] from the middle of the arena, where reset puts the turtle, to its edge
+
+
+class Command(NamedTuple):
+    """Speeds to send: forward [m/s] and counter-clockwise [rad/s]."""
+
+    linear: float
+    angular: float
+
+
+STOP = Command(0.0, 0.0)
+
+
+class SquareDriver:
+    """Decides, pose by pose, how to drive round a square counter-clockwise.
+
+    It begins in a corner, with a side straight ahead. Units: m, rad; x to the right, y up, theta counter-clockwise.
+    """
+
+    def __init__(self, x, y, theta, side, laps=0):
+        """Lay the square out from the pose (x, y, theta); ``laps`` 0: for ever."""
+        self.corners = square_corners(x, y, theta, side)  # in driving order, the first one the start
+        self.visited = 0  # corners reached so far
+        self.finished = False
+        self._corners_to_visit = 4 * laps if laps else math.inf
+        self._start_heading = theta
+        self._act = self._turn
+
+    @property
+    def corners_left(self):
+        """How many corners are still to be reached; inf when it goes on for ever."""
+        return self._corners_to_visit - self.visited
+
+    @property
+    def target(self):
+        """The corner that is driven to, (x, y)."""
+        return self.corners[(self.visited + 1) % 4]
+
+    def step(self, x, y, theta):
+        """Return the Command that fits the pose."""
+        ahead, left = in_turtle_frame(x, y, theta, *self.target)
+        heading_error = math.atan2(left, ahead)
+        if not self.corners_left:
+            self._act, heading_error = self._finish, wrap_angle(self._start_heading - theta)
+        return self._act(ahead, left, heading_error)
+
+    def _turn(self, ahead, left, heading_error):
+        if abs(heading_error) <= HEADING_TOLERANCE:
+            self._act = self._drive
+            return STOP
+        return Command(0.0, approach(heading_error, TURN_SPEED))
+
+    def _drive(self, ahead, left, heading_error):
+        if ahead <= DISTANCE_TOLERANCE:
+            self._act = self._turn
+            if math.hypot(ahead, left) <= CORNER_TOLERANCE:
+                self.visited += 1
+            return STOP
+        if abs(heading_error) > OFF_COURSE and ahead > LOOK_AHEAD:
+            self._act = self._turn
+            return STOP
+        steering = GAIN * math.atan2(left, max(ahead, LOOK_AHEAD))
+        return Command(approach(ahead, SPEED), max(-TURN_SPEED, min(steering, TURN_SPEED)))
+
+    def _finish(self, ahead, left, heading_error):
+        self.finished = abs(heading_error) <= HEADING_TOLERANCE
+        return STOP if self.finished else Command(0.0, approach(heading_error, TURN_SPEED))
+
+
+def square_corners(x, y, theta, side):
+    """Return the corners (x, y) of the square that begins at a pose with a side straight ahead, counter-clockwise."""
+    forward = (side * math.cos(theta), side * math.sin(theta))
+    left = (-forward[1], forward[0])
+    return [(x, y), (x + forward[0], y + forward[1]),
+            (x + forward[0] + left[0], y + forward[1] + left[1]), (x + left[0], y + left[1])]
+
+
+def in_turtle_frame(x, y, theta, target_x, target_y):
+    """Return how far a point lies ahead and to the left of a turtle at the pose (x, y, theta), m."""
+    dx, dy = target_x - x, target_y - y
+    return math.cos(theta) * dx + math.sin(theta) * dy, math.cos(theta) * dy - math.sin(theta) * dx
+
+
+def approach(error, limit):
+    """Return the speed towards an error of 0: proportional, between CREEP and ``limit`` in size."""
+    return math.copysign(max(CREEP, min(abs(GAIN * error), limit)), error)
+
+
+class DrawSquareNode:
+    """Drives turtle1 with a SquareDriver. rospy is initialised."""
+
+    def __init__(self):
+        """Read the parameters, register what is published."""
+        self._side = params.number('~side', DEFAULT_SIDE, 0.1, LARGEST_SIDE, 'm')
+        self._laps = params.integer('~laps', 0, minimum=0)
+        params.log_effective()
+        self._pose = None
+        self._ended = False
+        self._news = threading.Condition(threading.RLock())  # a signal may end the node while it is held
+        self._publisher = LatestPublisher('turtle1/cmd_vel', Twist)
+        rospy.on_shutdown(self._end)
+        keep_registered()
+
+    def run(self):
+        """Call reset, then drive until the laps are done or ROS ends."""
+        reset_simulator()
+        poses = rospy.Subscriber('turtle1/pose', Pose, self._store, queue_size=1, tcp_nodelay=True)
+        driver = None
+        while not rospy.is_shutdown() and not (driver and driver.finished):
+            pose = self._next_pose(poses.resolved_name)
+            if pose is None:
+                continue
+            if driver is None:
+                driver = SquareDriver(pose.x, pose.y, pose.theta, self._side, self._laps)
+                _log_target(driver)
+            visited = driver.visited
+            self._publish(driver.step(pose.x, pose.y, pose.theta))
+            if driver.visited != visited:
+                rospy.loginfo('Corner reached at x=%.3f, y=%.3f', pose.x, pose.y)
+                _log_target(driver)
+        if driver and driver.finished:
+            rospy.loginfo('Done: laps driven: %d', self._laps)
+
+    def _store(self, pose):
+        try:
+            require_sane('pose', x=pose.x, y=pose.y, theta=pose.theta)
+        except InvalidInput as refusal:
+            rospy.logwarn_throttle(5.0, f'Ignored a message on turtle1/pose: {refusal}')
+            return
+        with self._news:
+            self._pose = pose
+            self._news.notify()
+
+    def _next_pose(self, topic):
+        """Return a pose that was not yet returned, or None when there is none for a while or ROS ends."""
+        with self._news:
+            if not self._news.wait_for(lambda: self._pose or self._ended, timeout=5.0):
+                rospy.logwarn('No pose on %s for 5 s. Is the simulator running? rosrun turtlesim turtlesim_node', topic)
+            pose, self._pose = self._pose, None
+            return None if self._ended else pose
+
+    def _publish(self, command):
+        twist = Twist()
+        twist.linear.x, twist.angular.z = command
+        with self._news:
+            if not self._ended:
+                self._publisher.publish(twist)
+
+    def _end(self):
+        """Stop the turtle once, so that others can take over, and let the main thread go."""
+        with self._news:
+            self._publish(STOP)
+            self._ended = True
+            self._news.notify()
+
+
+def reset_simulator():
+    """Wait for the simulator's service ``reset`` and call it."""
+    try:
+        rospy.wait_for_service('reset', timeout=1.0)
+    except rospy.ROSException:
+        if rospy.is_shutdown():
+            raise
+        rospy.loginfo('Waiting for the service %s. Start the simulator: rosrun turtlesim turtlesim_node',
+                      rospy.resolve_name('reset'))
+        rospy.wait_for_service('reset')
+    rospy.ServiceProxy('reset', Empty)()
+
+
+def _log_target(driver):
+    if driver.corners_left:
+        rospy.loginfo('Driving to the corner at x=%.3f, y=%.3f', *driver.target)
+
+
+def main():
+    """Run draw_square."""
+    rospy.init_node('draw_square')
+    DrawSquareNode().run()

@@ -1,0 +1,75 @@
+"""mimic: one turtle does what another one does. It takes the speeds out of input/pose and sends them to output/cmd_vel.
+
+Threading contract: poses arrive in rospy's threads, the shutdown in the main one; a lock orders what they publish.
+"""
+import threading
+
+import rospy
+from geometry_msgs.msg import Twist
+
+from kinematic_core.checks import InvalidInput, require_sane
+from kinematic_ros.registration import keep_registered
+from kinematic_ros.topics import LatestPublisher
+from turtlesim.msg import Pose
+
+WARNING_PERIOD = 5.0  # [s]
+
+
+def twist_from_pose(pose):
+    """Return the Twist with the speeds of a turtlesim/Pose, m/s and rad/s; raise InvalidInput where they are none.
+
+    A pose carries no direction of travel: a turtle that drives backward is mimicked by one that drives forward.
+    """
+    require_sane('pose', linear_velocity=pose.linear_velocity, angular_velocity=pose.angular_velocity)
+    twist = Twist()
+    twist.linear.x = pose.linear_velocity
+    twist.angular.z = pose.angular_velocity
+    return twist
+
+
+def topic_below(namespace, name):
+    """Return the name of a topic such that remapping its namespace works, and remapping the topic itself as well.
+
+    ``input:=turtle1`` and ``input/pose:=turtle1/pose`` mean the same. rospy alone knows the second form only.
+    """
+    return rospy.resolve_name(rospy.resolve_name(namespace).rstrip('/') + '/' + name)
+
+
+class MimicNode:
+    """Copies the speeds; stops the copying turtle once when it ends. rospy is initialised."""
+
+    def __init__(self):
+        """Register both topics."""
+        self._lock = threading.RLock()  # a signal may end the node while its main thread holds it
+        self._moving = self._ended = False
+        self._publisher = LatestPublisher(topic_below('output', 'cmd_vel'), Twist)
+        self._input = topic_below('input', 'pose')
+        rospy.on_shutdown(self._stop)
+        rospy.loginfo('The speeds of %s go to %s (choose turtles with input:=turtle1 output:=turtle2)',
+                      self._input, self._publisher.resolved_name)
+        rospy.Subscriber(self._input, Pose, self._copy, queue_size=1, tcp_nodelay=True)
+        keep_registered()
+
+    def _copy(self, pose):
+        try:
+            twist = twist_from_pose(pose)
+        except InvalidInput as refusal:
+            rospy.logwarn_throttle(WARNING_PERIOD, f'Ignored a message on {self._input}: {refusal}')
+            return
+        with self._lock:
+            if not self._ended:
+                self._publisher.publish(twist)
+                self._moving = bool(twist.linear.x or twist.angular.z)
+
+    def _stop(self):
+        with self._lock:
+            self._ended = True
+            if self._moving:
+                self._publisher.publish(Twist())
+
+
+def main():
+    """Run mimic."""
+    rospy.init_node('turtle_mimic')
+    MimicNode()
+    rospy.spin()

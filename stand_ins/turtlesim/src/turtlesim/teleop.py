@@ -1,0 +1,207 @@
+"""turtle_teleop_key: the arrow keys of a terminal drive turtle1, one Twist a key press.
+
+Threading contract: keys are read and Twists published in the main thread; other threads only wake it.
+"""
+import os
+import re
+import select
+import signal
+import sys
+import termios
+import threading
+import time
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+
+from kinematic_core.checks import ABSURD
+from kinematic_ros import params
+from kinematic_ros.registration import keep_registered
+from kinematic_ros.topics import LatestPublisher
+
+TOPIC = 'turtle1/cmd_vel'
+DEFAULT_SCALE = 2.0  # [m/s] and [rad/s], turtlesim's
+LISTENERS_DEADLINE = 1.0  # [s] for the listeners that the master knows to connect, once one has
+QUIT = 'quit'
+DIRECTIONS = {'up': (1, 0), 'down': (-1, 0), 'left': (0, 1), 'right': (0, -1)}  # key: (forward, counter-clockwise)
+
+HELP = """\
+The arrow keys drive a turtle, by way of {topic}:
+  up, down      forward, backward at {linear:g} m/s
+  left, right   turn left, right at {angular:g} rad/s
+  q             end (Ctrl-C too)
+A press lasts one second; keep a key pressed to go on. The keys go to whatever has the focus:
+click on this terminal, not on the turtle's window."""
+
+_ESCAPE = 0x1b
+_ARROWS = {b'A': 'up', b'B': 'down', b'C': 'right', b'D': 'left'}
+_PLAIN = {ord('q'): QUIT, ord('Q'): QUIT, 0x03: QUIT, 0x04: QUIT}  # the last two: Ctrl-C and Ctrl-D as bytes
+_SEQUENCE = re.compile(rb'\x1b(?:\[(?P<parameters>[0-?]{0,30})[ -/]{0,2}|O)(?P<final>[@-~])')
+_BEGUN = re.compile(rb'\x1b(?:\[[0-?]{0,30}[ -/]{0,2}|O)?\Z')
+_PRESS = re.compile(rb'(?:1(?:;\d+(?::[12])?)?)?\Z')  # no parameters, or 1;MODIFIER, not the release of a key (:3)
+
+
+class KeyDecoder:
+    """Makes keys of the bytes that a terminal sends; sequences may be split over any number of reads.
+
+    A key is 'up', 'down', 'left', 'right' (with or without Shift, Alt, Ctrl) or QUIT; all others are left out.
+    """
+
+    def __init__(self):
+        self._rest = b''
+
+    def feed(self, data):
+        """Return the list of the keys that ``data`` (bytes) completes, in order."""
+        data, keys, position = self._rest + data, [], 0
+        while position < len(data) and not _BEGUN.match(data, position):
+            sequence = _SEQUENCE.match(data, position)
+            if sequence:
+                keys.append(_arrow(sequence))
+                position = sequence.end()
+            else:
+                keys.append(_PLAIN.get(data[position]))
+                position += 1
+        self._rest = data[position:]
+        return [key for key in keys if key is not None]
+
+
+def _arrow(sequence):
+    return _ARROWS.get(sequence['final']) if _PRESS.match(sequence['parameters'] or b'') else None
+
+
+class KeyTerminal:
+    """A file descriptor whose terminal gives each key at once and unseen while the ``with`` block lasts.
+
+    It is put back in every case, also while the program is suspended (Ctrl-Z). What is no terminal stays as it is.
+    To be used in the main thread.
+    """
+
+    def __init__(self, descriptor):
+        self._descriptor = descriptor
+        self.is_terminal = os.isatty(descriptor)
+
+    def __enter__(self):
+        if self.is_terminal:
+            self._found = termios.tcgetattr(self._descriptor)
+            self._handlers = {signal.SIGTSTP: signal.signal(signal.SIGTSTP, self._suspend),
+                              signal.SIGCONT: signal.signal(signal.SIGCONT, self._set)}
+            self._set()
+        return self
+
+    def __exit__(self, *_):
+        if self.is_terminal:
+            for number, handler in self._handlers.items():
+                signal.signal(number, handler)
+            self._restore()
+
+    def _set(self, *_):
+        mode = termios.tcgetattr(self._descriptor)
+        mode[3] &= ~(termios.ICANON | termios.ECHO)
+        mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
+        termios.tcsetattr(self._descriptor, termios.TCSANOW, mode)
+
+    def _restore(self):
+        try:
+            termios.tcsetattr(self._descriptor, termios.TCSANOW, self._found)
+        except termios.error:
+            pass  # the terminal was closed
+
+    def _suspend(self, *_):
+        self._restore()
+        os.kill(os.getpid(), signal.SIGSTOP)
+
+
+def keys_from(descriptor, wake):
+    """Yield the keys that arrive at a file descriptor, until QUIT, its end, or until ``wake`` has something to read."""
+    decoder = KeyDecoder()
+    while True:
+        ready, _, _ = select.select([descriptor, wake], [], [])
+        if wake in ready:
+            return
+        try:
+            data = os.read(descriptor, 1024)
+        except OSError:  # the terminal was closed
+            return
+        if not data:
+            return
+        for key in decoder.feed(data):
+            if key == QUIT:
+                return
+            yield key
+
+
+class TeleopNode:
+    """Publishes on turtle1/cmd_vel what the keys say. rospy is initialised."""
+
+    def __init__(self):
+        """Read the parameters, register the topic."""
+        self._linear = _scale('scale_linear', 'm/s')
+        self._angular = _scale('scale_angular', 'rad/s')
+        self._listened = threading.Event()
+        self._publisher = LatestPublisher(TOPIC, Twist)
+        self._publisher.impl.add_subscriber_listener(_Listeners(self._listened))
+        self._wake, wake_writer = os.pipe()
+        rospy.on_shutdown(lambda: os.write(wake_writer, b'.'))
+        rospy.on_shutdown(self._listened.set)
+        keep_registered()
+
+    def run(self, descriptor):
+        """Read keys from a file descriptor and publish until it ends, a key ends it, or ROS does."""
+        with KeyTerminal(descriptor) as terminal:
+            print(HELP.format(topic=self._publisher.resolved_name, linear=self._linear, angular=self._angular),
+                  flush=True)
+            if not terminal.is_terminal:
+                self._wait_for_listeners()
+            for key in keys_from(descriptor, self._wake):
+                self._press(key)
+
+    def _press(self, key):
+        forward, turn = DIRECTIONS[key]
+        twist = Twist()
+        twist.linear.x = self._linear * forward
+        twist.angular.z = self._angular * turn
+        if not self._publisher.wanted():
+            rospy.logwarn_throttle(5.0, f'Nobody listens on {self._publisher.resolved_name}. '
+                                        'Is the simulator running? rosrun turtlesim turtlesim_node')
+        self._publisher.publish(twist)
+
+    def _wait_for_listeners(self):
+        """Keys from a file or program come at once: without this they would be over before anybody had connected."""
+        topic = self._publisher.resolved_name
+        subscribers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(topic, [])
+        if not subscribers:
+            rospy.loginfo('Waiting for a listener on %s', topic)
+        self._listened.wait()
+        deadline = time.monotonic() + LISTENERS_DEADLINE
+        while self._publisher.get_num_connections() < len(subscribers) and time.monotonic() < deadline:
+            self._listened.clear()
+            if self._publisher.get_num_connections() < len(subscribers):
+                self._listened.wait(deadline - time.monotonic())
+
+
+class _Listeners(rospy.SubscribeListener):
+    """Sets an event when somebody subscribes."""
+
+    def __init__(self, event):
+        super().__init__()
+        self._event = event
+
+    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+        self._event.set()
+
+
+def _scale(name, unit):
+    """Return the private parameter, else the one beside the node, which is where turtlesim looks for it."""
+    default = DEFAULT_SCALE
+    if not rospy.has_param('~' + name):
+        default = params.number(name, DEFAULT_SCALE, -ABSURD, ABSURD, unit)
+    return params.number('~' + name, default, -ABSURD, ABSURD, unit)
+
+
+def main():
+    """Run turtle_teleop_key on the standard input."""
+    rospy.init_node('teleop_turtle')
+    for number in (signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, lambda number, _: rospy.signal_shutdown(signal.Signals(number).name))
+    TeleopNode().run(sys.stdin.fileno())

@@ -1,0 +1,207 @@
+"""The simulator's window: a process of its own, so that drawing never holds up the simulator's steps.
+
+Window is the simulator's side. ``python3 -m turtlesim.window TITLE`` is the other: it shows the pictures (binary PPM,
+one after another) that come in on its standard input, until that ends or the user closes the window.
+
+Threading contract: Window may be used from any thread; none of its methods but ``close`` waits. A thread of its own
+writes pictures, another one waits for the window's process to end.
+"""
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE
+
+TITLE = 'TurtleSim'
+SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two pictures shown; pictures in between are left out
+REDRAW_DELAY = 5  # [ms] of Tk after a picture came in, so that only the newest of several is drawn
+PATIENCE = 1.0  # [s] that the window's process is given to end by itself
+READ_SIZE = 1 << 20  # [bytes]
+
+_HEADER = re.compile(rb'P6\s+(\d{1,5})\s+(\d{1,5})\s+255\s')
+_LONGEST_HEADER = 32  # [bytes]
+
+
+class Window:
+    """A window of CANVAS_SIZE x CANVAS_SIZE px that shows the newest picture it was given."""
+
+    def __init__(self, title=TITLE, report=None):
+        """Open the window; this returns at once.
+
+        When it cannot be opened or breaks, ``report(text)`` is called once, from another thread, with what is
+        wrong and what to do; without ``report`` the text goes to the standard error stream.
+        """
+        self._report = report or (lambda text: print(text, file=sys.stderr, flush=True))
+        self._change = threading.Condition()
+        self._newest = self._last = None
+        self._closing = self._closed_by_user = False
+        self._process = _start(title)
+        self._writer = threading.Thread(target=self._write, name='window pictures', daemon=True)
+        self._watcher = threading.Thread(target=self._watch, name='window end', daemon=True)
+        self._writer.start()
+        self._watcher.start()
+
+    @property
+    def open(self):
+        """Whether pictures make sense: the window is there or about to be."""
+        return self._process.returncode is None and not self._closing
+
+    @property
+    def closed(self):
+        """Whether the user has closed the window. Stays False where it could not be opened or broke."""
+        return self._closed_by_user
+
+    def show(self, picture):
+        """Show a picture: RGB, 8 bit, row by row from the top, as bytes or as an array of uint8.
+
+        It must not be changed afterwards. The same object again costs nothing. Raises ValueError on another size.
+        """
+        size = picture.nbytes if hasattr(picture, 'nbytes') else len(picture)
+        if size != 3 * CANVAS_SIZE * CANVAS_SIZE:
+            raise ValueError(f'a picture of {size} bytes; it must be {CANVAS_SIZE} x {CANVAS_SIZE} px of 3 bytes each')
+        with self._change:
+            if picture is not self._last:
+                self._newest = self._last = picture
+                self._change.notify()
+
+    def close(self):
+        """Close the window. Waits for its process to end, a second or two at most."""
+        with self._change:
+            self._closing = True
+            self._change.notify()
+        for end in (None, signal.SIGTERM, signal.SIGKILL):
+            if end is not None:
+                self._process.send_signal(end)
+            self._watcher.join(PATIENCE)
+            if not self._watcher.is_alive():
+                break
+        self._writer.join(PATIENCE)
+
+    def _write(self):
+        """Send the newest picture, then wait until it may be replaced."""
+        try:
+            with self._process.stdin as pipe:
+                while True:
+                    with self._change:
+                        self._change.wait_for(lambda: self._newest is not None or self._closing)
+                        if self._closing:
+                            return
+                        picture, self._newest = self._newest, None
+                    _send(pipe, picture)
+                    time.sleep(SHORTEST_PERIOD)
+        except OSError:
+            pass  # the process has ended; _watch says why
+
+    def _watch(self):
+        said = self._process.stderr.read().decode(errors='replace').strip()
+        code = self._process.wait()
+        self._process.stderr.close()
+        with self._change:
+            asked, self._closing = self._closing, True
+            self._closed_by_user = not asked and code == 0
+            self._change.notify()
+        if not asked and code != 0:
+            self._report(f'{said or f"The window ended with code {code}."}\nThe simulator goes on without a window.')
+
+
+def _start(title):
+    """Start the window's process, in a session of its own: Ctrl-C in a terminal reaches the simulator alone."""
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
+    return subprocess.Popen([sys.executable, '-m', 'turtlesim.window', title], bufsize=0, env=environment,
+                            stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+
+
+def _send(pipe, picture):
+    data = memoryview(b'P6 %d %d 255\n' % (CANVAS_SIZE, CANVAS_SIZE) + bytes(picture))
+    while data:
+        data = data[pipe.write(data):]
+
+
+class PictureReader:
+    """Finds the newest complete picture in a stream of binary PPM files of 8 bit that follow one another."""
+
+    def __init__(self):
+        self._rest = bytearray()
+
+    def feed(self, data):
+        """Return the last picture that ``data`` completes, as the bytes of a PPM file, or None.
+
+        Raises ValueError when what comes in is no such stream.
+        """
+        self._rest += data
+        newest = None
+        while True:
+            header = _HEADER.match(self._rest)
+            if not header:
+                if len(self._rest) >= _LONGEST_HEADER:
+                    raise ValueError(f'{bytes(self._rest[:_LONGEST_HEADER])!r} is no PPM picture (P6 WIDTH HEIGHT 255)')
+                return newest
+            size = header.end() + 3 * int(header[1]) * int(header[2])
+            if len(self._rest) < size:
+                return newest
+            newest = bytes(self._rest[:size])
+            del header, self._rest[:size]
+
+
+class _Viewer:
+    """The window itself; everything happens in Tk's main loop."""
+
+    def __init__(self, tkinter, title, descriptor):
+        self._pictures = PictureReader()
+        self._newest = None
+        self._descriptor = descriptor
+        self._root = tkinter.Tk(className=title)
+        self._root.title(title)
+        self._root.resizable(False, False)
+        self._image = tkinter.PhotoImage(width=CANVAS_SIZE, height=CANVAS_SIZE)
+        tkinter.Label(self._root, image=self._image, background='#' + bytes(BACKGROUND).hex(),
+                      borderwidth=0, highlightthickness=0, padx=0, pady=0).pack()
+        os.set_blocking(descriptor, False)
+        self._root.createfilehandler(descriptor, tkinter.READABLE, self._read)
+
+    def run(self):
+        """Show pictures until there are no more or the user closes the window."""
+        self._root.mainloop()
+
+    def _read(self, *_):
+        try:
+            data = os.read(self._descriptor, READ_SIZE)
+        except BlockingIOError:
+            return
+        if not data:
+            self._root.destroy()
+            return
+        picture = self._pictures.feed(data)
+        if picture:
+            if self._newest is None:
+                self._root.after(REDRAW_DELAY, self._draw)
+            self._newest = picture
+
+    def _draw(self):
+        self._image.configure(data=self._newest, format='PPM')
+        self._newest = None
+
+
+def main():
+    """Be the window's process; end with exit code 0 when the window was closed, else with a text that says why."""
+    try:
+        import tkinter
+    except ImportError as error:
+        sys.exit(f'No window: Python\'s tkinter is missing ({error}). Install it: sudo apt install python3-tk')
+    try:
+        viewer = _Viewer(tkinter, sys.argv[1] if len(sys.argv) > 1 else TITLE, sys.stdin.fileno())
+    except tkinter.TclError as error:
+        sys.exit(f'No window: the display DISPLAY={os.environ.get("DISPLAY", "")!r} cannot be used ({error}). '
+                 'Set DISPLAY to that of a running X server, or do without a window: _window:=false')
+    try:
+        viewer.run()
+    except ValueError as error:
+        sys.exit(f'The window ended: its standard input broke: {error}')
+
+
+if __name__ == '__main__':
+    main()
