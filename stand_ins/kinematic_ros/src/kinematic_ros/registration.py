@@ -3,6 +3,7 @@
 rospy registers a topic or service once. When roscore is stopped and started again, a node that lives on is
 invisible to it for ever; here it notices and registers everything it has again.
 """
+import http.client
 import threading
 import xmlrpc.client
 
@@ -19,14 +20,17 @@ def keep_registered(on_return=None, period=PERIOD):
     rospy.on_shutdown(ended.set)
 
     def watch():
+        lost = False  # until all is registered: the master knows the node as soon as a part of it is
         while not ended.wait(period):
             try:
-                if not _known():
+                lost = lost or not _known()
+                if lost:
                     _register_all()
-                    rospy.logwarn('The ROS master was started anew: registered again with it.')
                     if on_return is not None:
                         on_return()
-            except (OSError, rosgraph.MasterException):
+                    lost = False
+                    rospy.logwarn('The ROS master was started anew: registered again with it.')
+            except (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException):
                 rospy.logwarn_throttle(30.0, 'The ROS master does not answer; going on without it and waiting '
                                        'for it to come back (roscore).')
     thread = threading.Thread(target=watch, name='keep_registered', daemon=True)

@@ -30,18 +30,24 @@ class LatestPublisher(rospy.Publisher):
 
     def wanted(self):
         """Return whether anybody listens."""
-        return bool(self.impl and self.impl.connections)
+        impl = self.impl  # unregister, in another thread, sets it to None
+        return bool(impl and impl.connections)
 
     def publish(self, *args, **kwds):
-        """Publish a message, given as itself or by its fields."""
-        self.publish_frame(frame(rospy.msg.args_kwds_to_message(self.data_class, args, kwds)))
+        """Publish a message, given as itself or by its fields; once unregistered, do nothing."""
+        data_class = self.data_class
+        if data_class is not None:
+            self.publish_frame(frame(rospy.msg.args_kwds_to_message(data_class, args, kwds)))
 
     def publish_frame(self, data):
         """Publish a message that ``frame`` has serialised."""
         impl = self.impl
         if impl is None:
             return
-        for connection in impl.connections:
+        connections = impl.connections
+        if self._unsent:  # rospy may have removed a connection itself
+            self._unsent = {kept: rest for kept, rest in self._unsent.items() if kept in connections}
+        for connection in connections:
             try:
                 if connection not in self._unsent:
                     sent = connection.socket.send(data, socket.MSG_DONTWAIT)

@@ -22,7 +22,7 @@ from turtlesim.msg import Pose
 
 SPEED = 1.0  # [m/s] along the sides, turtlesim's
 TURN_SPEED = 1.0  # [rad/s] at the corners, at most
-GAIN = 5.0  # [1/s] of distance and heading; stable with poses up to 0.2 s late
+GAIN = 4.0  # [1/s] of distance and heading; stable with poses up to 0.2 s late
 CREEP = 0.05  # [m/s or rad/s] slowest approach, so that it ends
 DISTANCE_TOLERANCE = 0.002  # [m] along the side, where the turtle stops
 HEADING_TOLERANCE = 0.002  # [rad] 4 mm at the end of a side of 2 m, before steering

@@ -16,8 +16,7 @@ import os
 import struct
 import sys
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.turtle_world import CANVAS_SIZE, WATCHDOG_STEPS, Pose
+from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE, WATCHDOG_STEPS, Pose
 from turtlesim.drawn_world import DrawnWorld
 
 TURTLE = 'turtle1'
@@ -29,7 +28,7 @@ EVENTS = {  # name: what it does to (DrawnWorld, its values)
     'teleport_absolute': lambda drawn, x, y, theta: drawn.world.teleport_absolute(TURTLE, x, y, theta),
     'teleport_relative': lambda drawn, linear, angular: drawn.world.teleport_relative(TURTLE, linear, angular),
     'timeout': lambda drawn: drawn.world.turtles[TURTLE].stop(),
-    'clear': lambda drawn: drawn.canvas.fill(),
+    'clear': lambda drawn: drawn.canvas.fill(BACKGROUND),
     'reset': lambda drawn: drawn.reset(),
 }
 
@@ -97,13 +96,15 @@ def _run(rows, path):
 
 
 def _read(path):
-    try:
-        with open(path, newline='', encoding='utf-8') as file:
-            rows = [_parse(row) for row in csv.DictReader(file)]
-    except UnicodeDecodeError:
-        raise RecordingError(f'{path}: not a text file') from None
-    except (KeyError, TypeError, ValueError, csv.Error) as error:
-        raise RecordingError(f'{path}: not a recording of turtlesim: {error!r}') from None
+    with open(path, newline='', encoding='utf-8') as file:
+        reader = csv.DictReader(file)
+        try:
+            rows = [_parse(row) for row in reader]
+        except UnicodeDecodeError:
+            raise RecordingError(f'{path}: not a text file') from None
+        except (KeyError, TypeError, AttributeError, ValueError, OverflowError, csv.Error) as error:
+            raise RecordingError(f'{path}: line {reader.line_num}: not a row of a recording of turtlesim: {error!r}; '
+                                 f'the columns are {", ".join(("tick", "event", *Pose._fields, *COLOUR))}') from None
     if not rows:
         raise RecordingError(f'{path}: holds no ticks')
     return rows
@@ -111,7 +112,9 @@ def _read(path):
 
 def _parse(row):
     events = [event.split() for event in row['event'].split(';') if event.strip()]
-    return {'tick': int(row['tick']), 'pose': Pose(*(float(row[field]) for field in Pose._fields)),
+    pose = Pose(*(float(row[field]) for field in Pose._fields))
+    _bits(pose)  # refuses what is no float32
+    return {'tick': int(row['tick']), 'pose': pose,
             'colour': tuple(int(row[channel]) for channel in COLOUR),
             'events': [(name, *map(float, values)) for name, *values in events]}
 
@@ -123,7 +126,7 @@ def _apply(drawn, row, path):
         except KeyError:
             raise RecordingError(f'{path}: tick {row["tick"]}: unknown event {name!r}; known are: '
                                  f'{", ".join(EVENTS)}') from None
-        except (TypeError, InvalidInput) as error:
+        except (TypeError, ValueError, OverflowError) as error:  # InvalidInput is a ValueError
             raise RecordingError(f'{path}: tick {row["tick"]}: event {name} {values}: {error}') from None
 
 

@@ -1,0 +1,175 @@
+#!/usr/bin/env python3
+"""Measure this project's nodes, beside a peer if one is given, and judge the figures by their targets.
+
+`./run bench [SUITE] [options]` calls it in the built workspace. Rounds of ours and of the peer alternate, so that a
+machine that warms up or is disturbed hurts both alike. Exit code: 0 measured (whatever the targets say), 1 something
+could not be measured, 2 wrong usage, 130 interrupted.
+"""
+
+import argparse
+import glob
+import importlib
+import os
+import shutil
+import signal
+import sys
+import tempfile
+from contextlib import ExitStack
+
+import report
+from figures import OURS, PEER, judge
+from processes import WAYS_OUT, BenchError, stop_all
+from session import Subject, find_node, first_port, free_ports, split_command
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+DEFAULT_SUITE = 'turtlesim'
+ROUNDS = 3
+
+
+def suites():
+    """Names of the suites that lie beside this file as suite_NAME.py."""
+    files = glob.glob(os.path.join(HERE, 'suite_*.py'))
+    return sorted(os.path.basename(file)[len('suite_'):-len('.py')] for file in files)
+
+
+def default_json(suite):
+    """Path of the JSON of a suite: output/ in the repository."""
+    name = 'bench.json' if suite == DEFAULT_SUITE else f'bench_{suite}.json'
+    return os.path.join(os.path.dirname(HERE), 'output', name)
+
+
+def positive(text):
+    """An integer of at least 1, for argparse."""
+    value = int(text)
+    if value < 1:
+        raise ValueError(text)
+    return value
+
+
+def parse(arguments):
+    """(options, suite module); ends the program with code 2 and a text on wrong usage."""
+    parser = argparse.ArgumentParser(prog='./run bench', description=__doc__.splitlines()[0])
+    parser.add_argument('suite', nargs='?', default=DEFAULT_SUITE, choices=suites(), help='default: %(default)s')
+    parser.add_argument('--peer', metavar='COMMAND', help='another node to measure in the same run; prints ratios')
+    parser.add_argument('--node', metavar='COMMAND', help="measure this as ours instead of the workspace's node")
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='these measurements alone; --list names them')
+    parser.add_argument('--rounds', type=positive, default=None, help=f'rounds of each, default {ROUNDS}; quick: 1')
+    parser.add_argument('--quick', action='store_true', help='short windows and few samples: does it all work?')
+    parser.add_argument('--json', metavar='FILE', help='where the figures go, default output/bench.json')
+    parser.add_argument('--list', action='store_true', help='name the measurements of the suite and end')
+    options = parser.parse_args(arguments)
+    suite = importlib.import_module(f'suite_{options.suite}')
+    for name in options.only or ():
+        if name not in suite.MEASUREMENTS:
+            parser.error(f'--only {name}: allowed are {", ".join(suite.MEASUREMENTS)}')
+    options.rounds = options.rounds or (1 if options.quick else ROUNDS)
+    options.json = options.json or default_json(options.suite)
+    return options, suite
+
+
+def subjects(options, suite, names, folder):
+    """The nodes under test with running masters: ours, then the peer if there is one. No node is started yet."""
+    needs_node = any(not suite.MEASUREMENTS[name].in_process for name in names)
+    commands = {}
+    if options.node:
+        commands[OURS] = split_command(options.node)
+    else:
+        commands[OURS] = find_node(suite.PACKAGE, suite.EXECUTABLE) if needs_node else ['unused']
+    if options.peer:
+        commands[PEER] = split_command(options.peer)
+    ports = free_ports(first_port(os.environ.get('ROS_MASTER_URI')), len(commands))
+    found = [Subject(side, command, port, folder) for (side, command), port in zip(commands.items(), ports)]
+    for subject in found:
+        subject.await_master()
+    return found
+
+
+def measure(options, suite, names, under_test):
+    """({side: {key: samples}}, failures): every measurement, its rounds alternating between the subjects."""
+    pools = {subject.side: {} for subject in under_test}
+    failures = []
+    scale = suite.QUICK if options.quick else suite.FULL
+    for place, name in enumerate(names, 1):
+        measurement = suite.MEASUREMENTS[name]
+        report_progress(f'[{place}/{len(names)}] {name}: {measurement.about}')
+        sides = under_test[:1] if measurement.in_process else list(under_test)
+        for number in range(1, options.rounds + 1):
+            for subject in list(sides):
+                report_progress(f'    round {number} of {options.rounds}, {subject.side}')
+                try:
+                    samples = measurement.run(subject, scale)
+                except BenchError as error:
+                    failures.append((name, subject.side, number, str(error)))
+                    report_progress(f'    FAILED: {error}')
+                    sides.remove(subject)
+                    continue
+                for key, values in samples.items():
+                    pools[subject.side].setdefault(key, []).extend(values)
+    return pools, failures
+
+
+def report_progress(text):
+    """Tell on stderr what is going on; stdout is the table's."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def hand_out(options, suite, pools, failures, facts):
+    """Print the table and write the JSON."""
+    rows = [judge(figure, pools) for figure in suite.FIGURES]
+    print(report.table(rows))
+    print(report.verdict([row for row in rows if row.ours is not None]))
+    for name, side, number, text in failures:
+        rest = f'its figures are of {number - 1} of {options.rounds} rounds' if number > 1 else 'it has no figures'
+        print(f'Not measured: {name} of {side} in round {number} ({rest}). {text}')
+    settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer)}
+    told = [{'measurement': name, 'side': side, 'round': number, 'error': text.splitlines()[0]}
+            for name, side, number, text in failures]
+    folder = os.path.dirname(os.path.abspath(options.json))
+    try:
+        os.makedirs(folder, exist_ok=True)
+        with open(options.json, 'w', encoding='utf-8') as file:
+            file.write(report.as_json(options.suite, rows, told, settings, facts))
+    except OSError as error:
+        raise BenchError(f'The figures cannot be written: {error}. Name another file with --json FILE.') from error
+    report_progress(f'Figures: {options.json}')
+
+
+def run(options, suite):
+    """Measure and hand out; the exit code."""
+    facts = report.machine()
+    names = [name for name in suite.MEASUREMENTS if not options.only or name in options.only]
+    with ExitStack() as stack:
+        folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
+        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        stack.callback(stop_all)
+        pools, failures = measure(options, suite, names, subjects(options, suite, names, folder))
+    hand_out(options, suite, pools, failures, facts)
+    return 1 if failures else 0
+
+
+def _interrupt(_number, _frame):
+    for number in WAYS_OUT:
+        signal.signal(number, signal.SIG_IGN)  # the way out is not interrupted again
+    raise KeyboardInterrupt
+
+
+def main():
+    options, suite = parse(sys.argv[1:])
+    if options.list:
+        for name, measurement in suite.MEASUREMENTS.items():
+            print(f'{name:<12} {measurement.about}')
+        return 0
+    for number in WAYS_OUT:
+        signal.signal(number, _interrupt)
+    try:
+        return run(options, suite)
+    except BenchError as error:
+        report_progress(f'bench: {error}')
+        return 1
+    except KeyboardInterrupt:
+        report_progress('bench: interrupted; everything it had started is ended')
+        return 130
+
+
+if __name__ == '__main__':
+    sys.exit(main())

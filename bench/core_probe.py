@@ -1,0 +1,68 @@
+"""Turtle ticks a second of the turtle world alone and with its canvas: no ROS, one process, one line of JSON.
+
+`core_probe.py SECONDS`: so long for each figure. The turtles drive circles with their pens on; what is needed to keep
+them going (a command within the watchdog's second) is part of the time, as it is in a node.
+"""
+
+import json
+import math
+import sys
+import time
+
+from kinematic_core.turtle_world import TurtleWorld
+from turtlesim.drawn_world import DrawnWorld
+
+COMMAND_EVERY = 50  # steps: 0.8 s, inside the watchdog's second
+COUNTS = (1, 100)
+
+
+def fill(world, count):
+    """Spawn turtles in a grid until there are `count`; their names."""
+    for number in range(count - 1):
+        world.spawn(1.5 + 0.8 * (number % 10), 1.5 + 0.8 * (number // 10 % 10), 0.7 * number)
+    return sorted(world.turtles)
+
+
+def command_all(world, names):
+    """Circles of 0.5 m to 1 m radius, a little different for each."""
+    for number, name in enumerate(names):
+        world.command(name, 1.0 + 0.01 * (number % 100), 0.0, 2.0)
+
+
+def ticks_per_second(world, step, count, seconds):
+    """Turtle ticks a second over at least `seconds` of step(), which moves `world` on, with `count` turtles."""
+    names = fill(world, count)
+    steps = 0
+    begun = time.perf_counter()
+    while True:
+        command_all(world, names)
+        for _ in range(COMMAND_EVERY):
+            step()
+        steps += COMMAND_EVERY
+        elapsed = time.perf_counter() - begun
+        if elapsed >= seconds:
+            return count * steps / elapsed
+
+
+def require_moving(world):
+    """Raise RuntimeError when a turtle rests: its ticks would be cheaper than those that are to be measured."""
+    resting = [name for name, turtle in world.turtles.items() if math.hypot(turtle.linear_x, turtle.linear_y) == 0.0]
+    if resting:
+        raise RuntimeError(f'{len(resting)} of {len(world.turtles)} turtles do not move; the figures would be too good')
+
+
+def main():
+    seconds = float(sys.argv[1])
+    found = {}
+    for count in COUNTS:
+        world = TurtleWorld()
+        found[f'core_{count}'] = ticks_per_second(world, world.step, count, seconds)
+        require_moving(world)
+        drawn = DrawnWorld()
+        found[f'canvas_{count}'] = ticks_per_second(drawn.world, drawn.step, count, seconds)
+        require_moving(drawn.world)
+    print(json.dumps(found), flush=True)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,143 @@
+"""Figures of a bench: from raw samples to a judged table. No ROS, no clock, no processes.
+
+A measurement yields samples under keys (`{'tick_rate': [62.5]}`); those of all rounds are pooled, and a `Figure` says
+how the pool of one key becomes one number and what that number has to reach.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Optional
+
+OURS = 'ours'
+PEER = 'peer'
+
+
+def percentile(samples, share):
+    """Value below which `share` (0..1) of the samples lie, linearly interpolated between neighbours.
+
+    Raises ValueError on no samples or a share outside 0..1.
+    """
+    if not samples:
+        raise ValueError('percentile of no samples: give at least one')
+    if not 0.0 <= share <= 1.0:
+        raise ValueError(f'share is {share}, allowed are 0 to 1')
+    ordered = sorted(samples)
+    position = share * (len(ordered) - 1)
+    low = math.floor(position)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (ordered[high] - ordered[low]) * (position - low)
+
+
+def median(samples):
+    """Middle value of the samples; ValueError on none."""
+    return percentile(samples, 0.5)
+
+
+def p95(samples):
+    """Value that 95 % of the samples do not exceed; ValueError on none."""
+    return percentile(samples, 0.95)
+
+
+def intervals(stamps):
+    """Differences of neighbouring stamps, in their unit."""
+    return [later - earlier for earlier, later in zip(stamps, stamps[1:])]
+
+
+def mean_rate(stamps):
+    """Events a second [Hz] over stamps in seconds; ValueError on fewer than two or no time between them."""
+    if len(stamps) < 2 or stamps[-1] <= stamps[0]:
+        raise ValueError(f'{len(stamps)} stamps give no rate: at least two, in rising order')
+    return (len(stamps) - 1) / (stamps[-1] - stamps[0])
+
+
+def rate_in_window(stamps, window, edge):
+    """Events a second [Hz] in a window [s], without the error of whole events at its ends.
+
+    Up to `edge` [s], which should hold a few events, may pass before the first and after the last stamp together;
+    more is a stall, and counts as time without events. 0 for fewer than two stamps.
+    """
+    if len(stamps) < 2:
+        return 0.0
+    return (len(stamps) - 1) / max(stamps[-1] - stamps[0], window - edge)
+
+
+def deviation(samples):
+    """Standard deviation (of the sample, n - 1) in the samples' unit; ValueError on fewer than two."""
+    if len(samples) < 2:
+        raise ValueError(f'{len(samples)} samples give no deviation: at least two')
+    mean = math.fsum(samples) / len(samples)
+    return math.sqrt(math.fsum((sample - mean) ** 2 for sample in samples) / (len(samples) - 1))
+
+
+def stratified_phases(count, rng):
+    """`count` phases in [0, 1), one at random in each of `count` equal parts, in random order.
+
+    As even as a grid and as free of patterns as chance: a median over them scatters far less than over plain chance.
+    """
+    phases = [(index + rng.random()) / count for index in range(count)]
+    rng.shuffle(phases)
+    return phases
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a figure has to reach. kind: 'ratio' (ours / peer at most), 'below', 'at_least', 'near' (within 0.5 %)."""
+
+    kind: str
+    limit: float
+
+    NEAR_SHARE = 0.005  # a rate measured over a second or two repeats within that
+
+    def __str__(self):
+        limit = f'{self.limit:,g}'
+        words = {'ratio': f'<= {limit} x peer', 'below': f'< {limit}', 'at_least': f'>= {limit}', 'near': f'= {limit}'}
+        return words[self.kind]
+
+    def reached(self, ours, ratio):
+        """True, False, or None when there is nothing to judge by (no figure, or a ratio without a peer)."""
+        value = ratio if self.kind == 'ratio' else ours
+        if value is None:
+            return None
+        if self.kind == 'ratio':
+            return value <= self.limit
+        if self.kind == 'below':
+            return value < self.limit
+        if self.kind == 'at_least':
+            return value >= self.limit
+        return abs(value - self.limit) <= self.NEAR_SHARE * self.limit
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One line of the table: the samples under `key` brought to one number by `reduce`, in `unit`."""
+
+    name: str
+    key: str
+    unit: str
+    reduce: object = median
+    target: Optional[Target] = None
+
+
+@dataclass(frozen=True)
+class Row:
+    """A judged figure. `ours`, `peer`, `ratio` and `ok` are None where nothing was measured."""
+
+    figure: Figure
+    ours: Optional[float]
+    peer: Optional[float]
+    ratio: Optional[float]
+    ok: Optional[bool]
+    counts: dict
+    ranges: dict
+
+
+def judge(figure, pools):
+    """The Row of a figure. pools: {'ours': {key: samples}, 'peer': {key: samples}}, either may be missing."""
+    samples = {side: pools.get(side, {}).get(figure.key, []) for side in (OURS, PEER)}
+    value = {side: figure.reduce(pool) if pool else None for side, pool in samples.items()}
+    ours, peer = value[OURS], value[PEER]
+    ratio = ours / peer if ours is not None and peer else None
+    ok = figure.target.reached(ours, ratio) if figure.target else None
+    counts = {side: len(pool) for side, pool in samples.items()}
+    ranges = {side: [min(pool), max(pool)] if pool else None for side, pool in samples.items()}
+    return Row(figure, ours, peer, ratio, ok, counts, ranges)

@@ -1,0 +1,104 @@
+"""What a bench hands out: the table for people and the JSON for machines. No ROS."""
+
+import json
+import os
+import platform
+import time
+
+from figures import OURS, PEER
+
+HEADER = ('figure', 'ours', 'peer', 'ratio', 'target', 'ok?')
+
+
+def number(value):
+    """A figure as a person reads it: four significant digits, thousands parted, '-' for none."""
+    if value is None:
+        return '-'
+    if abs(value) >= 1000.0:
+        return f'{value:,.0f}'
+    return f'{value:.4g}' if abs(value) < 100.0 else f'{value:.1f}'
+
+
+def cells(row):
+    """The six texts of a row of the table."""
+    figure = row.figure
+    ratio = '-' if row.ratio is None else f'{row.ratio:.2f}'
+    target = str(figure.target) if figure.target else ''
+    verdict = {True: 'yes', False: 'NO', None: '-' if figure.target else ''}[row.ok]
+    return (f'{figure.name} [{figure.unit}]', number(row.ours), number(row.peer), ratio, target, verdict)
+
+
+def table(rows):
+    """The rows as aligned text; rows of which nothing was measured are left out."""
+    lines = [HEADER] + [cells(row) for row in rows if row.ours is not None or row.peer is not None]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(HEADER))]
+    lines.insert(1, tuple('-' * width for width in widths))
+    return '\n'.join('  '.join(_aligned(line, widths)).rstrip() for line in lines)
+
+
+def _aligned(line, widths):
+    for column, (text, width) in enumerate(zip(line, widths)):
+        yield text.rjust(width) if column in (1, 2, 3) else text.ljust(width)
+
+
+def verdict(rows):
+    """One closing sentence: how many targets were reached, missed, and could not be judged."""
+    judged = [row for row in rows if row.figure.target]
+    reached = sum(row.ok is True for row in judged)
+    missed = [row.figure.name for row in judged if row.ok is False]
+    text = f'{reached} of {len(judged)} targets reached'
+    if missed:
+        text += f', {len(missed)} missed ({"; ".join(missed)})'
+    open_ones = len(judged) - reached - len(missed)
+    if open_ones:
+        text += f', {open_ones} not judged (not measured, or a ratio without --peer)'
+    return text + '.'
+
+
+def cpu_model(cpuinfo):
+    """The processor's name from the text of /proc/cpuinfo, 'unknown' where it has none (some ARM boards)."""
+    for line in cpuinfo.splitlines():
+        key, _, value = line.partition(':')
+        if key.strip() in ('model name', 'Model', 'Hardware'):
+            return value.strip()
+    return 'unknown'
+
+
+def machine():
+    """Facts of this machine that figures depend on; no names, no paths."""
+    try:
+        with open('/proc/cpuinfo', encoding='utf-8', errors='replace') as file:
+            model = cpu_model(file.read())
+    except OSError:
+        model = 'unknown'
+    return {
+        'cores': os.cpu_count(),
+        'cpu': model,
+        'architecture': platform.machine(),
+        'python': platform.python_version(),
+        'load_before': round(os.getloadavg()[0], 2),
+    }
+
+
+def as_json(suite, rows, failures, settings, facts):
+    """The whole run as JSON text, rows without any sample included as null."""
+    document = {
+        'suite': suite,
+        'when': time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime()),
+        'machine': facts,
+        'settings': settings,
+        'figures': [_row_as_dict(row) for row in rows],
+        'failures': failures,
+    }
+    return json.dumps(document, indent=2) + '\n'
+
+
+def _row_as_dict(row):
+    figure = row.figure
+    entry = {'name': figure.name, 'key': figure.key, 'unit': figure.unit}
+    entry.update(ours=row.ours, peer=row.peer, ratio=row.ratio)
+    entry.update(target=str(figure.target) if figure.target else None, ok=row.ok)
+    for side in (OURS, PEER):
+        entry[f'{side}_samples'] = row.counts[side]
+        entry[f'{side}_range'] = row.ranges[side]
+    return entry

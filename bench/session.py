@@ -1,0 +1,139 @@
+"""Masters, nodes under test and probes of a bench as child processes. The bench itself never imports rospy."""
+
+import json
+import os
+import shlex
+import socket
+import subprocess
+import sys
+import time
+import xmlrpc.client
+from urllib.parse import urlparse
+
+from processes import POLL, BenchError, Child
+
+FIRST_PORT = 11700  # of the masters, when ROS_MASTER_URI names none on this machine
+PORTS_TRIED = 50
+MASTER_DEADLINE = 15.0  # [s] for a master to answer
+FIND_DEADLINE = 20.0  # [s] for catkin_find
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def first_port(uri):
+    """Port of a master URI on this machine, FIRST_PORT when it names another machine or none."""
+    parsed = urlparse(uri or '')
+    local = parsed.hostname in ('localhost', '127.0.0.1')
+    return parsed.port if local and parsed.port else FIRST_PORT
+
+
+def is_free(port):
+    """Whether a master could listen on this TCP port of the loopback interface."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(('127.0.0.1', port))
+        except OSError:
+            return False
+    return True
+
+
+def free_ports(first, count, free=is_free):
+    """The first `count` free ports from `first` upward, among PORTS_TRIED; BenchError when there are fewer."""
+    found = [port for port in range(first, first + PORTS_TRIED) if free(port)][:count]
+    if len(found) < count:
+        raise BenchError(f'No {count} free ports in {first} to {first + PORTS_TRIED - 1} for the masters. '
+                         'Set ROS_MASTER_URI to http://localhost:PORT with another PORT.')
+    return found
+
+
+def package_path(executable, inherited, read=None):
+    """ROS_PACKAGE_PATH for an executable: its own catkin workspace before the inherited ones.
+
+    A turtlesim_node of another workspace looks up its package's files by this path; without it, it would take those
+    of the workspace of this bench. Unknown layouts leave `inherited` as it is.
+    """
+    prefix = os.path.dirname(os.path.dirname(os.path.dirname(executable)))  # PREFIX/lib/PACKAGE/EXECUTABLE
+    try:
+        sources = (read or _read)(os.path.join(prefix, '.catkin'))
+    except OSError:
+        return inherited
+    own = sources.strip().split(';') if sources.strip() else [os.path.join(prefix, 'share')]
+    return os.pathsep.join(own + ([inherited] if inherited else []))
+
+
+def _read(path):
+    with open(path, encoding='utf-8') as file:
+        return file.read()
+
+
+def find_node(package, executable):
+    """Command of the executable that `rosrun package executable` would start; BenchError when there is none."""
+    command = ['catkin_find', '--first-only', '--libexec', '--share', package, executable]
+    try:
+        found = subprocess.run(command, capture_output=True, text=True, timeout=FIND_DEADLINE, check=False).stdout
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise BenchError(f'catkin_find does not work ({error}). Run this through ./run bench.') from error
+    if not found.strip():
+        raise BenchError(f'No executable {executable} in package {package}. Build it with ./run build, '
+                         "or name one with --node 'command'.")
+    return [found.splitlines()[0]]
+
+
+class Subject:
+    """A node under test and its master. side: 'ours' or 'peer'; command: list; folder: for logs, removed later."""
+
+    def __init__(self, side, command, port, folder):
+        self.side = side
+        self._command = command
+        self._folder = folder
+        self._uri = f'http://localhost:{port}'
+        self._env = dict(os.environ, ROS_MASTER_URI=self._uri, ROS_HOSTNAME='localhost', ROS_LOG_DIR=folder,
+                         ROS_HOME=folder, QT_QPA_PLATFORM='offscreen')
+        for name in ('DISPLAY', 'ROS_NAMESPACE', 'ROS_IP'):
+            self._env.pop(name, None)
+        self._node_env = dict(self._env)
+        self._node_env['ROS_PACKAGE_PATH'] = package_path(command[0], self._env.get('ROS_PACKAGE_PATH', ''))
+        self.master = Child(f'master of {side}', ['rosmaster', '--core', '-p', str(port)], self._env, folder)
+
+    def await_master(self):
+        """Return once the master answers; BenchError with its last lines when it does not."""
+        deadline = time.monotonic() + MASTER_DEADLINE
+        while True:
+            self.master.require_alive()
+            try:
+                xmlrpc.client.ServerProxy(self._uri).getPid('/bench')
+                return
+            except OSError:
+                if time.monotonic() > deadline:
+                    raise BenchError(f'The master at {self._uri} gave no answer within {MASTER_DEADLINE:.0f} s. '
+                                     f'Its last lines:\n{self.master.tail()}') from None
+            time.sleep(POLL)
+
+    def node(self):
+        """Start the node under test: a Child, to be used as a context manager."""
+        return Child(f'node of {self.side}', self._command, self._node_env, self._folder)
+
+    def probe(self, module, *arguments):
+        """Start a sibling module of this one as a client that prints one JSON document a line: a Child."""
+        command = [sys.executable, os.path.join(HERE, module), *(str(argument) for argument in arguments)]
+        return Child(f'{module} {arguments[0]}', command, self._env, self._folder, lines=True)
+
+
+def answer(probe, patience, watched=()):
+    """The next JSON document of a probe within `patience` seconds while the `watched` children live."""
+    line = probe.next_line(time.monotonic() + patience, watched)
+    try:
+        return json.loads(line)
+    except ValueError as error:
+        raise BenchError(f'{probe.name} printed {line!r}, expected JSON. Its last lines:\n{probe.tail()}') from error
+
+
+def split_command(text):
+    """A command line as a list, the way a shell parts it; BenchError on an empty one or an open quote."""
+    try:
+        command = shlex.split(text)
+    except ValueError as error:
+        raise BenchError(f'Command {text!r} cannot be read: {error}.') from error
+    if not command:
+        raise BenchError("The command is empty: give a path and its arguments, such as '/path/to/turtlesim_node'.")
+    return command

@@ -1,0 +1,17 @@
+#!/usr/bin/env python3
+"""The course's first subscriber: prints the poses on turtle1/pose."""
+import rospy
+
+from kinematic_ros import params
+from turtle_robotont.course_nodes import PosePrinter
+
+
+def main():
+    rospy.init_node('pose_subscriber', anonymous=True)
+    PosePrinter('turtle1/pose', rate=params.number('~rate', 0.0, minimum=0.0, maximum=1000.0, unit='Hz'))
+    params.log_effective()
+    rospy.spin()
+
+
+if __name__ == '__main__':
+    params.run(main)

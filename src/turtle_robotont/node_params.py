@@ -1,0 +1,44 @@
+"""The parameters that several of the course's nodes have in common; each raises params.ParameterError."""
+import rosgraph.names
+import rospy
+
+from kinematic_core.checks import InvalidInput
+from kinematic_ros import params
+from turtle_robotont import shapes
+from turtle_robotont.control import LIMITS, Limits
+
+SLOWEST, FASTEST = 0.05, 10.0  # [m/s] speeds that can be asked for
+
+
+def turtle():
+    """Return ~turtle: the name under which the turtle's topics and services lie."""
+    name = params.text('~turtle', 'turtle1')
+    if not name or name.startswith('~') or not rosgraph.names.is_legal_name(name):
+        raise params.ParameterError(f'parameter {rospy.resolve_name("~turtle")} is {name!r}; it must be a ROS name '
+                                    'such as turtle1 or sim2/turtle1. Set it with _turtle:=turtle1')
+    return name
+
+
+def limits(speed):
+    """Return the Limits in ~speed [m/s], by default ``speed``, and ~turn_speed [rad/s]."""
+    return Limits(params.number('~speed', speed, minimum=SLOWEST, maximum=FASTEST, unit='m/s'),
+                  params.number('~turn_speed', LIMITS.turn_speed, minimum=0.1, maximum=10.0, unit='rad/s'))
+
+
+def points(name, default):
+    """Return the Points [m] in the parameter ``name``: a list of pairs [x, y] inside the arena."""
+    try:
+        result = shapes.points_from(params.numbers(name, default, unit='m'))
+        shapes.require_fit(result)
+        return result
+    except InvalidInput as error:
+        raise params.ParameterError(f'parameter {rospy.resolve_name(name)}: {error}') from None
+
+
+def colour(name, default):
+    """Return the parameter ``name`` as (r, g, b), whole numbers from 0 to 255."""
+    values = params.numbers(name, default, length=3)
+    if not all(isinstance(value, float) and value in range(256) for value in values):
+        raise params.ParameterError(f'parameter {rospy.resolve_name(name)} is {values}; it must be three whole numbers '
+                                    f'from 0 to 255. Set it with _{name.lstrip("~")}:="{default}"')
+    return tuple(int(value) for value in values)

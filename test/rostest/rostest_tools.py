@@ -1,0 +1,269 @@
+"""What the rostests share: deadlines, collected messages, refused calls, and a simulator's interface seen from outside.
+
+Nothing here waits for a fixed time: ``until`` polls a condition up to a deadline. The deadlines are generous, a
+loaded machine of two cores has to meet them; they only cost time when a test fails.
+"""
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xmlrpc.client
+
+import rosgraph
+import roslib.packages
+import rospy
+from geometry_msgs.msg import Twist, Vector3
+from rosgraph_msgs.msg import Log
+from std_srvs.srv import Empty, Trigger
+from turtlesim.msg import Color, Pose
+from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
+
+import rostest
+
+PACKAGE = 'turtle_robotont'
+DEADLINE = 20.0  # [s] for what takes well under a second on an idle machine
+POLL = 0.01  # [s]
+
+DT = 0.016  # [s] one step of the simulator
+ARENA = 11.0888891  # [m] side of the arena
+MIDDLE = 5.544444561004639  # [m] where turtle1 begins, both x and y; a float32
+PIXELS_PER_METRE = 45.0
+BACKGROUND = (69, 86, 255)
+PEN = (179, 184, 255)
+FLOAT32_TOLERANCE = 1e-5  # [m, rad] what float32 fields and sums of them may be off
+
+
+def run(*cases):
+    """Run one method of the TestCases as a rostest node: the one that args= in the .test file names."""
+    method = sys.argv[1]
+    case = next((case for case in cases if hasattr(case, method)), cases[0])
+    rospy.init_node(method)
+    rostest.rosrun(PACKAGE, method, f'__main__.{case.__name__}.{method}')
+
+
+def until(condition, what, deadline=DEADLINE):
+    """Poll ``condition`` until it is true; return its value. Fail with ``what`` when ``deadline`` [s] has passed."""
+    end = time.monotonic() + deadline
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise AssertionError(f'not within {deadline:g} s: {what}')
+        time.sleep(POLL)
+
+
+def proxy(name, service):
+    """Return the proxy of a service that exists or is about to."""
+    rospy.wait_for_service(name, DEADLINE)
+    return rospy.ServiceProxy(name, service)
+
+
+def node_api(node):
+    """Return the slave API of a node, an xmlrpc.client.ServerProxy."""
+    return xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(node))
+
+
+def registered_names(node):
+    """Return the names that a node has registered with the master: (published, subscribed, services), sets."""
+    state = rosgraph.Master(rospy.get_name()).getSystemState()
+    return tuple({name for name, nodes in kind if node in nodes} for kind in state)
+
+
+class Collected:
+    """The messages of a topic since this was made, oldest first."""
+
+    def __init__(self, topic, message_type):
+        self.topic = topic
+        self.messages = []
+        self.subscriber = rospy.Subscriber(topic, message_type, self.messages.append, tcp_nodelay=True)
+
+    def index(self, fits=lambda message: True, what='a message', start=None, deadline=DEADLINE):
+        """Return the index of the first message that fits, from ``start`` on (without it: from now on)."""
+        start = len(self.messages) if start is None else start
+        return until(lambda: [number for number, message in enumerate(self.messages[start:], start) if fits(message)],
+                     f'{what} on {self.topic}', deadline)[0]
+
+    def next(self, fits=lambda message: True, what='a message', deadline=DEADLINE):
+        """Return the first message from now on that fits."""
+        return self.messages[self.index(fits, what, deadline=deadline)]
+
+    def some(self, start, number, deadline=DEADLINE):
+        """Return ``number`` messages from the index ``start`` on."""
+        until(lambda: len(self.messages) >= start + number, f'{number} messages on {self.topic}', deadline)
+        return self.messages[start:start + number]
+
+    def more(self, number, deadline=DEADLINE):
+        """Return the next ``number`` messages."""
+        return self.some(len(self.messages), number, deadline)
+
+
+class NodeLog:
+    """What a node logs on /rosout since this was made."""
+
+    def __init__(self, node):
+        self._node = node
+        self._log = Collected('/rosout', Log)
+        # the topic is latched: the last line that came before is the sign that the two are connected
+        until(lambda: [entry for entry in self._log.messages if entry.name == node], f'a connection with {node}')
+        self._log.messages.clear()
+
+    def texts(self, level):
+        """Return the texts logged at a level (Log.INFO, Log.WARN, Log.ERROR)."""
+        return [entry.msg for entry in list(self._log.messages) if entry.name == self._node and entry.level == level]
+
+    def wait(self, level, pattern, deadline=DEADLINE):
+        """Return the first text at the level that matches the regular expression completely."""
+        return until(lambda: [text for text in self.texts(level) if re.fullmatch(pattern, text, re.DOTALL)],
+                     f'a line {pattern!r}; there were: {self.texts(level)}', deadline)[0]
+
+
+class SimulatorCase(unittest.TestCase):
+    """A test with a simulator; ``simulator`` is its node's name, ``space`` the namespace of its turtles."""
+
+    simulator = '/turtlesim'
+    space = '/'
+
+    def setUp(self):
+        """Wait for turtle1; without ``simulator`` the test starts simulators itself."""
+        if self.simulator:
+            rospy.wait_for_service(f'{self.space}turtle1/teleport_relative', DEADLINE)
+
+    def poses(self, turtle='turtle1'):
+        """Return the Collected poses of a turtle, of which there is one already."""
+        return self._begun(Collected(f'{self.space}{turtle}/pose', Pose))
+
+    def colors(self, turtle='turtle1'):
+        """Return the Collected colours under a turtle, of which there is one already."""
+        return self._begun(Collected(f'{self.space}{turtle}/color_sensor', Color))
+
+    def _begun(self, collected):
+        self.addCleanup(collected.subscriber.unregister)
+        until(lambda: collected.messages, f'a first message on {collected.topic}')
+        return collected
+
+    def pose(self, turtle='turtle1'):
+        """Return a pose published after this was called."""
+        return rospy.wait_for_message(f'{self.space}{turtle}/pose', Pose, DEADLINE)
+
+    def color(self, turtle='turtle1'):
+        """Return (r, g, b) under a turtle, published after this was called."""
+        message = rospy.wait_for_message(f'{self.space}{turtle}/color_sensor', Color, DEADLINE)
+        return message.r, message.g, message.b
+
+    def driver(self, topic='turtle1/cmd_vel', subscribers=1):
+        """Return a function (linear_x, linear_y, angular_z) that publishes a Twist to that many subscribers."""
+        publisher = rospy.Publisher(f'{self.space}{topic}', Twist, queue_size=10, tcp_nodelay=True)
+        self.addCleanup(publisher.unregister)
+        until(lambda: publisher.get_num_connections() >= subscribers, f'{subscribers} subscribers of {publisher.name}')
+        return lambda x=0.0, y=0.0, turn=0.0: publisher.publish(Vector3(x, y, 0.0), Vector3(0.0, 0.0, turn))
+
+    def call(self, name, *values):
+        """Call a service of the simulator."""
+        kind = SERVICES[name.rsplit('/', 1)[-1]]
+        return proxy(f'{self.simulator if name == "snapshot" else self.space.rstrip("/")}/{name}', kind)(*values)
+
+    def refused(self, name, *values):
+        """Call a service that must fail; return the text of the failure."""
+        with self.assertRaises(rospy.ServiceException, msg=f'{name} {values}') as failure:
+            self.call(name, *values)
+        return str(failure.exception)
+
+    def jump(self, x, y, theta=0.0, turtle='turtle1'):
+        """Teleport a turtle without drawing; its pen is down afterwards, in the colour it begins with."""
+        self.call(f'{turtle}/set_pen', 0, 0, 0, 0, 1)
+        self.call(f'{turtle}/teleport_absolute', x, y, theta)
+        self.call(f'{turtle}/set_pen', *PEN, 3, 0)
+
+    def set_parameter(self, name, value):
+        """Set a private parameter of the simulator."""
+        rospy.set_param(f'{self.simulator}/{name}', value)
+
+    def temporary_directory(self):
+        """Return a directory that is removed after the test."""
+        directory = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, directory, ignore_errors=True)
+        return directory
+
+    def snapshot(self):
+        """Return the bytes of the PNG file that ~snapshot saves."""
+        self.set_parameter('snapshot_dir', self.temporary_directory())
+        answer = self.call('snapshot')
+        self.assertTrue(answer.success, answer.message)
+        with open(answer.message, 'rb') as file:
+            return file.read()
+
+    def turtles(self):
+        """Return the names of the turtles, as their topics show them."""
+        published, _, _ = registered_names(self.simulator)
+        return {topic[len(self.space):-len('/pose')] for topic in published if topic.endswith('/pose')}
+
+    def state(self):
+        """Return all that a refused call must leave alone: every turtle's pose and the picture's bytes."""
+        return {name: self.pose(name) for name in self.turtles()}, self.snapshot()
+
+    def assert_unchanged(self, state):
+        """Assert that the simulator lives and is in a state that ``state`` returned before."""
+        poses, picture = self.state()
+        self.assertEqual(state[0], poses)
+        self.assertEqual(state[1], picture, 'the picture changed')
+
+    def assert_pose(self, pose, x, y, theta, tolerance=FLOAT32_TOLERANCE):
+        """Assert a position [m] and a heading [rad]."""
+        for field, value in (('x', x), ('y', y), ('theta', theta)):
+            self.assertAlmostEqual(value, getattr(pose, field), delta=tolerance, msg=f'{field} of {pose}')
+
+
+SERVICES = {'clear': Empty, 'reset': Empty, 'spawn': Spawn, 'kill': Kill, 'set_pen': SetPen, 'snapshot': Trigger,
+            'teleport_absolute': TeleportAbsolute, 'teleport_relative': TeleportRelative}
+
+
+class Process:
+    """A program that a test starts itself; what it prints is kept. Use it in a with statement."""
+
+    def __init__(self, *command, **environment):
+        self._output = tempfile.NamedTemporaryFile()
+        # -u: what a node has printed is there at once
+        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._output,
+                                        stderr=subprocess.STDOUT,
+                                        env=dict(os.environ, PYTHONUNBUFFERED='1', **environment))
+
+    def output(self):
+        """Return what it has printed so far."""
+        with open(self._output.name, encoding='utf-8', errors='replace') as file:
+            return file.read()
+
+    def runs(self):
+        """Return whether it has not ended."""
+        return self.process.poll() is None
+
+    def wait_for_output(self, pattern, deadline=DEADLINE):
+        """Return the match of a regular expression in what it prints."""
+        return until(lambda: re.search(pattern, self.output()), f'{pattern!r} in:\n{self.output()}', deadline)
+
+    def stop(self):
+        """End it as Ctrl-C does, by force when that does not help."""
+        for end in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            if self.runs():
+                self.process.send_signal(end)
+                try:
+                    self.process.wait(DEADLINE)
+                except subprocess.TimeoutExpired:
+                    continue
+        self._output.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+
+def own_simulator(*arguments, **environment):
+    """Start a turtlesim_node as a Process."""
+    return Process(roslib.packages.find_node('turtlesim', 'turtlesim_node')[0], *arguments, **environment)

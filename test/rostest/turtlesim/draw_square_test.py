@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""draw_square: the corners it visits, the way between them, how it begins and ends."""
+import math
+import os
+import signal
+import sys
+
+import roslib.packages
+import rospy
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from rostest_tools import DEADLINE, MIDDLE, Process, SimulatorCase, own_simulator, run, until
+
+DRAW_SQUARE = roslib.packages.find_node('turtlesim', 'draw_square')[0]
+CORNERS = [(MIDDLE + 2, MIDDLE), (MIDDLE + 2, MIDDLE + 2), (MIDDLE, MIDDLE + 2), (MIDDLE, MIDDLE)]  # in this order
+CORNER_TOLERANCE = 0.02  # [m] 2 cm
+PATH_TOLERANCE = 0.03  # [m] off the outline
+LAP_DEADLINE = 60.0  # [s] a lap takes 20
+
+
+class DrawSquareTest(SimulatorCase):
+
+    def start(self, *arguments):
+        process = Process(DRAW_SQUARE, *arguments)
+        self.addCleanup(process.stop)
+        return process
+
+    def test_draw_square_visits_the_corners(self):
+        poses = self.poses()
+        process = self.start('_laps:=1')
+        process.wait_for_output('Driving')  # reset is done
+        begin = len(poses.messages)
+        until(lambda: not process.runs(), 'the end of the lap', LAP_DEADLINE)
+        self.assertEqual(0, process.process.returncode, process.output())
+        path = [(pose.x, pose.y) for pose in poses.messages[begin:]]
+        for corner in CORNERS:
+            distances = [math.dist(corner, point) for point in path]
+            nearest = distances.index(min(distances))
+            self.assertLess(distances[nearest], CORNER_TOLERANCE, corner)
+            path = path[nearest:]  # the next corner comes later
+        for pose in poses.messages[begin:]:
+            off = abs(max(abs(pose.x - MIDDLE - 1.0), abs(pose.y - MIDDLE - 1.0)) - 1.0)
+            self.assertLess(off, PATH_TOLERANCE, f'away from the outline: {pose}')
+
+    def test_draw_square_goes_on_after_a_lap(self):
+        process = self.start('_side:=0.2')
+        until(lambda: process.output().count('Corner reached') >= 5, 'five corners', LAP_DEADLINE)
+        self.assertTrue(process.runs())
+
+    def test_draw_square_resets_first(self):
+        self.call('spawn', 2.0, 2.0, 0.0, 'turtle2')
+        self.call('turtle1/teleport_absolute', 1.0, 1.0, 1.0)
+        poses = self.poses()
+        process = self.start()
+        poses.next(lambda pose: pose.linear_velocity > 0.0, 'the turtle driving')
+        self.assertEqual({'turtle1'}, self.turtles())
+        self.assert_pose(poses.messages[-1], MIDDLE, MIDDLE, 0.0, tolerance=1.0)
+        self.assertIn(f'x={MIDDLE + 2:.3f}, y={MIDDLE:.3f}', process.output())
+
+    def test_draw_square_stops_the_turtle_when_it_ends(self):
+        poses = self.poses()
+        process = self.start()
+        poses.next(lambda pose: pose.linear_velocity > 0.9, 'the turtle at full speed')
+        process.process.send_signal(signal.SIGINT)
+        self.assertEqual(0, process.process.wait(DEADLINE))
+        ended = len(poses.messages)
+        pose = poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle at rest')
+        self.assertLess(poses.messages.index(pose) - ended, 30, 'it stopped only when the simulator did that')
+
+    def test_draw_square_waits_for_a_simulator(self):
+        process = self.start('__ns:=later')
+        process.wait_for_output('Waiting for the service /later/reset')
+        with own_simulator('__ns:=later'):
+            process.wait_for_output('Corner reached at', 2 * DEADLINE)
+
+    def test_draw_square_refuses_a_side_that_does_not_fit(self):
+        process = self.start('_side:=9.0')
+        process.wait_for_output('/draw_square/side is 9.0; it must be a number from 0.1 to 5.5 m')
+        self.assertEqual(2, process.process.wait(DEADLINE))
+        self.addCleanup(rospy.delete_param, '/draw_square/side')
+
+
+if __name__ == '__main__':
+    run(DrawSquareTest)

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""mimic: what it copies, what it leaves out, how it is remapped, how it ends."""
+import math
+import os
+import sys
+
+import roslib.packages
+import rospy
+from geometry_msgs.msg import Twist
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from turtlesim.msg import Pose
+
+from rostest_tools import DEADLINE, FLOAT32_TOLERANCE, Collected, Process, SimulatorCase, run, until
+
+MIMIC = roslib.packages.find_node('turtlesim', 'mimic')[0]
+SPEEDS = [(0.5, 0.25), (0.0, -1.5), (1.0, 0.0), (0.0, 0.0)]  # (m/s, rad/s), exact as float32
+DISTANCE_TOLERANCE = 0.05  # [m] a turtle that follows may start and stop two or three steps later
+HEADING_TOLERANCE = 0.05  # [rad]
+
+
+class MimicTest(SimulatorCase):
+
+    def start(self, *arguments, source='/input/pose', target='/output/cmd_vel', mimic_process=None):
+        """Start mimic, connect with it; return its Process."""
+        process = Process(MIMIC, *arguments)
+        self.addCleanup(process.stop)
+        self.connect(source, target)
+        return process
+
+    def connect(self, source, target):
+        self.received = Collected(target, Twist)
+        self.poses_out = rospy.Publisher(source, Pose, queue_size=10, tcp_nodelay=True)
+        until(self.received.subscriber.get_num_connections, f'mimic on {target}')
+        until(self.poses_out.get_num_connections, f'mimic on {source}')
+
+    def send(self, linear, angular):
+        """Publish a pose and wait for what comes of it; return (linear.x, angular.z)."""
+        seen = len(self.received.messages)
+        self.poses_out.publish(Pose(x=1.0, y=2.0, theta=3.0, linear_velocity=linear, angular_velocity=angular))
+        until(lambda: len(self.received.messages) > seen, f'a Twist for {linear}, {angular}')
+        return self.received.messages[-1].linear.x, self.received.messages[-1].angular.z
+
+    def assert_copies(self):
+        self.assertEqual(SPEEDS, [self.send(*speeds) for speeds in SPEEDS])
+        self.assertEqual(len(SPEEDS), len(self.received.messages), 'one Twist a pose')
+        for message in self.received.messages:
+            others = message.linear.y, message.linear.z, message.angular.x, message.angular.y
+            self.assertEqual((0.0, 0.0, 0.0, 0.0), others)
+
+    def test_mimic_copies_speeds(self):
+        self.start()
+        self.assert_copies()
+
+    def test_mimic_remapped_by_namespace(self):
+        self.start('input:=a/turtle1', 'output:=/b/turtle7', '__ns:=space',
+                   source='/space/a/turtle1/pose', target='/b/turtle7/cmd_vel')
+        self.assert_copies()
+
+    def test_mimic_remapped_by_topic(self):
+        self.start('input/pose:=leader/pose', 'output/cmd_vel:=follower/cmd_vel',
+                   source='/leader/pose', target='/follower/cmd_vel')
+        self.assert_copies()
+
+    def test_mimic_remapped_in_a_launch_file(self):
+        self.connect('/one/pose', '/two/cmd_vel')
+        self.assert_copies()
+
+    def test_mimic_leaves_out_what_is_no_speed(self):
+        process = self.start()
+        for bad in (math.nan, math.inf, -math.inf, 1e30):
+            self.poses_out.publish(Pose(linear_velocity=bad))
+            self.poses_out.publish(Pose(angular_velocity=bad))
+        self.assertEqual((0.5, 0.25), self.send(0.5, 0.25))
+        self.assertEqual(1, len(self.received.messages), self.received.messages)
+        process.wait_for_output('Ignored a message on /input/pose: pose: linear_velocity is nan; it must be')
+        self.assertEqual(1, process.output().count('Ignored'), process.output())
+
+    def test_mimic_stops_the_turtle_when_it_ends(self):
+        process = self.start()
+        self.assertEqual((0.5, 0.25), self.send(0.5, 0.25))
+        process.stop()
+        until(lambda: len(self.received.messages) > 1, 'a Twist that stops')
+        self.assertEqual([Twist()], self.received.messages[1:])
+        self.assertEqual(0, process.process.returncode)
+
+    def test_mimic_lets_a_turtle_follow_another(self):
+        self.call('spawn', 2.0, 2.0, 0.0, 'turtle2')
+        process = Process(MIMIC, 'input:=turtle1', 'output:=turtle2')
+        self.addCleanup(process.stop)
+        follower, leader = self.poses('turtle2'), self.poses('turtle1')
+        copied = Collected('turtle2/cmd_vel', Twist)
+        until(lambda: copied.messages, 'mimic on turtle2/cmd_vel')
+        start = leader.messages[-1], follower.messages[-1]
+        self.driver()(x=1.0, turn=0.5)
+        leader.next(lambda pose: pose.linear_velocity > 0.0, 'the leader moving')
+        until(lambda: not leader.messages[-1].linear_velocity and not follower.messages[-1].linear_velocity,
+              'both at rest again', 2 * DEADLINE)
+        moved = [(end.x - begin.x, end.y - begin.y, end.theta - begin.theta)
+                 for begin, end in zip(start, (leader.messages[-1], follower.messages[-1]))]
+        self.assertGreater(math.hypot(*moved[0][:2]), 0.9)
+        for led, followed, tolerance in zip(*moved, (DISTANCE_TOLERANCE, DISTANCE_TOLERANCE, HEADING_TOLERANCE)):
+            self.assertAlmostEqual(led, followed, delta=tolerance + FLOAT32_TOLERANCE, msg=str(moved))
+
+
+if __name__ == '__main__':
+    run(MimicTest)

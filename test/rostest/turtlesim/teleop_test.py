@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""turtle_teleop_key in a real terminal (pty) and behind a pipe: what it sends, how it ends, what it leaves behind."""
+import fcntl
+import os
+import pty
+import signal
+import socket
+import subprocess
+import sys
+import termios
+import threading
+import unittest
+
+import rosgraph
+import roslib.packages
+import rospy
+from geometry_msgs.msg import Twist
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from rostest_tools import DEADLINE, Collected, Process, node_api, run, until
+
+TELEOP = roslib.packages.find_node('turtlesim', 'turtle_teleop_key')[0]
+UP, DOWN, RIGHT, LEFT = b'\x1b[A', b'\x1b[B', b'\x1b[C', b'\x1b[D'
+
+
+class Terminal:
+    """A terminal with turtle_teleop_key running in it. Use it in a with statement."""
+
+    def __init__(self, *arguments, **environment):
+        self._user, self._program = pty.openpty()
+        self._printed = b''
+        self.mode_before = self.mode()
+        self.process = subprocess.Popen([TELEOP, *arguments], stdin=self._program, stdout=self._program,
+                                        stderr=self._program, start_new_session=True, preexec_fn=_take_terminal,
+                                        env=dict(os.environ, **environment))
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def mode(self):
+        """Return the terminal's settings."""
+        return termios.tcgetattr(self._program)
+
+    def printed(self):
+        """Return what was printed so far."""
+        return self._printed.decode(errors='replace')
+
+    def wait_for(self, text):
+        """Wait until a text was printed."""
+        until(lambda: text in self.printed(), f'{text!r} in {self.printed()!r}')
+
+    def press(self, keys):
+        """Press keys, given as the bytes that they send."""
+        os.write(self._user, keys)
+
+    def wait_for_end(self):
+        """Return the exit code."""
+        return self.process.wait(DEADLINE)
+
+    def _read(self):
+        try:
+            while True:
+                self._printed += os.read(self._user, 4096)
+        except OSError:
+            pass  # closed
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+        os.close(self._program)
+        os.close(self._user)
+
+
+def _take_terminal():
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+
+def twist(linear=0.0, angular=0.0):
+    message = Twist()
+    message.linear.x, message.angular.z = linear, angular
+    return message
+
+
+def kill_node(name):
+    """Do what rosnode kill does."""
+    try:
+        node_api(name).shutdown('/test', 'test')
+    except OSError:
+        pass  # the node may end before it has answered
+
+
+class TeleopTest(unittest.TestCase):
+
+    def setUp(self):
+        self.received = Collected('turtle1/cmd_vel', Twist)
+
+    def ready(self, terminal):
+        """Wait until the program listens to keys and this test to it."""
+        terminal.wait_for('the focus')
+        until(self.received.subscriber.get_num_connections, 'a connection with turtle_teleop_key')
+        return terminal
+
+    def piped(self, keys, *arguments):
+        """Return the exit code of a teleop whose input is a pipe with these keys."""
+        return subprocess.run([TELEOP, *arguments], input=keys, timeout=DEADLINE, check=False).returncode
+
+    def assert_received(self, *twists):
+        until(lambda: len(self.received.messages) >= len(twists), f'{len(twists)} Twists; {self.received.messages}')
+        self.assertEqual(list(twists), self.received.messages)
+
+    def test_teleop_sends_one_twist_a_key_press(self):
+        with Terminal() as terminal:
+            self.ready(terminal)
+            expected = []
+            for key, command in ((UP, twist(2.0)), (DOWN, twist(-2.0)), (LEFT, twist(0.0, 2.0)),
+                                 (RIGHT, twist(0.0, -2.0)), (UP, twist(2.0)), (UP, twist(2.0))):
+                terminal.press(key)
+                expected.append(command)
+                self.assert_received(*expected)
+            terminal.press(b'xABCD\x1b\r' + LEFT)  # keys that mean nothing, then one that does
+            self.assert_received(*expected, twist(0.0, 2.0))
+            terminal.press(b'q' + UP)
+            self.assertEqual(0, terminal.wait_for_end())
+            self.assert_received(*expected, twist(0.0, 2.0))
+
+    def test_teleop_says_what_the_keys_do(self):
+        with Terminal('_scale_linear:=1.5', '_scale_angular:=0.5') as terminal:
+            self.ready(terminal)
+            for text in ('arrow keys', '/turtle1/cmd_vel', '1.5 m/s', '0.5 rad/s', 'q  ', 'Ctrl-C', 'terminal'):
+                self.assertIn(text, terminal.printed())
+            terminal.press(b'z' + UP)
+            self.assert_received(twist(1.5))
+            self.assertNotIn('z', terminal.printed().split('the focus')[1])  # keys are not shown
+
+    def test_teleop_reads_a_pipe_to_its_end_and_loses_nothing(self):
+        for _ in range(3):
+            self.received.messages.clear()
+            self.assertEqual(0, self.piped(UP + RIGHT + b'x' + DOWN))
+            self.assert_received(twist(2.0), twist(0.0, -2.0), twist(-2.0))
+
+    def test_teleop_scales(self):
+        self.addCleanup(rospy.delete_param, '/scale_linear')
+        self.addCleanup(rospy.delete_param, '/scale_angular')
+        rospy.set_param('/scale_linear', 3)  # beside the node, where turtlesim reads it
+        rospy.set_param('/scale_angular', 0.5)
+        self.assertEqual(0, self.piped(UP + LEFT))
+        self.assert_received(twist(3.0), twist(0.0, 0.5))
+        self.assertEqual(0, self.piped(UP + LEFT, '_scale_linear:=-1.0', '__name:=other'))
+        self.assert_received(twist(3.0), twist(0.0, 0.5), twist(-1.0), twist(0.0, 0.5))
+
+    def test_teleop_refuses_a_scale_that_is_no_number(self):
+        with Process(TELEOP, '_scale_linear:=fast', '__name:=wrong') as teleop:
+            teleop.wait_for_output(r"/wrong/scale_linear is 'fast'; it must be a number")
+            self.assertEqual(2, teleop.process.wait(DEADLINE))
+
+    def test_teleop_puts_the_terminal_back_however_it_ends(self):
+        ends = {'q': lambda terminal: terminal.press(b'q'),
+                'Ctrl-C': lambda terminal: terminal.press(b'\x03'),
+                'Ctrl-\\': lambda terminal: terminal.press(b'\x1c'),
+                'Ctrl-D': lambda terminal: terminal.press(b'\x04'),
+                'SIGTERM': lambda terminal: terminal.process.send_signal(signal.SIGTERM),
+                'SIGHUP': lambda terminal: terminal.process.send_signal(signal.SIGHUP),
+                'rosnode kill': lambda _: kill_node('/teleop_turtle')}
+        for name, end in ends.items():
+            with Terminal() as terminal:
+                self.ready(terminal)
+                self.assertNotEqual(terminal.mode_before, terminal.mode())
+                end(terminal)
+                self.assertEqual(0, terminal.wait_for_end(), name)
+                self.assertEqual(terminal.mode_before, terminal.mode(), name)
+                self.assertNotIn('Traceback', terminal.printed(), name)
+
+    def test_teleop_ends_well_when_the_master_is_gone(self):
+        with socket.socket() as free:
+            free.bind(('localhost', 0))
+            port = free.getsockname()[1]
+        uri = f'http://localhost:{port}/'
+        with Process('rosmaster', '--core', '-p', str(port)) as master:
+            until(lambda: rosgraph.is_master_online(uri), f'a master at {uri}')
+            with Terminal(ROS_MASTER_URI=uri) as terminal:
+                terminal.wait_for('the focus')
+                master.stop()
+                terminal.press(UP)
+                terminal.wait_for('Nobody listens')
+                terminal.press(b'q')
+                self.assertEqual(0, terminal.wait_for_end())
+                self.assertEqual(terminal.mode_before, terminal.mode())
+                self.assertNotIn('Traceback', terminal.printed())
+
+
+if __name__ == '__main__':
+    run(TeleopTest)

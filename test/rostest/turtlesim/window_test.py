@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+"""The simulator's window on a screen of its own (Xvfb): what it shows, and what follows when it is closed or fails."""
+import os
+import sys
+import unittest
+
+import rospy
+
+sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *up) for up in (['..'], ['..', '..'])]
+from rostest_tools import ARENA, BACKGROUND, DEADLINE, SimulatorCase, own_simulator, run, until
+from virtual_display import MISSING, VirtualDisplay
+
+TITLE = 'TurtleSim'
+RED = (200, 10, 20)
+
+
+class WindowTest(SimulatorCase):
+
+    simulator = None  # each test starts its own
+
+    def simulator_on(self, display, *arguments):
+        """Start a simulator on a display (DISPLAY's value), wait for its first pose; return its Process."""
+        process = own_simulator(*arguments, DISPLAY=display, QT_QPA_PLATFORM='xcb')
+        self.addCleanup(process.stop)
+        self.pose()
+        return process
+
+    def screen(self):
+        """Return a VirtualDisplay that is closed after the test."""
+        if MISSING:
+            print(MISSING, file=sys.stderr)
+            raise unittest.SkipTest(MISSING)
+        screen = VirtualDisplay()
+        self.addCleanup(screen.close)
+        return screen
+
+    def window(self, screen):
+        return until(lambda: screen.windows(TITLE), f'a window {TITLE!r}')[0]
+
+    def test_window_shows_the_picture(self):
+        screen = self.screen()
+        self.simulator_on(screen.name)
+        self.assertEqual((500, 500), screen.size(self.window(screen)))
+        until(lambda: screen.pixel(10, 10) == BACKGROUND, f'the background on the screen; {screen.pixel(10, 10)}')
+        until(lambda: screen.pixel(250, 250) != BACKGROUND, 'a turtle in the middle')
+        self.call('turtle1/set_pen', *RED, 9, 0)
+        self.call('turtle1/teleport_absolute', ARENA, ARENA, 0.0)
+        until(lambda: screen.pixel(350, 149) == RED, 'the line from the middle to the upper right corner')
+
+    def test_window_closed_by_the_user_ends_the_simulator(self):
+        screen = self.screen()
+        simulator = self.simulator_on(screen.name)
+        screen.ask_to_close(self.window(screen))
+        self.assertEqual(0, simulator.process.wait(DEADLINE), simulator.output())
+
+    def test_window_false_opens_none(self):
+        screen = self.screen()
+        self.simulator_on(screen.name, '_window:=false')
+        self.simulator_on(screen.name, '__ns:=other', f'_background_r:={RED[0]}')
+        until(lambda: screen.pixel(10, 10)[0] == RED[0], "the second one's window")  # the first one's came before
+        self.assertEqual(1, len(screen.windows(TITLE)))
+
+    def test_window_without_a_display_leaves_a_simulator_that_says_so(self):
+        simulator = self.simulator_on(':4711')
+        simulator.wait_for_output("DISPLAY=':4711' cannot be used")
+        self.assertEqual(10, len(self.poses().more(10)))
+        self.assertTrue(simulator.runs())
+        self.assertFalse(rospy.is_shutdown())
+
+
+if __name__ == '__main__':
+    run(WindowTest)

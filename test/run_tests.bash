@@ -1,0 +1,91 @@
+#!/bin/bash
+# ./run test: run_tests.bash REPOSITORY WORKSPACE [NAME ...] [-- PYTEST_OPTION ...], inside the built workspace.
+# Every case leaves a folder results/KIND/NAME; test/summary.py reads them all, and expected.tsv says which must be there.
+set -eu
+
+export repo=$1 ws=$2
+shift 2
+export results rostest_seconds=180 check_seconds=60
+mkdir -p "$ws/test_results"
+results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
+jobs=${TURTLE_ROBOTONT_JOBS:-$(nproc)}
+filters=()
+while [ $# -gt 0 ] && [ "$1" != -- ]; do filters+=("$1"); shift; done
+[ $# -eq 0 ] || shift
+pytest_options=("$@")
+
+# Lists `KIND<TAB>NAME` of everything there is to run, units first.
+all_cases() {
+  cd "$repo"
+  find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
+  find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
+  find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
+  for manifest in package.xml stand_ins/*/package.xml; do printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"; done
+  printf 'ruff\tcheck\n'
+}
+
+chosen_cases() {
+  local kind name filter
+  all_cases | while IFS=$'\t' read -r kind name; do
+    [ ${#filters[@]} -gt 0 ] || printf '%s\t%s\n' "$kind" "$name"
+    for filter in ${filters[@]+"${filters[@]}"}; do
+      case "$kind/$name" in *"$filter"*) printf '%s\t%s\n' "$kind" "$name"; break ;; esac
+    done
+  done
+}
+
+# Ends, by their id, the processes that were started for the case with this folder (or for all below it).
+end_leftovers() {
+  local file
+  { grep -lzF "TURTLE_ROBOTONT_CASE=$1" /proc/[0-9]*/environ 2>/dev/null || true; } | while read -r file; do
+    file=${file#/proc/}
+    if kill -KILL "${file%/environ}" 2>/dev/null; then echo "ended left-over process ${file%/environ}"; fi
+  done
+}
+
+case_command() {
+  case $1 in
+    rostest) timeout -s INT -k 20 "$rostest_seconds" rostest --results-base-dir "$3/xml" "$repo/$2" ;;
+    roslaunch-check) timeout "$check_seconds" rosrun roslaunch roslaunch-check -o "$3/roslaunch-check.xml" "$repo/$2" ;;
+    catkin_lint)
+      # The root package holds the stand-ins' scripts too, which the stand-ins install themselves.
+      if [ "$2" = . ]; then set -- "$@" --ignore uninstalled_script; fi
+      timeout "$check_seconds" catkin_lint -q -W1 --strict "${@:4}" "$repo/$2"
+      ;;
+    ruff) timeout "$check_seconds" ruff check --output-format concise --cache-dir "$ws/ruff_cache" "$repo" ;;
+  esac
+}
+
+run_case() {
+  local dir=$results/$1/$2 start=$SECONDS code=0 verdict=ok
+  mkdir -p "$dir"
+  export TURTLE_ROBOTONT_CASE=$dir/ ROS_HOME=$dir/ros_home
+  case_command "$1" "$2" "$dir" >"$dir/output.txt" 2>&1 </dev/null || code=$?
+  [ "$1" != rostest ] || TURTLE_ROBOTONT_CASE='' end_leftovers "$dir/" >>"$dir/output.txt"
+  echo "$code" >"$dir/exit_code"
+  [ "$code" = 0 ] || verdict=FAILED
+  printf '%-6s %3d s  %s %s\n' "$verdict" $((SECONDS - start)) "$1" "$2"
+}
+
+run_units() {
+  local -a files
+  mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
+  [ ${#files[@]} -gt 0 ] || return 0
+  mkdir -p "$results/unit"
+  (cd "$repo" && python3 -m pytest -q --tb=short --no-summary -p no:cacheprovider --import-mode=importlib --junitxml="$results/unit/pytest.xml" \
+    "${pytest_options[@]}" "${files[@]}") || true
+}
+
+chosen_cases >"$results/expected.tsv"
+if [ ! -s "$results/expected.tsv" ]; then
+  echo "./run test: no test's name contains: ${filters[*]}. Names look like rostest/test/rostest/x.test or ruff/check." >&2
+  exit 2
+fi
+ln -sfn "$results" "$ws/test_results/latest"
+find "$ws/test_results" -mindepth 1 -maxdepth 1 -type d -mtime +2 -exec rm -rf {} +
+trap 'end_leftovers "$results/"' EXIT
+export -f run_case case_command end_leftovers
+run_units
+{ grep -v '^unit' "$results/expected.tsv" || true; } | tr '\t\n' '\0\0' |
+  xargs -0 -r -n 2 -P "$jobs" bash -c 'run_case "$@"' run_case
+python3 "$repo/test/summary.py" "$results"

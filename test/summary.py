@@ -1,0 +1,174 @@
+"""Sums up the results of ./run test: failures with their messages, then one closing line with the counts.
+
+usage: summary.py RESULTS
+
+RESULTS is the folder that run_tests.bash fills:
+  expected.tsv              one `KIND<TAB>NAME` a line: what had to run
+  unit/pytest.xml           JUnit XML of all cases of kind `unit`
+  rostest/NAME/xml/...      rostest's XML, and exit_code and output.txt beside the folder xml
+  KIND/NAME/exit_code       of the other kinds; each is one case, passed when the exit code is 0
+
+Exit code 0 only when at least one case passed and none failed. A test that left no result has failed.
+"""
+import sys
+import xml.etree.ElementTree as ElementTree
+from collections import namedtuple
+from pathlib import Path
+
+PASSED, FAILED, SKIPPED = 'passed', 'failed', 'skipped'
+TIMEOUT_CODES = (124, 137)  # of timeout(1): the limit was reached, and so it was with SIGKILL
+LAST_LINES = 25
+
+Case = namedtuple('Case', 'name outcome message')
+
+
+def read_junit(path, prefix=''):
+    """List of the cases in a JUnit XML file; a file that cannot be read is one failed case.
+
+    rosunit counts a failed subTest or setUpClass only in the attributes of the suite, so what these count beyond the
+    cases that carry a message is one failed case more.
+    """
+    try:
+        root = ElementTree.parse(str(path)).getroot()
+    except (OSError, ElementTree.ParseError) as error:
+        return [Case(prefix + path.name, FAILED, f'unreadable result file {path}: {error}')]
+    cases = []
+    for suite in root.iter('testsuite'):
+        found = [_read_case(element, prefix) for element in suite.findall('testcase')]
+        counted = sum(int(suite.get(key) or 0) for key in ('failures', 'errors'))
+        unnamed = counted - sum(len(element.findall('failure') + element.findall('error'))
+                                for element in suite.iter('testcase'))
+        cases += found
+        if unnamed > 0:
+            text = f'{unnamed} failures without a case of their own (a subTest or setUpClass); see {path}'
+            cases.append(Case(prefix + (suite.get('name') or path.name), FAILED, text))
+    return cases
+
+
+def _read_case(element, prefix):
+    name = '::'.join(part for part in (element.get('classname'), element.get('name')) if part)
+    problems = element.findall('failure') + element.findall('error')
+    skips = element.findall('skipped')
+    outcome = FAILED if problems else SKIPPED if skips else PASSED
+    texts = [(found.text or found.get('message') or '').strip() for found in problems]
+    texts += [found.get('message') or (found.text or '').strip() for found in skips]
+    return Case(prefix + name, outcome, '\n'.join(texts))
+
+
+def unit_cases(results, names):
+    """Cases of pytest; failed ones are added for files that gave no case.
+
+    names: the test files, relative to the repository, that had to run.
+    """
+    report = results / 'unit' / 'pytest.xml'
+    if not report.is_file():
+        return [Case('pytest', FAILED, f'pytest left no results in {report}; see its output above')]
+    cases = read_junit(report)
+    missing = [] if any(case.outcome == FAILED for case in cases) else [
+        name for name in names if not any(_module(name) in case.name for case in cases)]
+    return cases + [Case(name, FAILED, 'no case of this file ran') for name in missing]
+
+
+def _module(name):
+    return name[:-len('.py')].replace('/', '.')
+
+
+def rostest_cases(results, name):
+    """Cases of one .test file; it has failed when it left no result, ran no case or ended with an exit code.
+
+    rostest writes one case for each <test> into rostest-*.xml (did it run?) and each <test> its own cases into another
+    file. The former count only when they failed.
+    """
+    folder = results / 'rostest' / name
+    prefix = f'{name}: '
+    cases, ran = [], []
+    for path in sorted(folder.glob('xml/**/*.xml')):
+        if path.name.startswith('rostest-'):
+            ran += [case for case in read_junit(path, prefix) if case.outcome == FAILED]
+        else:
+            found = read_junit(path, prefix)
+            cases += found or [Case(prefix + path.name, FAILED, 'ran no test')]
+    cases += ran
+    code = _exit_code(folder)
+    if not cases:
+        cases = [Case(name, FAILED, f'left no results ({_describe(code)})\n{_last_lines(folder)}')]
+    elif code != 0 and not any(case.outcome == FAILED for case in cases):
+        cases.append(Case(name, FAILED, f'{_describe(code)}\n{_last_lines(folder)}'))
+    return cases
+
+
+def check_case(results, kind, name):
+    """The one case of roslaunch-check, catkin_lint or ruff."""
+    folder = results / kind / name
+    code = _exit_code(folder)
+    if code == 0:
+        return Case(f'{kind} {name}', PASSED, '')
+    return Case(f'{kind} {name}', FAILED, f'{_describe(code)}\n{_last_lines(folder)}')
+
+
+def _exit_code(folder):
+    try:
+        return int((folder / 'exit_code').read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _describe(code):
+    if code is None:
+        return 'did not run to its end'
+    return f'exit code {code}' + (', stopped at the time limit' if code in TIMEOUT_CODES else '')
+
+
+def _last_lines(folder):
+    try:
+        lines = (folder / 'output.txt').read_text(errors='replace').splitlines()
+    except OSError:
+        return ''
+    return '\n'.join(lines[-LAST_LINES:])
+
+
+def collect(results):
+    """All cases of the folder `results`, in the order of expected.tsv."""
+    expected = [line.split('\t') for line in (results / 'expected.tsv').read_text().splitlines()]
+    units = [name for kind, name in expected if kind == 'unit']
+    cases = unit_cases(results, units) if units else []
+    for kind, name in expected:
+        if kind == 'rostest':
+            cases += rostest_cases(results, name)
+        elif kind != 'unit':
+            cases.append(check_case(results, kind, name))
+    return cases
+
+
+def closing_line(cases):
+    """`N passed, N failed`, and `, N skipped` where some were."""
+    count = {outcome: sum(case.outcome == outcome for case in cases) for outcome in (PASSED, FAILED, SKIPPED)}
+    line = f'{count[PASSED]} passed, {count[FAILED]} failed'
+    return line + (f', {count[SKIPPED]} skipped' if count[SKIPPED] else '')
+
+
+def report(cases, results):
+    """The text to print: skipped and failed cases with their messages, the place of the details, the closing line."""
+    lines = ['']
+    lines += [f'SKIPPED {case.name}: {case.message}' for case in cases if case.outcome == SKIPPED]
+    for case in cases:
+        if case.outcome == FAILED:
+            lines += [f'FAILED  {case.name}'] + ['    ' + line for line in case.message.splitlines()]
+    lines += [f'Details: {results}', closing_line(cases)]
+    return '\n'.join(lines)
+
+
+def main(arguments):
+    """Prints the report and returns the exit code."""
+    if len(arguments) != 1:
+        print(__doc__, file=sys.stderr)
+        return 2
+    results = Path(arguments[0])
+    cases = collect(results)
+    print(report(cases, results), flush=True)
+    failed = any(case.outcome == FAILED for case in cases)
+    return 0 if cases and not failed and any(case.outcome == PASSED for case in cases) else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,250 @@
+"""kinematic_ros.params: what each reader takes, what it refuses, and what the refusal tells. Without a master."""
+import math
+
+import pytest
+import rospy
+
+from kinematic_ros import params
+
+NODE = '/sim/node'
+HUGE = 2 ** 31 - 1  # the largest whole number that the parameter server carries
+
+
+@pytest.fixture
+def server(monkeypatch):
+    """The parameter server: resolved name -> value."""
+    values = {}
+
+    def resolve_name(name):
+        return f'{NODE}/{name[1:]}' if name.startswith('~') else name if name.startswith('/') else f'/sim/{name}'
+    monkeypatch.setattr(rospy, 'resolve_name', resolve_name)
+    monkeypatch.setattr(rospy, 'get_param', lambda name, default: values.get(resolve_name(name), default))
+    monkeypatch.setattr(params, '_effective', {})
+    return values
+
+
+def refusal(reader, *args, **kwds):
+    with pytest.raises(params.ParameterError) as error:
+        reader(*args, **kwds)
+    return str(error.value)
+
+
+def same(value, expected):
+    assert value == expected
+    assert type(value) is type(expected)
+
+
+LIMITS = {'minimum': 0.5, 'maximum': 20}
+
+
+@pytest.mark.parametrize('value, limits, expected', [
+    (10.0, {}, 10.0), (3, {}, 3.0), (0, {}, 0.0), (-1e300, {}, -1e300), (HUGE, {}, float(HUGE)),
+    (0.5, LIMITS, 0.5), (20, LIMITS, 20.0), (19.999, LIMITS, 19.999),
+    (-5, {'maximum': 0.0}, -5.0), (5, {'minimum': 0.0}, 5.0),
+])
+def test_number_takes_whole_and_broken_numbers_up_to_the_limits(server, value, limits, expected):
+    server[f'{NODE}/rate'] = value
+    same(params.number('~rate', 1.0, **limits), expected)
+
+
+@pytest.mark.parametrize('value', [True, False, '10', '', 'fast', math.nan, math.inf, -math.inf, None, [], [1.0],
+                                   {'a': 1}, 0.49, 20.01, -3, HUGE])
+def test_number_refuses_the_rest(server, value):
+    server[f'{NODE}/rate'] = value
+    assert refusal(params.number, '~rate', 10.0, unit='Hz', **LIMITS) == (
+        f'parameter /sim/node/rate is {value!r}; it must be a number from 0.5 to 20 Hz. '
+        'Set it with _rate:=10.0 on the command line or rosparam set /sim/node/rate 10.0')
+
+
+@pytest.mark.parametrize('limits, allowed', [
+    ({}, 'a number.'),
+    ({'minimum': 0.1}, 'a number of at least 0.1.'),
+    ({'maximum': 1e6}, 'a number of at most 1e+06.'),
+    ({'minimum': -1, 'maximum': 1}, 'a number from -1 to 1.'),
+    ({'minimum': -1, 'maximum': 1, 'unit': 'm/s'}, 'a number from -1 to 1 m/s.'),
+    ({'unit': 's'}, 'a number s.'),
+])
+def test_refusal_of_a_number_names_the_limits_that_there_are(server, limits, allowed):
+    server[f'{NODE}/x'] = 'much'
+    text = refusal(params.number, '~x', 0.0, **limits)
+    assert f"parameter /sim/node/x is 'much'; it must be {allowed} Set it" in text
+
+
+@pytest.mark.parametrize('value, expected', [(3, 3), (0, 0), (255, 255), (3.0, 3), (0.0, 0), (255.0, 255)])
+def test_integer_takes_whole_numbers_up_to_the_limits(server, value, expected):
+    server[f'{NODE}/width'] = value
+    same(params.integer('~width', 7, 0, 255), expected)
+
+
+@pytest.mark.parametrize('value', [-7, HUGE, -HUGE])
+def test_integer_without_limits_takes_any(server, value):
+    server[f'{NODE}/count'] = value
+    same(params.integer('~count', 7), value)
+
+
+@pytest.mark.parametrize('value', [-1, 256, -1.0, 256.0, 2.5, 1e300, math.nan, math.inf, True, False, '3', '',
+                                   None, [3]])
+def test_integer_refuses_the_rest(server, value):
+    server[f'{NODE}/width'] = value
+    assert refusal(params.integer, '~width', 3, minimum=0, maximum=255, unit='px') == (
+        f'parameter /sim/node/width is {value!r}; it must be a whole number from 0 to 255 px. '
+        'Set it with _width:=3 on the command line or rosparam set /sim/node/width 3')
+
+
+@pytest.mark.parametrize('value', [True, False])
+def test_boolean_takes_true_and_false(server, value):
+    server[f'{NODE}/window'] = value
+    assert params.boolean('~window', not value) is value
+
+
+@pytest.mark.parametrize('value', [0, 1, 1.0, 'true', 'false', '', None, []])
+def test_boolean_refuses_the_rest(server, value):
+    server[f'{NODE}/window'] = value
+    text = refusal(params.boolean, '~window', False)
+    assert f'parameter /sim/node/window is {value!r}; it must be true or false. Set it with _window:=' in text
+
+
+@pytest.mark.parametrize('value, choices', [('circle', ('square', 'circle')), ('anything', ()), ('', ()), ('ä b', ())])
+def test_text_takes_the_choices_or_any_text(server, value, choices):
+    server[f'{NODE}/shape'] = value
+    same(params.text('~shape', 'square', choices=choices), value)
+
+
+@pytest.mark.parametrize('value, choices, allowed', [
+    ('Circle', ('square', 'circle'), 'one of square, circle'),
+    ('', ('square', 'circle'), 'one of square, circle'),
+    ('square, circle', ('square', 'circle'), 'one of square, circle'),
+    (5, ('square', 'circle'), 'one of square, circle'),
+    (5, (), 'a text'), (True, (), 'a text'), (None, (), 'a text'), (['a'], (), 'a text'), (2.5, (), 'a text'),
+])
+def test_text_refuses_the_rest(server, value, choices, allowed):
+    server[f'{NODE}/shape'] = value
+    assert refusal(params.text, '~shape', 'square', choices=choices) == (
+        f'parameter /sim/node/shape is {value!r}; it must be {allowed}. '
+        'Set it with _shape:=square on the command line or rosparam set /sim/node/shape square')
+
+
+@pytest.mark.parametrize('default', ['', None])
+def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, default):
+    server['/sim/node/path'] = 5
+    assert '_path:=a text on the command line' in refusal(params.text, '~path', default)
+
+
+@pytest.mark.parametrize('value, length, expected', [
+    ([1, 2.5, -3], None, [1.0, 2.5, -3.0]),
+    ((1, 2), 2, [1.0, 2.0]),
+    ([], None, []),
+    ([[1, 2], [3, 4.5]], 2, [[1.0, 2.0], [3.0, 4.5]]),
+    ([[4, 4], (7, 4), [[1]]], None, [[4.0, 4.0], [7.0, 4.0], [[1.0]]]),
+])
+def test_numbers_takes_lists_of_numbers_and_lists_of_such(server, value, length, expected):
+    server[f'{NODE}/corners'] = value
+    result = params.numbers('~corners', [9.0], length)
+    assert result == expected
+    assert all(type(entry) is float for entry in flat(result))
+
+
+def flat(values):
+    return [entry for value in values for entry in (flat(value) if isinstance(value, list) else [value])]
+
+
+@pytest.mark.parametrize('value', [5, 5.0, '1, 2', '[1, 2]', True, None, {'a': 1}, [True], ['1'], [math.nan],
+                                   [math.inf], [1.0, -math.inf], [None], [[1.0, 'x']], [[math.nan]], [{}]])
+def test_numbers_refuses_the_rest(server, value):
+    server[f'{NODE}/corners'] = value
+    text = refusal(params.numbers, '~corners', [1.0], unit='m')
+    assert text.startswith(f'parameter /sim/node/corners is {value!r}; it must be a list of finite numbers m. ')
+
+
+@pytest.mark.parametrize('value', [[], [1, 2], [1, 2, 3, 4]])
+def test_numbers_refuses_another_length(server, value):
+    server[f'{NODE}/colour'] = value
+    text = refusal(params.numbers, '~colour', [1, 2, 3], length=3)
+    assert f'is {value!r}; it must be a list of 3 numbers.' in text
+
+
+@pytest.mark.parametrize('read, expected', [
+    (lambda: params.number('~a', 2), 2.0),
+    (lambda: params.integer('~a', 2), 2),
+    (lambda: params.boolean('~a', True), True),
+    (lambda: params.text('~a', 'b', ('b', 'c')), 'b'),
+    (lambda: params.numbers('~a', (1, 2)), [1.0, 2.0]),
+])
+def test_parameter_that_is_not_set_has_its_default(server, read, expected):
+    same(read(), expected)
+
+
+@pytest.mark.parametrize('name, resolved', [('~a/b', '/sim/node/a/b'), ('/global', '/global'),
+                                            ('relative', '/sim/relative')])
+def test_refusal_names_the_resolved_parameter(server, name, resolved):
+    server[resolved] = 'bad'
+    text = refusal(params.number, name, 1.0)
+    assert text.startswith(f'parameter {resolved} is ')
+    assert text.endswith(f'rosparam set {resolved} 1.0')
+
+
+def test_refusal_is_a_value_error():
+    assert issubclass(params.ParameterError, ValueError)
+
+
+def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_reading(server, monkeypatch):
+    lines = []
+    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+    server.update({f'{NODE}/rate': 5, f'{NODE}/corners': [1, 2], f'{NODE}/bad': 'x'})
+    params.number('~rate', 10.0, unit='Hz')
+    params.text('~shape', 'square')
+    params.numbers('~corners', [], unit='m')
+    params.integer('~width', 3, unit='px')
+    refusal(params.number, '~bad', 1.0)
+    params.boolean('~window', False)
+    params.log_effective()
+    assert lines == ['Parameters: /sim/node/rate=5.0 Hz, /sim/node/shape=square, /sim/node/corners=[1.0, 2.0] m, '
+                     '/sim/node/width=3 px, /sim/node/window=False']
+
+
+def test_a_parameter_read_again_is_logged_with_its_latest_value(server, monkeypatch):
+    lines = []
+    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+    params.number('~rate', 10.0)
+    server[f'{NODE}/rate'] = 20
+    params.number('~rate', 10.0)
+    params.log_effective()
+    assert lines == ['Parameters: /sim/node/rate=20.0']
+
+
+@pytest.fixture
+def shutdowns(monkeypatch):
+    """What is logged as fatal and why the node is shut down, in their order."""
+    events = []
+    monkeypatch.setattr(rospy, 'logfatal', lambda text, *values: events.append(('fatal', text % values)))
+    monkeypatch.setattr(rospy, 'signal_shutdown', lambda reason: events.append(('shutdown', reason)))
+    return events
+
+
+def test_run_ends_with_2_on_a_bad_parameter_after_logging_it(shutdowns):
+    def main():
+        raise params.ParameterError('parameter /a is 100%; it must be less')
+    with pytest.raises(SystemExit) as end:
+        params.run(main)
+    assert end.value.code == 2
+    assert shutdowns[0] == ('fatal', 'parameter /a is 100%; it must be less')
+    assert shutdowns[1][0] == 'shutdown'
+
+
+@pytest.mark.parametrize('error', [rospy.ROSInterruptException('shutdown'), KeyboardInterrupt()])
+def test_run_takes_a_shutdown_quietly(shutdowns, error):
+    def main():
+        raise error
+    assert params.run(main) is None
+    assert shutdowns == []
+
+
+def test_run_calls_main_once_and_lets_it_end_as_it_does(shutdowns):
+    calls = []
+    params.run(lambda: calls.append(None))
+    assert (calls, shutdowns) == ([None], [])
+    with pytest.raises(ZeroDivisionError):
+        params.run(lambda: 1 / 0)
+    with pytest.raises(ValueError, match='mine'):
+        params.run(lambda: int('mine'))
+    assert shutdowns == []

@@ -1,0 +1,158 @@
+"""What holds the repository together: which way imports go, launch arguments' texts, scripts and module sizes."""
+import ast
+import importlib.util
+import os
+import pathlib
+import sysconfig
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+STAND_INS = REPOSITORY / 'stand_ins'
+COURSE = REPOSITORY / 'src' / 'turtle_robotont'
+NODE_LAYER = ['course', 'course_nodes', 'demo', 'drive_services', 'node_params', 'stage', 'turtle_driver',
+              'turtle_tasks']  # of turtle_robotont: may import ROS, all other modules may not
+STAND_IN_LOGIC = ['canvas', 'drawn_world', 'replay', 'sprites']  # of turtlesim: must do without ROS
+PICTURES = {'cv2', 'numpy'}  # what ROS-free modules may use beside the standard library
+LONGEST_MODULE = 350  # [lines]
+OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
+
+CORE_MODULES = sorted((STAND_INS / 'kinematic_core' / 'src' / 'kinematic_core').glob('*.py'))
+ROS_MODULES = sorted((STAND_INS / 'kinematic_ros' / 'src' / 'kinematic_ros').glob('*.py'))
+COURSE_LOGIC = sorted(path for path in COURSE.glob('*.py') if path.stem not in NODE_LAYER)
+SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *STAND_INS.glob('*/scripts')) for path in folder.iterdir()
+                 if path.is_file())
+STAND_IN_MODULES = sorted(STAND_INS.rglob('*.py')) + [path for path in SCRIPTS if STAND_INS in path.parents
+                                                      and path.suffix != '.py']
+MODULES = sorted({path for folder in ('src', 'scripts', 'stand_ins', 'bench', 'test')
+                  for path in (REPOSITORY / folder).rglob('*.py')} | set(SCRIPTS))
+LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *STAND_INS.glob('*/launch/*.launch')])
+
+
+def name_of(path):
+    return str(path.relative_to(REPOSITORY))
+
+
+def each(paths):
+    return pytest.mark.parametrize('path', paths, ids=name_of)
+
+
+def imported(source, package=''):
+    """Return the dotted names of everything that Python source imports, wherever in it; of ``package`` itself."""
+    names = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = '.'.join(filter(None, (package if node.level else '', node.module)))
+            names.update(f'{base}.{alias.name}' for alias in node.names)
+    return names
+
+
+def imports_of(path):
+    return imported(path.read_text(encoding='utf-8'), path.parent.name)
+
+
+def top(name):
+    return name.partition('.')[0]
+
+
+def in_standard_library(name):
+    spec = importlib.util.find_spec(top(name))
+    if spec is None or spec.origin is None:
+        return False
+    if spec.origin in ('built-in', 'frozen'):
+        return True
+    folder = pathlib.Path(sysconfig.get_paths()['stdlib']).resolve()
+    parents = pathlib.Path(spec.origin).resolve().parents
+    return folder in parents and not any(parent.name in ('site-packages', 'dist-packages') for parent in parents)
+
+
+def foreign(path, allowed):
+    """Return what a module imports that is neither in the standard library nor in a package of ``allowed``."""
+    return {name for name in imports_of(path) if top(name) not in allowed and not in_standard_library(name)}
+
+
+@pytest.mark.parametrize('source, names', [
+    ('import os', {'os'}),
+    ('import os.path as p, sys', {'os.path', 'sys'}),
+    ('from a.b import c, d', {'a.b.c', 'a.b.d'}),
+    ('def f():\n    import rospy', {'rospy'}),
+    ('try:\n    from tf import x\nexcept ImportError:\n    pass', {'tf.x'}),
+    ('from . import a\nfrom .b import c', {'own.a', 'own.b.c'}),
+    ('x = "import rospy"  # import tf', set()),
+])
+def test_imports_are_found_wherever_they_stand(source, names):
+    assert imported(source, 'own') == names
+
+
+@pytest.mark.parametrize('name, known', [
+    ('os', True), ('sys', True), ('xml.etree', True), ('math', True),
+    ('rospy', False), ('numpy', False), ('pytest', False), ('geometry_msgs.msg', False), ('no_such_module', False),
+])
+def test_standard_library_is_told_from_the_rest(name, known):
+    assert in_standard_library(name) is known
+
+
+@each(CORE_MODULES)
+def test_core_imports_only_the_standard_library_and_itself(path):
+    assert foreign(path, {'kinematic_core'}) == set()
+
+
+@each(ROS_MODULES)
+def test_kinematic_ros_imports_only_ros_and_the_core(path):
+    assert foreign(path, {'kinematic_core', 'kinematic_ros', 'rosgraph', 'rospy'}) == set()
+
+
+@each(COURSE_LOGIC)
+def test_course_logic_never_imports_ros_nor_the_node_layer(path):
+    assert foreign(path, {'kinematic_core', 'turtle_robotont', *PICTURES}) == set()
+    layers = {f'turtle_robotont.{module}' for module in (*NODE_LAYER, 'msg', 'srv')}
+    assert {name for name in imports_of(path) if '.'.join(name.split('.')[:2]) in layers} == set()
+
+
+def test_list_of_the_node_layer_is_up_to_date():
+    ros = {path.stem for path in COURSE.glob('*.py')
+           if foreign(path, {'kinematic_core', 'turtle_robotont', *PICTURES})}
+    assert ros <= set(NODE_LAYER)
+    assert {f'{module}.py' for module in NODE_LAYER} <= set(os.listdir(COURSE))
+    assert len(COURSE_LOGIC) >= 4
+
+
+@pytest.mark.parametrize('module', STAND_IN_LOGIC)
+def test_logic_of_turtlesim_never_imports_ros(module):
+    path = STAND_INS / 'turtlesim' / 'src' / 'turtlesim' / f'{module}.py'
+    assert foreign(path, {'kinematic_core', 'turtlesim', *PICTURES}) == set()
+    used = {name.split('.')[1] for name in imports_of(path) if top(name) == 'turtlesim'}
+    assert used <= set(STAND_IN_LOGIC)
+
+
+@each(STAND_IN_MODULES)
+def test_no_stand_in_imports_the_course(path):
+    assert 'turtle_robotont' not in map(top, imports_of(path))
+
+
+@each(LAUNCH_FILES)
+def test_every_launch_argument_has_a_text(path):
+    silent = [argument.get('name') for parent in ElementTree.parse(path).iter() if parent.tag != 'include'
+              for argument in parent.findall('arg') if not (argument.get('doc') or '').strip()]
+    assert silent == []
+
+
+@each(SCRIPTS)
+def test_script_is_executable_and_finds_its_python(path):
+    assert os.access(path, os.X_OK)
+    assert path.read_text(encoding='utf-8').startswith('#!/usr/bin/env python3\n')
+
+
+@each(MODULES)
+def test_module_is_short_and_in_the_oldest_python(path):
+    source = path.read_text(encoding='utf-8')
+    assert source.count('\n') <= LONGEST_MODULE
+    ast.parse(source, feature_version=OLDEST_PYTHON)
+
+
+def test_the_repository_was_found():
+    assert len(CORE_MODULES) >= 4 and len(ROS_MODULES) >= 4 and len(SCRIPTS) >= 11
+    assert len(STAND_IN_MODULES) >= 20 and len(LAUNCH_FILES) >= 8 and len(MODULES) >= 50

@@ -1,0 +1,77 @@
+# Sourced by ./run: the environment of its commands. Uses ws (the workspace) and ros_dir (a ROS 1 beside Debian's, or empty).
+# shellcheck shell=bash
+: "${ws=}" "${ros_dir=}"
+
+# Also written to the workspace as env.bash: everything foreign out, the workspace in (not for the argument `build`).
+# shellcheck disable=SC2120
+enter_workspace() {
+  unset PYTHONPATH PYTHONHOME LD_LIBRARY_PATH CMAKE_PREFIX_PATH PKG_CONFIG_PATH ROS_PACKAGE_PATH ROS_ROOT ROS_ETC_DIR
+  unset ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION ROS_TEST_RESULTS_DIR AMENT_PREFIX_PATH COLCON_PREFIX_PATH PYTEST_ADDOPTS
+  export PYTHONNOUSERSITE=1 PATH="/usr/bin:/bin:$PATH" VIRTUAL_ENV="$ws/venv"
+  [ -n "${LC_ALL:-}${LC_CTYPE:-}${LANG:-}" ] || export LANG=C.UTF-8
+  [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
+  export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
+  if [ "${1:-}" != build ] && [ -f "$ws/devel/setup.bash" ]; then
+    # shellcheck disable=SC1091
+    . "$ws/devel/setup.bash"
+  elif [ -n "$ros_dir" ]; then
+    # shellcheck disable=SC1091
+    . "$ros_dir/setup.bash"
+  fi
+  export PATH="$ws/venv/bin:$PATH"
+}
+
+# For a command that must not meet the user's own roscore, log folder or namespace.
+enter_apart() {
+  unset ROS_IP ROS_HOSTNAME ROS_MASTER_URI ROS_NAMESPACE ROS_LOG_DIR ROSCONSOLE_CONFIG_FILE ROS_IPV6
+  ROS_MASTER_URI=http://localhost:$(free_port)
+  export ROS_HOME=$ws/ros_home
+  set +eu
+  # shellcheck disable=SC2119
+  enter_workspace
+  set -eu
+  find "$ROS_HOME" -mindepth 2 -maxdepth 2 -mtime +2 -exec rm -rf {} + 2>/dev/null || true
+}
+
+free_port() {
+  local port
+  while :; do
+    port=$((20000 + RANDOM % 10000))
+    (: <"/dev/tcp/localhost/$port") 2>/dev/null || break
+  done
+  echo "$port"
+}
+
+# Prints rosbash (roscd, rosls, completion) changed: it skips every path with a hidden folder in it, and so all of
+# ~/.cache; what it has to skip are the hidden folders below a workspace's src.
+rosbash() {
+  local file=/usr/share/bash-completion/completions/rosbash
+  [ -z "$ros_dir" ] || file=$ros_dir/share/rosbash/rosbash
+  sed -e 's#"\.\*/\[\.\]#".*/src/.*/[.]#g' -e 's#-regex \.\*/\[\.\]\.\*#-regex ".*/src/.*/[.].*"#' "$file"
+}
+
+# env.bash brings any bash into the workspace; shell.bash starts the one of ./run shell.
+write_shell_files() {
+  rosbash >"$ws/rosbash.bash"
+  {
+    printf '# Written by ./run. In a bash of your own, type: source %s/env.bash\n' "$ws"
+    declare -f enter_workspace
+    printf 'enter_turtle_robotont() { local ws=%q ros_dir=%q; enter_workspace; }\n' "$ws" "$ros_dir"
+    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace'
+    printf '. %q\n' "$ws/rosbash.bash"
+  } >"$ws/env.bash"
+  cat >"$ws/shell.bash" <<END
+# Written by ./run: what an interactive ./run shell reads.
+[ -f ~/.bashrc ] && . ~/.bashrc
+[ -n "\${BASH_COMPLETION_VERSINFO:-}" ] || . /usr/share/bash-completion/bash_completion
+. "$ws/env.bash"
+cd "$ws"
+PS1="(turtle_robotont) \$PS1"
+cat <<'GREETING'
+ROS is ready. This is the workspace $ws; your own packages go into its src folder.
+Open three terminals, type ./run shell in each, and then:
+  1: roscore    2: rosrun turtlesim turtlesim_node    3: rosrun turtlesim turtle_teleop_key
+exit leaves this shell.
+GREETING
+END
+}

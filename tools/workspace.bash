@@ -1,0 +1,317 @@
+# Sourced by ./run: finds, installs, builds and locks the workspace.
+# Uses repo; sets ws (the workspace), ros_dir (a ROS 1 beside Debian's, or empty) and log.
+# shellcheck shell=bash
+: "${repo:?}"
+
+debian_packages=(bash-completion g++ make cmake python3-tk python3-venv)
+debian_ros_packages=(
+  catkin rosbash python3-rospy python3-roslaunch python3-rostest librostest-dev
+  python3-rosservice python3-rostopic python3-rosmsg python3-rosnode python3-rosparam python3-roswtf
+  libroscpp-dev ros-message-generation ros-message-runtime
+  ros-std-msgs libstd-msgs-dev python3-std-msgs ros-std-srvs libstd-srvs-dev python3-std-srvs
+  ros-geometry-msgs libgeometry-msgs-dev python3-geometry-msgs
+  ros-sensor-msgs libsensor-msgs-dev python3-sensor-msgs
+)
+required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic rosmsg rosnode rosparam
+  message_generation message_runtime std_msgs std_srvs geometry_msgs sensor_msgs)
+no_network='could not resolve|temporary failure (resolving|in name resolution)|network is unreachable|could not connect|'
+no_network+='failed to establish a new connection|cannot connect to proxy|connection (timed out|refused|failed)|'
+no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout'
+default_parent=${HOME:-}/.cache/turtle_robotont
+
+# ---------------------------------------------------------------------------------------------------- messages
+
+say() { printf '%s\n' "$@" >&2; }
+die() { say "" "./run: $1" "${@:2}"; exit 1; }
+
+# step NUMBER TEXT COMMAND...: shows one line of progress, keeps the command's output for the log.
+step() {
+  local number=$1 text=$2 start=$SECONDS
+  printf '[%s/3] %s ... ' "$number" "$text" >&2
+  printf '\n==== %s: %s\n' "$(date '+%F %T')" "$text" >>"$log"
+  if "${@:3}" >>"$log" 2>&1 9>&-; then
+    say "done in $((SECONDS - start)) s"
+  else
+    say "FAILED after $((SECONDS - start)) s"
+    explain_failure "$text"
+  fi
+}
+
+explain_failure() {
+  local reason="see the lines above" hint="Type ./run build to try again: it goes on where it stopped." part
+  part=$(tac "$log" | sed '/^==== /q')
+  log_has() { grep -qiE "$1" <<<"$part"; }
+  say "" "The last lines of the log $log:"
+  tail -n 20 "$log" | sed 's/^/  | /' >&2
+  if log_has 'no space left|not enough free space|disk quota exceeded'; then
+    reason="the disk is full" hint="About 2 GB are needed. Look at df -h / $ws, make room, then type ./run build."
+  elif log_has 'could not get lock|dpkg frontend lock'; then
+    reason="another program is installing Debian packages" hint="Wait until it is done, then type ./run build."
+  elif log_has 'certificate_verify_failed'; then
+    reason="the certificate of the Python package server is not trusted here (is there a proxy in between?)"
+    hint="Type: PIP_CERT=/the/proxy/certificate.crt ./run build"
+  elif log_has "$no_network"; then
+    reason="no network: the package server could not be reached"
+    hint="Check the cable or the wifi (and http_proxy, if you use a proxy), then type ./run build."
+  elif log_has 'unable to locate package|has no installation candidate'; then
+    reason="apt does not know these packages" \
+      hint="Add Debian's bookworm main to /etc/apt/sources.list (man sources.list shows how), then type ./run build."
+  elif own_packages | grep -q .; then
+    hint="If the error is in a package of your own, correct it or move it out of $ws/src: $(own_packages | xargs)"
+  fi
+  die "${1%% (*} failed: $reason." "$hint"
+}
+
+# ---------------------------------------------------------------------------------------------------- where things are
+
+find_ros() {
+  local dir
+  ros_dir=${TURTLE_ROBOTONT_ROS:-}
+  if [ -n "$ros_dir" ] && [ ! -f "$ros_dir/setup.bash" ]; then
+    die "TURTLE_ROBOTONT_ROS=$ros_dir has no setup.bash." "Set it to a folder like /opt/ros/noetic, or unset it."
+  fi
+  for dir in /opt/ros/noetic /opt/ros/one; do
+    if [ -z "$ros_dir" ] && [ -f "$dir/setup.bash" ]; then ros_dir=$dir; fi
+  done
+}
+
+find_workspace() {
+  local name hash
+  name=$(basename "$repo" | tr -c 'A-Za-z0-9_.\n-' '_')
+  hash=$(printf '%s' "$repo" | sha256sum)
+  if [ -n "${TURTLE_ROBOTONT_WS:-}" ]; then
+    case $TURTLE_ROBOTONT_WS in
+      /*) ws=$(realpath -m "$TURTLE_ROBOTONT_WS") ;;
+      *) die "TURTLE_ROBOTONT_WS=$TURTLE_ROBOTONT_WS is not an absolute path." "Let it begin with a /." ;;
+    esac
+  elif [ -n "${HOME:-}" ]; then
+    ws=$(realpath -m "$default_parent/$name-${hash:0:8}")
+  else
+    die "HOME is not set, so there is no place for the workspace." "Type: TURTLE_ROBOTONT_WS=/tmp/turtle_ws ./run build"
+  fi
+  log=$ws/run.log
+  case $ws/ in
+    "$repo"/*) die "the workspace $ws would lie inside the repository $repo, where ROS's tools would loop for ever." \
+      "Set TURTLE_ROBOTONT_WS to a folder outside." ;;
+    *[[:space:]]*) die "there is a blank in the workspace's path '$ws', which catkin cannot build in." \
+      "Type: TURTLE_ROBOTONT_WS=/a/path/without/blanks ./run build" ;;
+  esac
+  case $repo/ in
+    "$ws"/*) die "the repository $repo lies inside the workspace $ws." "Set TURTLE_ROBOTONT_WS to another folder." ;;
+  esac
+}
+
+# Dies unless the workspace is this checkout's (or of one that is gone: then it is taken over), empty or absent.
+check_workspace() {
+  local owner=""
+  [ -e "$ws" ] || return 0
+  if [ -f "$ws/.checkout" ]; then
+    owner=$(cat "$ws/.checkout")
+    [ "$owner" = "$repo" ] || [ ! -e "$owner/run" ] ||
+      die "the workspace $ws belongs to the checkout $owner, not to $repo." "Set TURTLE_ROBOTONT_WS to another folder."
+  elif [ -n "$(ls -A "$ws")" ]; then
+    die "$ws is not empty and was not made by ./run, so it is left alone." \
+      "Set TURTLE_ROBOTONT_WS to a new or empty folder."
+  fi
+  [ -w "$ws" ] || die "you ($(id -un)) may not write to $ws; it belongs to $(stat -c %U "$ws")." \
+    "Type: sudo chown -R $(id -un) $ws"
+}
+
+open_workspace() {
+  check_workspace
+  if [ ! -f "$ws/.checkout" ] || [ "$(cat "$ws/.checkout")" != "$repo" ]; then
+    { mkdir -p "$ws/src" && printf '%s\n' "$repo" >"$ws/.checkout"; } 2>/dev/null ||
+      die "the workspace $ws could not be made." "Set TURTLE_ROBOTONT_WS to a folder that you may write to."
+    forget_lost_workspaces
+  fi
+}
+
+# Every checkout has a workspace of its own: what can be made again is removed where the checkout is gone.
+forget_lost_workspaces() {
+  local marker old part
+  for marker in "$default_parent"/*/.checkout; do
+    old=$(dirname "$marker")
+    if [ ! -f "$marker" ] || [ -e "$(cat "$marker")" ]; then continue; fi
+    (
+      flock -n -x 8 || exit 0
+      for part in venv build devel ros_home test_results; do rm -rf "${old:?}/$part"; done
+      find "$old/src" -maxdepth 1 \( -xtype l -o -type l -name CMakeLists.txt \) -delete
+      rmdir "$old/src" 2>/dev/null && rm -rf "$old"
+    ) 8>"$old/.lock" || true
+  done
+}
+
+# lock MODE: -s to use the workspace, -x to change it; held until the script and the program it became end.
+lock() {
+  while :; do
+    exec 9>>"$ws/.lock"
+    flock -n "$1" 9 || { say "waiting for another ./run of this checkout to finish ..."; flock "$1" 9; }
+    if [ ! -e /proc/self/fd/9 ] || [ "$ws/.lock" -ef /proc/self/fd/9 ]; then break; fi
+    open_workspace
+  done
+}
+
+# ---------------------------------------------------------------------------------------------------- install and build
+
+wanted_packages() {
+  printf '%s\n' "${debian_packages[@]}"
+  [ -n "$ros_dir" ] || printf '%s\n' "${debian_ros_packages[@]}"
+}
+
+missing_packages() {
+  command -v dpkg-query >/dev/null || { [ -n "$ros_dir" ] || wanted_packages; return 0; }
+  # shellcheck disable=SC2046
+  comm -23 <(wanted_packages | sort) \
+    <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' $(wanted_packages) 2>/dev/null | sed -n 's/^installed //p' | sort)
+}
+
+apt_command() {
+  echo "apt-get update && apt-get install -y --no-install-recommends $(missing_packages | xargs)"
+}
+
+check_system() {
+  local codename pkg lacking=""
+  codename=$( (. /etc/os-release && echo "${DEBIAN_CODENAME:-${VERSION_CODENAME:-}}") 2>/dev/null || true)
+  if [ -n "$ros_dir" ]; then
+    for pkg in "${required_ros[@]}"; do
+      [ -f "$ros_dir/share/$pkg/package.xml" ] || [ -f "/usr/share/$pkg/package.xml" ] ||
+        lacking+=" ros-$(basename "$ros_dir")-${pkg//_/-}"
+    done
+    [ -z "$lacking" ] || die "the ROS in $ros_dir lacks packages." "Type: sudo apt-get install$lacking"
+  elif [ "$codename" != bookworm ] && [ -n "$(missing_packages)" ]; then
+    die "this is neither Debian 12 nor a system with ROS 1 (looked for /opt/ros/noetic and /opt/ros/one)." \
+      "With Docker, type: docker run --rm -it -v '$repo':/turtle_robotont debian:12 /turtle_robotont/run demo" \
+      "With a ROS 1 elsewhere, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo"
+  fi
+}
+
+as_root() {
+  local -a settings=(DEBIAN_FRONTEND=noninteractive)
+  [ -z "${http_proxy:-}" ] || settings+=("http_proxy=$http_proxy")
+  if [ "$(id -u)" = 0 ]; then env "${settings[@]}" "$@"; else sudo -n env "${settings[@]}" "$@"; fi
+}
+
+become_root() {
+  if [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; then return 0; fi
+  command -v sudo >/dev/null || die "Debian packages are missing, and only root may install them (there is no sudo here)." \
+    "Become root with su -, type the following line, then type ./run again as yourself:" "  $(apt_command)"
+  if (: </dev/tty) 2>/dev/null; then
+    say "Debian packages are missing: sudo asks for your password to install them."
+    sudo -v && return 0
+  fi
+  die "Debian packages are missing, and sudo did not let you install them." \
+    "Let somebody who may use sudo type the following line, then type ./run again:" "  sudo sh -c '$(apt_command)'"
+}
+
+install_packages() {
+  local -a packages
+  mapfile -t packages < <(missing_packages)
+  as_root dpkg --configure -a || true
+  as_root apt-get -q update || true
+  as_root apt-get -q install -y --no-install-recommends -o DPkg::Lock::Timeout=300 "${packages[@]}" &&
+    [ -z "$(missing_packages)" ]
+}
+
+venv_stamp() { readlink -f /usr/bin/python3; echo "$ws"; sha256sum <"$repo/requirements.txt"; }
+
+make_venv() {
+  local clear=""
+  [ -f "$ws/.venv_made" ] || clear=--clear
+  rm -f "$ws/.venv_made"
+  env -u PYTHONPATH -u PYTHONHOME /usr/bin/python3 -m venv --system-site-packages $clear "$ws/venv" &&
+    env -u PYTHONPATH -u PYTHONHOME PYTHONNOUSERSITE=1 PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 \
+      "$ws/venv/bin/python3" -m pip install --prefer-binary --only-binary numpy,opencv-python-headless \
+      'pip>=21' -r "$repo/requirements.txt" &&
+    venv_stamp >"$ws/.venv_made"
+}
+
+# The packages of this repository that are built here, as `name folder`; the others on file descriptor 2, with the reason.
+our_packages() {
+  local dir pkg
+  echo "turtle_robotont $repo"
+  for dir in "$repo"/stand_ins/*/; do
+    pkg=$(basename "$dir")
+    if [ ! -f "$dir/package.xml" ]; then
+      continue
+    elif [ -f "${ros_dir:-/usr}/share/$pkg/package.xml" ]; then
+      say "Left out: the stand-in $pkg, because ${ros_dir:-/usr} has the real one."
+    elif [ -e "$ws/src/$pkg" ] && [ ! -L "$ws/src/$pkg" ]; then
+      say "Left out: the stand-in $pkg, because $ws/src/$pkg is a package of your own."
+    else
+      echo "$pkg ${dir%/}"
+    fi
+  done
+}
+
+own_packages() { find "$ws/src" -mindepth 1 -maxdepth 1 ! -type l -printf '%f\n' 2>/dev/null || true; }
+
+# Everything that the build depends on, one `hash  name` a line.
+build_stamp() {
+  echo "ros  ros=$ros_dir"
+  echo "workspace  workspace=$ws"
+  our_packages 2>/dev/null | sed 's/^/package  /'
+  cd "$repo" || return
+  find . -name '.?*' -prune -o -type f \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' \
+    -o -name '*.srv' -o -name '*.action' -o -name '*.cmake' -o -path ./run -o -path './tools/*.bash' \) -print0 | LC_ALL=C sort -z | xargs -0 sha256sum
+  find . -name '.?*' -prune -o -name __pycache__ -prune -o -type f \( -path '*/scripts/*' -o -path '*/launch/*' \
+    -o -name '*.test' \) -print | LC_ALL=C sort | sed 's/^/file  /'
+}
+
+link_packages() {
+  local link pkg dir
+  for link in "$ws"/src/*; do
+    if [ -L "$link" ] && [ "$(basename "$link")" != CMakeLists.txt ]; then
+      case $(readlink "$link") in
+        "$repo" | "$repo"/stand_ins/*) rm "$link" ;;
+        *) [ -e "$link" ] || rm "$link" ;;
+      esac
+    fi
+  done
+  our_packages 2>/dev/null | while read -r pkg dir; do ln -sfn "$dir" "$ws/src/$pkg"; done
+}
+
+build_workspace() {
+  local gone=interrupted
+  if [ -f "$ws/.built" ] && [ -f "$ws/devel/setup.bash" ]; then
+    gone=$(comm -23 <(sed 's/^[^ ]*  //' "$ws/.built" | sort) <(build_stamp | sed 's/^[^ ]*  //' | sort))
+  fi
+  rm -f "$ws/.built"
+  [ -z "$gone" ] || rm -rf "$ws/build" "$ws/devel" "$ws/src/CMakeLists.txt"
+  build_stamp >"$ws/.building"
+  link_packages
+  write_shell_files
+  (
+    set +eu
+    enter_workspace build
+    catkin_make -C "$ws" --force-cmake -j"$(nproc)" -DPYTHON_EXECUTABLE="$ws/venv/bin/python3"
+  ) && mv "$ws/.building" "$ws/.built"
+}
+
+has_venv() { [ -x "$ws/venv/bin/python3" ] && venv_stamp | cmp -s - "$ws/.venv_made"; }
+is_built() { [ -f "$ws/devel/setup.bash" ] && build_stamp | cmp -s - "$ws/.built"; }
+is_ready() { has_venv && is_built && [ -z "$(missing_packages)" ]; }
+
+# Installs and builds what is missing; on return the workspace is ready and locked against changes.
+prepare() {
+  find_ros
+  [ "$(uname -s)" = Linux ] || check_system
+  find_workspace
+  open_workspace
+  lock -s
+  if is_ready; then return 0; fi
+  lock -x
+  is_ready || make_ready
+  flock -s 9
+}
+
+make_ready() {
+  local missing
+  check_system
+  missing=$(missing_packages | wc -l)
+  [ "$missing" = 0 ] || become_root
+  : >"$log"
+  [ "$missing" = 0 ] || step 1 "Installing $missing Debian packages (all of them take about a minute)" install_packages
+  has_venv || step 2 "Installing Python packages" make_venv
+  our_packages >/dev/null
+  step 3 "Building the workspace $ws" build_workspace
+}
