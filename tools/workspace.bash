@@ -305,12 +305,13 @@ prepare() {
 }
 
 make_ready() {
-  local missing
+  local missing about=""
   check_system
   missing=$(missing_packages | wc -l)
   [ "$missing" = 0 ] || become_root
+  [ "$missing" -lt 10 ] || about=" (about a minute)"
   : >"$log"
-  [ "$missing" = 0 ] || step 1 "Installing $missing Debian packages (all of them take about a minute)" install_packages
+  [ "$missing" = 0 ] || step 1 "Installing Debian packages: $missing$about" install_packages
   has_venv || step 2 "Installing Python packages" make_venv
   our_packages >/dev/null
   step 3 "Building the workspace $ws" build_workspace

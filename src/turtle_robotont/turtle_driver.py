@@ -23,7 +23,7 @@ from kinematic_ros.topics import LatestPublisher
 from turtle_robotont.control import STOP, State
 from turtle_robotont.msg import DriveStatus
 
-READY_TIMEOUT = 5.0  # [s] wall time in which a turtle must show itself
+READY_TIMEOUT = 10.0  # [s] wall time in which a turtle must show itself
 POSE_TIMEOUT = 1.0  # [s] wall time without a pose after which the turtle counts as gone
 POLL = 0.02  # [s] between two looks for a subscriber
 STATUS_PERIOD = 0.1  # [s]
@@ -63,6 +63,8 @@ class TurtleDriver:
     def ready(self, timeout=READY_TIMEOUT):
         """Return the turtle's pose once it has one and listens to commands; raise DriveError after timeout [s]."""
         deadline = time.monotonic() + timeout
+        if self._latest is None:
+            rospy.loginfo('Waiting for turtlesim...')
         pose = self.pose(timeout)
         while not self._velocity.get_num_connections():
             if time.monotonic() > deadline or rospy.is_shutdown():

@@ -12,7 +12,7 @@ from turtle_robotont.control import Goal, GoTo, State, require_goal
 from turtle_robotont.shapes import distance, point_at_x
 from turtle_robotont.turtle_driver import DriveError
 
-SERVICE_TIMEOUT = 5.0  # [s]
+SERVICE_TIMEOUT = 10.0  # [s]
 TELEPORT_TIMEOUT = 2.0  # [s] until a teleport shows in the pose
 TELEPORT_TOLERANCE = 1e-3  # [m]
 
@@ -88,4 +88,4 @@ def call(service, service_type, *request):
 def require_arrived(drive, ride):
     """Raise DriveError with the drive's reason unless it arrived."""
     if drive.state is not State.ARRIVED:
-        raise DriveError(f'{drive.state.value} after {ride.elapsed:.1f} s: {drive.reason}')
+        raise DriveError(f'not there after {ride.elapsed:.1f} s: {drive.reason}')

@@ -3,6 +3,7 @@
 Nothing here waits for a fixed time: ``until`` polls a condition up to a deadline. The deadlines are generous, a
 loaded machine of two cores has to meet them; they only cost time when a test fails.
 """
+import ast
 import os
 import re
 import shutil
@@ -172,7 +173,8 @@ class SimulatorCase(unittest.TestCase):
         """Call a service that must fail; return the text of the failure."""
         with self.assertRaises(rospy.ServiceException, msg=f'{name} {values}') as failure:
             self.call(name, *values)
-        return str(failure.exception)
+        said = re.search(r'b(["\']).*\1$', str(failure.exception), re.DOTALL)  # rospy quotes the text as bytes
+        return ast.literal_eval(said.group()).decode() if said else str(failure.exception)
 
     def jump(self, x, y, theta=0.0, turtle='turtle1'):
         """Teleport a turtle without drawing; its pen is down afterwards, in the colour it begins with."""

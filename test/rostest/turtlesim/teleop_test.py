@@ -82,6 +82,12 @@ def twist(linear=0.0, angular=0.0):
     return message
 
 
+def sends_to_somebody(node):
+    """Return whether a node itself takes its turtle1/cmd_vel for connected; the subscriber does so a little earlier."""
+    _, _, connections = node_api(node).getBusInfo('/test')
+    return [connection for connection in connections if connection[2] == 'o' and connection[4] == '/turtle1/cmd_vel']
+
+
 def kill_node(name):
     """Do what rosnode kill does."""
     try:
@@ -98,7 +104,7 @@ class TeleopTest(unittest.TestCase):
     def ready(self, terminal):
         """Wait until the program listens to keys and this test to it."""
         terminal.wait_for('the focus')
-        until(self.received.subscriber.get_num_connections, 'a connection with turtle_teleop_key')
+        until(lambda: sends_to_somebody('/teleop_turtle'), 'a connection with turtle_teleop_key')
         return terminal
 
     def piped(self, keys, *arguments):

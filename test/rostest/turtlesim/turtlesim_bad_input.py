@@ -70,7 +70,8 @@ class BadInputTest(SimulatorCase):
         """Each bad value alone: a warning that names topic, field, value and range; the turtle stays."""
         log, publisher = NodeLog('/turtlesim'), self.publisher()
         before = self.state()
-        for number, (twist, field, shown) in enumerate(list(self.bad_twists())[::3] + list(self.bad_twists())[1:3]):
+        twists = list(self.bad_twists())
+        for number, (twist, field, shown) in enumerate((twists[0], twists[4], twists[8], twists[9])):
             end = time.monotonic() + WARNING_PERIOD
             publisher.publish(twist)
             until(lambda: len(log.texts(Log.WARN)) > number, f'a warning about {field} {shown}')  # noqa: B023
@@ -149,8 +150,8 @@ class BadInputTest(SimulatorCase):
         self.call('spawn', 2.0, 2.0, 0.0, 'anna')
         self.call('turtle1/teleport_absolute', 3.0, 4.0, 0.0)
         before = self.state()
-        for channel, value in (('r', 'red'), ('g', 256), ('b', -1), ('r', 1.5), ('g', True), ('b', [1]), ('r', {'a': 1}),
-                               ('g', ''), ('b', 1e30)):
+        for channel, value in (('r', 'red'), ('g', 256), ('b', -1), ('r', 1.5), ('g', True), ('b', [1]), ('g', ''),
+                               ('r', {'a': 1}), ('b', 1e30)):
             name = f'/turtlesim/background_{channel}'
             good = rospy.get_param(name)
             rospy.set_param(name, value)

@@ -12,7 +12,7 @@ import rosservice
 from sensor_msgs.msg import Image
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from rostest_tools import DEADLINE, MIDDLE, Collected, Process, SimulatorCase, node_api, run, until
+from rostest_tools import DEADLINE, MIDDLE, Collected, Process, SimulatorCase, node_api, registered_names, run, until
 
 POSE = {'topic': '/turtle1/pose', 'type': 'turtlesim/Pose', 'md5sum': '863b248d5016ca62ea2e895ae5265cf9'}
 IMAGE = {'topic': '/turtlesim/image_raw', 'type': 'sensor_msgs/Image', 'md5sum': '060021388200f6f0f447d0fcd9c64743'}
@@ -77,8 +77,9 @@ class BadPeersTest(SimulatorCase):
 
     def test_turtlesim_wrong_type(self):
         """Others of another type on the turtle's topics: refused, the right ones are served."""
-        with Process('rostopic', 'pub', '-r', '50', '/turtle1/cmd_vel', 'std_msgs/String', 'data: forward') as publisher:
-            publisher.wait_for_output('publishing')
+        command = 'rostopic pub -r 50 /turtle1/cmd_vel std_msgs/String forward __name:=wrong'
+        with Process(*command.split()) as publisher:
+            until(lambda: '/turtle1/cmd_vel' in registered_names('/wrong')[0], 'a publisher of another type')
             peer = self.connection()
             rosgraph.network.write_ros_handshake_header(peer, dict(POSE, md5sum='0' * 32, callerid='/peer'))
             self.assertIn('error', rosgraph.network.read_ros_handshake_header(peer, io.BytesIO(), 4096))
@@ -99,22 +100,15 @@ class BadPeersTest(SimulatorCase):
                 peer.sendall(garbage)
                 peer.close()
         for request in (b'', struct.pack('<I', 0), struct.pack('<I', 3) + b'abc', struct.pack('<I', 100) + b'short',
-                        struct.pack('<IfffI', 16, 1.0, 1.0, 0.0, 0xffffffff),
-                        struct.pack('<IfffI', 18, 1.0, 1.0, 0.0, 2) + b'\xff\xfe'):
+                        struct.pack('<I', 0xffffffff), struct.pack('<IfffI', 18, 1.0, 1.0, 0.0, 2) + b'\xff\xfe'):
             peer = self.connect(host, int(port))
             rosgraph.network.write_ros_handshake_header(peer, spawn)
             rosgraph.network.read_ros_handshake_header(peer, io.BytesIO(), 4096)
             peer.sendall(request)
             peer.shutdown(socket.SHUT_WR)
-            until_closed(peer)
+        self.assertEqual(b'\0', peer.recv(1), 'the last request has a name that is no UTF-8')
         self.assert_unchanged(before)
         self.assertEqual('turtle2', self.call('spawn', 1.0, 1.0, 0.0, '').name)
-
-
-def until_closed(peer):
-    """Read until the other side closes the connection, too."""
-    while peer.recv(4096):
-        pass
 
 
 def unread(peer):

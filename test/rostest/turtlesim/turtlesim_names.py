@@ -68,6 +68,7 @@ class RemapTest(SimulatorCase):
         self.assertEqual({'/wipe', '/hop', '/reset', '/spawn', '/kill', '/turtle1/set_pen',
                           '/turtle1/teleport_absolute', *names('/sim2/', OWN)}, services)
         self.set_parameter('background_r', 3)
+        self.call('turtle1/set_pen', 0, 0, 0, 0, 1)
         proxy('/wipe', Empty)()
         self.assertEqual(3, self.color()[0])
 

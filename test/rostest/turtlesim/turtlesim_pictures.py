@@ -18,7 +18,6 @@ from rostest_tools import (
     Collected,
     SimulatorCase,
     node_api,
-    own_simulator,
     run,
     until,
 )
@@ -38,6 +37,11 @@ def array(image):
 def decode(png):
     """Return the bytes of a PNG file as (height, width, 3) uint8 RGB."""
     return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1]
+
+
+def pixel(picture, x, y):
+    """Return (r, g, b) at a place [m]."""
+    return tuple(picture[round((ARENA - y) * PIXELS_PER_METRE), round(x * PIXELS_PER_METRE)])
 
 
 def box(picture):
@@ -79,8 +83,7 @@ class PictureTest(SimulatorCase):
         self.call('turtle1/set_pen', 255, 0, 0, 3, 0)
         self.call('turtle1/teleport_absolute', 1.0, 1.0, 0.0)
         self.jump(5.0, 10.0)
-        line = array(self.image())
-        self.assertEqual((255, 0, 0), tuple(line[round((ARENA - 3.0) * PIXELS_PER_METRE), round(3.0 * PIXELS_PER_METRE)]))
+        self.assertEqual((255, 0, 0), pixel(array(self.image()), 3.0, 3.0))
         sprites = set()
         for name in ('anna', 'berta'):
             self.call('spawn', 9.0, 2.0, 0.0, name)
@@ -118,21 +121,6 @@ class PictureTest(SimulatorCase):
             until(lambda: topic not in self.connections(), f'an end of the connection on {topic}')  # noqa: B023
         self.assertTrue(self.loads_opencv())
 
-    def test_turtlesim_image_repeats(self):
-        """Two runs with the same turtles give the same pictures, to the byte."""
-        pictures = []
-        for _ in range(2):
-            with own_simulator('__name:=again') as simulator:
-                again = SimulatorCase()
-                self.addCleanup(again.doCleanups)
-                again.simulator = '/again'
-                again.call('reset')
-                for name in ('anna', '', ''):
-                    again.call('spawn', 2.0 + len(name), 3.0, 0.5, name)
-                pictures.append(again.snapshot())
-                simulator.stop()
-        self.assertEqual(*pictures)
-
     def test_turtlesim_snapshot(self):
         """Saves the picture as a new PNG file and returns its path."""
         self.call('turtle1/teleport_absolute', 2.0, 3.0, 0.0)
@@ -146,7 +134,7 @@ class PictureTest(SimulatorCase):
             self.assertEqual(directory, os.path.dirname(answer.message))
             picture = cv2.imread(answer.message)[:, :, ::-1]
             self.assertEqual((SIDE, SIDE, 3), picture.shape)
-            self.assertEqual(PEN, tuple(picture[round((ARENA - 3.0) * PIXELS_PER_METRE), round(2.0 * PIXELS_PER_METRE)]))
+            self.assertEqual(PEN, pixel(picture, 2.0, 3.0))
             self.assertTrue(np.array_equal(array(self.image()), picture))
 
     def test_turtlesim_snapshot_default_folder(self):

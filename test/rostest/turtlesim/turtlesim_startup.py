@@ -97,6 +97,17 @@ class StartupTest(SimulatorCase):
                 self.assertNotIn('Traceback', simulator.output())
                 self.assertEqual(2, simulator.process.returncode)
 
+    def test_turtlesim_image_repeats(self):
+        """Two runs with the same turtles give the same pictures, to the byte."""
+        pictures = []
+        for _ in range(2):
+            simulator = self.start()
+            for name in ('anna', '', ''):
+                self.call('spawn', 2.0 + len(name), 3.0, 0.5, name)
+            pictures.append(self.snapshot())
+            simulator.stop()
+        self.assertEqual(*pictures)
+
     def test_turtlesim_window_false(self):
         """With a display, but told to do without a window: no word of it, and no process beside the simulator's."""
         simulator = self.start('_window:=false', DISPLAY=NO_DISPLAY)

@@ -38,5 +38,6 @@ def test_every_value_is_looked_at(position):
         require_sane('spawn', **values)
 
 
-def test_refusal_is_a_value_error():
+def test_limit_is_a_million_and_a_refusal_is_a_value_error():
+    assert ABSURD == 1e6
     assert issubclass(InvalidInput, ValueError)

@@ -5,6 +5,7 @@ import pytest
 
 from kinematic_core.turtle_world import (
     ARENA_SIZE,
+    BACKGROUND,
     DT,
     PEN_COLOUR,
     PEN_WIDTH,
@@ -48,6 +49,7 @@ def test_constants_are_those_of_the_real_turtlesim():
     assert f'{ARENA_SIZE:.9g}' == '11.0888891'
     assert f'{float32(CENTRE):.9g}' == '5.54444456'
     assert (DT, PIXELS_PER_METRE, PEN_COLOUR, PEN_WIDTH) == (0.016, 45.0, (179, 184, 255), 3)
+    assert BACKGROUND == (69, 86, 255)
 
 
 @pytest.mark.parametrize('value, rounded', [

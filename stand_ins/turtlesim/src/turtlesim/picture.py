@@ -32,10 +32,10 @@ class PictureServer:
         listener = _Wakener(self._wanted)
         self._image = rospy.Publisher('~image_raw', Image, listener, queue_size=1)
         self._compressed = rospy.Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
-        self._window = None
+        self._window, self._window_failed = None, False
         if params.boolean('~window', True) and os.environ.get('DISPLAY'):
             from turtlesim.window import Window
-            self._window = Window('TurtleSim')
+            self._window = Window('TurtleSim', self._window_fails)
             self._wanted.set()
         rospy.Service('~snapshot', Trigger, self._snapshot)
         self._thread = threading.Thread(target=self._serve, name='pictures', daemon=True)
@@ -62,7 +62,12 @@ class PictureServer:
                     rospy.signal_shutdown('the window was closed')
 
     def _looked_at(self):
-        return self._window or self._image.get_num_connections() or self._compressed.get_num_connections()
+        window = self._window and not self._window_failed
+        return window or self._image.get_num_connections() or self._compressed.get_num_connections()
+
+    def _window_fails(self, reason):
+        self._window_failed = True
+        rospy.logwarn('%s', reason)
 
     def _show(self, frame):
         stamp = rospy.Time.now()

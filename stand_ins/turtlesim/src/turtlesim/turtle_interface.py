@@ -65,7 +65,8 @@ class TurtleInterface:
             with self._shared.lock:
                 self._shared.world.command(self.name, twist.linear.x, twist.linear.y, twist.angular.z)
         except InvalidInput as refusal:
-            rospy.logwarn_throttle(WARNING_PERIOD, f'Ignored a message on {rospy.resolve_name(self.name)}: {refusal}')
+            topic = rospy.resolve_name(f'{self.name}/cmd_vel')
+            rospy.logwarn_throttle(WARNING_PERIOD, f'Ignored a message on {topic}: {refusal}')
 
     def _set_pen(self, request):
         with self._shared.change() as world:
