@@ -287,8 +287,8 @@ build_workspace() {
   ) && mv "$ws/.building" "$ws/.built"
 }
 
-has_venv() { [ -x "$ws/venv/bin/python3" ] && venv_stamp | cmp -s - "$ws/.venv_made"; }
-is_built() { [ -f "$ws/devel/setup.bash" ] && build_stamp | cmp -s - "$ws/.built"; }
+has_venv() { [ -x "$ws/venv/bin/python3" ] && [ "$(venv_stamp)" = "$(cat "$ws/.venv_made" 2>/dev/null)" ]; }
+is_built() { [ -f "$ws/devel/setup.bash" ] && [ "$(build_stamp)" = "$(cat "$ws/.built" 2>/dev/null)" ]; }
 is_ready() { has_venv && is_built && [ -z "$(missing_packages)" ]; }
 
 # Installs and builds what is missing; on return the workspace is ready and locked against changes.

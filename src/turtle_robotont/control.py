@@ -266,7 +266,7 @@ class GoTo(_Leg):
             return Command(0.0, turn_speed(bearing_error, self.limits))
         speed = self._approach_speed(self.limits.speed)
         steering = STEER_GAIN * bearing_error * min(1.0, self.distance_left / STEER_FADE)
-        return Command(speed * math.cos(bearing_error), steering)
+        return Command(speed, steering)
 
 
 class CircleDrive(_Leg):

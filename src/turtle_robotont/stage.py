@@ -30,7 +30,7 @@ CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle begins
 EXACT = 1e-3  # [m]
 PATIENCE = 10.0  # [s] in which master and simulator must be there
 REST_TIMEOUT = 2.0  # [s] in which a stopped turtle must stand
-END_TIMEOUTS = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # [s] each
+END_TIMEOUTS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # [s] each
 POLL = 0.02  # [s]
 PR_SET_PDEATHSIG = 1  # of prctl(2)
 
@@ -87,16 +87,19 @@ class Observer:
 
     def __init__(self, turtle):
         self._lock = threading.Lock()
-        self._poses, self._colours, self._commands = [], [], []
-        rospy.Subscriber(f'{turtle}/pose', Pose, self._store, lambda pose: (self._poses, pose), tcp_nodelay=True)
-        rospy.Subscriber(f'{turtle}/color_sensor', Color, self._store,
-                         lambda colour: (self._colours, (colour.r, colour.g, colour.b)), tcp_nodelay=True)
-        rospy.Subscriber(f'{turtle}/cmd_vel', Twist, self._store, lambda _: (self._commands, time.monotonic()))
+        self._poses = self._record(f'{turtle}/pose', Pose, lambda pose: pose)
+        self._colours = self._record(f'{turtle}/color_sensor', Color, lambda colour: (colour.r, colour.g, colour.b))
+        self._commands = self._record(f'{turtle}/cmd_vel', Twist, lambda _: time.monotonic())
 
-    def _store(self, message, where):
-        with self._lock:
-            record, value = where(message)
-            record.append(value)
+    def _record(self, topic, message_type, convert):
+        """Return a list that grows by each message, converted."""
+        record = []
+
+        def store(message):
+            with self._lock:
+                record.append(convert(message))
+        rospy.Subscriber(topic, message_type, store, tcp_nodelay=True)
+        return record
 
     def clear(self):
         """Forget everything seen so far."""
@@ -134,9 +137,9 @@ class Stage:
 
     def open(self):
         """Start master, simulator and observer; raise StageError when they do not come."""
-        for old in glob.glob(os.path.join(self.output, '[0-9]*.png')) + glob.glob(os.path.join(self._log, '*.log')):
-            os.remove(old)
         os.makedirs(self._log, exist_ok=True)
+        for old in glob.glob(os.path.join(self._log, '[0-9][0-9]_*.log')):
+            os.remove(old)
         port = _free_port()
         os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost', PYTHONUNBUFFERED='1')
         os.environ.pop('ROS_NAMESPACE', None)

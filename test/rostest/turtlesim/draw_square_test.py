@@ -7,9 +7,10 @@ import sys
 
 import roslib.packages
 import rospy
+from geometry_msgs.msg import Twist
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from rostest_tools import DEADLINE, MIDDLE, Process, SimulatorCase, own_simulator, run, until
+from rostest_tools import DEADLINE, MIDDLE, Collected, Process, SimulatorCase, own_simulator, run, until
 
 DRAW_SQUARE = roslib.packages.find_node('turtlesim', 'draw_square')[0]
 CORNERS = [(MIDDLE + 2, MIDDLE), (MIDDLE + 2, MIDDLE + 2), (MIDDLE, MIDDLE + 2), (MIDDLE, MIDDLE)]  # in this order
@@ -58,14 +59,15 @@ class DrawSquareTest(SimulatorCase):
         self.assertIn(f'x={MIDDLE + 2:.3f}, y={MIDDLE:.3f}', process.output())
 
     def test_draw_square_stops_the_turtle_when_it_ends(self):
-        poses = self.poses()
+        poses, commands = self.poses(), Collected('turtle1/cmd_vel', Twist)
         process = self.start()
         poses.next(lambda pose: pose.linear_velocity > 0.9, 'the turtle at full speed')
+        until(lambda: commands.messages, 'a command')
         process.process.send_signal(signal.SIGINT)
         self.assertEqual(0, process.process.wait(DEADLINE))
-        ended = len(poses.messages)
-        pose = poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle at rest')
-        self.assertLess(poses.messages.index(pose) - ended, 30, 'it stopped only when the simulator did that')
+        until(lambda: commands.messages[-1] == Twist(), f'a last command of zeros; {commands.messages[-1]}')
+        self.assertEqual(1, commands.messages.count(Twist()), 'once is enough')
+        poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle at rest')
 
     def test_draw_square_waits_for_a_simulator(self):
         process = self.start('__ns:=later')

@@ -45,9 +45,12 @@ class DrivingTest(SimulatorCase):
         self.assertEqual({0.0, 2.0}, {pose.linear_velocity for pose in poses}, 'the speed is never negative')
 
     def test_turtlesim_drives_sideways(self):
+        heading = 0.5
+        self.jump(MIDDLE, MIDDLE, heading)
         poses = self.drive(y=1.5)
-        self.steps(poses[-1].y - poses[0].y, 1.5)
-        self.assert_pose(poses[-1], MIDDLE, poses[-1].y, 0.0)
+        way = math.hypot(poses[-1].x - MIDDLE, poses[-1].y - MIDDLE)
+        self.steps(way, 1.5)
+        self.assert_pose(poses[-1], MIDDLE - math.sin(heading) * way, MIDDLE + math.cos(heading) * way, heading)
 
     def test_turtlesim_turns(self):
         poses = self.drive(turn=4.0)

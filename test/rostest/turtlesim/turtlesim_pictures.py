@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The simulator's picture: as topics for those who subscribe, as a file for those who ask."""
+import contextlib
 import os
 import sys
 
@@ -25,6 +26,7 @@ from rostest_tools import (
 SIDE = 500  # [px]
 SPRITE = 34  # [px] from a turtle's middle to the furthest that its sprite may reach
 SPRITE_CENTRE_TOLERANCE = 8  # [px] a sprite need not be symmetrical: its head is longer than its tail
+BUSY = 10  # times a second; pictures come 25 times, what else a thread does comes once
 IMAGE = '/turtlesim/image_raw'
 COMPRESSED = '/turtlesim/image_raw/compressed'
 
@@ -60,10 +62,26 @@ class PictureTest(SimulatorCase):
         """Return the topics of the simulator to which somebody is connected."""
         return {link[4] for link in node_api('/turtlesim').getBusInfo('/test')[2] if link[2] == 'o'}
 
+    def process_file(self, name):
+        return f'/proc/{node_api("/turtlesim").getPid("/test")[2]}/{name}'
+
     def loads_opencv(self):
-        pid = node_api('/turtlesim').getPid('/test')[2]
-        with open(f'/proc/{pid}/maps') as maps:
+        with open(self.process_file('maps')) as maps:
             return 'cv2' in maps.read()
+
+    def wakings(self):
+        """Return how often each thread of the simulator has waited for something so far, by its id."""
+        wakings, folder = {}, self.process_file('task')
+        for thread in os.listdir(folder):
+            with contextlib.suppress(OSError), open(f'{folder}/{thread}/status') as status:  # a thread may end
+                wakings[thread] = int(next(line.split()[1] for line in status if line.startswith('voluntary')))
+        return wakings
+
+    def busy_threads(self, poses):
+        """Return how many of the simulator's threads did something again and again in a second; the steps' is one."""
+        before = self.wakings()
+        poses.more(60)
+        return sum(number - before.get(thread, number) >= BUSY for thread, number in self.wakings().items())
 
     def test_turtlesim_image(self):
         """Form of the message, and the turtle in its place on the background."""
@@ -110,15 +128,18 @@ class PictureTest(SimulatorCase):
         self.assertTrue(np.array_equal(array(self.image()), decode(compressed.data)))
 
     def test_turtlesim_image_only_for_subscribers(self):
-        """No picture is made before anybody wants one, and no connection stays when nobody does any more."""
-        self.poses().more(30)
+        """No picture is made before anybody wants one, nor when nobody does any more; no connection stays."""
+        poses = self.poses()
+        idle = self.busy_threads(poses)
         self.assertFalse(self.loads_opencv(), 'OpenCV is loaded without anybody who wants a picture')
         for topic, kind in ((IMAGE, Image), (COMPRESSED, CompressedImage)):
             images = Collected(topic, kind)
             images.more(3)
             self.assertIn(topic, self.connections())
+            self.assertGreater(self.busy_threads(poses), idle)
             images.subscriber.unregister()
             until(lambda: topic not in self.connections(), f'an end of the connection on {topic}')  # noqa: B023
+            until(lambda: self.busy_threads(poses) <= idle, 'an end of making pictures')
         self.assertTrue(self.loads_opencv())
 
     def test_turtlesim_snapshot(self):

@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+import turtlesim.window
 from turtlesim.window import PictureReader, Window
 
 sys.path.append(str(pathlib.Path(__file__).parents[2]))
@@ -120,6 +121,24 @@ def test_ends_up_with_the_last_of_many_pictures_and_shows_some_on_the_way(displa
         time.sleep(0.005)
     until(lambda: display.pixel(250, 250) == (255, 0, 0), 'the last picture')
     assert len(seen) > 3
+
+
+def test_sends_no_more_pictures_than_anybody_can_see(display, window, monkeypatch):
+    sent = []
+    monkeypatch.setattr(turtlesim.window, '_send', lambda _, picture: sent.append(picture))
+    start = time.monotonic()
+    pictures = [plain((number, 0, 0)) for number in range(100)]
+    for picture in pictures:
+        window.show(picture)
+        time.sleep(0.005)
+    until(lambda: sent[-1] is pictures[-1], 'the newest picture')
+    assert 3 < len(sent) <= (time.monotonic() - start) * 30 + 1
+    for _ in range(5):  # again: nothing to do
+        window.show(pictures[-1])
+        time.sleep(0.04)
+    window.show(pictures[0])
+    until(lambda: sent[-1] is pictures[0], 'another picture')
+    assert sent.count(pictures[-1]) == 1
 
 
 def test_a_stopped_window_does_not_hold_up_the_simulator(display, window):

@@ -27,7 +27,6 @@ CREEP = 0.05  # [m/s or rad/s] slowest approach, so that it ends
 DISTANCE_TOLERANCE = 0.002  # [m] along the side, where the turtle stops
 HEADING_TOLERANCE = 0.002  # [rad] 4 mm at the end of a side of 2 m, before steering
 CORNER_TOLERANCE = 0.02  # [m] farther off, a corner is driven to again
-OFF_COURSE = 0.3  # [rad] more than steering ever needs: somebody moved the turtle
 LOOK_AHEAD = 0.2  # [m] shortest distance to steer by: the direction of a nearby point means nothing
 
 DEFAULT_SIDE = 2.0  # [m] turtlesim's
@@ -88,9 +87,6 @@ class SquareDriver:
             self._act = self._turn
             if math.hypot(ahead, left) <= CORNER_TOLERANCE:
                 self.visited += 1
-            return STOP
-        if abs(heading_error) > OFF_COURSE and ahead > LOOK_AHEAD:
-            self._act = self._turn
             return STOP
         steering = GAIN * math.atan2(left, max(ahead, LOOK_AHEAD))
         return Command(approach(ahead, SPEED), max(-TURN_SPEED, min(steering, TURN_SPEED)))

@@ -28,11 +28,11 @@ def twist_from_pose(pose):
 
 
 def topic_below(namespace, name):
-    """Return the name of a topic such that remapping its namespace works, and remapping the topic itself as well.
+    """Return the name to register a topic by, so that remapping its namespace works as well as remapping itself.
 
     ``input:=turtle1`` and ``input/pose:=turtle1/pose`` mean the same. rospy alone knows the second form only.
     """
-    return rospy.resolve_name(rospy.resolve_name(namespace).rstrip('/') + '/' + name)
+    return rospy.resolve_name(namespace).rstrip('/') + '/' + name
 
 
 class MimicNode:
@@ -43,11 +43,12 @@ class MimicNode:
         self._lock = threading.RLock()  # a signal may end the node while its main thread holds it
         self._moving = self._ended = False
         self._publisher = LatestPublisher(topic_below('output', 'cmd_vel'), Twist)
-        self._input = topic_below('input', 'pose')
+        source = topic_below('input', 'pose')
+        self._input = rospy.resolve_name(source)
         rospy.on_shutdown(self._stop)
         rospy.loginfo('The speeds of %s go to %s (choose turtles with input:=turtle1 output:=turtle2)',
                       self._input, self._publisher.resolved_name)
-        rospy.Subscriber(self._input, Pose, self._copy, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(source, Pose, self._copy, queue_size=1, tcp_nodelay=True)
         keep_registered()
 
     def _copy(self, pose):

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Parameters that the course's nodes refuse, and nodes that find no simulator. There is none in these tests."""
+import os
+import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import CourseCase
+from rostest_tools import run
+
+AT_A_TIME = 4  # nodes
+NO_SIMULATOR_DEADLINE = 25.0  # [s] they wait 10 s themselves
+REFUSED = [  # what is given to which node; what its text must contain beside the parameter's name
+    ('velocity_publisher.py', '_linear:=fast', ["'fast'", 'a number']),
+    ('velocity_publisher.py', '_angular:=.nan', ['nan', 'a number']),
+    ('velocity_publisher.py', '_rate:=0', ['is 0', '0.1 to 1000 Hz']),
+    ('pose_subscriber.py', '_rate:=-1', ['is -1', '0 to 1000 Hz']),
+    ('stop_at_x.py', '_x:=11.1', ['11.1', '0 to 11.0889 m']),
+    ('stop_at_x.py', '_x:=true', ['True', 'a number']),
+    ('stop_at_x.py', '_speed:=0', ['is 0', '0.05 to 10 m/s']),
+    ('stop_at_x.py', '_turtle:="a b"', ["'a b'", 'turtle1']),
+    ('drive_shape.py', '_shape:=star', ["'star'", 'square, triangle, circle, corners']),
+    ('drive_shape.py', '_size:=12', ['is 12', '0.1 to 11.0889 m']),
+    ('drive_shape.py', '_turn_speed:=.inf', ['inf', '0.1 to 10 rad/s']),
+    ('drive_shape.py', '_corners:=[[1,1],[2,12]]', ['corner 2 (2.00, 12.00)', '0 to 11.09 m']),
+    ('drive_shape.py', '_corners:=[[1,1],[2]]', ['corner 2', 'a pair [x, y]']),
+    ('drive_shape.py', '_corners:=[[1,1]]', ['1 corners', 'at least 2']),
+    ('goto_pose_server.py', '_mode:=fly', ["'fly'", 'drive, teleport, log']),
+    ('set_pen.py', '_r:=256', ['is 256', '0 to 255']),
+    ('set_pen.py', '_width:=1.5', ['is 1.5', 'a whole number from 0 to 255 px']),
+    ('set_pen.py', '_off:=1', ['is 1', 'true or false']),
+    ('teleport_tour.py', '_positions:=[[-1,5],[2,2]]', ['corner 1 (-1.00, 5.00)']),
+    ('teleport_tour.py', '_color:=[0,0,300]', ['300', '0 to 255']),
+    ('teleport_tour.py', '_pause:=forever', ["'forever'", '0 to 60 s']),
+]
+DRIVERS = ['stop_at_x.py', 'drive_shape.py', 'teleport_tour.py']  # they need the pose
+
+
+class ParametersTest(CourseCase):
+    simulator = None
+
+    def test_course_bad_parameters(self):
+        """Exit code 2 and one line that names the parameter, its value and what is allowed."""
+        for begin in range(0, len(REFUSED), AT_A_TIME):
+            some = list(enumerate(REFUSED[begin:begin + AT_A_TIME], begin))
+            processes = [self.start(script, f'__name:=case{number}', argument) for number, (script, argument, _) in some]
+            for (number, (script, argument, texts)), process in zip(some, processes):
+                with self.subTest(script=script, argument=argument):
+                    self.assert_refused(process, f'/case{number}/{argument[1:argument.index(":")]}', texts)
+
+    def assert_refused(self, process, parameter, texts):
+        lines = [line for line in self.ended(process, code=2).splitlines() if '[FATAL]' in line]
+        self.assertEqual(1, len(lines), process.output())
+        for text in [f'parameter {parameter}', *texts]:
+            self.assertIn(text, lines[0])
+
+    def test_course_without_simulator(self):
+        """Exit code 1 and a line that says what is missing, within the 10 s that a node waits."""
+        processes = [(script, self.start(script)) for script in DRIVERS]
+        pen = self.start('set_pen.py')
+        for script, process in processes:
+            with self.subTest(script=script):
+                said = self.ended(process, code=1, deadline=NO_SIMULATOR_DEADLINE)
+                self.assertRegex(said, r'\[FATAL\].*no pose on /turtle1/pose for 10 s; is the simulator running')
+        said = self.ended(pen, code=1, deadline=NO_SIMULATOR_DEADLINE)
+        self.assertRegex(said, r'\[FATAL\].*/turtle1/set_pen could not be called: .*is the simulator running')
+
+
+if __name__ == '__main__':
+    run(ParametersTest)

@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""The service turtle1/draw_shape: what it draws, what it answers, what it refuses."""
+import math
+import os
+import sys
+
+import rospy
+from geometry_msgs.msg import Point
+from turtle_robotont.srv import DrawShape
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import POSITION_TOLERANCE, BackgroundCall, CourseCase
+from rostest_tools import DEADLINE, MIDDLE, proxy, run
+
+MEASURED_TOLERANCE = 0.02  # [m] between two measurements: the server may miss the first and last poses
+REFUSED = [  # shape, size, corners, speed, what the reason must contain
+    ('star', 0.0, [], 0.0, ["'star'", 'square, triangle, circle, corners']),
+    ('', 0.0, [], 0.0, ["''", 'square, triangle, circle, corners']),
+    ('square', 7.0, [], 0.0, ['(12.54, 5.54)', 'at most 5.54 m fits']),
+    ('square', math.nan, [], 0.0, ['nan', '0.1 to 11.09 m']),
+    ('circle', 0.05, [], 0.0, ['0.05', '0.1 to 11.09 m']),
+    ('triangle', 2.0, [], 11.0, ['speed is 11 m/s', '0.05 to 10 m/s']),
+    ('corners', 0.0, [(1.0, 1.0), (2.0, 12.0)], 0.0, ['corner 2 (2.00, 12.00)', '0 to 11.09 m']),
+    ('corners', 0.0, [(math.nan, 1.0), (2.0, 2.0)], 0.0, ['corner 1 (nan, 1.00)']),
+    ('corners', 0.0, [(1.0, 1.0)], 0.0, ['1 corners', 'at least 2']),
+]
+
+
+class DrawShapeTest(CourseCase):
+
+    def setUp(self):
+        super().setUp()
+        rospy.wait_for_service('/turtle1/draw_shape', DEADLINE)
+
+    def draw(self, shape, size=0.0, corners=(), speed=0.0):
+        return proxy('/turtle1/draw_shape', DrawShape)(shape, size, [Point(x, y, 0.0) for x, y in corners], speed)
+
+    def assert_drawn(self, answer, track, corners):
+        """Assert that a track has the corners, and that the answer says how closely."""
+        self.assertTrue(answer.drawn, answer)
+        self.assertEqual('', answer.reason)
+        self.assert_passes(track, corners)
+        worst = max(min(math.hypot(pose.x - x, pose.y - y) for pose in track) for x, y in corners)
+        self.assertAlmostEqual(worst, answer.corner_error, delta=MEASURED_TOLERANCE)
+        gap = math.hypot(track[-1].x - corners[-1][0], track[-1].y - corners[-1][1])
+        self.assertAlmostEqual(gap, answer.closing_error, delta=MEASURED_TOLERANCE)
+
+    def test_draw_shape_square(self):
+        poses = self.poses()
+        answer = self.draw('square', 1.5, speed=4.0)
+        end = MIDDLE + 1.5
+        self.assert_drawn(answer, poses.messages, [(end, MIDDLE), (end, end), (MIDDLE, end), (MIDDLE, MIDDLE)])
+
+    def test_draw_shape_circle(self):
+        """corner_error is how far the line is off the circle."""
+        poses = self.poses()
+        answer = self.draw('circle', 2.0, speed=4.0)
+        self.assertTrue(answer.drawn, answer)
+        worst = max(abs(math.hypot(pose.x - MIDDLE, pose.y - MIDDLE - 1.0) - 1.0) for pose in poses.messages)
+        self.assertLess(worst, POSITION_TOLERANCE)
+        self.assertAlmostEqual(worst, answer.corner_error, delta=MEASURED_TOLERANCE)
+        self.assertLess(answer.closing_error, POSITION_TOLERANCE)
+
+    def test_draw_shape_corners(self):
+        """Those of the request, else those of ~corners."""
+        poses = self.poses()
+        for given, corners in (([(6.0, 5.0), (7.0, 5.0)], [(6.0, 5.0), (7.0, 5.0), (6.0, 5.0)]),
+                               ([], [(6.0, 6.0), (7.0, 7.0), (6.0, 6.0)])):
+            with self.subTest(given=given):
+                begin = len(poses.messages)
+                answer = self.draw('corners', corners=given, speed=6.0)
+                self.assert_drawn(answer, poses.messages[begin:], corners)
+
+    def test_draw_shape_refuses(self):
+        """Nonsense and what does not fit is answered with a reason, and the turtle has not moved."""
+        before, commands = self.pose(), self.commands()
+        for shape, size, corners, speed, texts in REFUSED:
+            with self.subTest(shape=shape, size=size, corners=corners, speed=speed):
+                answer = self.draw(shape, size, corners, speed)
+                self.assertFalse(answer.drawn)
+                self.assertTrue(math.isnan(answer.corner_error) and math.isnan(answer.closing_error), answer)
+                self.assertEqual(0.0, answer.elapsed)
+                for text in texts:
+                    self.assertIn(text, answer.reason)
+        self.assertEqual(before, self.pose())
+        self.assertEqual([], commands.messages)
+
+    def test_draw_shape_preempted(self):
+        """A newer shape takes over from one that is being drawn, which is answered as not drawn."""
+        poses = self.poses()
+        older = BackgroundCall('/turtle1/draw_shape', DrawShape, 'square', 4.0, [], 0.0)
+        poses.next(lambda pose: pose.x > MIDDLE + 0.5, 'the turtle on the first side')
+        self.assertTrue(self.draw('circle', 1.0, speed=4.0).drawn)
+        answer = older.ended()
+        self.assertFalse(answer.drawn)
+        self.assertIn('preempted: a newer goal', answer.reason)
+
+
+if __name__ == '__main__':
+    run(DrawShapeTest)

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""drive_shape.py: the corners of every shape, measured on the turtle's own poses; that it ends; what it refuses."""
+import math
+import os
+import sys
+
+import rospy
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import POSITION_TOLERANCE, CourseCase, wrapped
+from rostest_tools import DEADLINE, MIDDLE, run
+
+SHAPE_DEADLINE = 40.0  # [s] a shape takes 4 to 8
+START = (8.0, 3.0, 2.0)  # of the turtle: x [m], y [m], theta [rad]
+
+
+def ahead(start, distance, turn):
+    """Return where a turtle gets from ``start`` (x, y, theta) by turning and then driving a distance [m]."""
+    return start[0] + distance * math.cos(start[2] + turn), start[1] + distance * math.sin(start[2] + turn)
+
+
+class ShapeCase(CourseCase):
+
+    def draw(self, *arguments, speed=2.0):
+        """Draw a shape; return the poses meanwhile, after assertions that hold for all shapes."""
+        poses = self.poses()
+        self.ended(self.start('drive_shape.py', *arguments), deadline=SHAPE_DEADLINE)
+        self.assert_stands(poses)
+        self.assert_driven(poses.messages, speed)
+        return poses.messages
+
+
+class DriveShapeTest(ShapeCase):
+
+    def test_drive_shape_square(self):
+        """Nothing said: a square of side 2 m to the left, back to where and how the turtle stood."""
+        corners = [(MIDDLE, MIDDLE), (MIDDLE + 2, MIDDLE), (MIDDLE + 2, MIDDLE + 2), (MIDDLE, MIDDLE + 2),
+                   (MIDDLE, MIDDLE)]
+        track = self.draw()
+        self.assert_passes(track, corners)
+        self.assert_sides(track, corners)
+        self.assert_at(track[-1], MIDDLE, MIDDLE, 0.0)
+
+    def test_drive_shape_circle(self):
+        """Once round a centre to the left."""
+        self.jump(*START)
+        x, y = ahead(START, 1.5, math.pi / 2.0)
+        track = self.draw('_shape:=circle', '_size:=3', '_speed:=4', speed=4.0)
+        for pose in track:
+            self.assertAlmostEqual(1.5, math.hypot(pose.x - x, pose.y - y), delta=POSITION_TOLERANCE)
+        bearings = [math.atan2(pose.y - y, pose.x - x) for pose in track]
+        swept = sum(wrapped(b - a) for a, b in zip(bearings, bearings[1:]))
+        self.assertAlmostEqual(2.0 * math.pi, swept, delta=POSITION_TOLERANCE / 1.5)
+        self.assert_at(track[-1], *START)
+
+    def test_drive_shape_corners(self):
+        """Positions anywhere, two of them at walls, and back to the first."""
+        corners = [(0.0, 2.0), (2.5, 0.0), (4.0, 2.5), (2.0, 5.0), (0.0, 2.0)]
+        given = str([list(corner) for corner in corners[:-1]])
+        track = self.draw('_shape:=corners', f'_corners:={given}', '_speed:=8', '_turn_speed:=10', speed=8.0)
+        self.assert_passes(track, corners)
+        self.assert_sides(track, [(MIDDLE, MIDDLE), *corners])
+
+    def test_drive_shape_refuses_what_does_not_fit(self):
+        """Exit code 1 with what would fit, before the turtle has moved at all."""
+        poses, commands = self.poses(), self.commands()
+        for shape, outside, fits in (('square', r'corner 1 \(12\.54, 5\.54\)', r'5\.54'),
+                                     ('circle', r'upper end', r'5\.54'),
+                                     ('triangle', r'corner 1 \(12\.54, 5\.54\)', r'5\.54')):
+            with self.subTest(shape):
+                said = self.ended(self.start('drive_shape.py', f'_shape:={shape}', '_size:=7'), code=1)
+                self.assertRegex(said, fr'\[FATAL\].*a {shape} of size 7 m .*{outside}.*at most {fits} m fits')
+        self.assertEqual([], commands.messages)
+        self.assertEqual(poses.messages[0], self.pose())
+
+
+class TopicsAloneTest(ShapeCase):
+    """The teleport services of this simulator have names that no node expects."""
+
+    def setUp(self):
+        rospy.wait_for_service('/elsewhere/teleport_absolute', DEADLINE)
+
+    def test_drive_shape_triangle(self):
+        """From another pose, at another speed."""
+        self.call('elsewhere/teleport_absolute', *START)
+        self.assert_at(self.pose(), *START)
+        corners = [START[:2], ahead(START, 3.0, 0.0), ahead(START, 3.0, math.pi / 3.0), START[:2]]
+        track = self.draw('_shape:=triangle', '_size:=3', '_speed:=4', speed=4.0)
+        self.assert_passes(track, corners)
+        self.assert_sides(track, corners)
+        self.assert_at(track[-1], *START)
+
+
+if __name__ == '__main__':
+    run(DriveShapeTest, TopicsAloneTest)

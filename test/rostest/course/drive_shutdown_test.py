@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""Nodes that are ended while they drive: the turtle is stopped, long before the simulator does that by itself."""
+import os
+import signal
+import subprocess
+import sys
+
+import rospy
+from turtle_robotont.srv import DriveTo
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import BackgroundCall, CourseCase
+from rostest_tools import DEADLINE, MIDDLE, run
+
+SPEED = 1.0  # [m/s]
+
+
+class ShutdownTest(CourseCase):
+
+    def drive_and_end(self, process, end):
+        """Wait until the turtle drives, end the node, look at how the turtle stops; return what the node said."""
+        poses, commands = self.poses(), self.commands()
+        poses.next(lambda pose: pose.linear_velocity > 0.9 * SPEED, 'the turtle driving')
+        end()
+        self.ended(process)
+        self.assert_stopped_by(poses, commands, len(poses.messages))
+        self.assertLess(poses.messages[-1].x, MIDDLE + 3.0, 'it drove on to its goal')
+
+    def test_drive_shutdown_of_a_server(self):
+        """Ctrl-C: the caller's call fails rather than hang."""
+        process = self.start('goto_pose_server.py')
+        rospy.wait_for_service('/turtle1/drive_to', DEADLINE)
+        call = BackgroundCall('/turtle1/drive_to', DriveTo, 10.5, MIDDLE, 0.0, False, SPEED, 0.0)
+        self.drive_and_end(process, lambda: process.process.send_signal(signal.SIGINT))
+        answer = call.ended()
+        self.assertTrue(call.error or 'preempted: the node shuts down' in answer.reason, answer)
+
+    def test_drive_shutdown_of_a_shape(self):
+        """SIGTERM, as roslaunch sends it."""
+        process = self.start('drive_shape.py', '_size:=5', f'_speed:={SPEED}')
+        self.drive_and_end(process, lambda: process.process.send_signal(signal.SIGTERM))
+
+    def test_drive_shutdown_by_rosnode_kill(self):
+        process = self.start('stop_at_x.py', f'_speed:={SPEED}')
+        self.drive_and_end(process, lambda: subprocess.run(
+            ['rosnode', 'kill', '/stop_at_x'], stdout=subprocess.DEVNULL, timeout=DEADLINE, check=True))
+
+
+if __name__ == '__main__':
+    run(ShutdownTest)

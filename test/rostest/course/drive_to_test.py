@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""The service turtle1/drive_to: what it answers, its speed and tolerance, what it refuses."""
+import math
+import os
+import sys
+
+import rospy
+from turtle_robotont.srv import DriveTo
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import HEADING_TOLERANCE, SPEED_TOLERANCE, CourseCase, stands, wrapped
+from rostest_tools import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, proxy, run
+
+DEFAULT_TOLERANCE = 0.01  # [m]
+ELAPSED_TOLERANCE = 0.5  # [s] poses may come late
+GOAL = {'x': 5.0, 'y': 6.0, 'theta': 0.0, 'use_heading': False, 'speed': 0.0, 'tolerance': 0.0}
+REFUSED = [  # what is asked, what the reason must contain
+    ({'x': math.nan}, ['x is nan', 'finite']),
+    ({'y': -math.inf}, ['y is -inf', 'finite']),
+    ({'theta': math.nan, 'use_heading': True}, ['theta is nan', 'finite']),
+    ({'x': 11.09}, ['x is 11.09 m', '0 to 11.0889 m']),
+    ({'y': -1e300}, ['y is -1e+300 m', '0 to 11.0889 m']),
+    ({'speed': 10.5}, ['speed is 10.5 m/s', '0.05 to 10 m/s']),
+    ({'speed': -1.0}, ['speed is -1 m/s', '0.05 to 10 m/s']),
+    ({'speed': math.nan}, ['speed is nan', '0.05 to 10 m/s']),
+    ({'tolerance': 0.001}, ['tolerance is 0.001 m', '0.002 to 1 m']),
+    ({'tolerance': math.inf}, ['tolerance is inf', '0.002 to 1 m']),
+]
+
+
+class DriveToTest(CourseCase):
+
+    def setUp(self):
+        super().setUp()
+        rospy.wait_for_service('/turtle1/drive_to', DEADLINE)
+
+    def drive_to(self, **values):
+        return proxy('/turtle1/drive_to', DriveTo)(*dict(GOAL, **values).values())
+
+    def assert_arrived(self, answer, x, y, tolerance=DEFAULT_TOLERANCE):
+        """Assert that the turtle stands at (x, y), and that the answer says so."""
+        self.assertTrue(answer.arrived, answer)
+        self.assertEqual('', answer.reason)
+        pose = self.pose()
+        self.assertTrue(stands(pose))
+        self.assertAlmostEqual(math.hypot(pose.x - x, pose.y - y), answer.position_error, delta=FLOAT32_TOLERANCE)
+        self.assertLessEqual(answer.position_error, tolerance)
+
+    def test_drive_to_arrives(self):
+        """With a heading: the errors answered are those of the turtle's pose, the time is that of the drive."""
+        poses = self.poses()
+        answer = self.drive_to(x=7.0, y=4.0, theta=2.0 + 4.0 * math.pi, use_heading=True)
+        self.assert_arrived(answer, 7.0, 4.0)
+        off = abs(wrapped(self.pose().theta - 2.0))
+        self.assertLess(off, HEADING_TOLERANCE)
+        self.assertAlmostEqual(off, answer.heading_error, delta=FLOAT32_TOLERANCE)
+        driving = [number for number, pose in enumerate(poses.messages) if not stands(pose)]
+        self.assertAlmostEqual((driving[-1] - driving[0]) * DT, answer.elapsed, delta=ELAPSED_TOLERANCE)
+
+    def test_drive_to_without_heading(self):
+        """theta is left out: the turtle ends looking along its way."""
+        answer = self.drive_to(x=7.0, y=7.0, theta=-2.0)
+        self.assert_arrived(answer, 7.0, 7.0)
+        self.assertEqual(0.0, answer.heading_error)
+        self.assertAlmostEqual(math.atan2(7.0 - MIDDLE, 7.0 - MIDDLE), self.pose().theta, delta=HEADING_TOLERANCE)
+
+    def test_drive_to_speed(self):
+        """The speed asked for, else ~speed, is reached and not exceeded."""
+        poses = self.poses()
+        for x, asked, allowed in ((8.0, 3.5, 3.5), (6.0, 0.0, 1.25)):
+            with self.subTest(asked=asked):
+                begin = len(poses.messages)
+                self.assert_arrived(self.drive_to(x=x, y=MIDDLE, speed=asked), x, MIDDLE)
+                track = poses.messages[begin:]
+                self.assertAlmostEqual(allowed, max(pose.linear_velocity for pose in track), delta=SPEED_TOLERANCE)
+                self.assert_driven(track, allowed)
+
+    def test_drive_to_tolerance(self):
+        """The finest is kept; a coarse one is made use of."""
+        self.assert_arrived(self.drive_to(x=7.0, tolerance=0.002), 7.0, 6.0, tolerance=0.002)
+        answer = self.drive_to(x=4.0, tolerance=1.0)
+        self.assert_arrived(answer, 4.0, 6.0, tolerance=1.0)
+        self.assertGreater(answer.position_error, 0.1)
+
+    def test_drive_to_where_it_is(self):
+        """No way to go: answered at once, and the turtle has not moved."""
+        pose = self.pose()
+        answer = self.drive_to(x=pose.x, y=pose.y)
+        self.assert_arrived(answer, pose.x, pose.y)
+        self.assertEqual(pose, self.pose())
+
+    def test_drive_to_walls(self):
+        """Goals on the walls and in a corner of the arena are reached."""
+        for x, y in ((11.08, 10.0), (11.0888, 11.0888), (9.0, 11.08)):
+            with self.subTest(x=x, y=y):
+                self.call('turtle1/teleport_absolute', 9.5, 9.5, 3.0)
+                self.assert_arrived(self.drive_to(x=x, y=y, speed=5.0), x, y)
+
+    def test_drive_to_refuses(self):
+        """Nonsense is answered with a reason, and the turtle has not moved."""
+        before, commands = self.pose(), self.commands()
+        for values, texts in REFUSED:
+            with self.subTest(values):
+                answer = self.drive_to(**values)
+                self.assertFalse(answer.arrived)
+                self.assertTrue(math.isnan(answer.position_error) and math.isnan(answer.heading_error), answer)
+                self.assertEqual(0.0, answer.elapsed)
+                for text in texts:
+                    self.assertIn(text, answer.reason)
+        self.assertEqual(before, self.pose())
+        self.assertEqual([], commands.messages)
+
+
+if __name__ == '__main__':
+    run(DriveToTest)

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""What keeps a turtle from its goal while it drives: each is answered with a reason, and the node lives on."""
+import os
+import signal
+import sys
+
+import rospy
+from geometry_msgs.msg import Twist
+from turtle_robotont.srv import DrawShape, DriveTo
+from turtlesim.srv import TeleportAbsolute
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import STOP, BackgroundCall, CourseCase
+from rostest_tools import DEADLINE, MIDDLE, Collected, own_simulator, proxy, run, until
+
+FAR = (10.5, MIDDLE, 0.0, False, 1.0, 0.0)  # a request of drive_to that takes 5 s
+NEAR = (6.0, 6.0, 0.0, False, 2.0, 0.0)
+GONE = r'no pose on /turtle1/pose for 1 s; is the simulator running, and does the turtle turtle1 exist\?'
+
+
+class TroubleTest(CourseCase):
+    """With a simulator and a goto_pose_server that roslaunch started."""
+
+    def drive(self, *request):
+        """Call drive_to in the background; return that when the turtle is driving."""
+        rospy.wait_for_service('/turtle1/drive_to', DEADLINE)
+        poses = self.poses()
+        call = BackgroundCall('/turtle1/drive_to', DriveTo, *request)
+        poses.next(lambda pose: pose.x > MIDDLE + 0.3, 'the turtle driving')
+        return call
+
+    def assert_drives_again(self):
+        """Assert that the server serves the next goal."""
+        answer = proxy('/turtle1/drive_to', DriveTo)(*NEAR)
+        self.assertTrue(answer.arrived, answer)
+        self.assert_at(self.pose(), 6.0, 6.0)
+
+    def test_drive_turtle_killed(self):
+        """The turtle is killed; one of the same name that comes afterwards is driven again."""
+        call = self.drive(*FAR)
+        self.call('kill', 'turtle1')
+        answer = call.ended()
+        self.assertFalse(answer.arrived)
+        self.assertRegex(answer.reason, GONE)
+        self.assertEqual('turtle1', self.call('spawn', 5.0, 5.0, 0.0, 'turtle1').name)
+        self.assert_drives_again()
+
+    def test_drive_without_turtle(self):
+        """There is no such turtle from the beginning: answered after the 10 s in which it might have come."""
+        self.call('kill', 'turtle1')
+        answer = proxy('/turtle1/drive_to', DriveTo)(*NEAR)
+        self.assertFalse(answer.arrived)
+        self.assertRegex(answer.reason, GONE.replace('1 s', '10 s'))
+
+    def test_drive_teleported_away(self):
+        """Somebody teleports the turtle: it drives on to its goal from where it is."""
+        call = self.drive(8.5, MIDDLE, 1.0, True, 1.0, 0.0)
+        self.jump(7.0, 7.0, -1.0)
+        answer = call.ended()
+        self.assertTrue(answer.arrived, answer)
+        self.assert_at(self.pose(), 8.5, MIDDLE, 1.0)
+
+    def test_drive_reset(self):
+        """Somebody resets the simulator: it drives on from the middle."""
+        call = self.drive(8.0, MIDDLE, 0.0, False, 1.5, 0.0)
+        self.call('reset')
+        answer = call.ended()
+        self.assertTrue(answer.arrived, answer)
+        self.assert_at(self.pose(), 8.0, MIDDLE)
+
+    def test_drive_teleported_for_ever(self):
+        """Somebody teleports the turtle again and again: the drive is given up, with where it was and is now."""
+        call = self.drive(*FAR)
+        commands = self.commands()
+        ways = [(2.0, 2.0), (2.0, 8.0)]
+        while call.is_alive():
+            self.call('turtle1/teleport_absolute', *ways[0], 0.0)
+            seen = self.pose()
+            ways.reverse()
+        self.assertFalse(call.answer.arrived)
+        self.assertRegex(call.answer.reason, r'somebody moved the turtle from \(2\.\d\d, [28]\.\d\d\) to '
+                                             r'\(2\.\d\d, [28]\.\d\d\) while it drove')
+        until(lambda: commands.messages[-1] == STOP, 'a last Twist of zeros')
+        self.assertLess(seen.x, 3.0)
+
+    def test_drive_shape_teleported_away(self):
+        """Somebody teleports the turtle while it draws: the shape is given up, and the turtle stands."""
+        rospy.wait_for_service('/turtle1/draw_shape', DEADLINE)
+        poses = self.poses()
+        call = BackgroundCall('/turtle1/draw_shape', DrawShape, 'square', 4.0, [], 1.0)
+        poses.next(lambda pose: pose.x > MIDDLE + 0.3, 'the turtle driving')
+        self.jump(7.0, 7.0)
+        answer = call.ended()
+        self.assertFalse(answer.drawn)
+        self.assertRegex(answer.reason, r'corner 1 of 4: somebody moved the turtle from .* to \(7\.\d\d, 7\.\d\d\)')
+        self.assert_stands(poses)
+
+    def test_drive_stuck(self):
+        """The commands do not reach the turtle: given up after 2 s, and the goal was not driven to."""
+        rospy.wait_for_service('/turtle1/gotoPose', DEADLINE)
+        commands = Collected('/lost/cmd_vel', Twist)
+        with self.assertRaises(rospy.ServiceException) as failure:
+            rospy.ServiceProxy('/turtle1/gotoPose', TeleportAbsolute)(9.0, 9.0, 0.0)
+        self.assertIn('has not moved for 2 s', str(failure.exception))
+        until(lambda: commands.messages[-1] == STOP, 'a last Twist of zeros')
+        self.assert_pose(self.pose(), MIDDLE, MIDDLE, 0.0)
+
+    def test_drive_nobody_listens(self):
+        """Poses come, but nobody takes commands: answered after the 10 s in which somebody might have come."""
+        answer = proxy('/turtle1/drive_to', DriveTo)(*NEAR)
+        self.assertFalse(answer.arrived)
+        self.assertIn('nobody listens to /lost/cmd_vel after 10 s', answer.reason)
+
+
+class SimulatorGoneTest(TroubleTest):
+    """The simulator is the test's own."""
+
+    def setUp(self):
+        self.own = own_simulator()
+        self.addCleanup(self.own.stop)
+        super().setUp()
+
+    def test_drive_simulator_killed(self):
+        """The simulator dies; with a new one the server drives again."""
+        call = self.drive(*FAR)
+        self.own.process.send_signal(signal.SIGKILL)
+        self.own.process.wait(DEADLINE)
+        answer = call.ended()
+        self.assertFalse(answer.arrived)
+        self.assertRegex(answer.reason, GONE)
+        self.addCleanup(own_simulator().stop)
+        until(lambda: self.pose().x == MIDDLE, 'the turtle of the new simulator')
+        self.assert_drives_again()
+
+    def test_drive_node_ends_with_simulator(self):
+        """A node that draws a shape ends with exit code 1 and the reason."""
+        poses = self.poses()
+        process = self.start('drive_shape.py', '_speed:=0.5')
+        poses.next(lambda pose: pose.x > MIDDLE + 0.1, 'the turtle driving')
+        self.own.process.send_signal(signal.SIGKILL)
+        self.assertRegex(self.ended(process, code=1), r'\[FATAL\].*not there after .* s: ' + GONE)
+
+
+if __name__ == '__main__':
+    run(TroubleTest, SimulatorGoneTest)

@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""stop_at_x.py: where the turtle stops, from where it may start, and how fast it drives."""
+import math
+import os
+import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import SPEED_TOLERANCE, STOP_TOLERANCE, CourseCase
+from rostest_tools import MIDDLE, run
+
+STRAIGHT_TOLERANCE = 0.02  # [m] off the line that it drives along
+STARTS = {  # name: x [m], y [m], theta [rad], y [m] where it stops; None: anywhere
+    'facing_away': (7.0, 2.0, math.pi, 2.0),
+    'facing_up': (8.0, 6.0, math.pi / 2.0, 6.0),
+    'ahead_of_it': (7.0, 1.0, 0.5, 1.0 + 3.0 * math.tan(0.5)),  # straight on leads there
+    'ahead_is_outside': (7.0, 9.0, 1.2, 9.0),  # straight on it would meet the upper wall first
+    'beyond': (11.0, 4.0, 0.0, 4.0),
+    'there_already': (10.0, 5.0, -2.0, 5.0),
+}
+AT_A_TIME = 3  # nodes
+
+
+class StopAtXTest(CourseCase):
+
+    def test_stop_at_x_default(self):
+        """At 1 m/s from the middle to x = 10; it ends when the turtle stands there."""
+        poses = self.poses()
+        process = self.start('stop_at_x.py')
+        self.ended(process)
+        self.assert_stands(poses)
+        track = poses.messages
+        self.assertAlmostEqual(10.0, track[-1].x, delta=STOP_TOLERANCE)
+        self.assertAlmostEqual(1.0, max(pose.linear_velocity for pose in track), delta=SPEED_TOLERANCE)
+        self.assert_driven(track, 1.0)
+        self.assertLess(max(abs(pose.y - MIDDLE) for pose in track), STRAIGHT_TOLERANCE)
+
+    def test_stop_at_x_from_anywhere(self):
+        """Facing away, beyond x = 10, there already: each with a turtle of its own name."""
+        starts = list(STARTS.items())
+        for begin in range(0, len(starts), AT_A_TIME):
+            some = starts[begin:begin + AT_A_TIME]
+            for name, (x, y, theta, _) in some:
+                self.call('spawn', x, y, theta, name)
+            processes = [self.start('stop_at_x.py', f'__name:={name}_driver', f'_turtle:={name}', '_speed:=3.0')
+                         for name, _ in some]
+            for (name, (_, _, _, y)), process in zip(some, processes):
+                with self.subTest(name):
+                    self.ended(process)
+                    pose = self.pose(name)
+                    self.assertAlmostEqual(10.0, pose.x, delta=STOP_TOLERANCE)
+                    self.assertAlmostEqual(y, pose.y, delta=2.0 * STOP_TOLERANCE)
+
+    def test_stop_at_x_elsewhere(self):
+        """~x and ~speed."""
+        poses = self.poses()
+        self.ended(self.start('stop_at_x.py', '_x:=0.0', '_speed:=6.0'))
+        self.assertAlmostEqual(0.0, self.pose().x, delta=STOP_TOLERANCE)
+        self.assertGreater(max(pose.linear_velocity for pose in poses.messages), 3.0)
+        self.assert_driven(poses.messages, 6.0)
+
+
+if __name__ == '__main__':
+    run(StopAtXTest)
