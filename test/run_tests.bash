@@ -1,5 +1,5 @@
 #!/bin/bash
-# ./run test: run_tests.bash REPOSITORY WORKSPACE [NAME ...] [-- PYTEST_OPTION ...], inside the built workspace.
+# ./run test: run_tests.bash REPOSITORY WORKSPACE [NAME ...], inside the built workspace.
 # Every case leaves a folder results/KIND/NAME; test/summary.py reads them all, and expected.tsv says which must be there.
 set -eu
 
@@ -9,10 +9,7 @@ export results rostest_seconds=180 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(nproc)}
-filters=()
-while [ $# -gt 0 ] && [ "$1" != -- ]; do filters+=("$1"); shift; done
-[ $# -eq 0 ] || shift
-pytest_options=("$@")
+filters=("$@")
 
 # Lists `KIND<TAB>NAME` of everything there is to run, units first.
 all_cases() {
@@ -73,7 +70,7 @@ run_units() {
   [ ${#files[@]} -gt 0 ] || return 0
   mkdir -p "$results/unit"
   (cd "$repo" && python3 -m pytest -q --tb=short --no-summary -p no:cacheprovider --import-mode=importlib --junitxml="$results/unit/pytest.xml" \
-    "${pytest_options[@]}" "${files[@]}") || true
+    "${files[@]}") || true
 }
 
 chosen_cases >"$results/expected.tsv"

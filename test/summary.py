@@ -10,6 +10,7 @@ RESULTS is the folder that run_tests.bash fills:
 
 Exit code 0 only when at least one case passed and none failed. A test that left no result has failed.
 """
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 from collections import namedtuple
@@ -18,6 +19,7 @@ from pathlib import Path
 PASSED, FAILED, SKIPPED = 'passed', 'failed', 'skipped'
 TIMEOUT_CODES = (124, 137)  # of timeout(1): the limit was reached, and so it was with SIGKILL
 LAST_LINES = 25
+UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)*', re.MULTILINE)
 
 Case = namedtuple('Case', 'name outcome message')
 
@@ -50,9 +52,14 @@ def _read_case(element, prefix):
     problems = element.findall('failure') + element.findall('error')
     skips = element.findall('skipped')
     outcome = FAILED if problems else SKIPPED if skips else PASSED
-    texts = [(found.text or found.get('message') or '').strip() for found in problems]
+    texts = [_without_unittest((found.text or found.get('message') or '').strip()) for found in problems]
     texts += [found.get('message') or (found.text or '').strip() for found in skips]
     return Case(prefix + name, outcome, '\n'.join(texts))
+
+
+def _without_unittest(text):
+    """The text without the lines of a traceback that lie in Python's own unittest."""
+    return UNITTEST_FRAME.sub('', text + '\n').rstrip()
 
 
 def unit_cases(results, names):
@@ -64,13 +71,13 @@ def unit_cases(results, names):
     if not report.is_file():
         return [Case('pytest', FAILED, f'pytest left no results in {report}; see its output above')]
     cases = read_junit(report)
-    missing = [] if any(case.outcome == FAILED for case in cases) else [
-        name for name in names if not any(_module(name) in case.name for case in cases)]
+    missing = [name for name in names if not any(_is_of_file(case, name) for case in cases)]
     return cases + [Case(name, FAILED, 'no case of this file ran') for name in missing]
 
 
-def _module(name):
-    return name[:-len('.py')].replace('/', '.')
+def _is_of_file(case, name):
+    module = name[:-len('.py')].replace('/', '.')
+    return case.name == module or case.name.startswith((module + '::', module + '.'))
 
 
 def rostest_cases(results, name):

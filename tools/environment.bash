@@ -46,7 +46,7 @@ free_port() {
 # ~/.cache; what it has to skip are the hidden folders below a workspace's src.
 rosbash() {
   local file=/usr/share/bash-completion/completions/rosbash
-  [ -z "$ros_dir" ] || file=$ros_dir/share/rosbash/rosbash
+  [ ! -f "$ros_dir/share/rosbash/rosbash" ] || file=$ros_dir/share/rosbash/rosbash
   sed -e 's#"\.\*/\[\.\]#".*/src/.*/[.]#g' -e 's#-regex \.\*/\[\.\]\.\*#-regex ".*/src/.*/[.].*"#' "$file"
 }
 

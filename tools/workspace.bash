@@ -37,13 +37,15 @@ step() {
   fi
 }
 
+disk_is_full() { df --output=avail -k "$ws" / /tmp | awk 'NR > 1 && $1 < 20000 { full = 1 } END { exit !full }'; }
+
 explain_failure() {
   local reason="see the lines above" hint="Type ./run build to try again: it goes on where it stopped." part
   part=$(tac "$log" | sed '/^==== /q')
   log_has() { grep -qiE "$1" <<<"$part"; }
   say "" "The last lines of the log $log:"
   tail -n 20 "$log" | sed 's/^/  | /' >&2
-  if log_has 'no space left|not enough free space|disk quota exceeded'; then
+  if log_has 'no space left|not enough free space|disk quota exceeded' || disk_is_full; then
     reason="the disk is full" hint="About 2 GB are needed. Look at df -h / $ws, make room, then type ./run build."
   elif log_has 'could not get lock|dpkg frontend lock'; then
     reason="another program is installing Debian packages" hint="Wait until it is done, then type ./run build."
@@ -128,17 +130,32 @@ open_workspace() {
 
 # Every checkout has a workspace of its own: what can be made again is removed where the checkout is gone.
 forget_lost_workspaces() {
-  local marker old part
+  local marker
   for marker in "$default_parent"/*/.checkout; do
-    old=$(dirname "$marker")
     if [ ! -f "$marker" ] || [ -e "$(cat "$marker")" ]; then continue; fi
-    (
-      flock -n -x 8 || exit 0
-      for part in venv build devel ros_home test_results; do rm -rf "${old:?}/$part"; done
-      find "$old/src" -maxdepth 1 \( -xtype l -o -type l -name CMakeLists.txt \) -delete
-      rmdir "$old/src" 2>/dev/null && rm -rf "$old"
-    ) 8>"$old/.lock" || true
+    (flock -n -x 8 && discard_workspace "$(dirname "$marker")") 8>"$(dirname "$marker")/.lock" || true
   done
+}
+
+# discard_workspace FOLDER: removes it, except packages of the user's own in its src.
+discard_workspace() {
+  find "$1" -mindepth 1 -maxdepth 1 ! -name src ! -name .checkout ! -name .lock -exec rm -rf {} +
+  remove_links "$1/src"
+  if [ ! -d "$1/src" ] || rmdir "$1/src" 2>/dev/null; then
+    rm -rf "$1"
+  else
+    say "Your own packages are still in $1/src: $(find "$1/src" -mindepth 1 -maxdepth 1 -printf '%f ')"
+  fi
+}
+
+# The links that ./run made in a src folder: into this repository, to catkin, and such of checkouts that are gone.
+remove_links() {
+  find "$1" -maxdepth 1 -type l \( -lname "$repo" -o -lname "$repo/stand_ins/*" -o -name CMakeLists.txt -o -xtype l \) -delete
+}
+
+own_packages() {
+  find "$ws/src" -mindepth 1 -maxdepth 1 ! -lname "$repo" ! -lname "$repo/stand_ins/*" ! -name CMakeLists.txt ! -xtype l \
+    -printf '%f\n'
 }
 
 # lock MODE: -s to use the workspace, -x to change it; held until the script and the program it became end.
@@ -235,15 +252,13 @@ our_packages() {
       continue
     elif [ -f "${ros_dir:-/usr}/share/$pkg/package.xml" ]; then
       say "Left out: the stand-in $pkg, because ${ros_dir:-/usr} has the real one."
-    elif [ -e "$ws/src/$pkg" ] && [ ! -L "$ws/src/$pkg" ]; then
+    elif own_packages | grep -qFx "$pkg"; then
       say "Left out: the stand-in $pkg, because $ws/src/$pkg is a package of your own."
     else
       echo "$pkg ${dir%/}"
     fi
   done
 }
-
-own_packages() { find "$ws/src" -mindepth 1 -maxdepth 1 ! -type l -printf '%f\n' 2>/dev/null || true; }
 
 # Everything that the build depends on, one `hash  name` a line.
 build_stamp() {
@@ -258,15 +273,8 @@ build_stamp() {
 }
 
 link_packages() {
-  local link pkg dir
-  for link in "$ws"/src/*; do
-    if [ -L "$link" ] && [ "$(basename "$link")" != CMakeLists.txt ]; then
-      case $(readlink "$link") in
-        "$repo" | "$repo"/stand_ins/*) rm "$link" ;;
-        *) [ -e "$link" ] || rm "$link" ;;
-      esac
-    fi
-  done
+  local pkg dir
+  remove_links "$ws/src"
   our_packages 2>/dev/null | while read -r pkg dir; do ln -sfn "$dir" "$ws/src/$pkg"; done
 }
 
@@ -276,7 +284,7 @@ build_workspace() {
     gone=$(comm -23 <(sed 's/^[^ ]*  //' "$ws/.built" | sort) <(build_stamp | sed 's/^[^ ]*  //' | sort))
   fi
   rm -f "$ws/.built"
-  [ -z "$gone" ] || rm -rf "$ws/build" "$ws/devel" "$ws/src/CMakeLists.txt"
+  [ -z "$gone" ] || rm -rf "$ws/build" "$ws/devel"
   build_stamp >"$ws/.building"
   link_packages
   write_shell_files

@@ -62,14 +62,17 @@ def skip(reason):
 
 
 def until(condition, what, deadline=DEADLINE):
-    """Poll ``condition`` until it is true; return its value. Fail with ``what`` when ``deadline`` [s] has passed."""
+    """Poll ``condition`` until it is true; return its value.
+
+    When ``deadline`` [s] has passed, fail and name ``what``, a text or a function that returns one.
+    """
     end = time.monotonic() + deadline
     while True:
         value = condition()
         if value:
             return value
         if time.monotonic() > end:
-            raise AssertionError(f'not within {deadline:g} s: {what}')
+            raise AssertionError(f'not within {deadline:g} s: {what() if callable(what) else what}')
         time.sleep(POLL)
 
 
@@ -135,7 +138,7 @@ class NodeLog:
     def wait(self, level, pattern, deadline=DEADLINE):
         """Return the first text at the level that matches the regular expression completely."""
         return until(lambda: [text for text in self.texts(level) if re.fullmatch(pattern, text, re.DOTALL)],
-                     f'a line {pattern!r}; there were: {self.texts(level)}', deadline)[0]
+                     lambda: f'a line {pattern!r}; there were: {self.texts(level)}', deadline)[0]
 
 
 class SimulatorCase(unittest.TestCase):
@@ -260,7 +263,7 @@ class Process:
 
     def wait_for_output(self, pattern, deadline=DEADLINE):
         """Return the match of a regular expression in what it prints."""
-        return until(lambda: re.search(pattern, self.output()), f'{pattern!r} in:\n{self.output()}', deadline)
+        return until(lambda: re.search(pattern, self.output()), lambda: f'{pattern!r} in:\n{self.output()}', deadline)
 
     def stop(self):
         """End it as Ctrl-C does, by force when that does not help."""
@@ -280,6 +283,9 @@ class Process:
         self.stop()
 
 
+SIMULATOR = (roslib.packages.find_node('turtlesim', 'turtlesim_node') or [None])[0]
+
+
 def own_simulator(*arguments, **environment):
     """Start a turtlesim_node as a Process."""
-    return Process(roslib.packages.find_node('turtlesim', 'turtlesim_node')[0], *arguments, **environment)
+    return Process(SIMULATOR, *arguments, **environment)

@@ -10,6 +10,7 @@ from turtle_robotont.srv import DrawShape
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import POSITION_TOLERANCE, BackgroundCall, CourseCase
+
 from rostest_tools import DEADLINE, MIDDLE, proxy, run
 
 MEASURED_TOLERANCE = 0.02  # [m] between two measurements: the server may miss the first and last poses
@@ -47,8 +48,8 @@ class DrawShapeTest(CourseCase):
 
     def test_draw_shape_square(self):
         poses = self.poses()
-        answer = self.draw('square', 1.5, speed=4.0)
-        end = MIDDLE + 1.5
+        answer = self.draw('square', 1.0, speed=4.0)
+        end = MIDDLE + 1.0
         self.assert_drawn(answer, poses.messages, [(end, MIDDLE), (end, end), (MIDDLE, end), (MIDDLE, MIDDLE)])
 
     def test_draw_shape_circle(self):
@@ -64,8 +65,8 @@ class DrawShapeTest(CourseCase):
     def test_draw_shape_corners(self):
         """Those of the request, else those of ~corners."""
         poses = self.poses()
-        for given, corners in (([(6.0, 5.0), (7.0, 5.0)], [(6.0, 5.0), (7.0, 5.0), (6.0, 5.0)]),
-                               ([], [(6.0, 6.0), (7.0, 7.0), (6.0, 6.0)])):
+        for given, corners in (([(6.0, 5.5), (6.5, 5.5)], [(6.0, 5.5), (6.5, 5.5), (6.0, 5.5)]),
+                               ([], [(6.0, 6.0), (6.5, 6.5), (6.0, 6.0)])):
             with self.subTest(given=given):
                 begin = len(poses.messages)
                 answer = self.draw('corners', corners=given, speed=6.0)

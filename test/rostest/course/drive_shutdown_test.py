@@ -10,6 +10,7 @@ from turtle_robotont.srv import DriveTo
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import BackgroundCall, CourseCase
+
 from rostest_tools import DEADLINE, MIDDLE, run
 
 SPEED = 1.0  # [m/s]
@@ -17,12 +18,12 @@ SPEED = 1.0  # [m/s]
 
 class ShutdownTest(CourseCase):
 
-    def drive_and_end(self, process, end):
-        """Wait until the turtle drives, end the node, look at how the turtle stops; return what the node said."""
+    def drive_and_end(self, process, end, code=1):
+        """Wait until the turtle drives, end the node, look at how the turtle stops."""
         poses, commands = self.poses(), self.commands()
         poses.next(lambda pose: pose.linear_velocity > 0.9 * SPEED, 'the turtle driving')
         end()
-        self.ended(process)
+        self.ended(process, code)
         self.assert_stopped_by(poses, commands, len(poses.messages))
         self.assertLess(poses.messages[-1].x, MIDDLE + 3.0, 'it drove on to its goal')
 
@@ -31,7 +32,7 @@ class ShutdownTest(CourseCase):
         process = self.start('goto_pose_server.py')
         rospy.wait_for_service('/turtle1/drive_to', DEADLINE)
         call = BackgroundCall('/turtle1/drive_to', DriveTo, 10.5, MIDDLE, 0.0, False, SPEED, 0.0)
-        self.drive_and_end(process, lambda: process.process.send_signal(signal.SIGINT))
+        self.drive_and_end(process, lambda: process.process.send_signal(signal.SIGINT), code=0)
         answer = call.ended()
         self.assertTrue(call.error or 'preempted: the node shuts down' in answer.reason, answer)
 

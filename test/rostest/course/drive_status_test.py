@@ -11,6 +11,7 @@ from turtlesim.srv import TeleportAbsolute
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import BackgroundCall, CourseCase
+
 from rostest_tools import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, proxy, run, until
 
 ENDED = (DriveStatus.ARRIVED, DriveStatus.FAILED, DriveStatus.PREEMPTED)
@@ -77,10 +78,10 @@ class DriveStatusTest(CourseCase):
 
     def test_drive_status_of_a_shape(self):
         """The goals are the corners, one after the other."""
-        proxy('/turtle1/draw_shape', DrawShape)('square', 1.0, [], 4.0)
+        proxy('/turtle1/draw_shape', DrawShape)('square', 0.5, [], 4.0)
         messages = self.until_ended()
         goals = [(round(message.goal_x - MIDDLE, 6), round(message.goal_y - MIDDLE, 6)) for message in messages]
-        self.assertEqual([(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)], sorted(set(goals), key=goals.index))
+        self.assertEqual([(0.5, 0.0), (0.5, 0.5), (0.0, 0.5), (0.0, 0.0)], sorted(set(goals), key=goals.index))
         self.assertEqual(DriveStatus.ARRIVED, messages[-1].state)
 
     def test_drive_status_of_a_failure(self):

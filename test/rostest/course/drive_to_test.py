@@ -9,6 +9,7 @@ from turtle_robotont.srv import DriveTo
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import HEADING_TOLERANCE, SPEED_TOLERANCE, CourseCase, stands, wrapped
+
 from rostest_tools import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, proxy, run
 
 DEFAULT_TOLERANCE = 0.01  # [m]

@@ -5,13 +5,14 @@ import os
 import subprocess
 import sys
 
-import rosservice
 import rospy
+import rosservice
 from rosgraph_msgs.msg import Log
 from turtlesim.srv import TeleportAbsolute
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import BackgroundCall, CourseCase, stands
+
 from rostest_tools import DEADLINE, MIDDLE, Collected, NodeLog, proxy, run, until
 
 SERVICE = '/turtle1/gotoPose'

@@ -5,6 +5,7 @@ import sys
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import CourseCase
+
 from rostest_tools import BACKGROUND, FLOAT32_TOLERANCE, PEN, PIXELS_PER_METRE, run, until
 
 PIXEL = 1.0 / PIXELS_PER_METRE  # [m]

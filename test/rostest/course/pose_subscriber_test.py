@@ -8,6 +8,7 @@ from rosgraph_msgs.msg import Log
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import CourseCase
+
 from rostest_tools import Collected, run, until
 
 LINE = r'Turtle pose: x:(-?\d+\.\d{6}), y:(-?\d+\.\d{6})'

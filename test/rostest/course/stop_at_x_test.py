@@ -6,6 +6,7 @@ import sys
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import SPEED_TOLERANCE, STOP_TOLERANCE, CourseCase
+
 from rostest_tools import MIDDLE, run
 
 STRAIGHT_TOLERANCE = 0.02  # [m] off the line that it drives along

@@ -8,6 +8,7 @@ from geometry_msgs.msg import Twist, Vector3
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import STOP, CourseCase
+
 from rostest_tools import run
 
 

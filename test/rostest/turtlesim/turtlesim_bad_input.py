@@ -130,7 +130,7 @@ class BadInputTest(SimulatorCase):
         """Names of the simulator itself, and other spellings of a turtle's name."""
         before = self.state()
         for name in ('clear', 'reset', 'spawn', 'kill', 'turtlesim', '/clear', '/kill', '/turtlesim', '/turtle1'):
-            self.assert_says(self.refused('spawn', 1.0, 1.0, 0.0, name), name, 'choose another')
+            self.assert_says(self.refused('spawn', 1.0, 1.0, 0.0, name), name.lstrip('/'), 'choose another')
         self.assert_unchanged(before)
 
     def test_turtlesim_other_spellings(self):

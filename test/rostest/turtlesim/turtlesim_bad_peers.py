@@ -51,7 +51,7 @@ class BadPeersTest(SimulatorCase):
             if size != state['size']:
                 state.update(size=size, since=time.monotonic())
             return size and time.monotonic() - state['since'] > FULL_FOR
-        until(full, f'a full buffer; it holds {unread(peer)} bytes', FULL_DEADLINE)
+        until(full, lambda: f'a full buffer; it holds {unread(peer)} bytes', FULL_DEADLINE)
 
     def assert_rate(self, poses):
         """Assert that poses come, and often enough."""

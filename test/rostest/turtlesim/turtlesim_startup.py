@@ -2,6 +2,7 @@
 """How a simulator begins and ends: its first lines, parameters, displays. Each test starts its own."""
 import os
 import signal
+import subprocess
 import sys
 
 import rospy
@@ -12,6 +13,7 @@ from rostest_tools import (
     BACKGROUND,
     DEADLINE,
     MIDDLE,
+    SIMULATOR,
     NodeLog,
     Process,
     SimulatorCase,
@@ -21,6 +23,7 @@ from rostest_tools import (
     until,
 )
 
+FEW_FILES = 256  # open files; 1024 are usual, which a test would take long to reach
 NO_DISPLAY = ':4242'  # a display that no server serves
 
 
@@ -74,28 +77,38 @@ class StartupTest(SimulatorCase):
     def test_turtlesim_bad_background_at_start(self):
         """Wrong types and ranges: an error that names parameter, value and range; the simulator takes its default."""
         for value in ('red', 300, -1, 1.5, True, [1, 2]):
-            with self.subTest(value=value):
-                self.set_parameter('background_g', value)
-                simulator = self.start()
-                said = simulator.wait_for_output(r'\[ERROR\].*/turtlesim/background_g.*').group()
-                self.assertIn(repr(value), said)
-                self.assertIn('0 to 255', said)
-                self.assertEqual(BACKGROUND, self.color())
-                self.set_parameter('background_g', 7)
-                self.call('clear')
-                self.assertEqual(7, self.color()[1])
-                simulator.stop()
+            self.set_parameter('background_g', value)
+            simulator = self.start()
+            said = simulator.wait_for_output(r'\[ERROR\].*/turtlesim/background_g.*').group()
+            self.assertIn(repr(value), said)
+            self.assertIn('0 to 255', said)
+            self.assertEqual(BACKGROUND, self.color())
+            self.set_parameter('background_g', 7)
+            self.call('clear')
+            self.assertEqual(7, self.color()[1])
+            simulator.stop()
 
     def test_turtlesim_bad_image_rate(self):
         """A wrong image_rate ends the start with a text that names parameter, value and range."""
         for value in ('fast', 0.0, 1000.0, True):
-            with self.subTest(value=value), own_simulator(f'_image_rate:={value}') as simulator:
-                until(lambda: not simulator.runs(), 'an end of the simulator')  # noqa: B023
+            with own_simulator(f'_image_rate:={value}') as simulator:
+                until(lambda: not simulator.runs(), f'an end with {value!r}')  # noqa: B023
                 said = simulator.wait_for_output(r'\[FATAL\].*/turtlesim/image_rate.*').group()
                 self.assertIn(repr(value), said)
                 self.assertIn('0.1 to 62.5', said)
                 self.assertNotIn('Traceback', simulator.output())
                 self.assertEqual(2, simulator.process.returncode)
+
+    def test_turtlesim_many_turtles(self):
+        """More turtles than the usual limit of open files allows at three a turtle: the simulator raises the limit."""
+        limited = Process('bash', '-c', f'ulimit -Sn {FEW_FILES}; exec "$0"', SIMULATOR)
+        self.addCleanup(limited.stop)
+        SimulatorCase.setUp(self)
+        for _ in range(FEW_FILES // 2):
+            last = self.call('spawn', 2.0, 3.0, 1.0, '').name
+        self.assert_pose(self.pose(last), 2.0, 3.0, 1.0)
+        self.assertTrue(self.snapshot())
+        self.assertNotIn('Too many open files', limited.output())
 
     def test_turtlesim_image_repeats(self):
         """Two runs with the same turtles give the same pictures, to the byte."""
@@ -127,16 +140,15 @@ class StartupTest(SimulatorCase):
     def test_turtlesim_ends(self):
         """Ctrl-C and rosnode kill end it cleanly: nothing of it stays with the master."""
         for end in ('Ctrl-C', 'rosnode kill'):
-            with self.subTest(end=end):
-                simulator = self.start()
-                self.poses()
-                if end == 'Ctrl-C':
-                    simulator.process.send_signal(signal.SIGINT)
-                else:
-                    Process('rosnode', 'kill', '/turtlesim').process.wait(DEADLINE)
-                self.assertEqual(0, simulator.process.wait(DEADLINE), simulator.output())
-                self.assertNotIn('Traceback', simulator.output())
-                until(lambda: not any(registered_names('/turtlesim')), 'a master that knows nothing of the simulator')
+            simulator = self.start()
+            self.poses()
+            if end == 'Ctrl-C':
+                simulator.process.send_signal(signal.SIGINT)
+            else:
+                subprocess.run(['rosnode', 'kill', '/turtlesim'], check=True, timeout=DEADLINE)
+            self.assertEqual(0, simulator.process.wait(DEADLINE), f'{end}: {simulator.output()}')
+            self.assertNotIn('Traceback', simulator.output())
+            until(lambda: not any(registered_names('/turtlesim')), 'a master that knows nothing of the simulator')
 
     def test_turtlesim_same_name(self):
         """A second simulator of the same name takes over: the first ends, as ROS wants it."""
@@ -146,7 +158,7 @@ class StartupTest(SimulatorCase):
         drive(x=1.0)
         poses.next(lambda pose: pose.x > MIDDLE, 'a turtle that moves')
         second = self.start()
-        until(lambda: not first.runs(), f'an end of the first simulator; it said: {first.output()}')
+        until(lambda: not first.runs(), lambda: f'an end of the first simulator; it said: {first.output()}')
         until(lambda: self.pose().x == MIDDLE, 'turtle1 of the second simulator')
         drive(x=1.0)
         poses.next(lambda pose: pose.x > MIDDLE, 'a turtle that moves')

@@ -68,6 +68,19 @@ class StormTest(SimulatorCase):
         self.assertEqual({'turtle1', 'anna'}, self.turtles())
         self.assert_pose(self.pose('anna'), 2.0, 3.0, 1.0)
 
+    def test_turtlesim_spawn_and_kill_at_once(self):
+        """Spawns and kills of one name from several threads: world and topics agree about what is there."""
+        results = in_threads(lambda number: self.call('kill', 'anna') if number % 2 else self.spawn('anna'), range(150))
+        refusals = [str(result) for result in results if isinstance(result, rospy.ServiceException)]
+        self.assertLess(len(refusals), len(results), 'nothing worked')
+        expected = ('already exists', 'does not exist')
+        self.assertEqual([], [text for text in refusals if not any(words in text for words in expected)])
+        if 'anna' in self.turtles():
+            self.call('kill', 'anna')
+        until(lambda: self.turtles() == {'turtle1'}, 'turtle1 alone')
+        self.spawn('anna')
+        self.assert_pose(self.pose('anna'), 2.0, 3.0, 1.0)
+
     def test_turtlesim_kill_storm(self):
         """Turtles killed from several threads, each twice, are gone without a trace; turtle1 notices nothing."""
         before = self.state()

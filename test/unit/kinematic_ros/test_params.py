@@ -127,7 +127,7 @@ def test_text_refuses_the_rest(server, value, choices, allowed):
 @pytest.mark.parametrize('default', ['', None])
 def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, default):
     server['/sim/node/path'] = 5
-    assert '_path:=a text on the command line' in refusal(params.text, '~path', default)
+    assert '_path:=TEXT on the command line' in refusal(params.text, '~path', default)
 
 
 @pytest.mark.parametrize('value, length, expected', [
@@ -248,3 +248,14 @@ def test_run_calls_main_once_and_lets_it_end_as_it_does(shutdowns):
     with pytest.raises(ValueError, match='mine'):
         params.run(lambda: int('mine'))
     assert shutdowns == []
+
+
+def test_refusal_of_a_list_quotes_its_example_for_the_shell(server):
+    server[f'{NODE}/corners'] = 5
+    assert '_corners:="[1.0, 2.0]" on the command line' in refusal(params.numbers, '~corners', [1.0, 2.0])
+
+
+def test_refusal_of_a_public_parameter_suggests_no_private_one(server):
+    server['/sim/scale'] = 'fast'
+    text = refusal(params.number, 'scale', 2.0)
+    assert ':=' not in text and 'rosparam set' in text

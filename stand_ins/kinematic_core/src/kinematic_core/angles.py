@@ -3,7 +3,7 @@ import math
 
 
 def wrap_angle(theta, pi=math.pi):
-    """Bring an angle into [-pi, pi).
+    """Bring an angle into [-pi, pi), up to the rounding of its last bit.
 
     ``pi`` is a parameter because turtlesim wraps with a literal that is shorter than ``math.pi``.
     The order of the operations is the one whose rounding turtlesim's poses show.

@@ -104,10 +104,18 @@ def _read(name, default, convert, allowed, unit=''):
     try:
         converted = convert(value)
     except ValueError:
-        example = default if default not in (None, '') else allowed
-        raise ParameterError(
-            f'parameter {resolved} is {value!r}; it must be {allowed}{" " + unit if unit else ""}. '
-            f'Set it with _{name.lstrip("~")}:={example} on the command line or rosparam set {resolved} {example}'
-        ) from None
+        raise ParameterError(f'parameter {resolved} is {value!r}; it must be {allowed}{" " + unit if unit else ""}. '
+                             f'Set it with {_typed(name, resolved, default)}') from None
     _effective[resolved] = f'{converted} {unit}'.rstrip()
     return converted
+
+
+def _typed(name, resolved, default):
+    """Return what to type in a shell to set the parameter."""
+    value = 'TEXT' if default in (None, '') else str(default)
+    if isinstance(default, bool):
+        value = value.lower()
+    if isinstance(default, (list, tuple)):
+        value = f'"{value}"'  # a shell would split it
+    command = f'rosparam set {resolved} {value}'
+    return f'_{name[1:]}:={value} on the command line or {command}' if name.startswith('~') else command

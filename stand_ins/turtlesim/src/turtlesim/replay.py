@@ -20,6 +20,7 @@ from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE, WATCHDOG_STEPS,
 from turtlesim.drawn_world import DrawnWorld
 
 TURTLE = 'turtle1'
+LONGEST_GAP = 100_000  # [ticks] that nobody recorded: 27 minutes
 UNSEEN = ('pen', 'clear')  # events that leave no trace in the pose
 COLOUR = ('r', 'g', 'b')
 EVENTS = {  # name: what it does to (DrawnWorld, its values)
@@ -86,6 +87,8 @@ def _run(rows, path):
     result = Comparison()
     tick = rows[0]['tick'] - 1
     for row in rows:
+        if row['tick'] - tick > LONGEST_GAP:
+            raise RecordingError(f'{path}: tick {row["tick"]} follows tick {tick}; a gap may have {LONGEST_GAP} ticks')
         for _ in range(tick + 1, row['tick']):  # ticks that nobody recorded
             drawn.step()
         tick = row['tick']

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""demo.py: its exit code says what was measured. It has a master and a simulator of its own."""
+import glob
+import os
+import re
+import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from course_tools import CourseCase
+
+from rostest_tools import run
+
+DEMO_DEADLINE = 58.0  # [s] it limits itself to 56; a step takes 10
+
+
+class DemoTest(CourseCase):
+    simulator = None
+
+    def play(self, word, code, **programs):
+        """Play a step, with these programs (name: shell script) in front of all others; return what demo.py printed."""
+        self.output, programs_folder = self.temporary_directory(), self.temporary_directory()
+        for name, script in programs.items():
+            path = os.path.join(programs_folder, name)
+            with open(path, 'w') as file:
+                file.write(f'#!/bin/sh\n{script}\n')
+            os.chmod(path, 0o755)
+        process = self.start('demo.py', '--output', self.output, word,
+                             PATH=f'{programs_folder}{os.pathsep}{os.environ["PATH"]}')
+        return self.ended(process, code, DEMO_DEADLINE)
+
+    def test_demo_step(self):
+        """A step that goes well: exit code 0, what was measured, and a picture."""
+        said = self.play('gotoPose', 0)
+        self.assertRegex(said, r'✓ when answered, distance left 0\.0\d\d m')
+        self.assertRegex(said, r'x 1\.\d\d\d m, y 2\.\d\d\d m, heading -?3\.1\d\d rad')
+        self.assertRegex(said, r'✓ 1 of 1 steps did what the course asks')
+        self.assertEqual(['1_gotopose.png'], [os.path.basename(path) for path in glob.glob(f'{self.output}/*.png')])
+
+    def test_demo_step_without_effect(self):
+        """A rosservice that says nothing wrong but does nothing: measured, so exit code 1."""
+        said = self.play('gotoPose', 1, rosservice='exit 0')
+        self.assertRegex(said, r'✗ when answered, distance left 5\.0\d\d m')
+        self.assertRegex(said, r'✗ 0 of 1 steps did what the course asks')
+        self.assertIn('Failed: gotoPose', said)
+
+    def test_demo_simulator_dies(self):
+        """The simulator ends in the middle of a step: exit code 1 and a text, not a traceback."""
+        said = self.play('gotoPose', 1, rosservice='exec rosnode kill /turtlesim')
+        self.assertRegex(said, r'✗ 0 of 1 steps did what the course asks')
+
+    def test_demo_no_simulator(self):
+        """A simulator that does not start: exit code 1, what is missing, and where to look."""
+        said = self.play('gotoPose', 1, roslaunch='echo out of order; exit 7')
+        self.assertRegex(said, r'there is no ROS master and never will; roslaunch said: out of order')
+        self.assertTrue(re.search(r'What the nodes said: \S+/log', said), said)
+
+    def test_demo_unknown_word(self):
+        """Exit code 2 and the titles that there are, at once."""
+        said = self.play('volcano', 2)
+        self.assertRegex(said, r'no step has such a title; there are: First publisher, .*Black tour')
+
+
+if __name__ == '__main__':
+    run(DemoTest)
