@@ -12,6 +12,7 @@ debian_ros_packages=(
   ros-geometry-msgs libgeometry-msgs-dev python3-geometry-msgs
   ros-sensor-msgs libsensor-msgs-dev python3-sensor-msgs
 )
+command_packages=()
 required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic rosmsg rosnode rosparam
   message_generation message_runtime std_msgs std_srvs geometry_msgs sensor_msgs)
 no_network='could not resolve|temporary failure (resolving|in name resolution)|network is unreachable|could not connect|'
@@ -29,7 +30,7 @@ step() {
   local number=$1 text=$2 start=$SECONDS
   printf '[%s/3] %s ... ' "$number" "$text" >&2
   printf '\n==== %s: %s\n' "$(date '+%F %T')" "$text" >>"$log"
-  if "${@:3}" >>"$log" 2>&1 9>&-; then
+  if LC_ALL=C.UTF-8 "${@:3}" >>"$log" 2>&1 9>&-; then
     say "done in $((SECONDS - start)) s"
   else
     say "FAILED after $((SECONDS - start)) s"
@@ -171,7 +172,7 @@ lock() {
 # ---------------------------------------------------------------------------------------------------- install and build
 
 wanted_packages() {
-  printf '%s\n' "${debian_packages[@]}"
+  printf '%s\n' "${debian_packages[@]}" ${command_packages[@]+"${command_packages[@]}"}
   [ -n "$ros_dir" ] || printf '%s\n' "${debian_ros_packages[@]}"
 }
 
@@ -203,7 +204,7 @@ check_system() {
 }
 
 as_root() {
-  local -a settings=(DEBIAN_FRONTEND=noninteractive)
+  local -a settings=(DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8)
   [ -z "${http_proxy:-}" ] || settings+=("http_proxy=$http_proxy")
   if [ "$(id -u)" = 0 ]; then env "${settings[@]}" "$@"; else sudo -n env "${settings[@]}" "$@"; fi
 }
@@ -221,10 +222,16 @@ become_root() {
 }
 
 install_packages() {
+  local attempt output
   local -a packages
   mapfile -t packages < <(missing_packages)
   as_root dpkg --configure -a || true
-  as_root apt-get -q update || true
+  for ((attempt = 0; attempt < 60; attempt++)); do
+    output=$(as_root apt-get -q update 2>&1) || true
+    printf '%s\n' "$output"
+    [[ $output == *"Could not get lock"* ]] || break
+    sleep 5
+  done
   as_root apt-get -q install -y --no-install-recommends -o DPkg::Lock::Timeout=300 "${packages[@]}" &&
     [ -z "$(missing_packages)" ]
 }
@@ -322,5 +329,5 @@ make_ready() {
   [ "$missing" = 0 ] || step 1 "Installing Debian packages: $missing$about" install_packages
   has_venv || step 2 "Installing Python packages" make_venv
   our_packages >/dev/null
-  step 3 "Building the workspace $ws" build_workspace
+  is_built || step 3 "Building the workspace $ws" build_workspace
 }

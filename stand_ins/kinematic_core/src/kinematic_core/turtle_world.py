@@ -30,6 +30,7 @@ WATCHDOG = 1.0  # [s] without a command after which a turtle stops
 WATCHDOG_STEPS = math.floor(WATCHDOG / DT) + 1  # the first step that lies more than WATCHDOG after the command's
 TURTLESIM_PI = 3.14159265  # turtlesim's literal; math.pi gives other last bits
 
+LONGEST_ECHO = 200  # [characters] of a name that a text repeats
 BACKGROUND = (69, 86, 255)
 PEN_COLOUR = (179, 184, 255)
 PEN_WIDTH = 3  # [px]
@@ -172,21 +173,24 @@ class TurtleWorld:
         self._counter = 0
         self.spawn(ARENA_SIZE / 2.0, ARENA_SIZE / 2.0, 0.0)
 
-    def next_name(self):
-        """Return the name that a turtle spawned without one would get."""
+    def next_name(self, taken=()):
+        """Return the name that a turtle spawned without one would get; it is none of ``taken``."""
         number = self._counter + 1
-        while f'turtle{number}' in self.turtles:
+        while f'turtle{number}' in self.turtles or f'turtle{number}' in taken:
             number += 1
         return f'turtle{number}'
 
-    def spawn(self, x, y, theta, name=''):
-        """Add a turtle at (x, y) [m, y up] with heading theta [rad], each rounded to float32; return its name."""
+    def spawn(self, x, y, theta, name='', taken=()):
+        """Add a turtle at (x, y) [m, y up] with heading theta [rad], each rounded to float32; return its name.
+
+        Without a name it gets the next free one of turtle1, turtle2, ..., but none of ``taken``.
+        """
         require_sane('spawn', x=x, y=y, theta=theta)
         if name in self.turtles:
             # turtlesim's words, its 'turtled' included
             raise NameTaken(f'A turtled named [{name}] already exists; choose another name or leave it empty')
         if not name:
-            name = self.next_name()
+            name = self.next_name(taken)
             self._counter = int(name[len('turtle'):])
         # the subtraction is one of float32 numbers in turtlesim, too
         turtle = Turtle(name, float32(x), float32(ARENA_SIZE - float32(y)), float32(theta))
@@ -196,7 +200,7 @@ class TurtleWorld:
 
     def kill(self, name):
         """Remove a turtle; its strokes stay."""
-        self._turtle(f'Tried to kill turtle [{name}], which does not exist', name)
+        self._turtle(f'Tried to kill turtle [{name[:LONGEST_ECHO]}], which does not exist', name)
         del self.turtles[name]
         self._reorder()
 

@@ -6,6 +6,7 @@ ParameterError when the parameter is set to something else than it may be. rospy
 import math
 import sys
 
+import rosgraph
 import rospy
 
 _effective = {}  # resolved name -> text of the value, in the order of reading
@@ -84,6 +85,9 @@ def run(main):
         rospy.logfatal('%s', error)
         rospy.signal_shutdown('bad parameter')
         sys.exit(2)
+    except rospy.exceptions.ROSInitException as error:
+        sys.exit(f'The node could not start: {error}. Does a ROS master run at {rosgraph.get_master_uri()}? '
+                 'Start one with roscore.')
     except (rospy.ROSInterruptException, KeyboardInterrupt):
         pass
 

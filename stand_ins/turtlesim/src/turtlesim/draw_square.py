@@ -7,6 +7,7 @@ Threading contract: a callback stores the newest pose; the main thread takes it,
 """
 import math
 import threading
+import time
 from typing import NamedTuple
 
 import rospy
@@ -31,6 +32,9 @@ LOOK_AHEAD = 0.2  # [m] shortest distance to steer by: the direction of a nearby
 
 DEFAULT_SIDE = 2.0  # [m] turtlesim's
 LARGEST_SIDE = 5.5  # [m] from the middle of the arena, where reset puts the turtle, to its edge
+
+PATIENCE = 5.0  # [s] without a pose, or between two lines that say the same
+RETRY_PERIOD = 1.0  # [s]
 
 
 class Command(NamedTuple):
@@ -154,7 +158,7 @@ class DrawSquareNode:
         try:
             require_sane('pose', x=pose.x, y=pose.y, theta=pose.theta)
         except InvalidInput as refusal:
-            rospy.logwarn_throttle(5.0, f'Ignored a message on turtle1/pose: {refusal}')
+            rospy.logwarn_throttle(PATIENCE, f'Ignored a message on turtle1/pose: {refusal}')
             return
         with self._news:
             self._pose = pose
@@ -163,8 +167,9 @@ class DrawSquareNode:
     def _next_pose(self, topic):
         """Return a pose that was not yet returned, or None when there is none for a while or ROS ends."""
         with self._news:
-            if not self._news.wait_for(lambda: self._pose or self._ended, timeout=5.0):
-                rospy.logwarn('No pose on %s for 5 s. Is the simulator running? rosrun turtlesim turtlesim_node', topic)
+            if not self._news.wait_for(lambda: self._pose or self._ended, timeout=PATIENCE):
+                rospy.logwarn('No pose on %s for %g s. Is the simulator running? rosrun turtlesim turtlesim_node',
+                              topic, PATIENCE)
             pose, self._pose = self._pose, None
             return None if self._ended else pose
 
@@ -184,16 +189,21 @@ class DrawSquareNode:
 
 
 def reset_simulator():
-    """Wait for the simulator's service ``reset`` and call it."""
-    try:
-        rospy.wait_for_service('reset', timeout=1.0)
-    except rospy.ROSException:
-        if rospy.is_shutdown():
+    """Call the simulator's service ``reset``, as soon and as often as needed for it to succeed."""
+    name = rospy.resolve_name('reset')
+    while not rospy.is_shutdown():
+        try:
+            rospy.wait_for_service('reset', timeout=RETRY_PERIOD)
+            rospy.ServiceProxy('reset', Empty)()
+            return
+        except rospy.ROSInterruptException:
             raise
-        rospy.loginfo('Waiting for the service %s. Start the simulator: rosrun turtlesim turtlesim_node',
-                      rospy.resolve_name('reset'))
-        rospy.wait_for_service('reset')
-    rospy.ServiceProxy('reset', Empty)()
+        except rospy.ServiceException as failure:
+            rospy.logwarn_throttle(PATIENCE, f'{name} failed, it is called again: {failure}')
+            time.sleep(RETRY_PERIOD)
+        except rospy.ROSException:
+            rospy.loginfo_throttle(PATIENCE, f'Waiting for the service {name}. Start the simulator: '
+                                             'rosrun turtlesim turtlesim_node')
 
 
 def _log_target(driver):

@@ -4,6 +4,7 @@ Threading contract: the main thread steps and publishes; services and subscriber
 reach the world through SharedWorld's lock; ``_interfaces_lock`` orders spawn, kill and reset, which talk to the
 master; pictures are made by a thread of their own (picture.py).
 """
+import resource
 import threading
 import time
 
@@ -21,6 +22,7 @@ from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
+MANY_FILES = 65536
 LONGEST_CATCH_UP = 5.0  # [s] of late steps that are made up for; a longer gap was a suspended machine
 
 
@@ -34,12 +36,12 @@ class TurtlesimNode:
         self._interfaces = {}
         self._interfaces_lock = threading.Lock()
         self._wall_turn = 0
-        for name, service, handler in (('clear', Empty, self._clear), ('reset', Empty, self._reset),
-                                       ('spawn', Spawn, self._spawn), ('kill', Kill, self._kill)):
-            rospy.Service(name, service, handler)
         rospy.loginfo('Starting turtlesim with node name %s', rospy.get_name())
         self._connect(FIRST)
         _log_spawn(FIRST)
+        for name, service, handler in (('clear', Empty, self._clear), ('reset', Empty, self._reset),
+                                       ('spawn', Spawn, self._spawn), ('kill', Kill, self._kill)):
+            rospy.Service(name, service, handler)
         self._pictures = PictureServer(self._shared)
         keep_registered(on_return=_set_default_background)
 
@@ -87,21 +89,24 @@ class TurtlesimNode:
         background = _read_background()
         rospy.loginfo('Resetting turtlesim.')
         with self._interfaces_lock:
-            if FIRST not in self._interfaces:
-                self._connect(FIRST)
-            with self._shared.lock:
-                self._shared.reset(background)
+            _require_master(FIRST)
             for name in set(self._interfaces) - {FIRST}:
                 self._interfaces.pop(name).shutdown()
+            with self._shared.lock:
+                self._shared.reset(background)
+            if FIRST not in self._interfaces:
+                self._connect(FIRST)
         _log_spawn(FIRST)
         return EmptyResponse()
 
     def _spawn(self, request):
+        namespace = rospy.get_namespace()
         with self._interfaces_lock:
             with self._shared.change() as world:
-                name = request.name or world.next_name()
-                check_turtle_name(name, world.turtles)
-                world.spawn(request.x, request.y, request.theta, request.name)
+                # /turtle2 means the same as turtle2 in the namespace /
+                taken = {name[len(namespace):] for name in world.turtles if name.startswith(namespace)}
+                check_turtle_name(request.name or world.next_name(taken), world.turtles)
+                name = world.spawn(request.x, request.y, request.theta, request.name, taken)
             try:
                 self._connect(name)
             except Exception:
@@ -120,10 +125,15 @@ class TurtlesimNode:
 
     def _connect(self, name):
         """Give a turtle its topics and services; they exist when this returns."""
-        if not rosgraph.is_master_online():  # rospy would wait for it, and with it every later spawn
-            raise rospy.ServiceException(f'the turtle {name!r} cannot be registered: no ROS master answers at '
-                                         f'{rosgraph.get_master_uri()}; start roscore and call again')
+        _require_master(name)
         self._interfaces[name] = TurtleInterface(name, self._shared)
+
+
+def _require_master(name):
+    """Fail the service call when nothing can be registered: rospy would wait, and with it every later call."""
+    if not rosgraph.is_master_online():
+        raise rospy.ServiceException(f'the turtle {name!r} cannot be registered: no ROS master answers at '
+                                     f'{rosgraph.get_master_uri()}; start roscore and call again')
 
 
 def _log_spawn(name, x=ARENA_SIZE / 2.0, y=ARENA_SIZE / 2.0, theta=0.0):
@@ -154,7 +164,15 @@ def _initial_background():
         return BACKGROUND
 
 
+def _allow_many_files():
+    """Raise the soft limit of open files: rospy needs several a turtle, and 1024 is a usual limit."""
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
 def main():
     """Run turtlesim_node."""
+    _allow_many_files()
     rospy.init_node('turtlesim')
     TurtlesimNode().run()

@@ -1,0 +1,216 @@
+"""README.md agrees with the code: parameters, topics and services of every node, commands, file names."""
+import math
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+from node_source import UNKNOWN, Node
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
+SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
+                 for path in folder.iterdir() if path.is_file() and path.name != 'demo.py')  # that is ./run demo
+LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch')])
+MADE_BY_RUNNING = {'output/'}
+PARAMETER_COLUMNS = ['parameter', 'type', 'default', 'range', 'meaning']
+NAME_COLUMNS = ['name', 'kind', 'type', 'meaning']
+
+
+def sections(readme):
+    """Return {heading: text below it} of the headings ### of README."""
+    return dict(re.findall(r'^### (\S+)\n(.*?)(?=^#{1,3} |\Z)', readme, re.MULTILINE | re.DOTALL))
+
+
+def table(text, columns):
+    """Return the rows of the tables with these columns, each as {column: cell}."""
+    rows, inside = [], False
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip('|').split('|')] if line.startswith('|') else []
+        if inside and cells and not set(line) <= set('|-: '):
+            rows.append(dict(zip(columns, cells)))
+        inside = bool(cells) and (inside or cells == columns)
+    return rows
+
+
+def expected_cells(parameter):
+    """Return {column: what it must say}; where the code has no literal, any text will do."""
+    cells = {}
+    if parameter.choices:
+        cells['range'] = ', '.join(parameter.choices)
+    elif parameter.type == 'bool':
+        cells['range'] = 'true, false'
+    elif parameter.minimum is not None:
+        cells['range'] = interval(parameter.minimum, parameter.maximum)
+    if parameter.default is not UNKNOWN:
+        cells['default'] = str(parameter.default).lower() if parameter.type == 'bool' else str(parameter.default)
+    return cells
+
+
+def interval(low, high):
+    """Return how README writes a range."""
+    if low == -math.inf:
+        return 'finite' if high == math.inf else f'{high:g} or less'
+    return f'{low:g} or more' if high == math.inf else f'{low:g} to {high:g}'
+
+
+def parameter_differences(node, text):
+    """Return what the parameter tables of a section say wrong."""
+    rows = {row['parameter'].strip('`'): row for row in table(text, PARAMETER_COLUMNS)}
+    private = {name for name in node.parameters if name.startswith('~')}
+    wrong = [f'{name} is missing' for name in sorted(private - set(rows))]
+    wrong += [f'{name} is not in the code' for name in sorted(set(rows) - private)]
+    wrong += [f'{name} is not mentioned' for name in sorted(set(node.parameters) - private) if f'`{name}`' not in text]
+    for name in sorted(private & set(rows)):
+        parameter, row = node.parameters[name], rows[name]
+        for column, cell in expected_cells(parameter).items():
+            if not same(row[column], cell) and not (cell.startswith('[[') and not row[column].startswith('[')):
+                wrong.append(f'{name}: {column} is {row[column]!r}, in the code {cell!r}')
+        kind = ('name', 'text') if parameter.type == 'text' else (parameter.type,)
+        if not row['type'].startswith(kind) or not row['type'].endswith(parameter.unit) or not row['meaning']:
+            wrong.append(f'{name}: type is {row["type"]!r}, in the code {parameter.type} {parameter.unit}')
+    return wrong
+
+
+def same(cell, expected):
+    """Return whether two cells say the same, numbers written in whatever way."""
+    def parts(text):
+        return [float(part) if re.fullmatch(r'-?[\d.]+(e[+-]?\d+)?', part) else part for part in re.split(r'\s+', text)]
+    return parts(cell) == parts(expected)
+
+
+def name_differences(node, text, readme):
+    """Return what the tables of topics and services say wrong; a section without one leaves them to others."""
+    rows = {(row['name'].strip('`'), row['kind'], row['type']) for row in table(text, NAME_COLUMNS)}
+    if not rows:
+        return [f'{name} is not mentioned' for name, _, _ in sorted(node.names) if f'`{name}`' not in readme]
+    return ([f'{" ".join(name)} is missing' for name in sorted(node.names - rows)]
+            + [f'{" ".join(name)} is not in the code' for name in sorted(rows - node.names)])
+
+
+def differences(script, readme):
+    """Return all that README says wrong about a script."""
+    if script.name not in sections(readme):
+        return [f'there is no heading "### {script.name}"']
+    node, text = Node(script), sections(readme)[script.name]
+    return parameter_differences(node, text) + name_differences(node, text, readme)
+
+
+def dead_names(text, root=REPOSITORY):
+    """Return the links and the file names in backticks that lead to nothing."""
+    dead = [link for link in re.findall(r'\]\(([^)#\s]+)', text) if '://' not in link and not (root / link).exists()]
+    for name in re.findall(r'(?<!`)`([^`\s]+)`(?!`)', text):
+        is_file = re.search(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml)$', name) or name.endswith('/')
+        if not is_file or name in MADE_BY_RUNNING or name.startswith(('~', '/')):
+            continue
+        if not any(root.glob(name.rstrip('/'))) and not ('/' not in name and any(root.rglob(name))):
+            dead.append(name)
+    return dead
+
+
+@pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)
+def test_node_is_described_as_it_is(script):
+    assert differences(script, README) == []
+
+
+def test_headings_are_those_of_nodes():
+    described = {heading for heading, text in sections(README).items()
+                 if table(text, PARAMETER_COLUMNS) or table(text, NAME_COLUMNS)}
+    assert described == {script.name for script in SCRIPTS}
+
+
+def test_launch_files_are_mentioned():
+    assert set(re.findall(r'\w+\.launch', README)) == {path.name for path in LAUNCH_FILES}
+
+
+def test_commands_are_described():
+    printed = subprocess.run(['bash', str(REPOSITORY / 'run'), 'help'], stdout=subprocess.PIPE, check=True, timeout=60)
+    commands = set(re.findall(r'^  ([a-z]+) ', printed.stdout.decode(), re.MULTILINE))
+    assert len(commands) > 5
+    assert set(re.findall(r'^\| `\./run ([a-z]+)', README, re.MULTILINE)) == commands - {'help'}
+    assert set(re.findall(r'\./run ([a-z]+)', README)) <= commands
+
+
+def test_nodes_and_launch_files_that_are_typed_exist():
+    known = {path.name for path in (*SCRIPTS, *LAUNCH_FILES)} | {'publisher.py'}  # the reader's own
+    typed = re.findall(r'ros(?:run|launch) (?:\w+) ([\w.]+)', README)
+    assert len(typed) > 10 and set(typed) <= known
+
+
+def test_links_and_file_names_lead_somewhere():
+    assert dead_names(README) == []
+
+
+SAMPLE_NODE = '''import rospy
+from std_msgs.msg import Empty
+from kinematic_ros import params
+SIZE = 2.0
+def main():
+    params.number('~size', SIZE, minimum=0.5, unit='m')
+    for channel, default in (('r', 1), ('g', 2)):
+        params.integer(f'~{channel}', default, 0, 255)
+    params.text('~shape', 'square', choices=('square', 'dot'))
+    Helper(params.boolean('~off', False))
+class Helper:
+    def __init__(self, off):
+        rospy.Publisher('begin', Empty, queue_size=1)
+        self.later = lambda turtle: rospy.Service(f'{turtle}/end', Empty, None)
+'''
+SAMPLE_README = '''
+### sample.py
+| parameter | type | default | range | meaning |
+|---|---|---|---|---|
+| `~size` | float, m | 2.0 | 0.5 or more | side |
+| `~r` | int | 1 | 0 to 255 | red |
+| `~g` | int | 2 | 0 to 255 | green |
+| `~shape` | text | square | square, dot | what |
+| `~off` | bool | false | true, false | off |
+
+| name | kind | type | meaning |
+|---|---|---|---|
+| `begin` | publishes | std_msgs/Empty | it begins |
+| `turtle1/end` | serves | std_msgs/Empty | it ends |
+## Next
+'''
+
+
+@pytest.mark.parametrize('right, wrong, said', [
+    ('', '', []),
+    ('| `~g` | int | 2 | 0 to 255 | green |\n', '', ['~g is missing']),
+    ('`~off`', '`~on`', ['~off is missing', '~on is not in the code']),
+    ('| 2.0 |', '| 2.5 |', ["~size: default is '2.5', in the code '2.0'"]),
+    ('| 2.0 |', '| 2 |', []),
+    ('| square |', '| dot |', ["~shape: default is 'dot', in the code 'square'"]),
+    ('| false |', '| true |', ["~off: default is 'true', in the code 'false'"]),
+    ('0.5 or more', '0.1 to 1', ["~size: range is '0.1 to 1', in the code '0.5 or more'"]),
+    ('square, dot', 'square', ["~shape: range is 'square', in the code 'square, dot'"]),
+    ('float, m', 'float, km/h', ["~size: type is 'float, km/h', in the code float m"]),
+    ('| `~r` | int', '| `~r` | text', ["~r: type is 'text', in the code int "]),
+    ('| `begin` | publishes | std_msgs/Empty | it begins |\n', '', ['begin publishes std_msgs/Empty is missing']),
+    ('serves', 'calls', ['turtle1/end serves std_msgs/Empty is missing',
+                         'turtle1/end calls std_msgs/Empty is not in the code']),
+    ('std_msgs/Empty | it b', 'Empty | it b', ['begin publishes std_msgs/Empty is missing',
+                                               'begin publishes Empty is not in the code']),
+    ('sample.py', 'other.py', ['there is no heading "### sample.py"']),
+])
+def test_every_difference_is_found(right, wrong, said, tmp_path):
+    script = tmp_path / 'sample.py'
+    script.write_text(SAMPLE_NODE, encoding='utf-8')
+    assert right in SAMPLE_README
+    assert differences(script, SAMPLE_README.replace(right, wrong, 1)) == said
+
+
+@pytest.mark.parametrize('text, dead', [
+    ('![a](doc/a.png) [b](https://x.org/b.png)', []),
+    ('![a](doc/b.png)', ['doc/b.png']),
+    ('`a.png` and `doc/a.png` and `doc/`, `no file`, `*.png`, `output/`', []),
+    ('`b.png` `doc/b.png` `docs/` `doc/*.csv`', ['b.png', 'doc/b.png', 'docs/', 'doc/*.csv']),
+])
+def test_dead_names_are_found(text, dead, tmp_path):
+    os.makedirs(tmp_path / 'doc')
+    (tmp_path / 'doc' / 'a.png').touch()
+    assert dead_names(text, tmp_path) == dead
