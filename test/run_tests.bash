@@ -8,7 +8,7 @@ shift 2
 export results rostest_seconds=180 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
-jobs=${TURTLE_ROBOTONT_JOBS:-$(nproc)}
+jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 3 / 2))}  # a rostest mostly waits
 filters=("$@")
 
 # Lists `KIND<TAB>NAME` of everything there is to run, units first.

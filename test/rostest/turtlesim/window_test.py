@@ -4,8 +4,6 @@ import os
 import sys
 import unittest
 
-import rospy
-
 sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *up) for up in (['..'], ['..', '..'])]
 from rostest_tools import ARENA, BACKGROUND, DEADLINE, SimulatorCase, own_simulator, run, until
 from virtual_display import MISSING, VirtualDisplay
@@ -52,20 +50,6 @@ class WindowTest(SimulatorCase):
         simulator = self.simulator_on(screen.name)
         screen.ask_to_close(self.window(screen))
         self.assertEqual(0, simulator.process.wait(DEADLINE), simulator.output())
-
-    def test_window_false_opens_none(self):
-        screen = self.screen()
-        self.simulator_on(screen.name, '_window:=false')
-        self.simulator_on(screen.name, '__ns:=other', f'_background_r:={RED[0]}')
-        until(lambda: screen.pixel(10, 10)[0] == RED[0], "the second one's window")  # the first one's came before
-        self.assertEqual(1, len(screen.windows(TITLE)))
-
-    def test_window_without_a_display_leaves_a_simulator_that_says_so(self):
-        simulator = self.simulator_on(':4711')
-        simulator.wait_for_output("DISPLAY=':4711' cannot be used")
-        self.assertEqual(10, len(self.poses().more(10)))
-        self.assertTrue(simulator.runs())
-        self.assertFalse(rospy.is_shutdown())
 
 
 if __name__ == '__main__':

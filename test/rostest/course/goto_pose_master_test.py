@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""goto_pose_server.py and a master that is started anew. The test has a master of its own, on a port of its own."""
+import os
+import sys
+
+import rospy
+from turtlesim.srv import TeleportAbsolute
+
+sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', *folder) for folder in ([], ['turtlesim'])]
+from course_tools import CourseCase
+from turtlesim_master_returns import free_port, start_master
+
+from rostest_tools import own_simulator, proxy, registered_names, run, until
+
+SERVICE = '/turtle1/gotoPose'
+
+
+class MasterTest(CourseCase):
+    master = None  # a Process
+
+    def setUp(self):
+        self.addCleanup(own_simulator().stop)
+        super().setUp()
+
+    def names(self):
+        """Return the topics and services that the master knows of the server."""
+        return set.union(*registered_names('/goto_pose_server')) - {'/rosout'}
+
+    def test_goto_pose_master_returns(self):
+        """The server registers everything again, and its service drives the turtle as before."""
+        self.start('goto_pose_server.py')
+        proxy(SERVICE, TeleportAbsolute)(6.0, 5.0, 0.0)
+        before = self.names()
+        self.master.stop()
+        MasterTest.master = start_master()
+        until(lambda: self.names() == before, f'{before} registered again')
+        rospy.wait_for_service('/turtle1/set_pen')
+        proxy(SERVICE, TeleportAbsolute)(5.0, 6.0, 0.0)
+        self.assert_at(self.pose(), 5.0, 6.0, 0.0)
+
+
+if __name__ == '__main__':
+    os.environ['ROS_MASTER_URI'] = f'http://localhost:{free_port()}'
+    MasterTest.master = start_master()
+    try:
+        run(MasterTest)
+    finally:
+        MasterTest.master.stop()
