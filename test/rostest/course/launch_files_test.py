@@ -17,7 +17,7 @@ from turtlesim.srv import TeleportAbsolute
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import POSITION_TOLERANCE, CourseCase, stands
 
-from rostest_tools import BACKGROUND, MIDDLE, PEN, Collected, Process, proxy, run, until
+from rostest_tools import BACKGROUND, FLOAT32_TOLERANCE, MIDDLE, PEN, Collected, Process, proxy, run, until
 
 DRIVE_DEADLINE = 40.0  # [s] drives take up to 10
 LAUNCH_DEADLINE = 40.0  # [s] of a roslaunch of its own
@@ -137,12 +137,14 @@ class LaunchFilesTest(CourseCase):
         self.assertEqual(1, rospy.get_param('/set_pen/width'))
 
     def test_launch_teleport_tour(self):
-        self.until_at(2.0, 9.0)
+        self.until_driven('/teleport_tour', MIDDLE, MIDDLE)
+        self.assert_at(self.pose(), 2.0, 9.0, math.pi, tolerance=FLOAT32_TOLERANCE)
         self.assertEqual((0, 0, 0), self.color())
 
     def test_launch_teleport_tour_arguments(self):
         """sim, turtle, positions, color, width, pause."""
-        self.until_at(7.0, 8.0, 'anna')
+        self.until_driven('/teleport_tour', 3.0, 3.0, 'anna')
+        self.assert_pose(self.pose('anna'), 7.0, 8.0, 0.0)
         self.assertEqual((9, 8, 7), self.color('anna'))
         self.assertEqual((5, 0.0), (rospy.get_param('/teleport_tour/width'), rospy.get_param('/teleport_tour/pause')))
 

@@ -31,8 +31,9 @@ class TurtlesimNode:
 
     def __init__(self):
         """Read the parameters and register everything; rospy is initialised."""
-        _set_default_background()
-        self._shared = SharedWorld(_initial_background())
+        self._background = BACKGROUND
+        self._set_background()
+        self._shared = SharedWorld(self._initial_background())
         self._interfaces = {}
         self._interfaces_lock = threading.Lock()
         self._wall_turn = 0
@@ -43,7 +44,7 @@ class TurtlesimNode:
                                        ('spawn', Spawn, self._spawn), ('kill', Kill, self._kill)):
             rospy.Service(name, service, handler)
         self._pictures = PictureServer(self._shared)
-        keep_registered(on_return=_set_default_background)
+        keep_registered(on_return=self._set_background)
 
     def run(self):
         """Step until shutdown, 62.5 times a second; late steps are made up for, so that no ground is lost."""
@@ -79,14 +80,14 @@ class TurtlesimNode:
         rospy.logwarn('Oh no! I hit the wall! (Clamping from [x=%f, y=%f])', *at_wall[self._wall_turn % len(at_wall)])
 
     def _clear(self, _):
-        background = _read_background()
+        background = self._read_background()
         rospy.loginfo('Clearing turtlesim.')
         with self._shared.lock:
             self._shared.canvas.fill(background)
         return EmptyResponse()
 
     def _reset(self, _):
-        background = _read_background()
+        background = self._read_background()
         rospy.loginfo('Resetting turtlesim.')
         with self._interfaces_lock:
             _require_master(FIRST)
@@ -123,6 +124,30 @@ class TurtlesimNode:
             self._interfaces.pop(request.name).shutdown()
         return KillResponse()
 
+    def _read_background(self):
+        """Return the colour that the private parameters ask for; a bad one fails the service call."""
+        try:
+            self._background = tuple(params.integer(f'~background_{channel}', default, 0, 255)
+                                     for channel, default in zip('rgb', BACKGROUND))
+            return self._background
+        except params.ParameterError as error:
+            rospy.logerr('%s', error)
+            raise rospy.ServiceException(str(error)) from None
+
+    def _set_background(self):
+        """Set the parameters that are absent: at the start, and on a new master, which has none."""
+        for channel, value in zip('rgb', self._background):
+            if not rospy.has_param(f'~background_{channel}'):
+                rospy.set_param(f'~background_{channel}', value)
+
+    def _initial_background(self):
+        try:
+            return self._read_background()
+        except rospy.ServiceException:
+            rospy.logwarn('Going on with the background %s until the parameter is right and clear is called.',
+                          BACKGROUND)
+            return BACKGROUND
+
     def _connect(self, name):
         """Give a turtle its topics and services; they exist when this returns."""
         _require_master(name)
@@ -138,30 +163,6 @@ def _require_master(name):
 
 def _log_spawn(name, x=ARENA_SIZE / 2.0, y=ARENA_SIZE / 2.0, theta=0.0):
     rospy.loginfo('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]', name, x, y, theta)
-
-
-def _read_background():
-    """Return the colour that the private parameters ask for; a bad one fails the service call."""
-    try:
-        return tuple(params.integer(f'~background_{channel}', default, 0, 255)
-                     for channel, default in zip('rgb', BACKGROUND))
-    except params.ParameterError as error:
-        rospy.logerr('%s', error)
-        raise rospy.ServiceException(str(error)) from None
-
-
-def _set_default_background():
-    for channel, default in zip('rgb', BACKGROUND):
-        if not rospy.has_param(f'~background_{channel}'):
-            rospy.set_param(f'~background_{channel}', default)
-
-
-def _initial_background():
-    try:
-        return _read_background()
-    except rospy.ServiceException:
-        rospy.logwarn('Going on with the background %s until the parameter is right and clear is called.', BACKGROUND)
-        return BACKGROUND
 
 
 def _allow_many_files():

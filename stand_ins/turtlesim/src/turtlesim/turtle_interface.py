@@ -1,4 +1,6 @@
 """The topics and services of one turtle."""
+import time
+
 import rospy
 from geometry_msgs.msg import Twist
 
@@ -14,7 +16,7 @@ from turtlesim.srv import (
     TeleportRelativeResponse,
 )
 
-WARNING_PERIOD = 1.0  # [s] of the warning about refused velocities
+WARNING_PERIOD = 1.0  # [s] between two warnings about refused velocities
 
 
 class TurtleInterface:
@@ -26,6 +28,7 @@ class TurtleInterface:
         self._shared = shared
         self._registered = []
         self._published = self._pose_frame = None
+        self._warned = -WARNING_PERIOD  # [s] of time.monotonic
         try:
             self._pose = self._keep(LatestPublisher(f'{name}/pose', Pose))
             self._color = self._keep(LatestPublisher(f'{name}/color_sensor', Color))
@@ -65,8 +68,14 @@ class TurtleInterface:
             with self._shared.lock:
                 self._shared.world.command(self.name, twist.linear.x, twist.linear.y, twist.angular.z)
         except InvalidInput as refusal:
-            topic = rospy.resolve_name(f'{self.name}/cmd_vel')
-            rospy.logwarn_throttle(WARNING_PERIOD, f'Ignored a message on {topic}: {refusal}')
+            self._warn(refusal)
+
+    def _warn(self, refusal):
+        """Log a refused command; rospy's own throttle counts all turtles as one."""
+        now = time.monotonic()
+        if now - self._warned >= WARNING_PERIOD:
+            self._warned = now
+            rospy.logwarn('Ignored a message on %s: %s', rospy.resolve_name(f'{self.name}/cmd_vel'), refusal)
 
     def _set_pen(self, request):
         with self._shared.change() as world:
