@@ -12,6 +12,7 @@ from turtlesim.msg import Pose
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from rostest_tools import SERVICES, Collected, Process, SimulatorCase, own_simulator, registered_names, run, until
 
+RED = 7
 RETURN_DEADLINE = 10.0  # [s] within which everything is registered again; 1 s on an idle machine
 
 
@@ -20,7 +21,7 @@ class MasterTest(SimulatorCase):
 
     def setUp(self):
         """Start a simulator with the master of this test, in a state that is not the first."""
-        self.addCleanup(own_simulator().stop)
+        self.addCleanup(own_simulator(f'_background_r:={RED}').stop)
         super().setUp()
         self.jump(2.0, 3.0, 1.0)
         self.call('spawn', 7.0, 8.0, 0.5, 'anna')
@@ -43,6 +44,8 @@ class MasterTest(SimulatorCase):
             self.assert_pose(self.pose(), 2.0, 3.0, 1.0)
             self.assert_pose(self.pose('anna'), 7.0, 8.0, 0.5)
             poses.more(30)
+            until(lambda: rospy.get_param(f'{self.simulator}/background_r', None) == RED,
+                  'the background as it was', RETURN_DEADLINE)
         late = Collected('/anna/pose', Pose)
         late.next()
         self.driver('anna/cmd_vel')(x=1.0)
