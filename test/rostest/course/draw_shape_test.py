@@ -63,14 +63,9 @@ class DrawShapeTest(CourseCase):
         self.assertLess(answer.closing_error, POSITION_TOLERANCE)
 
     def test_draw_shape_corners(self):
-        """Those of the request, else those of ~corners."""
+        """Those of ~corners, where the request has none."""
         poses = self.poses()
-        for given, corners in (([(6.0, 5.5), (6.5, 5.5)], [(6.0, 5.5), (6.5, 5.5), (6.0, 5.5)]),
-                               ([], [(6.0, 6.0), (6.5, 6.5), (6.0, 6.0)])):
-            with self.subTest(given=given):
-                begin = len(poses.messages)
-                answer = self.draw('corners', corners=given, speed=6.0)
-                self.assert_drawn(answer, poses.messages[begin:], corners)
+        self.assert_drawn(self.draw('corners', speed=6.0), poses.messages, [(6.0, 6.0), (6.5, 6.5), (6.0, 6.0)])
 
     def test_draw_shape_refuses(self):
         """Nonsense and what does not fit is answered with a reason, and the turtle has not moved."""
@@ -91,7 +86,9 @@ class DrawShapeTest(CourseCase):
         poses = self.poses()
         older = BackgroundCall('/turtle1/draw_shape', DrawShape, 'square', 4.0, [], 0.0)
         poses.next(lambda pose: pose.x > MIDDLE + 0.5, 'the turtle on the first side')
-        self.assertTrue(self.draw('circle', 1.0, speed=4.0).drawn)
+        begin, corners = len(poses.messages), [(7.0, 6.5), (6.0, 6.5)]
+        newer = self.draw('corners', corners=corners, speed=6.0)
+        self.assert_drawn(newer, poses.messages[begin:], [*corners, corners[0]])
         answer = older.ended()
         self.assertFalse(answer.drawn)
         self.assertIn('preempted: a newer goal', answer.reason)

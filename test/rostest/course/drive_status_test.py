@@ -78,10 +78,10 @@ class DriveStatusTest(CourseCase):
 
     def test_drive_status_of_a_shape(self):
         """The goals are the corners, one after the other."""
-        proxy('/turtle1/draw_shape', DrawShape)('square', 0.5, [], 4.0)
+        proxy('/turtle1/draw_shape', DrawShape)('triangle', 0.5, [], 4.0)
         messages = self.until_ended()
-        goals = [(round(message.goal_x - MIDDLE, 6), round(message.goal_y - MIDDLE, 6)) for message in messages]
-        self.assertEqual([(0.5, 0.0), (0.5, 0.5), (0.0, 0.5), (0.0, 0.0)], sorted(set(goals), key=goals.index))
+        goals = [(round(message.goal_x - MIDDLE, 3), round(message.goal_y - MIDDLE, 3)) for message in messages]
+        self.assertEqual([(0.5, 0.0), (0.25, 0.433), (0.0, 0.0)], sorted(set(goals), key=goals.index))
         self.assertEqual(DriveStatus.ARRIVED, messages[-1].state)
 
     def test_drive_status_of_a_failure(self):

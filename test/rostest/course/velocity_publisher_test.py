@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""velocity_publisher.py: what it publishes, where, and how it ends. How often: hztest, in its .test files."""
+"""velocity_publisher.py: what it publishes, where, and how it ends. How often by default: hztest."""
 import os
 import signal
 import sys
+import time
 
 from geometry_msgs.msg import Twist, Vector3
 
@@ -10,6 +11,8 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import STOP, CourseCase
 
 from rostest_tools import run
+
+RATE_TOLERANCE = 5.0  # [Hz] of 50
 
 
 def twist(linear, angular):
@@ -25,8 +28,12 @@ class VelocityPublisherTest(CourseCase):
         self.assertEqual((0.5, 0.2), (pose.linear_velocity, round(pose.angular_velocity, 6)))
 
     def test_velocity_publisher_parameters(self):
-        """~linear and ~angular."""
-        self.assertEqual([twist(-1.5, 0.75)] * 5, self.commands().more(5))
+        """~linear, ~angular and ~rate."""
+        commands = self.commands()
+        commands.more(1)
+        begin = time.monotonic()
+        self.assertEqual([twist(-1.5, 0.75)] * 100, commands.more(100))
+        self.assertAlmostEqual(50.0, 100.0 / (time.monotonic() - begin), delta=RATE_TOLERANCE)
 
     def test_velocity_publisher_remap(self):
         """turtle1/cmd_vel:= on the command line."""
