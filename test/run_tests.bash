@@ -21,8 +21,14 @@ all_cases() {
   printf 'ruff\tcheck\n'
 }
 
-# Where the real turtlesim is used, the tests of the stand-in's own ways are left out.
-cases_here() { if [ -e "$ws/src/turtlesim" ]; then all_cases; else all_cases | grep -vE 'test/(unit|rostest)/turtlesim/'; fi; }
+# Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
+cases_here() {
+  local dir left_out='^$'
+  for dir in "$repo"/stand_ins/*/; do
+    [ -e "$ws/src/$(basename "$dir")" ] || left_out+="|test/(unit|rostest)/$(basename "$dir")/"
+  done
+  all_cases | grep -vE "$left_out"
+}
 
 chosen_cases() {
   local kind name filter

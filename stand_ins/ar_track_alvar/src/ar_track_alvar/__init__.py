@@ -1,0 +1,1 @@
+"""ALVAR markers without ROS: their code, finding them in pictures, their poses, and following them over frames."""

@@ -1,0 +1,227 @@
+"""Photometric alignment: the drawn marker, blurred, is laid over the picture until the greys agree.
+
+All marker coordinates here are cells: x right, y down as the marker is drawn, origin in its centre.  A homography H
+takes them to ideal pixels (camera.py).  Everything works on a batch of M markers at once.
+"""
+import cv2
+import numpy as np
+
+from ar_track_alvar import homography
+
+_Z = np.linspace(-5, 5, 2001)
+_DENSITY = np.exp(-_Z * _Z / 2) / np.sqrt(2 * np.pi)
+_STEP = np.concatenate([[0], np.cumsum((_DENSITY[1:] + _DENSITY[:-1]) / 2) * (_Z[1] - _Z[0])])
+_STEP /= _STEP[-1]
+BOX_VARIANCE = 0.25  # px^2: pixel area and bilinear reading
+
+
+class Pyramid:
+    """A grey picture (uint8) at full, half and quarter size, in one array so that one remap reads all of them."""
+
+    LEVELS = 3
+
+    def __init__(self, grey, atlas=None):
+        height, width = grey.shape
+        half = cv2.resize(grey, (width // 2, height // 2), interpolation=cv2.INTER_AREA)
+        quarter = cv2.resize(half, (width // 4, height // 4), interpolation=cv2.INTER_AREA)
+        self.atlas = np.empty((height + height // 2, width), np.uint8) if atlas is None else atlas
+        self.atlas[:height] = grey
+        self.atlas[height:height + half.shape[0], :half.shape[1]] = half
+        self.atlas[height:height + quarter.shape[0], width - quarter.shape[1]:] = quarter
+        self.size = width, height
+        self.base = np.array([[0, 0], [0, height], [width - quarter.shape[1], height]], np.float32)
+        self.limit = np.array([[width, height], half.shape[::-1], quarter.shape[::-1]], np.float32) - 1
+
+    def read(self, x, y, level):
+        """Grey values (float32) at real pixels x, y (M, P float32) of the full picture, read at `level` (M,)."""
+        scale = (0.5 ** level).astype(np.float32)[:, None]
+        x = (x + 0.5) * scale - 0.5
+        y = (y + 0.5) * scale - 0.5
+        limit, base = self.limit[level], self.base[level]
+        np.clip(x, 0, limit[:, :1], out=x)
+        np.clip(y, 0, limit[:, 1:], out=y)
+        x += base[:, :1]
+        y += base[:, 1:]
+        return cv2.remap(self.atlas, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR).astype(np.float32)
+
+
+def pixels_per_cell(h):
+    """(M, 2, 2): derivative of ideal pixels by cells in the marker's centre."""
+    w = h[:, 2, 2][:, None, None]
+    centre = h[:, :2, 2:] / w
+    return (h[:, :2, :2] - centre * h[:, 2:3, :2]) / w
+
+
+class Grid:
+    """Sample places over a marker of `cells` cells a side: `per_cell` a cell, `inset` samples of its surroundings."""
+
+    def __init__(self, cells, per_cell, inset=2):
+        half = cells / 2 + inset / per_cell
+        count = cells * per_cell + 2 * inset
+        self.cells, self.per_cell, self.count = cells, per_cell, count
+        self.body = slice(inset, inset + cells * per_cell)
+        self.line = ((np.arange(count) + 0.5) / count * 2 - 1) * half
+        self.x = np.tile(self.line, count).astype(np.float32)
+        self.y = np.repeat(self.line, count).astype(np.float32)
+        self.edges = np.arange(cells + 1) - cells / 2
+        self.homogeneous = np.stack([self.x, self.y, np.ones_like(self.x)])
+        self.reach = np.maximum(np.abs(self.x), np.abs(self.y)) - cells / 2
+
+    def places(self, h, camera):
+        """Real pixels (x, y), each (M, P), of the sample places."""
+        p = h.astype(np.float32) @ self.homogeneous
+        x, y = p[:, 0] / p[:, 2], p[:, 1] / p[:, 2]
+        return camera.to_real(x, y)
+
+    def profiles(self, sigma):
+        """For blur sigma (M,) in cells: coverage of each column of cells, its first two derivatives: 3 x (M, S, n)."""
+        s = np.asarray(sigma)[:, None, None]
+        z = (self.line[None, :, None] - self.edges) / s
+        density = np.exp(-0.5 * np.minimum(z * z, 50)) * 0.3989423
+        step = np.interp(z, _Z, _STEP)
+        first = density / s
+        second = -z * density / (s * s)
+        return [(v[..., :-1] - v[..., 1:]).astype(np.float32) for v in (step, first, second)]
+
+
+def covariance(h, blur_variance):
+    """Blur of the picture (variance in px^2, (M,)) as covariance in cells: sxx, syy, sxy, each (M,)."""
+    inverse = np.linalg.inv(pixels_per_cell(h))
+    c = inverse @ inverse.transpose(0, 2, 1) * blur_variance[:, None, None]
+    return c[:, 0, 0], c[:, 1, 1], c[:, 0, 1]
+
+
+def draw(grid, black, cov):
+    """Blurred template and derivatives (T, Tx, Ty, D), each (M, P): T 0 black to 1 white; D by the blur variance."""
+    sxx, syy, sxy = (np.asarray(v, np.float32)[:, None, None] for v in cov)
+    m = len(black)
+    profiles = grid.profiles(np.sqrt(np.concatenate([sxx, syy]))[:, 0, 0])
+    x0, x1, x2 = (v[:m].transpose(0, 2, 1) for v in profiles)
+    y0, y1, y2 = (v[m:] for v in profiles)
+    b0, b1, b2 = (y @ black for y in (y0, y1, y2))
+    txy = (b1 @ x1) * sxy
+    tlap = (b0 @ x2) * (0.5 * sxx) + (b2 @ x0) * (0.5 * syy) + txy
+    template = [1 - b0 @ x0 - txy, -(b0 @ x1), -(b1 @ x0), -tlap]
+    return [t.reshape(m, -1) for t in template]
+
+
+class Alignment:
+    """What an Aligner knows of M markers: h (M, 3, 3), blur, level, contrast, noise, values, model, gain, weights"""
+
+    def __init__(self, h, blur, level, weights):
+        self.h, self.blur, self.level, self.weights = h.copy(), blur.copy(), level, weights
+        self.gain = self.dark = self.values = self.model = self.template = self.normal = None
+
+    def take(self, keep):
+        """The same for some of the markers."""
+        out = Alignment.__new__(Alignment)
+        out.__dict__ = {k: v[keep] for k, v in self.__dict__.items()}
+        return out
+
+    def information(self):
+        """(M, 8, 8) information (for noise 1) on small changes of h (homography.small), light and blur taken out."""
+        a, b, d = self.normal[:, :8, :8], self.normal[:, :8, 8:], self.normal[:, 8:, 8:]
+        d = d + np.eye(d.shape[1]) * 1e-3
+        return a - b @ np.linalg.solve(d, b.transpose(0, 2, 1))
+
+
+class Aligner:
+    """Batch Gauss-Newton over homography, light (gain and offset with slopes) and blur, robust against what covers.
+
+    inner: only the outermost `inner` cells of the black square count (None: all of it).
+    """
+
+    SETTLED = 0.03  # cells: the largest move of a corner by any one parameter, then it is done
+
+    def __init__(self, cells, per_cell=4, inner=None):
+        self.grid = g = Grid(cells, per_cell)
+        self.fixed_weight = np.interp(g.reach, [0, 0.05, 0.25, 0.5], [1, 0.7, 0.7, 0.25]).astype(np.float32)
+        if inner is not None:
+            self.fixed_weight *= g.reach > -inner
+        self.inside = np.flatnonzero(self.fixed_weight > 0)[::3]
+        self.u, self.v = g.x / (cells / 2), g.y / (cells / 2)
+        half = cells / 2
+        self.reach_of_steps = np.array([1, half, half, 1, half, half, half * half, half * half])
+        self.squares = np.stack([g.x * g.x, g.x * g.y, g.y * g.y])
+
+    def run(self, pyramid, camera, h, black, blur, level, iterations, redraw=(1,)):
+        """Return the Alignment from start h (M, 3, 3), black (M, n, n), blur (M,) px^2 at the level, level (M,)."""
+        weights = np.broadcast_to(self.fixed_weight, (len(h), self.grid.x.size))
+        state = Alignment(h, blur, level, weights)
+        black = black.astype(np.float32)
+        for i in range(iterations):
+            if i == 0 or i in redraw:
+                drawn = draw(self.grid, black, covariance(state.h, state.blur * 4.0 ** level))
+            if self._iterate(state, pyramid, camera, drawn, 4.0 if i == 0 else 3.0) < self.SETTLED and i > 0:
+                break
+        return state
+
+    def _iterate(self, state, pyramid, camera, drawn, cut):
+        values = pyramid.read(*self.grid.places(state.h, camera), state.level)
+        if state.gain is None:
+            state.gain = _first_gain(values, drawn[0], state.weights)
+        basis = self._basis(*drawn, state.gain)
+        weighted = basis * state.weights[:, None]
+        state.normal = (weighted @ basis.transpose(0, 2, 1)).astype(np.float64)
+        right = (weighted @ values[:, :, None]).astype(np.float64)
+        theta = _solve(state.normal, right)
+        state.values, state.template = values, drawn[0]
+        state.model = (theta[:, None].astype(np.float32) @ basis)[:, 0]
+        self._light(state, theta)
+        step = np.clip(-theta[:, :8], -0.6, 0.6)
+        state.h = state.h @ homography.small(step)
+        state.h /= state.h[:, 2:, 2:]
+        state.weights = self._robust(values - state.model, state, cut)
+        return np.abs(step * self.reach_of_steps).max()
+
+    def _basis(self, template, tx, ty, tlap, gain):
+        x, y = self.grid.x, self.grid.y
+        xx, xy, yy = self.squares
+        out = np.empty((len(template), 15, template.shape[1]), np.float32)
+        gx = np.multiply(tx, gain, out=out[:, 0])
+        gy = np.multiply(ty, gain, out=out[:, 3])
+        np.multiply(gx, x, out=out[:, 1])
+        np.multiply(gx, y, out=out[:, 2])
+        np.multiply(gy, x, out=out[:, 4])
+        np.multiply(gy, y, out=out[:, 5])
+        out[:, 6] = gx * xx + gy * xy
+        out[:, 7] = gx * xy + gy * yy
+        out[:, 8], out[:, 9] = template, 1
+        np.multiply(template, self.u, out=out[:, 10])
+        np.multiply(template, self.v, out=out[:, 11])
+        out[:, 12], out[:, 13], out[:, 14] = self.u, self.v, tlap
+        return out
+
+    def _light(self, state, theta):
+        state.contrast = theta[:, 8]
+        gain = (theta[:, 8:9] + theta[:, 10:11] * self.u + theta[:, 11:12] * self.v).astype(np.float32)
+        state.dark = (theta[:, 9:10] + theta[:, 12:13] * self.u + theta[:, 13:14] * self.v).astype(np.float32)
+        level = np.maximum(theta[:, 8:9], 1.0).astype(np.float32)
+        state.gain = np.clip(gain, 0.3 * level, 2 * level)
+        state.blur = np.clip(state.blur * (1 + np.clip(theta[:, 14] / level[:, 0], -0.5, 0.8)), 0.25, 6.0)
+
+    def _robust(self, residual, state, cut):
+        size = np.abs(residual[:, self.inside])
+        middle = size.shape[1] // 2
+        state.noise = 1.4826 * np.partition(size, middle, 1)[:, middle]
+        limit = cut * np.maximum(state.noise, 0.05 * np.maximum(state.contrast, 4.0))
+        t = residual * (1 / limit).astype(np.float32)[:, None]
+        np.minimum(t * t, 1, out=t)
+        t -= 1
+        t *= t
+        t *= self.fixed_weight
+        return t
+
+
+def _solve(normal, right):
+    scale = 1 / np.sqrt(np.einsum('mii->mi', normal) + 1e-9)
+    scaled = normal * scale[:, :, None] * scale[:, None] + np.eye(normal.shape[1]) * 1e-6
+    return np.linalg.solve(scaled, right * scale[:, :, None])[:, :, 0] * scale
+
+
+def _first_gain(values, template, weights):
+    total = weights.sum(1, keepdims=True)
+    t = template - (template * weights).sum(1, keepdims=True) / total
+    v = values - (values * weights).sum(1, keepdims=True) / total
+    gain = (t * v * weights).sum(1, keepdims=True) / ((t * t * weights).sum(1, keepdims=True) + 1e-6)
+    return np.broadcast_to(np.maximum(gain, 2.0), values.shape).astype(np.float32)

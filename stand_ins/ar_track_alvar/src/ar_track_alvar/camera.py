@@ -1,0 +1,68 @@
+"""The camera's two maps: ideal (undistorted) pixels and real pixels, plumb_bob or rational distortion.
+
+Ideal pixels are those of a camera with the same matrix and no distortion: u = fx x / z + cx.  Pixel (0, 0) is the
+centre of the top left pixel.
+"""
+import cv2
+import numpy as np
+
+
+class CameraError(ValueError):
+    """A camera matrix or distortion that cannot be used."""
+
+
+class Camera:
+    """Camera matrix (9 numbers, pixels) and distortion (k1 k2 p1 p2 [k3 [k4 k5 k6]]); CameraError if unusable."""
+
+    def __init__(self, matrix, distortion=None):
+        self.matrix = _checked_matrix(matrix)
+        self.distortion = _checked_distortion(distortion)
+        self.distorted = bool(np.any(self.distortion))
+        self.fx, self.fy, self.cx, self.cy = self.matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
+
+    def to_real(self, x, y):
+        """Ideal pixel coordinates (two arrays of one shape) to real ones."""
+        if not self.distorted:
+            return x, y
+        k1, k2, p1, p2, k3, k4, k5, k6 = (float(k) for k in self.distortion)
+        x = (x - float(self.cx)) * float(1 / self.fx)
+        y = (y - float(self.cy)) * float(1 / self.fy)
+        xx, yy, xy = x * x, y * y, x * y
+        r2 = xx + yy
+        scale = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        if k4 or k5 or k6:
+            scale = scale / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+        real_x = x * scale + 2 * p1 * xy + p2 * (r2 + 2 * xx)
+        real_y = y * scale + p1 * (r2 + 2 * yy) + 2 * p2 * xy
+        return real_x * float(self.fx) + float(self.cx), real_y * float(self.fy) + float(self.cy)
+
+    def to_ideal(self, points):
+        """Real pixel points (..., 2) to ideal ones, float64."""
+        points = np.asarray(points, np.float64)
+        if not self.distorted:
+            return points.copy()
+        flat = points.reshape(-1, 1, 2)
+        return cv2.undistortPoints(flat, self.matrix, self.distortion, P=self.matrix).reshape(points.shape)
+
+    def to_rays(self, ideal):
+        """Ideal pixel points (..., 2) to x/z, y/z."""
+        return (np.asarray(ideal) - [self.cx, self.cy]) / [self.fx, self.fy]
+
+
+def _checked_matrix(matrix):
+    matrix = np.asarray(matrix, np.float64)
+    if matrix.size != 9:
+        raise CameraError(f'camera matrix K has {matrix.size} numbers, 9 are needed')
+    matrix = matrix.reshape(3, 3)
+    if not np.all(np.isfinite(matrix)) or matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
+        raise CameraError(f'camera matrix K is {matrix.ravel().tolist()}: fx and fy must be above 0 and all finite; '
+                          'is the camera calibrated?')
+    return matrix
+
+
+def _checked_distortion(distortion):
+    values = np.zeros(0) if distortion is None else np.asarray(distortion, np.float64).ravel()
+    if values.size > 8 or not np.all(np.isfinite(values)):
+        raise CameraError(f'distortion D is {values.tolist()}: up to 8 finite numbers (k1 k2 p1 p2 k3 k4 k5 k6) '
+                          'are needed')
+    return np.concatenate([values, np.zeros(8 - values.size)])

@@ -1,0 +1,255 @@
+"""The code of ALVAR's markers: numbers and short texts as black and white cells.
+
+A marker of resolution n (odd, 5 and up) has n x n data cells; 1 stands for a white cell here.  The middle row
+alternates white and black, starting white, and tells the resolution.  In the middle column the two cells above the
+middle are black and the two below white: they tell which side is up.  Every other cell carries, row by row from the
+top left, one bit (black is 1) of a code word:
+
+* resolution 5: the number, 8 bits, as two extended Hamming(8,4) blocks;
+* larger: first four flags as one Hamming(8,4) block (long blocks? and three bits of kind), then the payload in blocks
+  of 8 or, with the first flag, of 16 cells.
+
+Inside a block of n cells the positions 1, 2, 4, 8 ... are parity bits, the last one of a whole block over all others.
+The last block of a marker may be shorter.  Text is stored with six bits a letter.
+
+Behaviour after ALVAR 2.0 as used by ar_track_alvar (resolution up to 127 there, up to MAX_RESOLUTION here).
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+NUMBER, STRING, FILE, HTTP = range(4)
+KINDS = ('number', 'string', 'file', 'http')
+MIN_RESOLUTION, MAX_RESOLUTION = 5, 31
+MAX_NUMBER = 2 ** 32 - 1
+LETTERS = ":abcdefghijklmnopqrstuvwxyz0123456789+-*/()$= ,.#[]%\"_!&'?<>@\\^;"
+HEADER_BITS = 8
+
+
+class CodeError(ValueError):
+    """A number, text or resolution that no marker can have, or cells that are no marker."""
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a marker says: kind (an index of KINDS), the number or text, cells put right, quarter turns.
+
+    `turns` is how often the given cells had to be turned by 90 degrees counterclockwise (numpy.rot90) to stand upright.
+    """
+
+    kind: int
+    value: object
+    corrected: int
+    turns: int = 0
+
+
+def check_resolution(resolution):
+    """Return the resolution as int, or raise CodeError if no marker has it."""
+    if isinstance(resolution, bool) or int(resolution) != resolution or resolution % 2 == 0 \
+            or not MIN_RESOLUTION <= resolution <= MAX_RESOLUTION:
+        raise CodeError(f'marker resolution {resolution!r}: an odd number from {MIN_RESOLUTION} to {MAX_RESOLUTION} '
+                        'is needed (createMarker draws 5 for ids up to 255)')
+    return int(resolution)
+
+
+def fixed_cells(resolution):
+    """Return (mask, values), each (n, n) bool: the cells that every marker has alike, and which of them are white."""
+    n, mid = check_resolution(resolution), resolution // 2
+    mask, white = np.zeros((n, n), bool), np.zeros((n, n), bool)
+    mask[mid] = True
+    white[mid, ::2] = True
+    mask[mid - 2:mid + 3, mid] = True
+    white[mid + 1:mid + 3, mid] = True
+    return mask, white
+
+
+def payload_cells(resolution, block):
+    """Cells that carry payload (parity included) with blocks of `block` cells."""
+    cells = resolution * resolution - resolution - 4 - (HEADER_BITS if resolution > 5 else 0)
+    tail = cells % block
+    return cells - tail if tail < 3 else cells
+
+
+def _is_parity(position):
+    return position & (position - 1) == 0
+
+
+def _block_sizes(cells, block):
+    return [min(block, cells - start) for start in range(0, cells, block)]
+
+
+def data_bits(cells, block):
+    """Data bits that fit in `cells` cells."""
+    return sum(sum(not _is_parity(i) for i in range(1, size + 1)) for size in _block_sizes(cells, block))
+
+
+def _encode_block(bits, size):
+    word = [0] * (size + 1)
+    source = iter(bits)
+    syndrome = 0
+    for position in range(1, size + 1):
+        if not _is_parity(position):
+            word[position] = next(source)
+            syndrome ^= position * word[position]
+    for position in range(1, size + 1):
+        if _is_parity(position):
+            word[position] = 1 if syndrome & position else 0
+    if _is_parity(size):
+        word[size] = sum(word[1:size]) & 1
+    return word[1:]
+
+
+def _encode(bits, cells, block):
+    out, start = [], 0
+    for size in _block_sizes(cells, block):
+        count = data_bits(size, block)
+        out += _encode_block(bits[start:start + count], size)
+        start += count
+    return out
+
+
+def _decode_block(word):
+    """Return (data bits, corrected) or None when two cells are wrong."""
+    size = len(word)
+    word = [0] + list(word)
+    syndrome = 0
+    whole = _is_parity(size)
+    for position in range(1, size if whole else size + 1):
+        syndrome ^= position * word[position]
+    odd = sum(word) & 1
+    corrected = 0
+    if whole and (odd or syndrome):
+        if not odd or syndrome >= size:
+            return None
+        word[syndrome or size] ^= 1
+        corrected = 1
+    elif syndrome:
+        if syndrome > size:
+            return None
+        word[syndrome] ^= 1
+        corrected = 1
+    return [word[i] for i in range(1, size + 1) if not _is_parity(i)], corrected
+
+
+def _decode(word, block):
+    data, corrected = [], 0
+    for start in range(0, len(word), block):
+        found = _decode_block(word[start:start + block])
+        if found is None:
+            return None
+        data += found[0]
+        corrected += found[1]
+    return data, corrected
+
+
+def _smallest(length, first, strong, resolution):
+    """Return (resolution, block): the smallest marker with room for `length` data bits."""
+    wanted = range(first, MAX_RESOLUTION + 1, 2) if resolution is None else [check_resolution(resolution)]
+    for n in wanted:
+        for block in (8,) if n == 5 or strong else (8, 16):
+            if data_bits(payload_cells(n, block), block) >= length:
+                return n, block
+    raise CodeError(f'{length} bits do not fit in a marker of resolution {list(wanted)[-1]}; a smaller number, a '
+                    'shorter text or a larger resolution is needed')
+
+
+def _to_bits(value, count):
+    return [(value >> shift) & 1 for shift in range(count - 1, -1, -1)]
+
+
+def _from_bits(bits):
+    value = 0
+    for bit in bits:
+        value = value * 2 + int(bit)
+    return value
+
+
+def _number_word(number, strong, resolution):
+    if isinstance(number, bool) or int(number) != number or not 0 <= number <= MAX_NUMBER:
+        raise CodeError(f'marker id {number!r}: a whole number from 0 to {MAX_NUMBER} is needed')
+    number = int(number)
+    n, block = _smallest(max(1, number.bit_length()), 5, strong, resolution)
+    cells = payload_cells(n, block)
+    return n, block, _encode(_to_bits(number, data_bits(cells, block)), cells, block)
+
+
+def _text_word(text, strong, resolution):
+    text = text.lower()
+    unknown = sorted(set(text) - set(LETTERS))
+    if not text or unknown:
+        raise CodeError(f'marker text {text!r}: at least one letter, and only letters of {LETTERS} are possible')
+    bits = [bit for letter in text for bit in _to_bits(LETTERS.index(letter), 6)]
+    if resolution == 5:
+        raise CodeError('a marker of resolution 5 holds a number only; text needs 7 or more')
+    n, block = _smallest(len(bits), 7, strong, resolution)
+    cells = payload_cells(n, block)
+    room = data_bits(cells, block)
+    while len(bits) < room // 6 * 6:
+        bits += _to_bits(LETTERS.index(' '), 6)
+    return n, block, _encode(bits + [0] * (room - len(bits)), cells, block)
+
+
+def encode(value, kind=None, strong=False, resolution=None):
+    """Return the data cells, (n, n) bool, True is white, of a number (int) or a text (str).
+
+    The smallest resolution with room is taken, as ALVAR does, unless one is given.  `strong` forbids blocks of 16.
+    `kind` is an index of KINDS, by default NUMBER or STRING after the type.  Raises CodeError.
+    """
+    kind = (STRING if isinstance(value, str) else NUMBER) if kind is None else kind
+    if (kind == NUMBER) == isinstance(value, str):
+        raise CodeError(f'a marker of kind {KINDS[kind]} cannot hold {value!r}')
+    word = _number_word if kind == NUMBER else _text_word
+    n, block, bits = word(value, strong, resolution)
+    if n > 5:
+        bits = _encode_block([int(block == 16)] + _to_bits(kind, 3), 8) + bits
+    mask, cells = fixed_cells(n)
+    free = np.flatnonzero(~mask.ravel())
+    flat = cells.ravel()
+    flat[free] = True
+    flat[free[:len(bits)]] = ~np.array(bits, bool)
+    return flat.reshape(n, n)
+
+
+def decode_upright(cells, max_fixed_errors=0):
+    """Return the Content of upright cells ((n, n), true is white), or None if they are no marker."""
+    cells = np.asarray(cells, bool)
+    n = check_resolution(len(cells))
+    mask, white = fixed_cells(n)
+    wrong = int((cells[mask] != white[mask]).sum())
+    if wrong > max_fixed_errors:
+        return None
+    word = [int(not c) for c in cells[~mask]]
+    kind, block = NUMBER, 8
+    if n > 5:
+        header = _decode_block(word[:HEADER_BITS])
+        if header is None or _from_bits(header[0][1:]) >= len(KINDS):
+            return None
+        block, kind = (16 if header[0][0] else 8), _from_bits(header[0][1:])
+        wrong += header[1]
+        word = word[HEADER_BITS:]
+    found = _decode(word[:payload_cells(n, block)], block)
+    if found is None:
+        return None
+    value = _from_bits(found[0])
+    if kind != NUMBER:
+        groups = zip(*[iter(found[0])] * 6)
+        value = ''.join(LETTERS[_from_bits(g)] for g in groups).rstrip(' ')
+    elif value > MAX_NUMBER:
+        return None
+    return Content(kind, value, wrong + found[1])
+
+
+def decode(cells, max_wrong=1):
+    """Return the Content of cells seen in any of the four orientations, or None.
+
+    At most `max_wrong` cells may be wrong.  The orientation with the fewest wrong cells counts; None if two tie.
+    """
+    best = []
+    for turns in range(4):
+        found = decode_upright(np.rot90(cells, turns), max_wrong)
+        if found and found.corrected <= max_wrong:
+            best.append(Content(found.kind, found.value, found.corrected, turns))
+    best.sort(key=lambda content: content.corrected)
+    if not best or len(best) > 1 and best[0].corrected == best[1].corrected:
+        return None
+    return best[0]

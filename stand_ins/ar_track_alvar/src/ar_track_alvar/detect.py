@@ -1,0 +1,150 @@
+"""Candidates: quadrilaterals in a grey picture that could be the black square of a marker.
+
+Quads are (4, 2) real pixel corners, clockwise as seen (the order top left, top right, bottom right, bottom left of a
+marker standing upright); which corner comes first is not known yet.
+"""
+import cv2
+import numpy as np
+
+from ar_track_alvar import homography
+
+SAME_QUAD = 0.25  # corners nearer than this part of the side
+SMALL_SIDE, VARIANTS = 30, (0.87, 1.15)  # px; scales
+MAX_ASPECT = 4.0  # longest to shortest side
+MIN_FILLED = 0.12  # share of the box that the outline encloses
+MIN_SIDE = 8  # px of the outline's box
+# shrink, window px, below the mean by, cleaned
+AS_IS, MEDIAN, OPENED = range(3)
+PASSES = ((1, 11, 4, MEDIAN), (2, 21, 15, OPENED))
+
+
+class Workspace:
+    """Pictures that are written anew for every frame, kept so that their memory need not be asked for each time."""
+
+    def __init__(self):
+        self._kept = {}
+
+    def picture(self, name, height, width):
+        """A uint8 picture (height, width) of unknown content, the same one for the same name and size."""
+        key = name, height, width
+        if key not in self._kept:
+            if len(self._kept) > 24:
+                self._kept.clear()
+            self._kept[key] = np.empty((height, width), np.uint8)
+        return self._kept[key]
+
+
+def binary(smooth, window, offset, cleaned, workspace):
+    """Dark things (255) against the mean of their surroundings."""
+    out = cv2.adaptiveThreshold(smooth, 255, cv2.ADAPTIVE_THRESH_MEAN_C, cv2.THRESH_BINARY_INV, window, offset,
+                                dst=workspace.picture('dark', *smooth.shape))
+    if cleaned == AS_IS:
+        return out
+    clean = workspace.picture('clean', *smooth.shape)
+    if cleaned == OPENED:
+        return cv2.morphologyEx(out, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8), dst=clean)
+    return cv2.medianBlur(out, 3, dst=clean)
+
+
+def candidates(smooth, passes=PASSES, workspace=None):
+    """Quads (N, 4, 2) float64 of all passes over a lightly smoothed grey picture."""
+    workspace = workspace or Workspace()
+    found = [_one_pass(smooth, workspace, *each) for each in passes]
+    quads = np.concatenate(found)
+    area = homography.area(quads)
+    quads[area < 0] = quads[area < 0][:, ::-1]
+    side = quads[:, [1, 2, 3, 0]] - quads
+    square = (side * side).sum(2)
+    return quads[(np.abs(area) >= MIN_SIDE * MIN_SIDE) & (square.min(1) * MAX_ASPECT ** 2 > square.max(1))]
+
+
+def _one_pass(smooth, workspace, shrink, window, offset, cleaned):
+    if shrink > 1:
+        size = int(smooth.shape[1] / shrink), int(smooth.shape[0] / shrink)
+        way = cv2.INTER_AREA if shrink >= 2 else cv2.INTER_LINEAR
+        smooth = cv2.resize(smooth, size, dst=workspace.picture('shrunk', *size[::-1]), interpolation=way)
+    dark = binary(smooth, window, offset, cleaned, workspace)
+    outlines, tree = cv2.findContours(dark, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    if tree is None:
+        return np.zeros((0, 4, 2))
+    quads = []
+    for i in np.flatnonzero(tree[0, :, 3] < 0).tolist():
+        if len(outlines[i]) >= 4 * MIN_SIDE:
+            quads += quads_of_outline(outlines[i])
+    return (np.array(quads, np.float64).reshape(-1, 4, 2) + 0.5) * shrink - 0.5
+
+
+def quads_of_outline(outline):
+    """Quads (lists of four corners) around the outline's convex hull: none, one or several."""
+    _, _, width, height = cv2.boundingRect(outline)
+    if min(width, height) < MIN_SIDE or cv2.contourArea(outline) < MIN_FILLED * width * height:
+        return []
+    stride = len(outline) // 80
+    hull = cv2.convexHull(outline if stride < 2 else np.ascontiguousarray(outline[::stride]))
+    polygon = cv2.approxPolyDP(hull, max(1.0, 0.03 * (width + height)), True)
+    count = len(polygon)
+    if count < 4 or count > 9:
+        return []
+    corners = polygon[:, 0].tolist()
+    quad = four_sides(corners)
+    found = [] if quad is None else [quad]
+    if 5 <= count <= 6 and min(width, height) > 2 * MIN_SIDE:
+        for i in range(count):
+            a, b, c, d = (corners[i:] + corners[:i])[:4]
+            found += [[a, b, c, d], [a, b, c, [a[0] + c[0] - b[0], a[1] + c[1] - b[1]]]]
+    return found
+
+
+def four_sides(corners):
+    """Drop sides of a convex polygon down to four, each time the one whose neighbours meet with least area added."""
+    p = [tuple(c) for c in corners]
+    while len(p) > 4:
+        n, best = len(p), None
+        for i in range(n):
+            (ax, ay), (bx, by), (cx, cy), (dx, dy) = p[i - 1], p[i], p[(i + 1) % n], p[(i + 2) % n]
+            ux, uy, vx, vy, wx, wy = bx - ax, by - ay, cx - dx, cy - dy, cx - bx, cy - by
+            k = ux * vy - uy * vx
+            if not k:
+                continue
+            s, t = (wx * vy - wy * vx) / k, (wx * uy - wy * ux) / k
+            if s < 0 or t < 0:
+                continue
+            added = abs(s * (wx * uy - wy * ux))
+            if best is None or added < best[0]:
+                best = added, i, (bx + s * ux, by + s * uy)
+        if best is None:
+            return None
+        _, i, meeting = best
+        p[i] = meeting
+        p.pop((i + 1) % n)
+    return p
+
+
+def with_variants(quads):
+    """Small quads also a bit smaller and larger: their outlines are off by a good part of a cell."""
+    centre = quads.mean(1, keepdims=True)
+    which = np.flatnonzero(np.abs(homography.area(quads)) < SMALL_SIDE * SMALL_SIDE)
+    if not len(which):
+        return quads
+    around = quads[which] - centre[which]
+    return np.concatenate([quads] + [centre[which] + around * scale for scale in VARIANTS])
+
+
+_TURNS = np.array([[0, 1, 2, 3], [1, 2, 3, 0], [2, 3, 0, 1], [3, 0, 1, 2]])
+
+
+def distinct(quads, score, which):
+    """Of the indices `which`, best score first, those whose corners are not near those of a better one."""
+    which = which[np.argsort(-score[which])]
+    if len(which) < 2:
+        return list(which)
+    q = quads[which]
+    side = np.sqrt(np.abs(homography.area(q)))
+    turned = q[:, _TURNS]
+    apart = np.abs(turned[None] - q[:, None, None]).max((3, 4)).min(2)
+    near = apart < SAME_QUAD * np.minimum(side[:, None], side[None])
+    kept = []
+    for i in range(len(which)):
+        if not near[i, kept].any():
+            kept.append(i)
+    return list(which[kept])

@@ -1,0 +1,319 @@
+"""The marker detector: picture, camera, marker size in; ids, corners, poses out.  Every picture stands on its own."""
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from ar_track_alvar import align, code, detect, homography, pose, reading
+from ar_track_alvar.camera import Camera, CameraError
+
+PER_CELL = 3  # samples along a cell
+# First look: NEAR_FIT of the cells with a code word is worth an alignment, MAX_EXAMINED of them a picture.
+NEAR_FIT, MAX_EXAMINED = 0.64, 16
+# After alignment: below these, or with a blur above (cells), it is dropped; a new reading needs READ_FIT to go on.
+MIN_LIKENESS, MAX_BLUR_CELLS, READ_FIT = 0.65, 0.85, 0.72
+MIN_AREA, MAX_ERROR = 200.0, 0.05  # px^2; rms reprojection error of the best pose in parts of the side
+# What makes a marker of an aligned candidate: likeness (correlation with its drawing), fit (of the data cells with the
+# code word) and gap (to the next best word), surplus (gap in parts of what the best word leaves unexplained), detail
+# (likeness of the cells without anything smooth), and stricter ones where the likeness is low or cells are covered.
+MIN_FIT, MIN_GAP, MIN_DETAIL, MIN_SURPLUS = 0.8, 0.03, 0.7, 0.5
+CLEAR_LIKENESS, SURPLUS_UNLIKE, DETAIL_UNLIKE = 0.86, 0.9, 0.86
+SURPLUS_COVERED, MUCH_COVERED = 1.0, 4
+MIN_KEPT = 0.7  # share of the samples that agree with the drawing
+SURE_FIT, SURE_GAP = 0.93, 0.12  # a first look that need not be repeated
+
+
+class PictureError(ValueError):
+    """A picture that cannot be searched."""
+
+
+@dataclass
+class Detection:
+    """One marker.
+
+    id: its number, or its text; corners (4, 2) real px: top left, top right, bottom right, bottom left as drawn;
+    rotation (3, 3), position (3,) m and quaternion (x y z w): the marker in the camera's optical frame;
+    confidence 0..1; ambiguity 0..0.5: probability of the other pose; ambiguous: not to be told apart in this picture;
+    error: rms reprojection error of the corners, px; solutions: both poses (pose.Solution), best first.
+    """
+
+    id: object
+    corners: np.ndarray
+    rotation: np.ndarray
+    position: np.ndarray
+    confidence: float
+    ambiguity: float
+    ambiguous: bool
+    error: float
+    solutions: list = field(repr=False)
+    features: dict = field(repr=False, default_factory=dict)
+
+    @property
+    def quaternion(self):
+        """Orientation x y z w in the camera's optical frame."""
+        return pose.quaternion(self.rotation)
+
+
+def grey_picture(picture):
+    """uint8 grey picture from uint8 or uint16, grey, BGR or BGRA; PictureError for anything else."""
+    if not isinstance(picture, np.ndarray) or picture.ndim not in (2, 3) or min(picture.shape[:2], default=0) < 16:
+        got = getattr(picture, 'shape', type(picture).__name__)
+        raise PictureError(f'a picture of at least 16x16 pixels is needed, got {got}')
+    if picture.dtype == np.uint16:
+        picture = (picture >> 8).astype(np.uint8)
+    if picture.dtype != np.uint8:
+        raise PictureError(f'a picture of type uint8 or uint16 is needed, got {picture.dtype}')
+    if picture.ndim == 2:
+        return np.ascontiguousarray(picture)
+    if picture.shape[2] == 1:
+        return np.ascontiguousarray(picture[:, :, 0])
+    if picture.shape[2] not in (3, 4):
+        raise PictureError(f'a picture with 1, 3 or 4 channels is needed, got {picture.shape[2]}')
+    return cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY if picture.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
+
+
+class View:
+    """A picture prepared for search: grey, lightly smoothed, camera; the pyramid is made when first needed."""
+
+    def __init__(self, picture, camera, workspace=None):
+        self.grey, self.camera = grey_picture(picture), camera
+        self.workspace = workspace or detect.Workspace()
+        self.smooth = cv2.GaussianBlur(self.grey, (3, 3), 0, dst=self.workspace.picture('smooth', *self.grey.shape))
+        self._pyramid = None
+
+    @property
+    def pyramid(self):
+        if self._pyramid is None:
+            height, width = self.grey.shape
+            atlas = self.workspace.picture('atlas', height + height // 2, width)
+            self._pyramid = align.Pyramid(self.grey, atlas)
+        return self._pyramid
+
+
+class Detector:
+    """Finds ALVAR markers of one resolution and margin.
+
+    size: width of the black square, metres; sizes: {id: metres} for others; resolution and margin in cells.
+    Not thread safe: one thread uses a Detector at a time.
+    """
+
+    STEPS, RIM_STEPS = 3, 8
+
+    def __init__(self, size, resolution=5, margin=2, sizes=None):
+        if not np.isfinite(size) or size <= 0:
+            raise ValueError(f'marker size {size!r} m: a length above 0 is needed')
+        self.workspace = detect.Workspace()
+        self.size, self.sizes = float(size), dict(sizes or {})
+        self.resolution, self.margin = code.check_resolution(resolution), int(margin)
+        if self.margin != margin or not 1 <= margin <= 10:
+            raise ValueError(f'marker margin {margin!r}: a whole number of cells from 1 to 10 is needed')
+        self.cells = self.resolution + 2 * self.margin
+        self.glance = reading.Glance(self.resolution, self.margin)
+        self.ring = align.Aligner(self.cells, PER_CELL, inner=min(1.6, self.margin * 0.8))
+        self.full = align.Aligner(self.cells, PER_CELL)
+        self.reader = reading.Reader(self.full.grid, self.resolution, self.margin)
+        if self.glance.seen is not None:
+            self.black_words = np.array([reading.black_cells(word, self.margin) for word in self.glance.seen])
+        g = self.full.grid
+        self.detail = np.flatnonzero(g.reach < -self.margin + 0.5)
+        x, y = g.x[self.detail], g.y[self.detail]
+        self.smooth_basis = np.linalg.qr(np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1))[0]
+        half = self.cells / 2
+        self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+
+    def detect(self, picture, camera):
+        """Return the Detections in a picture.  camera: Camera (camera.py).  Raises PictureError."""
+        view = self.view(picture, camera)
+        return self.examine(view, detect.candidates(view.smooth, workspace=self.workspace))
+
+    def view(self, picture, camera):
+        """The picture prepared for examine(); it is valid until the next one of this detector."""
+        return View(picture, camera, self.workspace)
+
+    def examine(self, view, quads):
+        """Return the Detections among candidate quads (N, 4, 2), real px, clockwise."""
+        if not len(quads):
+            return []
+        quads = detect.with_variants(quads)
+        look = self.glance.look(view.smooth, quads)
+        quads = quads[look.kept]
+        chosen = detect.distinct(quads, look.fit + 0.5 * look.gap, np.flatnonzero(look.fit > NEAR_FIT))[:MAX_EXAMINED]
+        if not chosen:
+            return []
+        return best_of_overlapping(self._align(view, quads[chosen], look, chosen))
+
+    def _align(self, view, quads, look, chosen):
+        cell = np.sqrt(np.abs(homography.area(quads))) / self.cells
+        h = look.h[chosen]
+        if view.camera.distorted:
+            h = homography.from_square(view.camera.to_ideal(quads), self.cells / 2)
+        level = np.clip(np.round(np.log2(cell / 4)), 0, view.pyramid.LEVELS - 1).astype(int)
+        start = np.maximum(1.0, (0.12 * cell / 2.0 ** level) ** 2)
+        if self.glance.seen is None:
+            return self._finish(view, *self._by_rim(view, h, start, level, cell))
+        looks = list(zip(look.word[chosen], look.fit[chosen], look.gap[chosen]))
+        return self._finish(view, h, self.black_words[look.word[chosen]], start, level, looks)
+
+    def _by_rim(self, view, h, blur, level, cell):
+        """Align by the rim alone and read the cells: (h, black, blur, level) of those that could be read."""
+        all_black = np.ones((len(h), self.cells, self.cells), bool)
+        start = np.maximum(1.0, (0.3 * cell / 2.0 ** level) ** 2)
+        rim = self.ring.run(view.pyramid, view.camera, h, all_black, start, level, self.RIM_STEPS, redraw=(1, 3, 5))
+        both, twice = np.concatenate([rim.h, h]), np.concatenate([level, level])
+        blur = np.concatenate([rim.blur, blur])
+        values = view.pyramid.read(*self.full.grid.places(both, view.camera), twice)
+        shares = self._shares(values)
+        readings = self.reader.read_cells(shares, align.covariance(both, blur * 4.0 ** twice))
+        read = [max((m, m + len(h)), key=lambda k: readings[k].fit if readings[k] else 0.0) for m in range(len(h))]
+        read = [k for k in read if readings[k] is not None and readings[k].fit > READ_FIT]
+        black = [reading.black_cells(readings[k].white, self.margin) for k in read]
+        return both[read], np.array(black, bool), blur[read], twice[read]
+
+    def _shares(self, values):
+        """Grey values (M, P) as 0 (the rim's black) to 1 (the brightest cells)."""
+        reach = self.full.grid.reach
+        dark = np.median(values[:, (reach < -0.2) & (reach > 0.5 - self.margin)], 1, keepdims=True)
+        white = np.percentile(values[:, reach < -self.margin], 97, axis=1, keepdims=True)
+        return ((values - dark) / np.maximum(white - dark, 4.0)).astype(np.float32)
+
+    def _finish(self, view, h, black, blur, level, looks=None):
+        """Align with the drawings, read, accept; what reads differently the first time (looks) gets another try."""
+        if not len(h):
+            return []
+        state = self.full.run(view.pyramid, view.camera, h, black, blur, level, self.STEPS)
+        good, likeness, cov, corners = self._promising(state)
+        if not len(good):
+            return []
+        state, black = state.take(good), black[good]
+        readings = self._read(state, cov, likeness, looks and [looks[m] for m in good])
+        inner = slice(self.margin, self.margin + self.resolution)
+        found, changed = [], []
+        for m, r in enumerate(readings):
+            if r is not None and (black[m, inner, inner] != r.white).all():
+                features = self._features(state, m, r, likeness[m], np.sqrt((cov[0][m] + cov[1][m]) / 2))
+                if self._accept(features):
+                    found.append((m, r, features))
+            elif r is not None and r.fit > READ_FIT:
+                changed.append(m)
+        out = self._poses(view.camera, state, corners, found)
+        if changed and looks:
+            black = np.array([reading.black_cells(readings[m].white, self.margin) for m in changed])
+            out += self._finish(view, state.h[changed], black, state.blur[changed], state.level[changed])
+        return out
+
+    def _promising(self, state):
+        """Indices of the aligned ones that may be markers, and their likeness, blur covariance and corners."""
+        likeness, corners = self._likeness(state), homography.apply(state.h, self.square)
+        cov = align.covariance(state.h, state.blur * 4.0 ** state.level)
+        with np.errstate(invalid='ignore'):
+            good = (np.isfinite(corners).all((1, 2)) & (homography.area(corners) > MIN_AREA)
+                    & (likeness > MIN_LIKENESS) & (np.sqrt((cov[0] + cov[1]) / 2) < MAX_BLUR_CELLS))
+        good = np.flatnonzero(good)
+        return good, likeness[good], [c[good] for c in cov], corners[good]
+
+    def _read(self, state, cov, likeness, looks):
+        """A Reading (or None) for each marker; where the first look was sure already, that one stands."""
+        readings = [None] * len(likeness)
+        for m, (word, fit, gap) in enumerate(looks or ()):
+            if fit > SURE_FIT and gap > SURE_GAP and likeness[m] > SURE_FIT:
+                readings[m] = self.reader.of_word(word, fit, gap)
+        rest = [m for m, r in enumerate(readings) if r is None]
+        if rest:
+            cov = [c[rest] for c in cov]
+            if self.resolution == 5:
+                again = self.reader.read(state.values[rest], cov)
+            else:
+                again = self.reader.read_cells(self._shares(state.values[rest]), cov)
+            for m, r in zip(rest, again):
+                readings[m] = r
+        return readings
+
+    def _accept(self, f):
+        surplus = f['gap'] / (1.03 - f['fit'])
+        needed = MIN_SURPLUS
+        if f['likeness'] < CLEAR_LIKENESS:
+            needed = SURPLUS_UNLIKE
+            if f['detail'] < DETAIL_UNLIKE:
+                return False
+        if f['bad_rim'] + 2 * f['bad_inside'] >= MUCH_COVERED:
+            needed = SURPLUS_COVERED
+        return (f['fit'] > MIN_FIT and f['gap'] > MIN_GAP and f['detail'] > MIN_DETAIL and f['kept'] > MIN_KEPT
+                and surplus > needed)
+
+    def _likeness(self, state):
+        """Normalised correlation (M,) of the picture with the drawn marker, light's slopes not taken out."""
+        weight = self.full.fixed_weight / self.full.fixed_weight.sum()
+        v = state.values - (state.values @ weight)[:, None]
+        t = state.template - (state.template @ weight)[:, None]
+        with np.errstate(invalid='ignore'):
+            return ((v * t) @ weight) / np.sqrt(((v * v) @ weight) * ((t * t) @ weight) + 1e-6)
+
+    def _detail(self, values, template):
+        """Correlation of the data cells with their drawing, anything smooth (up to squares of x and y) taken out."""
+        v, t = self.detail_basis_out(values), self.detail_basis_out(template)
+        return float(v @ t / np.sqrt((v @ v) * (t @ t) + 1e-6))
+
+    def detail_basis_out(self, values):
+        part = values[self.detail]
+        return part - self.smooth_basis @ (self.smooth_basis.T @ part)
+
+    def _features(self, state, m, r, likeness, sigma):
+        side, k = self.full.grid.count, self.full.grid.per_cell
+        body = self.full.grid.body
+        relative = ((state.values[m] - state.model[m]) / state.gain[m]).reshape(side, side)[body, body]
+        bad = np.abs(relative.reshape(self.cells, k, self.cells, k).mean((1, 3))) > 0.4
+        inner = slice(self.margin, self.margin + self.resolution)
+        inside = int(bad[inner, inner].sum())
+        detail = self._detail(state.values[m], state.template[m])
+        return dict(detail=detail, sigma=float(sigma), fit=r.fit, gap=r.gap, likeness=float(likeness),
+                    contrast=float(state.contrast[m]),
+                    noise=float(state.noise[m]), bad_inside=inside, bad_rim=int(bad.sum()) - inside,
+                    blur=float(state.blur[m]), kept=float(state.weights[m].sum() / self.full.fixed_weight.sum()))
+
+    def _poses(self, camera, state, corners, found):
+        if not found:
+            return []
+        accepted = [m for m, _, _ in found]
+        readings, features = [r for _, r, _ in found], [f for _, _, f in found]
+        information = self._corner_information(state.take(accepted))
+        order = np.array([[(k + r.content.turns) % 4 for k in range(4)] for r in readings])
+        eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
+        corners = np.take_along_axis(corners[accepted], order[:, :, None], 1)
+        information = np.array([i[np.ix_(e, e)] for i, e in zip(information, eight)])
+        sizes = [self.sizes.get(r.content.value, self.size) for r in readings]
+        real = np.stack(camera.to_real(corners[..., 0], corners[..., 1]), -1)
+        out = []
+        for m, solutions in enumerate(pose.solve(corners, sizes, camera, information)):
+            side = np.sqrt(homography.area(real[m:m + 1])[0])
+            if solutions and solutions[0].error < MAX_ERROR * side:
+                share, ambiguous = pose.ambiguity(solutions)
+                best = solutions[0]
+                out.append(Detection(readings[m].content.value, real[m], best.rotation, best.position,
+                                     features[m]['likeness'], share, ambiguous, best.error, solutions, features[m]))
+        return out
+
+    def _corner_information(self, state):
+        eps = 1e-4
+        nudged = state.h[:, None] @ homography.small(np.eye(8) * eps)
+        corners = homography.apply(nudged.reshape(-1, 3, 3), self.square).reshape(-1, 8, 8)
+        base = homography.apply(state.h, self.square).reshape(-1, 1, 8)
+        jacobian = ((corners - base) / eps).transpose(0, 2, 1)
+        information = state.information()
+        ridge = 1e-6 * np.trace(information, axis1=1, axis2=2)[:, None, None] / 8 * np.eye(8)
+        noise = np.maximum(state.noise, 1.0)[:, None, None]
+        spread = jacobian @ np.linalg.inv(information + ridge) @ jacobian.transpose(0, 2, 1) * (1.5 * noise ** 2)
+        floor = (pose.MODEL_ERROR * 2.0 ** state.level)[:, None, None] ** 2
+        return np.linalg.inv(spread + np.eye(8) * floor)
+
+
+def best_of_overlapping(found):
+    """Of Detections that lie on each other the one with the highest confidence."""
+    kept = []
+    for d in sorted(found, key=lambda d: -d.confidence):
+        centre, side = d.corners.mean(0), np.sqrt(abs(homography.area(d.corners[None])[0]))
+        if all(np.linalg.norm(centre - k.corners.mean(0)) > 0.4 * side for k in kept):
+            kept.append(d)
+    return kept
+
+
+__all__ = ['Camera', 'CameraError', 'Detection', 'Detector', 'PictureError', 'View', 'grey_picture']

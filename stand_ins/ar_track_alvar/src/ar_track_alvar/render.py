@@ -1,0 +1,212 @@
+"""Drawing markers, and test pictures of them through a camera with lens distortion, blur, noise, light and covers.
+
+Scenes are made from a numpy Generator given by the caller: the same seed gives the same picture.
+"""
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from ar_track_alvar import code, pose
+from ar_track_alvar.camera import Camera
+
+SUPERSAMPLE = 3
+
+
+def marker_picture(value, side, margin=2, resolution=None, strong=False):
+    """uint8 picture (side, side) of a marker's black square, no white around; value: id or text; side in px."""
+    cells = code.encode(value, strong=strong, resolution=resolution)
+    count = len(cells) + 2 * margin
+    if side < count:
+        raise ValueError(f'a marker of {count} cells does not fit in {side} px; at least one pixel a cell is needed')
+    white = np.pad(cells, margin).astype(np.uint8) * 255
+    edges = np.round(np.arange(count + 1) * side / count).astype(int)
+    index = np.repeat(np.arange(count), np.diff(edges))
+    return white[np.ix_(index, index)]
+
+
+@dataclass
+class Placed:
+    """A marker in a scene: id, size m, rotation (3, 3) and position (3,) m in the camera, white paper around in cells.
+
+    cover: None or 'bar', 'blob': what hides a part; black, white: greys of print and paper.
+    """
+
+    id: object
+    size: float
+    rotation: np.ndarray
+    position: np.ndarray
+    paper: float = 1.0
+    cover: str = None
+    black: float = 25.0
+    white: float = 215.0
+    corners: np.ndarray = field(default=None)
+
+
+@dataclass
+class Scene:
+    """How a picture is taken: size px, blur sigma px, noise sigma, slope of the light (share over the picture)."""
+
+    width: int = 640
+    height: int = 480
+    blur: float = 0.5
+    noise: float = 1.5
+    gradient: float = 0.1
+    shadow: bool = False
+    clutter: int = 0
+
+
+def facing(tilt, azimuth, roll):
+    """Rotation (3, 3) of a marker facing the camera, tilted about the image direction `azimuth`, and rolled (rad)."""
+    toward = np.diag([1.0, -1.0, -1.0])
+    axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) * tilt
+    return cv2.Rodrigues(axis)[0] @ cv2.Rodrigues(np.array([0.0, 0.0, roll]))[0] @ toward
+
+
+def project(camera, rotation, position, points):
+    """Real pixels (N, 2) of marker points (N, 3) in metres."""
+    p = np.asarray(points, float) @ rotation.T + position
+    ideal = p[:, :2] / p[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+    return np.stack(camera.to_real(ideal[:, 0], ideal[:, 1]), 1)
+
+
+def _background(rng, scene):
+    small = rng.uniform(30, 210, (scene.height // 60 + 2, scene.width // 60 + 2)).astype(np.float32)
+    picture = cv2.resize(small, (scene.width * SUPERSAMPLE, scene.height * SUPERSAMPLE), interpolation=cv2.INTER_CUBIC)
+    picture = np.clip(picture, 0, 255).astype(np.uint8)
+    for _ in range(scene.clutter):
+        _one_clutter(rng, picture)
+    return picture
+
+
+def _one_clutter(rng, picture):
+    height, width = picture.shape
+    at = rng.uniform([0, 0], [width, height])
+    size, grey = rng.uniform(20, 150) * SUPERSAMPLE, float(rng.uniform(0, 255))
+    kind = rng.integers(5)
+    if kind == 0:
+        angle = rng.uniform(0, np.pi)
+        other = at + 4 * size * np.array([np.cos(angle), np.sin(angle)])
+        cv2.line(picture, tuple(map(int, at)), tuple(map(int, other)), grey, int(rng.uniform(1, 6)) * SUPERSAMPLE)
+    elif kind == 1:
+        cv2.circle(picture, tuple(map(int, at)), int(size / 2), grey, -1)
+    elif kind == 2:
+        text = ''.join(rng.choice(list('ABCDEFGHKLMNPRSTX0123456789'), 6))
+        cv2.putText(picture, text, tuple(map(int, at)), 0, float(rng.uniform(1, 4)), grey, 2 * SUPERSAMPLE)
+    else:
+        _pattern(rng, picture, at, size, kind == 3)
+
+
+def _pattern(rng, picture, at, size, random_cells):
+    """A look-alike: nested squares, or a square of random cells in a black rim, on white paper."""
+    count = int(rng.integers(4, 10))
+    cells = rng.integers(0, 2, (count, count)) if random_cells else np.indices((count, count)).sum(0) % 2
+    rim = int(rng.integers(0, 4))
+    tile = np.pad(np.pad(cells, rim), 1, constant_values=1).astype(np.uint8) * 190 + 25
+    quad = at + (np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size / 2) @ cv2.getRotationMatrix2D(
+        (0, 0), float(rng.uniform(0, 360)), 1)[:, :2] + rng.uniform(-0.15, 0.15, (4, 2)) * size
+    n = len(tile)
+    h = cv2.getPerspectiveTransform(np.float32([[0, 0], [n, 0], [n, n], [0, n]]) - 0.5, quad.astype(np.float32))
+    shape = picture.shape[::-1]
+    warped = cv2.warpPerspective(tile, h, shape, flags=cv2.INTER_NEAREST)
+    mask = cv2.warpPerspective(np.ones_like(tile), h, shape, flags=cv2.INTER_NEAREST) > 0.5
+    picture[mask] = warped[mask]
+
+
+def _ideal_of_fine(camera, scene):
+    x = (np.arange(scene.width * SUPERSAMPLE) + 0.5) / SUPERSAMPLE - 0.5
+    y = (np.arange(scene.height * SUPERSAMPLE) + 0.5) / SUPERSAMPLE - 0.5
+    grid = np.stack(np.meshgrid(x, y), -1)
+    return camera.to_ideal(grid) if camera.distorted else grid
+
+
+def _paint(rng, fine, ideal, camera, placed, margin):
+    cells = code.encode(placed.id)
+    count = len(cells) + 2 * margin
+    half = placed.size / 2
+    h = np.column_stack([placed.rotation[:, 0], placed.rotation[:, 1], placed.position])
+    rays = np.concatenate([camera.to_rays(ideal), np.ones(ideal.shape[:2] + (1,))], -1)
+    p = rays @ np.linalg.inv(h).T
+    with np.errstate(divide='ignore', invalid='ignore'):
+        x, y = p[..., 0] / p[..., 2], p[..., 1] / p[..., 2]
+    step = placed.size / count
+    on_paper = (np.maximum(np.abs(x), np.abs(y)) < half + placed.paper * step) & (p[..., 2] > 0)
+    column, row = np.floor((x[on_paper] + half) / step), np.floor((half - y[on_paper]) / step)
+    white = np.pad(np.pad(cells, margin), 8, constant_values=True)
+    value = white[np.clip(row + 8, 0, count + 15).astype(int), np.clip(column + 8, 0, count + 15).astype(int)]
+    fine[on_paper] = np.where(value, placed.white, placed.black)
+    if placed.cover:
+        _cover(rng, fine, placed, camera)
+
+
+def _cover(rng, fine, placed, camera):
+    corners = (placed.corners + 0.5) * SUPERSAMPLE - 0.5
+    side = np.sqrt(abs(cv2.contourArea(corners.astype(np.float32))))
+    grey = float(rng.choice([rng.uniform(10, 60), rng.uniform(90, 140), rng.uniform(180, 240)]))
+    k = int(rng.integers(4))
+    edge = corners[k] + rng.uniform(0.25, 0.75) * (corners[(k + 1) % 4] - corners[k])
+    centre = corners.mean(0)
+    if placed.cover == 'bar':
+        inner = edge + rng.uniform(0.25, 0.5) * (centre - edge) * 2 * rng.uniform(0.5, 1)
+        outer = edge + (edge - centre) * rng.uniform(0.5, 1.2)
+        width = max(2, int(side * rng.uniform(0.06, 0.12)))
+        cv2.line(fine, tuple(map(int, inner)), tuple(map(int, outer)), grey, width)
+    else:
+        at = edge + rng.uniform(-0.1, 0.4) * (centre - edge)
+        cv2.circle(fine, tuple(map(int, at)), max(2, int(side * rng.uniform(0.07, 0.13))), grey, -1)
+
+
+def _light(rng, scene, fine):
+    height, width = fine.shape
+    angle = rng.uniform(0, 2 * np.pi)
+    x, y = np.linspace(-0.5, 0.5, width), np.linspace(-0.5, 0.5, height)[:, None]
+    light = 1 - scene.gradient * (0.5 + np.cos(angle) * x + np.sin(angle) * y)
+    if scene.shadow:
+        angle, offset = rng.uniform(0, 2 * np.pi), rng.uniform(-0.2, 0.2)
+        light = light * np.where(np.cos(angle) * x + np.sin(angle) * y > offset, 1.0, rng.uniform(0.5, 0.75))
+    return fine * light
+
+
+def picture_of(rng, camera, placed, scene, margin=2):
+    """uint8 grey picture of Placed markers (their corners are filled in) seen by a camera."""
+    fine = _background(rng, scene)
+    ideal = _ideal_of_fine(camera, scene)
+    for marker in placed:
+        marker.corners = project(camera, marker.rotation, marker.position, pose.object_corners(marker.size))
+        _paint(rng, fine, ideal, camera, marker, margin)
+    fine = _light(rng, scene, fine).astype(np.float32)
+    if scene.blur > 0:
+        fine = cv2.GaussianBlur(fine, (0, 0), scene.blur * SUPERSAMPLE)
+    picture = cv2.resize(fine, (scene.width, scene.height), interpolation=cv2.INTER_AREA)
+    return np.clip(np.round(picture + rng.normal(0, scene.noise, picture.shape)), 0, 255).astype(np.uint8)
+
+
+def random_markers(rng, camera, scene, count, side=(20, 120), max_tilt=60.0, size=0.1, cover=0.0):
+    """Up to `count` Placed markers that do not overlap; side px, tilt degrees; `cover`: share of covered ones."""
+    placed = []
+    for marker_id in rng.choice(256, 8 * count, replace=False):
+        px = np.exp(rng.uniform(*np.log(side)))
+        distance = camera.fx * size / px
+        at = rng.uniform([0.08, 0.08], [0.92, 0.92]) * [scene.width, scene.height]
+        direction = np.append(camera.to_rays(camera.to_ideal(at)), 1.0)
+        rotation = facing(np.radians(rng.uniform(0, max_tilt)), rng.uniform(0, 2 * np.pi), rng.uniform(0, 2 * np.pi))
+        black = float(rng.uniform(15, 50))
+        one = Placed(int(marker_id), size, rotation, direction * distance, float(rng.uniform(0.5, 2.5)),
+                     str(rng.choice(['bar', 'blob'])) if rng.uniform() < cover else None, black,
+                     black + float(rng.uniform(60, 180)))
+        one.corners = project(camera, rotation, one.position, pose.object_corners(size * 1.4))
+        centre, reach = one.corners.mean(0), np.ptp(one.corners, 0).max() / 2
+        inside = (one.corners > 4).all() and (one.corners < [scene.width - 5, scene.height - 5]).all()
+        others = [(p.corners.mean(0), np.ptp(p.corners, 0).max() / 2) for p in placed]
+        if inside and all(np.abs(centre - c).max() > reach + r for c, r in others):
+            placed.append(one)
+        if len(placed) == count:
+            break
+    return placed
+
+
+def default_camera(width=640, height=480, distorted=False):
+    """A Camera like a webcam's: 60 degrees wide; with some barrel distortion if asked."""
+    focal = 0.82 * width
+    return Camera([focal, 0, width / 2 - 0.5, 0, focal, height / 2 - 0.5, 0, 0, 1],
+                  [-0.15, 0.04, 0.001, -0.0008, 0.0] if distorted else None)

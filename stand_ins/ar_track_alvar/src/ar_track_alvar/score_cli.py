@@ -1,0 +1,77 @@
+"""Detector over a folder of frames (frames.json and pictures): ./run markers DIR --json OUT.
+
+Every frame stands on its own.  DIR/frames.json names the frames with file, camera and marker_size_m, and the cameras
+with K and D; OUT gets
+{"tool", "frames": {name: {"detections": [{"id", "position", "orientation", ...}], "detect_ms"}}}.
+"""
+import argparse
+import json
+import os
+import sys
+import time
+
+import cv2
+
+from ar_track_alvar.camera import Camera
+from ar_track_alvar.detector import Detector
+
+
+def detection_record(detection):
+    """A Detection as the scorer's dictionary, metres and quaternion x y z w."""
+    return {'id': detection.id, 'position': [round(float(v), 6) for v in detection.position],
+            'orientation': [round(float(v), 7) for v in detection.quaternion],
+            'corners': [[round(float(v), 3) for v in corner] for corner in detection.corners],
+            'confidence': round(detection.confidence, 4), 'ambiguous': detection.ambiguous,
+            'ambiguity': round(detection.ambiguity, 4), 'reprojection_error_px': round(detection.error, 4)}
+
+
+def _milliseconds(detector, picture, camera, repeats):
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        found = detector.detect(picture, camera)
+        times.append((time.perf_counter() - start) * 1e3)
+    return found, sorted(times)[len(times) // 2]
+
+
+def run(folder, repeats=1):
+    """Results dictionary of all frames in a folder.  Raises OSError or ValueError naming what is wrong."""
+    with open(os.path.join(folder, 'frames.json')) as file:
+        truth = json.load(file)
+    layout = truth.get('marker', {})
+    detector = Detector(1.0, layout.get('data_cells', 5), layout.get('margin_cells', 2))
+    cameras = {name: Camera(c['K'], c['D']) for name, c in truth['cameras'].items()}
+    frames = {}
+    for frame in truth['frames']:
+        path = os.path.join(folder, frame['file'])
+        picture = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+        if picture is None:
+            raise ValueError(f'{path} cannot be read as a picture')
+        detector.size = float(frame.get('marker_size_m') or 1.0)
+        found, ms = _milliseconds(detector, picture, cameras[frame['camera']], repeats)
+        frames[frame['name']] = {'detections': [detection_record(d) for d in found], 'detect_ms': round(ms, 3)}
+    return {'tool': f'ar_track_alvar stand-in, single frames, {cv2.getNumThreads()} thread', 'set': truth.get('set'),
+            'frames': frames}
+
+
+def main(arguments=None):
+    """Entry of the command; returns the exit status."""
+    parser = argparse.ArgumentParser(prog='./run markers', description=__doc__.split('\n')[0])
+    parser.add_argument('folder', help='folder with frames.json')
+    parser.add_argument('--json', required=True, help='write the results here')
+    parser.add_argument('--repeat', type=int, default=1, help='runs a frame; the median time counts')
+    parser.add_argument('--threads', type=int, default=1, help="OpenCV's threads")
+    options = parser.parse_args(arguments)
+    cv2.setNumThreads(options.threads)
+    try:
+        results = run(options.folder, max(1, options.repeat))
+    except (OSError, ValueError, KeyError) as error:
+        print(f'score_cli: {error}', file=sys.stderr)
+        return 1
+    with open(options.json, 'w') as file:
+        json.dump(results, file, indent=1)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

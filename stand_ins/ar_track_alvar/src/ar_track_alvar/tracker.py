@@ -1,0 +1,175 @@
+"""Following markers over frames: what was seen last helps to find it again; only what is in the picture is reported.
+
+Each frame the markers last seen are looked for where they should be now: the cells are read afresh, so that a swapped,
+turned or covered marker is right in the very frame.  Around one that is not there it is searched at
+once; the whole picture is searched in the first frame and every `full_every` frames.  Of the two poses of the planar
+ambiguity the one that agrees with the motion so far is taken while the picture alone does not tell.
+
+Not thread safe: one thread calls update().
+"""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ar_track_alvar import detect, homography, pose
+from ar_track_alvar.detector import best_of_overlapping
+
+MOTION_SIGMA = np.radians(12.0)  # how far a marker may turn between frames without being odd
+MEMORY_FRAMES, LOOKED_FOR_FRAMES = 10, 3
+EVIDENCE_DECAY, EVIDENCE_LIMIT = 0.9, 40.0
+
+
+@dataclass
+class Track:
+    """A marker being followed: its last Detection, corners one frame earlier, frames since, rotation, evidence."""
+
+    detection: object
+    before: np.ndarray
+    missed: int
+    rotation: np.ndarray
+    evidence: float
+
+
+class Tracker:
+    """Detector over a sequence of pictures of one camera.  detector: Detector; full_every: frames."""
+
+    def __init__(self, detector, full_every=3):
+        if full_every < 1:
+            raise ValueError(f'full_every {full_every!r}: a whole number from 1 on is needed')
+        self.detector, self.full_every = detector, int(full_every)
+        self.reset()
+
+    def reset(self):
+        """Forget everything."""
+        self.tracks, self.frame, self.shape = [], 0, None
+
+    def update(self, picture, camera):
+        """Return the Detections of the next picture.  Raises PictureError."""
+        view = self.detector.view(picture, camera)
+        if view.grey.shape != self.shape:
+            self.reset()
+            self.shape = view.grey.shape
+        full = self.frame % self.full_every == 0
+        self.frame += 1
+        return self._follow(self._search(view, full))
+
+    def _search(self, view, full):
+        expected = self._expected()
+        if full or not expected:
+            quads = detect.candidates(view.smooth, workspace=self.detector.workspace)
+            return self.detector.examine(view, np.concatenate([quads] + [q[None] for q in expected]))
+        found = self.detector.examine(view, np.array(expected))
+        missing = [t.detection.corners for t in self.tracks
+                   if t.missed < LOOKED_FOR_FRAMES and not any(d.id == t.detection.id for d in found)]
+        if not missing:
+            return found
+        quads = self._near(view, missing)
+        if not len(quads):
+            return found
+        return best_of_overlapping(found + self.detector.examine(view, quads))
+
+    def _expected(self):
+        """Corner quads where the markers should be now: as last seen, and moved on by their last motion."""
+        quads = []
+        for track in self.tracks:
+            last = track.detection.corners
+            quads.append(last)
+            if track.before is not None and track.missed == 0:
+                step = last - track.before
+                if np.abs(step).max() > 1.0:
+                    quads.append(last + step)
+        return [q for q in quads if homography.area(q[None])[0] > 0]
+
+    def _near(self, view, expected):
+        """Candidates in the surroundings of the expected quads."""
+        height, width = self.shape
+        found = []
+        for box in _boxes(expected, width, height):
+            x0, y0, x1, y1 = box
+            quads = detect.candidates(np.ascontiguousarray(view.smooth[y0:y1, x0:x1]))
+            found.append(quads + [x0, y0])
+        return np.concatenate(found) if found else np.zeros((0, 4, 2))
+
+    def _follow(self, found):
+        old = {}
+        for track in self.tracks:
+            old.setdefault(track.detection.id, []).append(track)
+        out, tracks = [], []
+        for detection in found:
+            track = _nearest(old.get(detection.id, []), detection)
+            if track is not None:
+                old[detection.id].remove(track)
+            detection, rotation, evidence = _weigh(detection, track)
+            before = track.detection.corners if track is not None and track.missed == 0 else None
+            out.append(detection)
+            tracks.append(Track(detection, before, 0, rotation, evidence))
+        left = [t for group in old.values() for t in group]
+        for track in left:
+            if track.missed < MEMORY_FRAMES and not _covered_by(track, out):
+                tracks.append(replace(track, missed=track.missed + 1, before=None))
+        self.tracks = tracks
+        return out
+
+
+def _boxes(quads, width, height):
+    """Boxes (x0, y0, x1, y1) around quads with half a side to spare, those that touch joined."""
+    boxes = []
+    for quad in quads:
+        low, high = quad.min(0), quad.max(0)
+        spare = 0.5 * (high - low).max() + 8
+        low, high = np.maximum(low - spare, 0), np.minimum(high + spare + 1, [width, height])
+        box = [int(low[0]), int(low[1]), int(high[0]), int(high[1])]
+        if box[2] - box[0] < 16 or box[3] - box[1] < 16:
+            continue
+        merged = True
+        while merged:
+            merged = False
+            for other in boxes:
+                if box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]:
+                    boxes.remove(other)
+                    box = [min(box[0], other[0]), min(box[1], other[1]), max(box[2], other[2]), max(box[3], other[3])]
+                    merged = True
+                    break
+        boxes.append(box)
+    return boxes
+
+
+def _nearest(tracks, detection):
+    centre = detection.corners.mean(0)
+    side = np.sqrt(abs(homography.area(detection.corners[None])[0]))
+    best = min(tracks, key=lambda t: np.linalg.norm(t.detection.corners.mean(0) - centre), default=None)
+    if best is None or np.linalg.norm(best.detection.corners.mean(0) - centre) > 2 * side * (1 + best.missed):
+        return None
+    return best
+
+
+def _covered_by(track, found):
+    """Whether another marker is now where this one was."""
+    centre = track.detection.corners.mean(0)
+    return any(np.abs(d.corners.mean(0) - centre).max() < 0.5 * np.ptp(d.corners, 0).max() for d in found)
+
+
+def _weigh(detection, track):
+    """Choose between the two poses with the help of the past: (Detection, rotation, evidence for it).
+
+    Evidence is a sum of chi2 differences over frames, older ones decaying: from pose.AMBIGUOUS_CHI2 on it is sure.
+    """
+    solutions = detection.solutions
+    if len(solutions) < 2 or pose.angle_between(solutions[0].rotation, solutions[1].rotation) < pose.SAME_ROTATION:
+        return detection, detection.rotation, EVIDENCE_LIMIT
+    gain = pose.scaled_difference(solutions)
+    if track is None or track.missed > 2:
+        return detection, detection.rotation, min(gain, EVIDENCE_LIMIT)
+    turn = [pose.angle_between(track.rotation, s.rotation) for s in solutions]
+    same = turn[0] <= turn[1]
+    motion = (min(turn[1], 0.5) ** 2 - min(turn[0], 0.5) ** 2) / MOTION_SIGMA ** 2
+    past = track.evidence * EVIDENCE_DECAY * np.clip(abs(motion), 0, 1)
+    total = gain + (past if same else -past)
+    best = 0 if total >= 0 else 1
+    chosen = solutions[best]
+    share = float(1 / (1 + np.exp(min(abs(total) / 2, 50))))
+    ambiguous = bool(abs(total) < pose.AMBIGUOUS_CHI2)
+    ordered = [chosen, solutions[1 - best]]
+    detection = replace(detection, rotation=chosen.rotation, position=chosen.position, ambiguity=share,
+                        ambiguous=ambiguous, error=chosen.error, solutions=ordered)
+    return detection, chosen.rotation, min(abs(total), EVIDENCE_LIMIT)

@@ -1,0 +1,4 @@
+"""One thread, so that runs repeat and times compare."""
+import cv2
+
+cv2.setNumThreads(1)

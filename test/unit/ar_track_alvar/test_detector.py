@@ -1,0 +1,148 @@
+"""Detection in rendered pictures of known truth, in pictures without markers, and of bad input."""
+import numpy as np
+import pytest
+
+from ar_track_alvar import detector, pose, render
+from ar_track_alvar.detector import Detector
+
+SIZE = 0.1
+CORNER_TOLERANCE = 0.35   # px
+POSITION_TOLERANCE = 0.004  # of the distance
+ROTATION_TOLERANCE = np.radians(2.5)
+
+
+def scene(seed, placed, camera=None, **how):
+    rng = np.random.default_rng(seed)
+    camera = camera or render.default_camera()
+    picture = render.picture_of(rng, camera, placed, render.Scene(**how))
+    return picture, camera
+
+
+def one(marker_id=42, tilt=30, azimuth=40, roll=20, position=(0, 0, 0.6), **more):
+    rotation = render.facing(*np.radians([tilt, azimuth, roll]))
+    return render.Placed(marker_id, SIZE, rotation, np.array(position, float), **more)
+
+
+def check(detection, placed):
+    assert detection.id == placed.id
+    assert np.abs(detection.corners - placed.corners).max() < CORNER_TOLERANCE
+    distance = np.linalg.norm(placed.position)
+    assert np.linalg.norm(detection.position - placed.position) < POSITION_TOLERANCE * distance
+    assert pose.angle_between(detection.rotation, placed.rotation) < ROTATION_TOLERANCE
+
+
+@pytest.mark.parametrize('roll', [0, 45, 90, 135, 180, 225, 270, 315])
+def test_id_corners_and_pose_at_every_roll(roll):
+    placed = one(marker_id=roll % 256, roll=roll)
+    picture, camera = scene(roll, [placed])
+    found = Detector(SIZE).detect(picture, camera)
+    assert len(found) == 1
+    check(found[0], placed)
+    assert found[0].confidence > 0.9 and not found[0].ambiguous and found[0].error < 0.3
+
+
+@pytest.mark.parametrize('distorted', [False, True])
+def test_lens_distortion_is_used(distorted):
+    camera = render.default_camera(distorted=distorted)
+    placed = one(position=(0.22, 0.14, 0.6))
+    picture, _ = scene(5, [placed], camera)
+    found = Detector(SIZE).detect(picture, camera)
+    assert len(found) == 1
+    check(found[0], placed)
+
+
+@pytest.mark.parametrize('blur, noise', [(0.3, 0.5), (0.8, 3), (1.3, 5)])
+def test_blur_and_noise(blur, noise):
+    placed = one(position=(0, 0, 0.8))
+    picture, camera = scene(6, [placed], blur=blur, noise=noise)
+    found = Detector(SIZE).detect(picture, camera)
+    assert [d.id for d in found] == [placed.id]
+    assert np.linalg.norm(found[0].position - placed.position) < 0.01 * 0.8
+
+
+def test_small_marker_of_twenty_pixels():
+    placed = one(tilt=10, position=(0.1, 0.1, 2.6))  # 525 * 0.1 / 2.6 = 20 px
+    picture, camera = scene(7, [placed], blur=0.5, noise=1.5)
+    assert [d.id for d in Detector(SIZE).detect(picture, camera)] == [placed.id]
+
+
+def test_several_markers_and_one_of_its_own_size():
+    placed = [one(1, position=(-0.2, 0, 0.7)), one(2, position=(0, 0, 0.7)), one(3, position=(0.2, 0, 0.7))]
+    placed[1].size = 0.08
+    picture, camera = scene(8, placed)
+    found = {d.id: d for d in Detector(SIZE, sizes={2: 0.08}).detect(picture, camera)}
+    assert sorted(found) == [1, 2, 3]
+    for marker in placed:
+        check(found[marker.id], marker)
+
+
+@pytest.mark.parametrize('cover', ['bar', 'blob'])
+def test_most_partly_covered_markers_are_found_and_none_is_another(cover):
+    right = wrong = 0
+    for seed in range(12):
+        placed = one(marker_id=seed * 17, tilt=20, azimuth=30 * seed, position=(0, 0, 0.7), cover=cover)
+        picture, camera = scene(100 + seed, [placed])
+        ids = [d.id for d in Detector(SIZE).detect(picture, camera)]
+        right += placed.id in ids
+        wrong += sum(i != placed.id for i in ids)
+    assert wrong == 0 and right >= 8
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_no_marker_in_clutter(seed):
+    picture, camera = scene(200 + seed, [], clutter=40, noise=2.0, gradient=0.3)
+    assert Detector(SIZE).detect(picture, camera) == []
+
+
+def test_mirrored_picture_has_no_marker_of_the_same_pose_and_inverted_has_none():
+    placed = one(77)
+    picture, camera = scene(9, [placed])
+    assert Detector(SIZE).detect(255 - picture, camera) == []
+    assert 77 not in [d.id for d in Detector(SIZE).detect(np.ascontiguousarray(picture[:, ::-1]), camera)]
+
+
+def test_ambiguous_pose_is_flagged_with_both_solutions():
+    placed = one(tilt=12, azimuth=60, position=(0, 0, 2.2))
+    picture, camera = scene(10, [placed], noise=3.0, blur=0.8)
+    found = Detector(SIZE).detect(picture, camera)
+    assert len(found) == 1
+    nearest = min(pose.angle_between(s.rotation, placed.rotation) for s in found[0].solutions)
+    assert nearest < np.radians(10)
+    assert found[0].ambiguous or pose.angle_between(found[0].rotation, placed.rotation) < np.radians(15)
+
+
+@pytest.mark.parametrize('value', [1000, 65535, 'hi'])
+def test_larger_resolutions_and_text(value):
+    from ar_track_alvar import code
+    resolution = len(code.encode(value))
+    placed = one(value)
+    picture, camera = scene(11, [placed])
+    found = Detector(SIZE, resolution=resolution).detect(picture, camera)
+    assert len(found) == 1
+    check(found[0], placed)
+
+
+def test_no_opencv_threads_are_needed_and_colour_is_taken():
+    placed = one(9)
+    picture, camera = scene(12, [placed])
+    colour = np.repeat(picture[:, :, None], 3, 2)
+    assert [d.id for d in Detector(SIZE).detect(colour, camera)] == [9]
+    assert [d.id for d in Detector(SIZE).detect(picture.astype(np.uint16) * 256, camera)] == [9]
+
+
+@pytest.mark.parametrize('picture', [None, np.zeros((0, 0), np.uint8), np.zeros((4, 4), np.uint8),
+                                     np.zeros((480, 640), np.float32), np.zeros((480, 640, 2), np.uint8)])
+def test_unusable_pictures_are_refused(picture):
+    with pytest.raises(detector.PictureError):
+        Detector(SIZE).detect(picture, render.default_camera())
+
+
+@pytest.mark.parametrize('arguments', [(0,), (-1,), (float('nan'),), (0.1, 6), (0.1, 5, 0), (0.1, 5, 1.5)])
+def test_impossible_settings_are_refused(arguments):
+    with pytest.raises(ValueError):
+        Detector(*arguments)
+
+
+@pytest.mark.parametrize('grey', [0, 128, 255])
+def test_plain_pictures(grey):
+    assert Detector(SIZE).detect(np.full((480, 640), grey, np.uint8), render.default_camera()) == []

@@ -1,0 +1,103 @@
+"""Following markers: nothing invented or kept, changes right in the next frame, motion settles the ambiguity."""
+import numpy as np
+import pytest
+
+from ar_track_alvar import pose, render
+from ar_track_alvar.detector import Detector
+from ar_track_alvar.tracker import Tracker
+
+SIZE = 0.1
+CAMERA = render.default_camera()
+
+
+def picture(seed, placed, **how):
+    how.setdefault('noise', 1.5)
+    return render.picture_of(np.random.default_rng(seed), CAMERA, placed, render.Scene(**how))
+
+
+def one(marker_id=42, tilt=30, azimuth=40, roll=20, position=(0, 0, 0.6), **more):
+    rotation = render.facing(*np.radians([tilt, azimuth, roll]))
+    return render.Placed(marker_id, SIZE, rotation, np.array(position, float), **more)
+
+
+def ids(found):
+    return sorted(d.id for d in found)
+
+
+def started(placed, frames=4):
+    tracker = Tracker(Detector(SIZE))
+    for _ in range(frames):
+        assert ids(tracker.update(picture(1, placed), CAMERA)) == sorted(p.id for p in placed)
+    return tracker
+
+
+@pytest.mark.parametrize('frames', [3, 4, 5])
+def test_swapped_marker_is_right_in_the_next_frame(frames):
+    tracker = started([one(1)], frames)
+    assert ids(tracker.update(picture(1, [one(2)]), CAMERA)) == [2]
+
+
+@pytest.mark.parametrize('frames', [3, 4, 5])
+def test_turned_marker_is_right_in_the_next_frame(frames):
+    tracker = started([one(1, roll=20)], frames)
+    turned = one(1, roll=110)
+    found = tracker.update(picture(1, [turned]), CAMERA)
+    assert ids(found) == [1]
+    assert pose.angle_between(found[0].rotation, turned.rotation) < np.radians(3)
+
+
+@pytest.mark.parametrize('frames', [3, 4, 5])
+def test_removed_marker_is_gone_in_the_next_frame(frames):
+    tracker = started([one(1), one(2, position=(0.2, 0, 0.6))], frames)
+    assert ids(tracker.update(picture(1, [one(2, position=(0.2, 0, 0.6))]), CAMERA)) == [2]
+    assert tracker.update(picture(1, []), CAMERA) == []
+
+
+def test_covered_marker_is_not_reported_and_comes_back_at_once():
+    placed = one(1)
+    tracker = started([placed])
+    hidden = picture(1, [placed])
+    low, high = placed.corners.min(0).astype(int), placed.corners.max(0).astype(int)
+    hidden[low[1] - 4:high[1] + 4, low[0] - 4:low[0] + (high[0] - low[0]) * 2 // 3] = 140
+    assert tracker.update(hidden, CAMERA) == []
+    assert ids(tracker.update(picture(1, [placed]), CAMERA)) == [1]
+
+
+def test_new_marker_is_seen_within_full_every_frames():
+    tracker = started([one(1)], 4)
+    both = [one(1), one(2, position=(0.2, 0.1, 0.6))]
+    seen = [ids(tracker.update(picture(1, both), CAMERA)) for _ in range(tracker.full_every)]
+    assert seen[-1] == [1, 2]
+
+
+def test_fast_motion_is_followed():
+    tracker = Tracker(Detector(SIZE))
+    for k in range(12):
+        placed = one(5, position=(-0.2 + 0.03 * k, 0, 0.6))
+        found = tracker.update(picture(k, [placed]), CAMERA)
+        assert ids(found) == [5]
+        assert np.linalg.norm(found[0].position - placed.position) < 0.005
+
+
+def test_nothing_is_invented_in_clutter():
+    tracker = Tracker(Detector(SIZE))
+    for k in range(6):
+        assert tracker.update(picture(300 + k, [], clutter=40), CAMERA) == []
+
+
+def test_motion_settles_the_ambiguity():
+    # It comes from near, where the tilt is clear, and goes far, where one picture alone leaves it open.
+    tracker, alone, flips, flips_alone = Tracker(Detector(SIZE)), Detector(SIZE), 0, 0
+    for k in range(24):
+        placed = one(3, tilt=25, azimuth=70, position=(0.02, 0, 0.5 + 0.09 * k))
+        grey = picture(400 + k, [placed], noise=4.0, blur=0.9)
+        for found, followed in ((tracker.update(grey, CAMERA), True), (alone.detect(grey, CAMERA), False)):
+            wrong = sum(pose.angle_between(d.rotation, placed.rotation) > np.radians(25) for d in found)
+            flips += wrong if followed else 0
+            flips_alone += 0 if followed else wrong
+    assert flips == 0 and flips <= flips_alone
+
+
+def test_another_picture_size_starts_anew():
+    tracker = started([one(1)])
+    assert tracker.update(np.full((240, 320), 128, np.uint8), CAMERA) == []
