@@ -8,12 +8,12 @@ from turtle_robotont.course_nodes import VelocityPublisher
 
 def main():
     rospy.init_node('velocity_publisher', anonymous=True)
-    publisher = VelocityPublisher('turtle1/cmd_vel',
-                                  linear=params.number('~linear', 0.5, unit='m/s'),
-                                  angular=params.number('~angular', 0.2, unit='rad/s'),
-                                  rate=params.number('~rate', 10.0, minimum=0.1, maximum=1000.0, unit='Hz'))
+    VelocityPublisher('turtle1/cmd_vel',
+                      linear=params.number('~linear', 0.5, unit='m/s'),
+                      angular=params.number('~angular', 0.2, unit='rad/s'),
+                      rate=params.number('~rate', 10.0, minimum=0.1, maximum=1000.0, unit='Hz'))
     params.log_effective()
-    publisher.spin()
+    rospy.spin()
 
 
 if __name__ == '__main__':

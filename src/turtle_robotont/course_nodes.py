@@ -1,8 +1,10 @@
 """The course's first nodes: a velocity publisher and a pose subscriber.
 
-Threads: the publisher works in the caller's thread and stops the turtle from rospy's shutdown hook; the
-subscriber's callback runs in rospy's thread and shares nothing.
+Threads: the publisher works in a timer's thread and stops the turtle from rospy's shutdown hook. That hook runs in
+the main thread wherever a signal interrupts it: a main thread that published itself might wait there for a lock of
+rospy that it holds. The subscriber's callback runs in rospy's thread and shares nothing.
 """
+import threading
 import time
 
 import rospy
@@ -15,23 +17,27 @@ class VelocityPublisher:
 
     def __init__(self, topic, linear, angular, rate):
         """``linear`` [m/s], ``angular`` [rad/s], ``rate`` [Hz]."""
-        self._rate = rospy.Rate(rate)
         self._velocity = Twist()
         self._velocity.linear.x, self._velocity.angular.z = linear, angular
+        self._lock = threading.Lock()
+        self._stopped = False
         self._publisher = rospy.Publisher(topic, Twist, queue_size=10)
         rospy.on_shutdown(self.stop)
+        rospy.Timer(rospy.Duration.from_sec(1.0 / rate), self._publish)
 
-    def spin(self):
-        """Publish until the node shuts down."""
-        while not rospy.is_shutdown():
+    def _publish(self, _):
+        with self._lock:
+            if self._stopped:
+                return
             self._publisher.publish(self._velocity)
-            rospy.loginfo('Publish turtle velocity command[%0.2f m/s, %0.2f rad/s]',
-                          self._velocity.linear.x, self._velocity.angular.z)
-            self._rate.sleep()
+        rospy.loginfo('Publish turtle velocity command[%0.2f m/s, %0.2f rad/s]',
+                      self._velocity.linear.x, self._velocity.angular.z)
 
     def stop(self):
-        """Publish a velocity of zero, once."""
-        self._publisher.publish(Twist())
+        """Publish a velocity of zero, once, and nothing after it."""
+        with self._lock:
+            self._stopped = True
+            self._publisher.publish(Twist())
 
 
 class PosePrinter:
