@@ -11,10 +11,15 @@ debian_ros_packages=(
   ros-std-msgs libstd-msgs-dev python3-std-msgs ros-std-srvs libstd-srvs-dev python3-std-srvs
   ros-geometry-msgs libgeometry-msgs-dev python3-geometry-msgs
   ros-sensor-msgs libsensor-msgs-dev python3-sensor-msgs
+  ros-nav-msgs libnav-msgs-dev python3-nav-msgs ros-visualization-msgs libvisualization-msgs-dev python3-visualization-msgs
+  ros-diagnostic-msgs libdiagnostic-msgs-dev python3-diagnostic-msgs
+  python3-tf2-ros python3-tf ros-tf2-msgs libtf2-msgs-dev
+  python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev ros-robot-state-publisher
 )
 command_packages=()
 required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic rosmsg rosnode rosparam
-  message_generation message_runtime std_msgs std_srvs geometry_msgs sensor_msgs)
+  message_generation message_runtime std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs visualization_msgs diagnostic_msgs
+  tf2_msgs tf2_ros dynamic_reconfigure robot_state_publisher)
 no_network='could not resolve|temporary failure (resolving|in name resolution)|network is unreachable|could not connect|'
 no_network+='failed to establish a new connection|cannot connect to proxy|connection (timed out|refused|failed)|'
 no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout'

@@ -1,4 +1,4 @@
-"""README.md agrees with the code: parameters, topics and services of every node, commands, file names."""
+"""README.md of each package agrees with the code: parameters, topics, services of nodes, commands, file names."""
 import math
 import os
 import pathlib
@@ -12,7 +12,9 @@ sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 from node_source import UNKNOWN, Node
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
+READMES = {path.parent: path.read_text(encoding='utf-8')
+           for path in (REPOSITORY / 'README.md', *sorted(REPOSITORY.glob('stand_ins/*/README.md')))}
+README = READMES[REPOSITORY]
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
                  for path in folder.iterdir() if path.is_file() and path.name != 'demo.py')  # that is ./run demo
 LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch')])
@@ -100,31 +102,52 @@ def differences(script, readme):
     return parameter_differences(node, text) + name_differences(node, text, readme)
 
 
-def dead_names(text, root=REPOSITORY):
-    """Return the links and the file names in backticks that lead to nothing."""
-    dead = [link for link in re.findall(r'\]\(([^)#\s]+)', text) if '://' not in link and not (root / link).exists()]
+def dead_names(text, folder, root=REPOSITORY):
+    """Return the links and the file names in backticks that lead to nothing, in the README of ``folder``."""
+    links = re.findall(r'\]\(([^)#\s]+)', text)
+    dead = [link for link in links if '://' not in link and not (folder / link).exists()]
     for name in re.findall(r'(?<!`)`([^`\s]+)`(?!`)', text):
         is_file = re.search(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml)$', name) or name.endswith('/')
         if not is_file or name in MADE_BY_RUNNING or name.startswith(('~', '/')):
             continue
-        if not any(root.glob(name.rstrip('/'))) and not ('/' not in name and any(root.rglob(name))):
+        if not any([*folder.glob(name.rstrip('/')), *root.glob(name.rstrip('/'))]) and not ('/' not in name and any(root.rglob(name))):
             dead.append(name)
     return dead
 
 
+def package_of(path):
+    """Return the folder of the package that a script or a launch file belongs to."""
+    return path.parents[1]
+
+
+each_readme = pytest.mark.parametrize('package', list(READMES), ids=lambda folder: folder.name)
+
+
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)
 def test_node_is_described_as_it_is(script):
-    assert differences(script, README) == []
+    assert differences(script, READMES.get(package_of(script), '')) == []
 
 
-def test_headings_are_those_of_nodes():
-    described = {heading for heading, text in sections(README).items()
+@each_readme
+def test_headings_are_those_of_nodes(package):
+    described = {heading for heading, text in sections(READMES[package]).items()
                  if table(text, PARAMETER_COLUMNS) or table(text, NAME_COLUMNS)}
-    assert described == {script.name for script in SCRIPTS}
+    assert described <= {script.name for script in SCRIPTS if package_of(script) == package}
 
 
-def test_launch_files_are_mentioned():
-    assert set(re.findall(r'\w+\.launch', README)) == {path.name for path in LAUNCH_FILES}
+@pytest.mark.parametrize('launch_file', LAUNCH_FILES, ids=lambda path: path.name)
+def test_launch_file_is_mentioned(launch_file):
+    assert launch_file.name in READMES.get(package_of(launch_file), '')
+
+
+@each_readme
+def test_launch_files_that_are_mentioned_exist(package):
+    assert set(re.findall(r'\w+\.launch', READMES[package])) <= {path.name for path in LAUNCH_FILES}
+
+
+def test_every_stand_in_with_nodes_is_in_the_readme():
+    packages = {package_of(script) for script in SCRIPTS} - {REPOSITORY}
+    assert {f'{path.relative_to(REPOSITORY)}/README.md' for path in packages} <= set(re.findall(r'\(([^)]+)\)', README))
 
 
 def test_commands_are_described():
@@ -135,14 +158,16 @@ def test_commands_are_described():
     assert set(re.findall(r'\./run ([a-z]+)', README)) <= commands
 
 
-def test_nodes_and_launch_files_that_are_typed_exist():
+@each_readme
+def test_nodes_and_launch_files_that_are_typed_exist(package):
     known = {path.name for path in (*SCRIPTS, *LAUNCH_FILES)} | {'publisher.py'}  # the reader's own
-    typed = re.findall(r'ros(?:run|launch) (?:\w+) ([\w.]+)', README)
-    assert len(typed) > 10 and set(typed) <= known
+    typed = re.findall(r'ros(?:run|launch) (?:\w+) ([\w.]+)', READMES[package])
+    assert len(typed) > (10 if package == REPOSITORY else 0) and set(typed) <= known
 
 
-def test_links_and_file_names_lead_somewhere():
-    assert dead_names(README) == []
+@each_readme
+def test_links_and_file_names_lead_somewhere(package):
+    assert dead_names(READMES[package], package) == []
 
 
 SAMPLE_NODE = '''import rospy
@@ -213,4 +238,4 @@ def test_every_difference_is_found(right, wrong, said, tmp_path):
 def test_dead_names_are_found(text, dead, tmp_path):
     os.makedirs(tmp_path / 'doc')
     (tmp_path / 'doc' / 'a.png').touch()
-    assert dead_names(text, tmp_path) == dead
+    assert dead_names(text, tmp_path, tmp_path) == dead
