@@ -14,11 +14,13 @@ COURSE = REPOSITORY / 'src' / 'turtle_robotont'
 NODE_LAYER = ['course', 'course_nodes', 'demo', 'drive_services', 'node_params', 'stage', 'turtle_driver',
               'turtle_tasks']  # of turtle_robotont: may import ROS, all other modules may not
 STAND_IN_LOGIC = ['canvas', 'drawn_world', 'replay', 'sprites']  # of turtlesim: must do without ROS
+CORES = {'alvar_core', 'kinematic_core'}  # packages without ROS
 PICTURES = {'cv2', 'numpy'}  # what ROS-free modules may use beside the standard library
 LONGEST_MODULE = 350  # [lines]
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
 CORE_MODULES = sorted((STAND_INS / 'kinematic_core' / 'src' / 'kinematic_core').glob('*.py'))
+ALVAR_MODULES = sorted((STAND_INS / 'alvar_core' / 'src' / 'alvar_core').glob('*.py'))
 ROS_MODULES = sorted((STAND_INS / 'kinematic_ros' / 'src' / 'kinematic_ros').glob('*.py'))
 COURSE_LOGIC = sorted(path for path in COURSE.glob('*.py') if path.stem not in NODE_LAYER)
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *STAND_INS.glob('*/scripts')) for path in folder.iterdir()
@@ -100,6 +102,11 @@ def test_core_imports_only_the_standard_library_and_itself(path):
     assert foreign(path, {'kinematic_core'}) == set()
 
 
+@each(ALVAR_MODULES)
+def test_alvar_core_never_imports_ros(path):
+    assert foreign(path, {'alvar_core', 'kinematic_core', *PICTURES}) == set()
+
+
 @each(ROS_MODULES)
 def test_kinematic_ros_imports_only_ros_and_the_core(path):
     assert foreign(path, {'kinematic_core', 'kinematic_ros', 'rosgraph', 'rospy'}) == set()
@@ -107,14 +114,14 @@ def test_kinematic_ros_imports_only_ros_and_the_core(path):
 
 @each(COURSE_LOGIC)
 def test_course_logic_never_imports_ros_nor_the_node_layer(path):
-    assert foreign(path, {'kinematic_core', 'turtle_robotont', *PICTURES}) == set()
+    assert foreign(path, {*CORES, 'turtle_robotont', *PICTURES}) == set()
     layers = {f'turtle_robotont.{module}' for module in (*NODE_LAYER, 'msg', 'srv')}
     assert {name for name in imports_of(path) if '.'.join(name.split('.')[:2]) in layers} == set()
 
 
 def test_list_of_the_node_layer_is_up_to_date():
     ros = {path.stem for path in COURSE.glob('*.py')
-           if foreign(path, {'kinematic_core', 'turtle_robotont', *PICTURES})}
+           if foreign(path, {*CORES, 'turtle_robotont', *PICTURES})}
     assert ros <= set(NODE_LAYER)
     assert {f'{module}.py' for module in NODE_LAYER} <= set(os.listdir(COURSE))
     assert len(COURSE_LOGIC) >= 4

@@ -110,7 +110,8 @@ def dead_names(text, folder, root=REPOSITORY):
         is_file = re.search(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml)$', name) or name.endswith('/')
         if not is_file or name in MADE_BY_RUNNING or name.startswith(('~', '/')):
             continue
-        if not any([*folder.glob(name.rstrip('/')), *root.glob(name.rstrip('/'))]) and not ('/' not in name and any(root.rglob(name))):
+        found = [*folder.glob(name.rstrip('/')), *root.glob(name.rstrip('/'))]
+        if not found and ('/' in name or not any(root.rglob(name))):
             dead.append(name)
     return dead
 

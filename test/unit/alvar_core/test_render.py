@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from ar_track_alvar import code, render
+from alvar_core import code, render
 
 
 def test_marker_picture_is_the_pattern_in_a_black_rim():

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ar_track_alvar import detect, homography, pose
-from ar_track_alvar.detector import best_of_overlapping
+from alvar_core import detect, homography, pose
+from alvar_core.detector import best_of_overlapping
 
 MOTION_SIGMA = np.radians(12.0)  # how far a marker may turn between frames without being odd
 MEMORY_FRAMES, LOOKED_FOR_FRAMES = 10, 3

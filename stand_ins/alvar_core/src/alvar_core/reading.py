@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ar_track_alvar import code, homography
+from alvar_core import code, homography
 
 
 def black_cells(white, margin):

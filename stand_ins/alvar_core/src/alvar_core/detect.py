@@ -6,7 +6,7 @@ marker standing upright); which corner comes first is not known yet.
 import cv2
 import numpy as np
 
-from ar_track_alvar import homography
+from alvar_core import homography
 
 SAME_QUAD = 0.25  # corners nearer than this part of the side
 SMALL_SIDE, VARIANTS = 30, (0.87, 1.15)  # px; scales

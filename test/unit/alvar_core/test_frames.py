@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from ar_track_alvar import score_cli
+from alvar_core import score_cli
 
 
 def frames_folder():

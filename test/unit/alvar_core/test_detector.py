@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from ar_track_alvar import detector, pose, render
-from ar_track_alvar.detector import Detector
+from alvar_core import detector, pose, render
+from alvar_core.detector import Detector
 
 SIZE = 0.1
 CORNER_TOLERANCE = 0.35   # px
@@ -113,7 +113,7 @@ def test_ambiguous_pose_is_flagged_with_both_solutions():
 
 @pytest.mark.parametrize('value', [1000, 65535, 'hi'])
 def test_larger_resolutions_and_text(value):
-    from ar_track_alvar import code
+    from alvar_core import code
     resolution = len(code.encode(value))
     placed = one(value)
     picture, camera = scene(11, [placed])

@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from ar_track_alvar import homography, pose, render
-from ar_track_alvar.camera import Camera, CameraError
+from alvar_core import homography, pose, render
+from alvar_core.camera import Camera, CameraError
 
 CAMERA = render.default_camera()
 SIZE = 0.1

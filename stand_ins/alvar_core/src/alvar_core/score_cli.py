@@ -12,8 +12,8 @@ import time
 
 import cv2
 
-from ar_track_alvar.camera import Camera
-from ar_track_alvar.detector import Detector
+from alvar_core.camera import Camera
+from alvar_core.detector import Detector
 
 
 def detection_record(detection):
@@ -50,7 +50,7 @@ def run(folder, repeats=1):
         detector.size = float(frame.get('marker_size_m') or 1.0)
         found, ms = _milliseconds(detector, picture, cameras[frame['camera']], repeats)
         frames[frame['name']] = {'detections': [detection_record(d) for d in found], 'detect_ms': round(ms, 3)}
-    return {'tool': f'ar_track_alvar stand-in, single frames, {cv2.getNumThreads()} thread', 'set': truth.get('set'),
+    return {'tool': f'alvar_core, single frames, {cv2.getNumThreads()} thread', 'set': truth.get('set'),
             'frames': frames}
 
 

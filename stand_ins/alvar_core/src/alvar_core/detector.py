@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from ar_track_alvar import align, code, detect, homography, pose, reading
-from ar_track_alvar.camera import Camera, CameraError
+from alvar_core import align, code, detect, homography, pose, reading
+from alvar_core.camera import Camera, CameraError
 
 PER_CELL = 3  # samples along a cell
 # First look: NEAR_FIT of the cells with a code word is worth an alignment, MAX_EXAMINED of them a picture.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ar_track_alvar import homography
+from alvar_core import homography
 
 AMBIGUOUS_CHI2 = 9.0
 DEGREES_OF_FREEDOM = 2  # eight corner coordinates less six of a pose

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from ar_track_alvar import code
+from alvar_core import code
 
 NUMBERS = np.array([code.encode(number) for number in range(256)])
 

@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from ar_track_alvar import pose, render
-from ar_track_alvar.detector import Detector
-from ar_track_alvar.tracker import Tracker
+from alvar_core import pose, render
+from alvar_core.detector import Detector
+from alvar_core.tracker import Tracker
 
 SIZE = 0.1
 CAMERA = render.default_camera()

@@ -6,7 +6,7 @@ takes them to ideal pixels (camera.py).  Everything works on a batch of M marker
 import cv2
 import numpy as np
 
-from ar_track_alvar import homography
+from alvar_core import homography
 
 _Z = np.linspace(-5, 5, 2001)
 _DENSITY = np.exp(-_Z * _Z / 2) / np.sqrt(2 * np.pi)

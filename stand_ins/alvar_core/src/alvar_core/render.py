@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from ar_track_alvar import code, pose
-from ar_track_alvar.camera import Camera
+from alvar_core import code, pose
+from alvar_core.camera import Camera
 
 SUPERSAMPLE = 3
 
