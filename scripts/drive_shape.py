@@ -3,7 +3,7 @@
 import rospy
 
 from kinematic_core.turtle_world import ARENA_SIZE
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from turtle_robotont import node_params, shapes
 from turtle_robotont.turtle_driver import TurtleDriver, run
 from turtle_robotont.turtle_tasks import draw_shape
@@ -17,6 +17,7 @@ def main():
     corners = node_params.points('~corners', shapes.DEFAULT_CORNERS)
     limits = node_params.limits(speed=2.0)
     params.log_effective()
+    reachability.watch()
     draw_shape(driver, shape, size, corners, limits)
 
 

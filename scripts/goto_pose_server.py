@@ -2,7 +2,7 @@
 """The course's first service: turtle1/gotoPose, with drive_to and draw_shape, which answer how it went."""
 import rospy
 
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from kinematic_ros.registration import keep_registered
 from turtle_robotont import node_params, shapes
 from turtle_robotont.drive_services import MODES, DriveServices
@@ -16,6 +16,7 @@ def main():
     limits = node_params.limits(speed=2.0)
     corners = node_params.points('~corners', shapes.DEFAULT_CORNERS)
     params.log_effective()
+    reachability.watch()
     DriveServices(driver, mode, limits, corners)
     keep_registered()
     rospy.spin()

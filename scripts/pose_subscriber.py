@@ -2,7 +2,7 @@
 """The course's first subscriber: prints the poses on turtle1/pose."""
 import rospy
 
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from turtle_robotont.course_nodes import PosePrinter
 
 
@@ -10,6 +10,7 @@ def main():
     rospy.init_node('pose_subscriber', anonymous=True)
     PosePrinter('turtle1/pose', rate=params.number('~rate', 0.0, minimum=0.0, maximum=1000.0, unit='Hz'))
     params.log_effective()
+    reachability.watch()
     rospy.spin()
 
 

@@ -3,7 +3,7 @@
 import rospy
 
 from kinematic_core.turtle_world import ARENA_SIZE
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from turtle_robotont import node_params
 from turtle_robotont.turtle_driver import TurtleDriver, run
 from turtle_robotont.turtle_tasks import stop_at_x
@@ -15,6 +15,7 @@ def main():
     x = params.number('~x', 10.0, minimum=0.0, maximum=ARENA_SIZE, unit='m')
     limits = node_params.limits(speed=1.0)
     params.log_effective()
+    reachability.watch()
     stop_at_x(driver, x, limits)
 
 

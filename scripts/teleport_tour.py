@@ -2,7 +2,7 @@
 """The course's last challenge: four positions by teleport_absolute, the path in black by set_pen."""
 import rospy
 
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from turtle_robotont import node_params
 from turtle_robotont.turtle_driver import TurtleDriver, run
 from turtle_robotont.turtle_tasks import teleport_tour
@@ -18,6 +18,7 @@ def main():
     width = params.integer('~width', 3, minimum=0, maximum=255, unit='px')
     pause = params.number('~pause', 0.5, minimum=0.0, maximum=60.0, unit='s')
     params.log_effective()
+    reachability.watch()
     teleport_tour(driver, positions, colour, width, pause)
 
 

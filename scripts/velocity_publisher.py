@@ -2,7 +2,7 @@
 """The course's first publisher: a constant velocity on turtle1/cmd_vel."""
 import rospy
 
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from turtle_robotont.course_nodes import VelocityPublisher
 
 
@@ -13,6 +13,7 @@ def main():
                       angular=params.number('~angular', 0.2, unit='rad/s'),
                       rate=params.number('~rate', 10.0, minimum=0.1, maximum=1000.0, unit='Hz'))
     params.log_effective()
+    reachability.watch()
     rospy.spin()
 
 

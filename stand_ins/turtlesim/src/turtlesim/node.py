@@ -13,7 +13,7 @@ import rospy
 from std_srvs.srv import Empty, EmptyResponse
 
 from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from kinematic_ros.registration import keep_registered
 from turtlesim.names import check_turtle_name
 from turtlesim.picture import PictureServer
@@ -176,4 +176,5 @@ def main():
     """Run turtlesim_node."""
     _allow_many_files()
     rospy.init_node('turtlesim')
+    reachability.watch()
     TurtlesimNode().run()
