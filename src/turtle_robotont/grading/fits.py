@@ -1,0 +1,136 @@
+"""How well a way fits a shape of unknown place, size and direction: the shape is found first, then compared.
+
+A way is an array of shape (n, 2) of positions [m]. Of its beginning as much is left out as fits best, because many
+drive to the shape first; what remains has to lie on the outline, and the outline has to be covered.
+"""
+import itertools
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+SHAPES = ('circle', 'square', 'triangle')
+SMALLEST = 5.0  # tolerances: the extent of a shape that can be told from a dot
+SAMPLES = 240  # points on the way and on the outline that are compared
+APPROACHES = np.linspace(0.0, 0.7, 36)  # shares of the way that may lead to the shape
+SHARPEST = math.radians(25.0)  # the smallest angle of a triangle that still is one
+COARSEST = {'circle': 0.025, 'square': 0.05, 'triangle': 0.05}  # of the size: wider tolerances mix them up
+CORNERS = 40  # points of a hull among which a triangle's are sought
+FORGIVING = 2.0  # a way this many tolerances off counts as nothing
+
+
+class Fit(NamedTuple):
+    """The best fit: quality 0..1, size [m] (side, diameter), outline (n, 2) [m], and the two shares it consists of."""
+
+    quality: float
+    size: float
+    outline: np.ndarray
+    on_outline: float  # of the way, lies on the outline
+    covered: float  # of the outline, was drawn
+
+
+NO_FIT = Fit(0.0, 0.0, np.empty((0, 2)), 0.0, 0.0)
+
+
+def way_length(way):
+    """Return the length [m] of a way."""
+    return float(sum(math.dist(a, b) for a, b in zip(way, way[1:])))
+
+
+def corners(way, tolerance=0.05):
+    """Return the positions [(x, y)] between which a way is straight within ``tolerance`` [m], its ends included."""
+    if len(way) < 2:
+        return list(way)
+    points = np.asarray(way, np.float32).reshape(-1, 1, 2)
+    return [(float(x), float(y)) for x, y in cv2.approxPolyDP(points, tolerance, False).reshape(-1, 2)]
+
+
+def resample(way, samples=SAMPLES):
+    """Return ``samples`` points at equal distances along a way; an empty array for a way without length."""
+    way = np.asarray(way, float).reshape(-1, 2)
+    steps = np.hypot(*np.diff(way, axis=0).T) if len(way) > 1 else np.zeros(0)
+    along = np.concatenate(([0.0], np.cumsum(steps)))
+    if along[-1] <= 0.0:
+        return np.empty((0, 2))
+    wanted = np.linspace(0.0, along[-1], samples)
+    return np.column_stack([np.interp(wanted, along, way[:, axis]) for axis in (0, 1)])
+
+
+def fit(way, shape, tolerance):
+    """Return the Fit of a way to 'circle', 'square' or 'triangle'; ``tolerance`` [m] still is on the outline."""
+    even = resample(way, 2 * SAMPLES)
+    best = NO_FIT
+    for share in APPROACHES:
+        rest = even[int(share * len(even)):]
+        outline, size = _outline(rest, shape, SMALLEST * tolerance) if len(rest) > 8 else (None, 0.0)
+        if outline is None:
+            continue
+        candidate = _compare(rest, resample(outline), min(tolerance, COARSEST[shape] * size), size)
+        if candidate.quality > best.quality + 1e-9:
+            best = candidate
+    return best
+
+
+def compare(way, outline, tolerance):
+    """Return the Fit of a way to a given outline, a closed or open polyline (n, 2) [m]."""
+    even, outline = resample(way), resample(outline)
+    return _compare(even, outline, tolerance, 0.0) if len(even) and len(outline) else NO_FIT
+
+
+def _compare(way, outline, tolerance, size):
+    distances = np.hypot(way[:, None, 0] - outline[None, :, 0], way[:, None, 1] - outline[None, :, 1])
+    step = np.hypot(*(outline[1] - outline[0])) / 2.0  # between two points of the outline
+    on_outline = _shares(distances.min(axis=1) - step, tolerance).mean()
+    covered = _shares(distances.min(axis=0) - step, tolerance).mean()
+    return Fit(float(on_outline * covered), size, outline, float(on_outline), float(covered))
+
+
+def _shares(distances, tolerance):
+    """Return 1 within the tolerance, falling to 0 at FORGIVING times it."""
+    return np.clip((FORGIVING - distances / tolerance) / (FORGIVING - 1.0), 0.0, 1.0)
+
+
+def _outline(points, shape, smallest):
+    """Return (closed outline, size) of the shape that the points show, or (None, 0)."""
+    if min(np.ptp(points, axis=0)) < smallest:
+        return None, 0.0
+    return {'circle': _circle, 'square': _square, 'triangle': _triangle}[shape](points)
+
+
+def _circle(points):
+    """Least squares of x^2 + y^2 = 2 a x + 2 b y + c (Kasa 1976)."""
+    matrix = np.column_stack([2.0 * points, np.ones(len(points))])
+    a, b, c = np.linalg.lstsq(matrix, (points ** 2).sum(axis=1), rcond=None)[0]
+    radius = math.sqrt(max(c + a * a + b * b, 0.0))
+    angles = np.linspace(0.0, 2.0 * math.pi, SAMPLES)
+    return np.column_stack([a + radius * np.cos(angles), b + radius * np.sin(angles)]), 2.0 * radius
+
+
+def _square(points):
+    """The rectangle of least area around the points, made a square of the same circumference."""
+    centre, (width, height), angle = cv2.minAreaRect(points.astype(np.float32))
+    side = (width + height) / 2.0
+    corners = cv2.boxPoints((centre, (side, side), angle))
+    return np.vstack([corners, corners[:1]]), side
+
+
+def _triangle(points):
+    """The largest triangle with corners on the way, unless one of its angles is hardly one.
+
+    OpenCV's minEnclosingTriangle is no help: it fails for some ways and never ends for others (5.0).
+    """
+    hull = cv2.convexHull(points.astype(np.float32)).reshape(-1, 2).astype(float)
+    hull = hull[np.unique(np.linspace(0, len(hull) - 1, CORNERS).astype(int))] if len(hull) > CORNERS else hull
+    triples = np.array(list(itertools.combinations(range(len(hull)), 3)))
+    if not len(triples):
+        return None, 0.0
+    a, b, c = (hull[triples[:, corner]] for corner in range(3))
+    areas = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    corners = hull[triples[areas.argmax()]]
+    lengths = np.hypot(*(corners - np.roll(corners, 1, axis=0)).T)
+    # the sharpest angle lies opposite to the shortest side; the area is half of the product of its legs and sine
+    legs = np.sort(lengths)[1:]
+    if areas.max() <= legs.prod() * math.sin(SHARPEST):
+        return None, 0.0
+    return np.vstack([corners, corners[:1]]), float(lengths.mean())

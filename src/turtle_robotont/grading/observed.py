@@ -1,0 +1,110 @@
+"""What was seen of a student's node while it was graded: plain data, times in simulated seconds since its start.
+
+Positions are in the simulator's frame [m], headings in rad, counter-clockwise; velocities in the robot's frame.
+"""
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple, Optional
+
+DRIVEN = 1e-3  # [m] a step may be longer than its velocity says: rounding of float32
+
+
+class Sample(NamedTuple):
+    """Where the turtle or robot truly was."""
+
+    t: float
+    x: float
+    y: float
+    theta: float
+
+
+class Command(NamedTuple):
+    """A velocity command that the simulator took [m/s, m/s, rad/s], and the node that sent it."""
+
+    t: float
+    linear_x: float
+    linear_y: float
+    angular_z: float
+    node: str = ''
+
+
+class Event(NamedTuple):
+    """Something else that was done to the simulator: its kind, the values, the node that did it.
+
+    Kinds: teleport, pen, clear, reset, spawn, kill, fake_pose (somebody else published poses), fake_clock.
+    """
+
+    t: float
+    kind: str
+    values: tuple = ()
+    node: str = ''
+
+
+class Line(NamedTuple):
+    """A line that the node printed or logged."""
+
+    t: float
+    text: str
+
+
+class Call(NamedTuple):
+    """A service call of the grader to the node: its request, whether an answer came, and what went wrong."""
+
+    t: float
+    service: str
+    request: tuple
+    answered: bool
+    trouble: str = ''
+
+
+class Shown(NamedTuple):
+    """Markers that the grader published: {id: (x, y, z) [m]}, possibly none."""
+
+    t: float
+    markers: dict
+
+
+@dataclass
+class Observed:
+    """Everything that judging.py may look at."""
+
+    track: list = field(default_factory=list)  # Samples, one a tick
+    commands: list = field(default_factory=list)
+    events: list = field(default_factory=list)
+    lines: list = field(default_factory=list)
+    calls: list = field(default_factory=list)
+    shown: list = field(default_factory=list)
+    connections: set = field(default_factory=set)  # (topic or service, 'publishes' | 'subscribes' | 'serves')
+    seconds: float = 0.0  # how long it was observed
+    exit_code: Optional[int] = None  # None: it ran until the grader ended it
+    ended_at: Optional[float] = None
+    trouble: str = ''  # why it could not work at all: not executable, a syntax error, an exception, ...
+    kept_up: bool = True  # whether simulator and node were as fast as the run asked
+
+    def of_kind(self, *kinds):
+        """Return the events of these kinds."""
+        return [event for event in self.events if event.kind in kinds]
+
+    def drawn(self):
+        """Return the positions (x, y) [m] of the way from its first movement on, without repeats."""
+        way = []
+        for sample in self.track:
+            if not way or math.hypot(sample.x - way[-1][0], sample.y - way[-1][1]) > DRIVEN:
+                way.append((sample.x, sample.y))
+        return way
+
+    def at(self, t):
+        """Return the Sample nearest to a time, or None."""
+        return min(self.track, key=lambda sample: abs(sample.t - t), default=None)
+
+    def rest(self):
+        """Return for how long [s] the turtle has not moved or turned at the end."""
+        if not self.track:
+            return 0.0
+        last = self.track[-1]
+        begin = last.t
+        for sample in reversed(self.track):
+            if math.hypot(sample.x - last.x, sample.y - last.y) > DRIVEN or abs(sample.theta - last.theta) > DRIVEN:
+                break
+            begin = sample.t
+        return last.t - begin
