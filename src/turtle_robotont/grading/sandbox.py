@@ -1,0 +1,221 @@
+"""Runs a student's program so that nothing of it remains: own folders, limited output, everything ended afterwards.
+
+A program may start others, detach them, ignore signals and print for ever. Every process that it starts carries the
+environment variable MARK, and this process becomes the parent of those whose own parent ends (PR_SET_CHILD_SUBREAPER,
+prctl(2)): ``close`` ends what has the mark or descends from here, until there is none left.
+
+Threading contract: a thread reads the output; ``lines`` only grows, and is to be copied before it is walked through.
+"""
+import contextlib
+import ctypes
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import uuid
+
+from turtle_robotont.grading.observed import Line
+
+MARK = 'TURTLE_ROBOTONT_GRADING'
+PLACES = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
+PR_SET_CHILD_SUBREAPER = 36
+MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
+END_TIMEOUTS = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))  # [s] each
+POLL = 0.02  # [s]
+ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
+ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # what rospy puts before a logged text
+
+
+class CommandError(ValueError):
+    """A command cannot be run at all; the text says why and what to do."""
+
+
+class Sandbox:
+    """Folders, environment and processes of one grading; use it in a with statement."""
+
+    def __init__(self, folder, environment):
+        """``folder`` becomes home of everything that is written; ``environment`` is added to this process's own."""
+        self.folder = str(folder)
+        self._mark = uuid.uuid4().hex
+        places = {name: os.path.join(self.folder, place) for name, place in PLACES.items()}
+        for place in places.values():
+            os.makedirs(place, exist_ok=True)
+        self.environment = {**os.environ, **environment, **places, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
+                            'PYTHONDONTWRITEBYTECODE': '1'}
+        self._started = []
+        for name in ('ROSCONSOLE_FORMAT', 'ROSCONSOLE_CONFIG_FILE', 'ROS_NAMESPACE', 'DISPLAY'):
+            self.environment.pop(name, None)
+        ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+    def start(self, command, log=None):
+        """Start a command in a session of its own; return its Popen. ``log``: a file for its output, else a pipe."""
+        output = open(os.path.join(self.folder, log), 'wb') if log else subprocess.PIPE
+        try:
+            process = subprocess.Popen(command, cwd=self.environment['PWD'], env=self.environment,
+                                       stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                                       start_new_session=True)
+            self._started.append(process)
+            return process
+        finally:
+            if log:
+                output.close()
+
+    def close(self):
+        """End everything, gently at first; whatever tries to remain is killed."""
+        for sign, timeout in END_TIMEOUTS:
+            end = time.monotonic() + timeout
+            told = set()
+            while self._alive() and time.monotonic() < end:
+                for pid in self._alive() - told:  # those too that were started meanwhile
+                    with contextlib.suppress(ProcessLookupError):
+                        os.kill(pid, sign)
+                    told.add(pid)
+                time.sleep(POLL)
+        for process in self._started:
+            process.poll()
+        for folder in PLACES.values():
+            shutil.rmtree(os.path.join(self.folder, folder), ignore_errors=True)
+
+    def _alive(self):
+        """Return the ids of the processes to end: those with the mark, and all that descend from this one."""
+        own, marked, parents = {os.getpid()}, set(), {}
+        for entry in os.listdir('/proc'):
+            if not entry.isdigit() or int(entry) in own:
+                continue
+            try:
+                with open(f'/proc/{entry}/stat', 'rb') as file:
+                    state, parent = file.read().rsplit(b')', 1)[1].split()[:2]
+                if state == b'Z':
+                    self._reap(int(entry), int(parent))
+                    continue
+                parents[int(entry)] = int(parent)
+                with open(f'/proc/{entry}/environ', 'rb') as file:
+                    if f'{MARK}={self._mark}'.encode() in file.read().split(b'\0'):
+                        marked.add(int(entry))
+            except (OSError, IndexError):
+                continue  # it has ended, or belongs to somebody else
+        while True:
+            children = {pid for pid, parent in parents.items() if parent in own} - own
+            if not children:
+                return marked | own - {os.getpid()}
+            own |= children
+
+    def _reap(self, pid, parent):
+        """Take the exit code of an orphan that became a child of this process: nobody else will."""
+        if parent == os.getpid() and pid not in {process.pid for process in self._started}:
+            with contextlib.suppress(ChildProcessError):
+                os.waitpid(pid, os.WNOHANG)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+class Student:
+    """The student's program with its output: ``lines`` (Line), ``dropped`` (lines that were too many)."""
+
+    def __init__(self, sandbox, command, now):
+        """``now()`` returns the simulated time [s] to book a line with."""
+        self.lines, self.dropped, self._now = [], 0, now
+        self._partial = 0
+        try:
+            self.process = sandbox.start(command)
+        except OSError as error:
+            raise CommandError(f'{shlex.join(command)} cannot be started: {error.strerror}') from None
+        self._reader = threading.Thread(target=self._read, name='output', daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        for raw in iter(lambda: self.process.stdout.readline(LONGEST_LINE), b''):
+            if len(self.lines) >= MOST_LINES:
+                self.dropped += 1
+                continue
+            text = ANSI.sub('', raw.decode('utf-8', 'replace')).rstrip('\r\n')
+            if text:
+                self.lines.append(Line(self._now(), ROSCONSOLE.sub('', text)))
+
+    def exit_code(self):
+        """Return its exit code, or None while it runs."""
+        return self.process.poll()
+
+    def drain(self, timeout=1.0):
+        """Wait until the output of a program that has ended is read, at most ``timeout`` [s]."""
+        self._reader.join(timeout)
+
+    def said_last(self):
+        """Return what explains its end: the last line of a traceback and where, or the last line."""
+        texts = [line.text for line in list(self.lines)]
+        last = next((text for text in reversed(texts) if text.strip()), 'nothing was printed')
+        places = [text.strip() for text in texts if re.match(r'\s+File ".*", line \d+', text)]
+        return last + (f' ({places[-1]})' if places and 'Traceback' in ' '.join(texts) else '')
+
+
+def runnable(command):
+    """Return (command to start, remarks) of what a student typed; raise CommandError when it cannot be run.
+
+    A Python file runs with this Python whatever its mode, first line or line ends are; the remarks say what rosrun
+    would have stumbled over.
+    """
+    if not command:
+        raise CommandError('there is no command: type ./run grade EXERCISE -- COMMAND, such as -- publisher.py')
+    program, *arguments = command
+    if not os.path.exists(program):
+        if '/' not in program and not program.endswith('.py') and shutil.which(program):
+            return command, []
+        raise CommandError(f'{program} does not exist (looked in {os.getcwd()})')
+    program = os.path.abspath(program)
+    if os.path.isdir(program):
+        raise CommandError(f'{program} is a folder; give the program in it')
+    if not os.access(program, os.R_OK):
+        raise CommandError(f'{program} may not be read; type: chmod +r {shlex.quote(program)}')
+    with open(program, 'rb') as file:
+        source = file.read()
+    if not program.endswith('.py') and not _is_python(source):
+        if not os.access(program, os.X_OK):
+            raise CommandError(f'{program} is not executable; type: chmod +x {shlex.quote(program)}')
+        if source.startswith(b'#!') and b'\r' in source.split(b'\n', 1)[0]:
+            raise CommandError(f'{program}: the first line ends with CR LF (Windows), which Linux takes for a part of '
+                               f"the interpreter's name; type: sed -i 's/\\r$//' {shlex.quote(program)}")
+        return [program, *arguments], []
+    return [sys.executable, program, *arguments], _remarks(program, source)
+
+
+def _is_python(source):
+    return source.startswith(b'#!') and b'python' in source.split(b'\n', 1)[0]
+
+
+def _remarks(program, source):
+    """Return what rosrun would object to in a Python file; raise CommandError for what is no Python."""
+    try:
+        compile(source, program, 'exec')
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, 'lineno', None)
+        what = getattr(error, 'msg', None) or error
+        raise CommandError(f'{os.path.basename(program)}{f", line {line}" if line else ""}: '
+                           f'{type(error).__name__}: {what}') from None
+    remarks = []
+    if not source.startswith(b'#!'):
+        remarks.append('its first line should be #!/usr/bin/env python3, or rosrun cannot start it')
+    if b'\r\n' in source:
+        remarks.append("its lines end with CR LF (Windows); rosrun needs: sed -i 's/\\r$//' FILE")
+    if not os.access(program, os.X_OK):
+        remarks.append('it is not executable; rosrun needs: chmod +x FILE')
+    return remarks
+
+
+def sleeps_in_wall_time(command):
+    """Return whether a Python program in a command looks at the wall clock, so that it cannot be simulated faster."""
+    for part in command:
+        if part.endswith('.py') and os.path.isfile(part):
+            with open(part, 'rb') as file:
+                if re.search(rb'^[^#\n]*\btime\.(sleep|time|monotonic|perf_counter)\b|^\s*from time import|'
+                             rb'\bdatetime\.(datetime\.)?now\b|\bthreading\.Timer\b', file.read(), re.MULTILINE):
+                    return True
+    return False
