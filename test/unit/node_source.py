@@ -34,6 +34,7 @@ class Parameter(NamedTuple):
     minimum: float
     maximum: float
     choices: tuple
+    infinite: str  # the word for a number without end, or nothing
 
 
 class Walk(ast.NodeVisitor):
@@ -123,9 +124,9 @@ class Node:
     def read(self, reader, positional, named):
         values = inspect.signature(reader).bind(*positional, **named)
         values.apply_defaults()
-        given = {'minimum': None, 'maximum': None, 'choices': (), 'unit': '', **values.arguments}
+        given = {'minimum': None, 'maximum': None, 'choices': (), 'unit': '', 'infinite': '', **values.arguments}
         self.parameters[given['name']] = Parameter(READERS[reader], given['unit'], given['default'], given['minimum'],
-                                                   given['maximum'], tuple(given['choices']))
+                                                   given['maximum'], tuple(given['choices']), given['infinite'])
 
     def register(self, kind, name, data_type):
         if name is not UNKNOWN:

@@ -47,7 +47,7 @@ def expected_cells(parameter):
     elif parameter.type == 'bool':
         cells['range'] = 'true, false'
     elif parameter.minimum is not None:
-        cells['range'] = interval(parameter.minimum, parameter.maximum)
+        cells['range'] = ', '.join(filter(None, (interval(parameter.minimum, parameter.maximum), parameter.infinite)))
     if parameter.default is not UNKNOWN:
         cells['default'] = str(parameter.default).lower() if parameter.type == 'bool' else str(parameter.default)
     return cells

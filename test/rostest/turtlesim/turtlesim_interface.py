@@ -25,6 +25,9 @@ SERVICES = {
     '/turtle1/teleport_relative': ('turtlesim/TeleportRelative', '9d5c2dcd348ac8f76ce2a4307bd63a13'),
     '/turtlesim/get_loggers': ('roscpp/GetLoggers', '32e97e85527d4678a8f9279894bb64b0'),
     '/turtlesim/set_logger_level': ('roscpp/SetLoggerLevel', '51da076440d78ca1684d36c868df61ea'),
+    '/turtlesim/pause': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
+    '/turtlesim/resume': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
+    '/turtlesim/step': ('kinematic_ros/Step', 'de8674f0ac561dee8f656054462c0f11'),
     '/turtlesim/snapshot': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
 }
 
@@ -39,7 +42,8 @@ class InterfaceTest(SimulatorCase):
     def test_turtlesim_topic_names(self):
         self.pose()
         published, subscribed, _ = registered_names('/turtlesim')
-        self.assertEqual({'/rosout', '/turtlesim/image_raw', '/turtlesim/image_raw/compressed', *TOPICS}, published)
+        more = {f'/turtlesim/{topic}' for topic in ('clock_status', 'image_raw', 'image_raw/compressed')}
+        self.assertEqual({'/rosout', *more, *TOPICS}, published)
         self.assertEqual({COMMAND}, subscribed)
         self.assertIn([COMMAND, 'geometry_msgs/Twist'], rosgraph.Master('/test').getTopicTypes())
 

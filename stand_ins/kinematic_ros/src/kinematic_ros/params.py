@@ -16,15 +16,18 @@ class ParameterError(ValueError):
     """A parameter has a value that it must not have; the text says which, what is allowed and what to type."""
 
 
-def number(name, default, minimum=-math.inf, maximum=math.inf, unit=''):
-    """Return a parameter as a finite float within [minimum, maximum], in ``unit``."""
+def number(name, default, minimum=-math.inf, maximum=math.inf, unit='', infinite=''):
+    """Return a parameter as a finite float within [minimum, maximum], in ``unit``; the word ``infinite``: math.inf."""
     def convert(value):
+        if infinite and value == infinite:
+            return math.inf
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
             raise ValueError
         if not minimum <= value <= maximum:
             raise ValueError
         return float(value)
-    return _read(name, default, convert, f'a number{_range(minimum, maximum)}', unit)
+    word = f', or {infinite}' if infinite else ''
+    return _read(name, default, convert, f'a number{_range(minimum, maximum)}{word}', unit)
 
 
 def integer(name, default, minimum=-math.inf, maximum=math.inf, unit=''):

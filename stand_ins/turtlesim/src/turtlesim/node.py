@@ -1,4 +1,4 @@
-"""The node turtlesim_node: turtlesim's interface on a SharedWorld, stepped in wall time.
+"""The node turtlesim_node: turtlesim's interface on a SharedWorld, stepped by a SimulatorClock.
 
 Threading contract: the main thread steps and publishes; services and subscribers run in rospy's threads and
 reach the world through SharedWorld's lock; ``_interfaces_lock`` orders spawn, kill and reset, which talk to the
@@ -6,7 +6,6 @@ master; pictures are made by a thread of their own (picture.py).
 """
 import resource
 import threading
-import time
 
 import rosgraph
 import rospy
@@ -14,6 +13,7 @@ from std_srvs.srv import Empty, EmptyResponse
 
 from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT
 from kinematic_ros import params, reachability
+from kinematic_ros.clock import SimulatorClock, init_simulator
 from kinematic_ros.registration import keep_registered
 from turtlesim.names import check_turtle_name
 from turtlesim.picture import PictureServer
@@ -23,14 +23,14 @@ from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
 MANY_FILES = 65536
-LONGEST_CATCH_UP = 5.0  # [s] of late steps that are made up for; a longer gap was a suspended machine
 
 
 class TurtlesimNode:
     """turtlesim's node, with turtle1."""
 
     def __init__(self):
-        """Read the parameters and register everything; rospy is initialised."""
+        """Read the parameters and register everything; ``init_simulator`` has been called."""
+        self._clock = SimulatorClock(DT)
         self._background = BACKGROUND
         self._set_background()
         self._shared = SharedWorld(self._initial_background())
@@ -44,21 +44,11 @@ class TurtlesimNode:
                                        ('spawn', Spawn, self._spawn), ('kill', Kill, self._kill)):
             rospy.Service(name, service, handler)
         self._pictures = PictureServer(self._shared)
-        keep_registered(on_return=self._set_background)
+        keep_registered(on_return=self._restore_parameters)
 
     def run(self):
-        """Step until shutdown, 62.5 times a second; late steps are made up for, so that no ground is lost."""
-        due = time.monotonic() + DT
-        while not rospy.is_shutdown():
-            wait = due - time.monotonic()
-            if wait > 0.0:
-                time.sleep(wait)
-            elif wait < -LONGEST_CATCH_UP:
-                rospy.logwarn('The simulator stood still for %.1f s (a suspended machine?); it goes on from here.',
-                              -wait)
-                due = time.monotonic()
-            self._step()
-            due += DT
+        """Step until shutdown."""
+        self._clock.run(self._step)
         self._pictures.close()
 
     def _step(self):
@@ -140,6 +130,10 @@ class TurtlesimNode:
             if not rospy.has_param(f'~background_{channel}'):
                 rospy.set_param(f'~background_{channel}', value)
 
+    def _restore_parameters(self):
+        self._clock.restore()
+        self._set_background()
+
     def _initial_background(self):
         try:
             return self._read_background()
@@ -175,6 +169,5 @@ def _allow_many_files():
 def main():
     """Run turtlesim_node."""
     _allow_many_files()
-    rospy.init_node('turtlesim')
+    init_simulator('turtlesim')
     reachability.watch()
-    TurtlesimNode().run()

@@ -1,0 +1,81 @@
+"""Whether other processes of this machine are at rest: every thread sleeps and waits for something from outside.
+
+A simulator in lockstep begins a step only when nothing that the last one set off still goes on. No program has to
+tell it: Linux says for every thread whether it sleeps and how often it has run. Two looks at all threads, in which
+each sleeps and none has run in between, prove that all of them slept at one moment.
+
+What sleeps in wall time (``time.sleep``) is at rest as well; nobody but the program could know better.
+"""
+import os
+
+PROC = '/proc'
+ASLEEP = b'SIZX'  # states: waiting (also idle), or ended
+
+
+class Gone(Exception):
+    """A process has ended, or Linux does not show its threads."""
+
+
+class Threads:
+    """The threads of one process, read through files that stay open."""
+
+    def __init__(self, pid, without=()):
+        """``without``: ids of threads that do not count."""
+        self._folder = f'{PROC}/{pid}/task'
+        self._without = {str(thread) for thread in without}
+        self._files = {}  # thread: (stat, schedstat), file descriptors
+
+    def close(self):
+        """Close the files."""
+        for files in self._files.values():
+            for file in files:
+                os.close(file)
+        self._files = {}
+
+    def runs(self):
+        """Return {thread: how often it has run}; None when one runs or is about to. Raise Gone."""
+        counts = {}
+        for thread in self._list():
+            if thread in self._without:
+                continue
+            try:
+                stat, schedstat = self._files.get(thread) or self._open(thread)
+                line = os.pread(stat, 400, 0)
+                state = line.rindex(b')') + 2  # of `number (name) state ...`, where the name may hold anything
+                if line[state] not in ASLEEP:
+                    return None
+                counts[thread] = os.pread(schedstat, 100, 0).split()[2]
+            except ProcessLookupError:  # this thread has ended
+                self._forget(thread)
+            except (OSError, IndexError) as error:
+                if thread in self._list():
+                    raise Gone(f'{self._folder}/{thread} cannot be read: {error}') from None
+        return counts
+
+    def _list(self):
+        try:
+            return os.listdir(self._folder)
+        except OSError as error:
+            raise Gone(str(error)) from None
+
+    def _open(self, thread):
+        files = []
+        try:
+            for name in ('stat', 'schedstat'):
+                files.append(os.open(f'{self._folder}/{thread}/{name}', os.O_RDONLY | os.O_CLOEXEC))
+        except OSError:
+            for file in files:
+                os.close(file)
+            raise
+        self._files[thread] = tuple(files)
+        return self._files[thread]
+
+    def _forget(self, thread):
+        for file in self._files.pop(thread, ()):
+            os.close(file)
+
+
+def at_rest(processes):
+    """Return whether all Threads of ``processes`` slept at one moment just now. Raise Gone."""
+    before = [threads.runs() for threads in processes]
+    return None not in before and before == [threads.runs() for threads in processes]

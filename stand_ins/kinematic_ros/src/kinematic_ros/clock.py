@@ -1,0 +1,242 @@
+"""A simulator's time: in step with the wall clock, N times as fast, as fast as it goes, or by hand; and /clock.
+
+For a simulator's author::
+
+    def main():
+        init_simulator('my_simulator')       # instead of rospy.init_node
+        clock = SimulatorClock(STEP)         # [s]; reads the parameters below, offers the services
+        ...                                  # topics, services
+        clock.run(step)                      # calls step() until shutdown
+
+``step()`` lets STEP pass in the simulated world and publishes what is new; stamps are ``rospy.Time.now()``, which
+within step() is the time at its end wherever /clock is published (wall time elsewhere). /clock follows when step()
+returns, so that whoever waits for a time finds everything published that belongs to it. Nothing in a simulator may
+wait for simulated time in the thread that calls ``run``. Random numbers come from ``seeded_random()``.
+
+Private parameters: ``~rate``, ``~clock``, ``~paused``, ``~lockstep``, ``~lockstep_wait``; services ``~pause``,
+``~resume`` (std_srvs/Trigger), ``~step`` (kinematic_ros/Step); topic ``~clock_status`` (kinematic_ros/ClockStatus,
+latched).
+
+Lockstep (kinematic_core.rest tells how): no step begins before every node of this machine that follows /clock has
+done with the one before. What a node does is then a function of simulated time, however slow or loaded the machine is,
+as long as it waits in ROS time and not in wall time (time.sleep, rospy.wait_for_message polling).
+
+/use_sim_time: a simulator that publishes /clock sets it to true where nobody has set it, and takes it back when it
+ends; nodes that started before keep wall time. A launch file should set it first.
+
+Threading contract: ``run`` is called in one thread; the services come in rospy's.
+"""
+import math
+import random
+import threading
+import time
+
+import rosgraph
+import rospy
+import rospy.impl.simtime
+import rospy.rostime
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger, TriggerResponse
+
+from kinematic_core.pacing import Pacer
+from kinematic_ros import params
+from kinematic_ros.lockstep import Lockstep
+from kinematic_ros.msg import ClockStatus
+from kinematic_ros.srv import Step, StepResponse
+from kinematic_ros.topics import LatestPublisher
+
+SLOWEST, FASTEST = 0.01, 1000.0  # simulated seconds a second that ~rate may ask for
+MOST_STEPS = 1_000_000  # of one call of ~step
+ENOUGH = 0.9  # share of the pace that was asked for, below which a warning says so
+STATUS_PERIOD = 1.0  # [s] of wall time
+WARNING_PERIOD = 10.0  # [s] of wall time between two warnings of one kind
+ANSWER_POLL = 0.5  # [s] between two looks whether an answer can still be waited for
+USE_SIM_TIME = '/use_sim_time'
+
+
+def init_simulator(name):
+    """Initialise rospy for a simulator: the source of /clock must not wait for it. Call SimulatorClock next."""
+    rospy.init_node(name, disable_rostime=True)
+
+
+def seeded_random():
+    """Return a random.Random of the parameter ``~seed``; the same seed gives the same numbers."""
+    return random.Random(params.integer('~seed', 0, 0))
+
+
+class SimulatorClock:
+    """Paces a simulator's steps and publishes their time."""
+
+    def __init__(self, step):
+        """Read the parameters, register services and topics; ``step`` [s] is the simulated time of one step."""
+        rate = params.number('~rate', 1.0, SLOWEST, FASTEST, infinite='max')
+        self._publishes = params.boolean('~clock', rate != 1.0)
+        lockstep = params.boolean('~lockstep', self._publishes and rate == math.inf)
+        self._patience = params.number('~lockstep_wait', 1.0, 0.0, 60.0, unit='s')
+        if lockstep and not self._publishes:
+            raise params.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
+                                        'nobody follows the steps; set ~clock to true as well')
+        self._pacer = Pacer(step, rate, bounded=self._publishes)
+        self._pacer.paused = params.boolean('~paused', False)
+        self._stands = threading.Event()  # no step is being made nor due
+        self._sets_sim_time = False
+        self._lockstep = None
+        self._status = rospy.Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
+        self._status_due, self._reported = 0.0, None
+        self._measured = time.monotonic(), 0  # wall time and steps at the last status
+        self._warned = {}  # kind of warning: when [s, monotonic]
+        if self._publishes:
+            self._clock = LatestPublisher('/clock', Clock)
+            self._lead()
+            if lockstep:
+                self._lockstep = Lockstep(self._clock, self._patience, step)
+        else:
+            self._follow()
+        rospy.Service('~pause', Trigger, self._pause)
+        rospy.Service('~resume', Trigger, self._resume)
+        rospy.Service('~step', Step, self._step_by_hand)
+        rospy.on_shutdown(self._pacer.close)
+
+    def run(self, step):
+        """Call ``step()`` when it is due, until shutdown."""
+        self._report()
+        while not rospy.is_shutdown():
+            given_up = self._pacer.wait()
+            if given_up is None:
+                self._rest()
+                continue
+            self._stands.clear()
+            if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
+                time.sleep(self._pacer.step)  # nobody follows yet: years would pass before a node has started
+            if given_up and not self._lockstep:
+                rospy.logwarn('The simulator stood still for %.1f s (a suspended machine?); it goes on from here.',
+                              given_up)
+            if self._lockstep:
+                self._wait_for_nodes()
+            if self._publishes:
+                now = self._set_time()
+                step()
+                self._clock.publish(now)
+                self._report()
+            else:
+                step()
+
+    def restore(self):
+        """Set anew what a master that was started anew does not know; for keep_registered's ``on_return``."""
+        if self._sets_sim_time and not rospy.has_param(USE_SIM_TIME):
+            rospy.set_param(USE_SIM_TIME, True)
+
+    def _set_time(self):
+        """Let this process's rospy know the time, without the way through the topic; return it."""
+        now = rospy.Time(*divmod(self._pacer.nanoseconds, 1_000_000_000))
+        rospy.rostime._set_rostime(now)
+        return now
+
+    def _clock_wanted(self):
+        return not self._publishes or self._clock.wanted()
+
+    def _rest(self):
+        """There is no step to make: say so, and to late-comers what time it is."""
+        if self._pacer.paused:
+            self._stands.set()
+        if self._publishes:
+            self._clock.publish(self._set_time())
+        self._report()
+
+    def _wait_for_nodes(self):
+        if not self._lockstep.wait():
+            self._warn('late', 'Lockstep: a step began after %g s although this was still busy: %s. The result may '
+                       'depend on the machine; ~clock_status counts such steps.',
+                       self._patience, self._lockstep.restless)
+
+    def _warn(self, kind, text, *values):
+        """Log a warning, each kind at most once in WARNING_PERIOD of wall time; rospy's throttle counts ROS time."""
+        now = time.monotonic()
+        if now >= self._warned.get(kind, -math.inf) + WARNING_PERIOD:
+            self._warned[kind] = now
+            rospy.logwarn(text, *values)
+
+    def _report(self):
+        """Publish the status when something has changed, or when it is due."""
+        now, pacer = time.monotonic(), self._pacer
+        late, busy = (self._lockstep.late, self._lockstep.restless) if self._lockstep else (0, '')
+        changed = (pacer.paused, late > 0) != self._reported
+        if not changed and (not self._publishes or now < self._status_due):
+            return
+        since, steps = self._measured
+        pace = (pacer.steps - steps) * pacer.step / max(now - since, 1e-9)
+        whole = not changed and now - since >= STATUS_PERIOD  # nothing but time has passed
+        if whole and not pacer.paused and not self._lockstep and pace < ENOUGH * pacer.rate < math.inf:
+            self._warn('slow', 'Time passes %.1f times as fast as the wall clock, ~rate asks for %g; nodes that follow '
+                       '/clock notice nothing of that.', pace, pacer.rate)
+        self._measured, self._status_due = (now, pacer.steps), now + STATUS_PERIOD
+        self._reported = pacer.paused, late > 0
+        self._status.publish(pacer.steps, pacer.nanoseconds / 1e9, pacer.rate, pace, pacer.paused,
+                             self._lockstep is not None, late, busy)
+
+    def _lead(self):
+        """Make sure that nodes follow /clock, as Gazebo does, and that there is one /clock."""
+        others = _other_clocks()
+        if others:
+            rospy.logwarn('%s publishes /clock as well: time will jump. Start this node with _clock:=false.',
+                          ', '.join(others))
+        if not rospy.has_param(USE_SIM_TIME):
+            rospy.set_param(USE_SIM_TIME, True)
+            self._sets_sim_time = True
+            rospy.on_shutdown(self._stop_leading)
+            rospy.loginfo('Set %s to true: nodes that start from now on follow /clock.', USE_SIM_TIME)
+        elif not rospy.get_param(USE_SIM_TIME):
+            rospy.logwarn('%s is false: nodes keep wall time, although this simulator publishes /clock. Type: '
+                          'rosparam set %s true, before the other nodes start.', USE_SIM_TIME, USE_SIM_TIME)
+
+    def _follow(self):
+        """Do what disable_rostime left out: somebody else may publish /clock."""
+        if not rospy.impl.simtime.init_simtime():
+            raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
+        if rospy.get_param(USE_SIM_TIME, False) and not _other_clocks():
+            rospy.logwarn('%s is true, but nobody publishes /clock: nodes wait for it for ever. Start this simulator '
+                          'with _clock:=true, or type: rosparam set %s false', USE_SIM_TIME, USE_SIM_TIME)
+
+    def _stop_leading(self):
+        """Take back what would let every later node wait for ever for a /clock that is gone."""
+        try:
+            rospy.delete_param(USE_SIM_TIME)
+        except (OSError, KeyError, rosgraph.MasterException):
+            pass
+
+    def _pause(self, _):
+        self._stands.clear()
+        self._pacer.pause()
+        return TriggerResponse(self._stand(), self._where())
+
+    def _resume(self, _):
+        self._pacer.resume()
+        return TriggerResponse(True, self._where())
+
+    def _step_by_hand(self, request):
+        if request.steps > MOST_STEPS:
+            raise rospy.ServiceException(f'steps is {request.steps}; allowed is 0 to {MOST_STEPS}')
+        self._stands.clear()
+        last = self._pacer.request(request.steps)
+        while not (self._stand() and self._pacer.steps >= last) and self._pacer.paused:
+            if rospy.is_shutdown():
+                raise rospy.ServiceException('the simulator ends')
+        if not self._pacer.paused:
+            raise rospy.ServiceException('the simulator was resumed meanwhile')
+        return StepResponse(self._pacer.steps, self._pacer.nanoseconds / 1e9)
+
+    def _stand(self):
+        """Wait until no step is being made; return whether time stands still."""
+        while not self._stands.wait(ANSWER_POLL):
+            if rospy.is_shutdown() or not self._pacer.paused:
+                return False
+        return True
+
+    def _where(self):
+        return f'{self._pacer.steps} steps made, the simulated time is {self._pacer.nanoseconds / 1e9:.9g} s'
+
+
+def _other_clocks():
+    """Return the names of the other nodes that publish /clock."""
+    published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+    return [node for topic, nodes in published if topic == '/clock' for node in nodes if node != rospy.get_name()]
