@@ -13,7 +13,7 @@ STAND_INS = REPOSITORY / 'stand_ins'
 COURSE = REPOSITORY / 'src' / 'turtle_robotont'
 NODE_LAYER = ['course', 'course_nodes', 'demo', 'drive_services', 'node_params', 'stage', 'turtle_driver',
               'turtle_tasks']  # of turtle_robotont: may import ROS, all other modules may not
-STAND_IN_LOGIC = ['canvas', 'drawn_world', 'replay', 'sprites']  # of turtlesim: must do without ROS
+STAND_IN_LOGIC = ['canvas', 'drawn_world', 'recording', 'replay', 'sprites']  # of turtlesim: must do without ROS
 CORES = {'alvar_core', 'kinematic_core'}  # packages without ROS
 PICTURES = {'cv2', 'numpy'}  # what ROS-free modules may use beside the standard library
 LONGEST_MODULE = 350  # [lines]

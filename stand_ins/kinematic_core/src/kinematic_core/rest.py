@@ -2,9 +2,10 @@
 
 A simulator in lockstep begins a step only when nothing that the last one set off still goes on. No program has to
 tell it: Linux says for every thread whether it sleeps and how often it has run. Two looks at all threads, in which
-each sleeps and none has run in between, prove that all of them slept at one moment.
+each sleeps and none has run in between, prove that all of them slept at one moment, that between the two looks.
 
-What sleeps in wall time (``time.sleep``) is at rest as well; nobody but the program could know better.
+Two things escape: what sleeps in wall time (``time.sleep``) is at rest as well, nobody but the program could know
+better; and what the kernel holds back (TCP's delayed acknowledgement, for 40 ms) wakes a thread later.
 """
 import os
 
@@ -22,7 +23,7 @@ class Threads:
     def __init__(self, pid, without=()):
         """``without``: ids of threads that do not count."""
         self._folder = f'{PROC}/{pid}/task'
-        self._without = {str(thread) for thread in without}
+        self._without = set(map(str, without))
         self._files = {}  # thread: (stat, schedstat), file descriptors
 
     def close(self):
@@ -35,9 +36,7 @@ class Threads:
     def runs(self):
         """Return {thread: how often it has run}; None when one runs or is about to. Raise Gone."""
         counts = {}
-        for thread in self._list():
-            if thread in self._without:
-                continue
+        for thread in self.ids() - self._without:
             try:
                 stat, schedstat = self._files.get(thread) or self._open(thread)
                 line = os.pread(stat, 400, 0)
@@ -48,13 +47,14 @@ class Threads:
             except ProcessLookupError:  # this thread has ended
                 self._forget(thread)
             except (OSError, IndexError) as error:
-                if thread in self._list():
+                if thread in self.ids():
                     raise Gone(f'{self._folder}/{thread} cannot be read: {error}') from None
         return counts
 
-    def _list(self):
+    def ids(self):
+        """Return the ids of all threads, as texts. Raise Gone."""
         try:
-            return os.listdir(self._folder)
+            return set(os.listdir(self._folder))
         except OSError as error:
             raise Gone(str(error)) from None
 
@@ -73,9 +73,3 @@ class Threads:
     def _forget(self, thread):
         for file in self._files.pop(thread, ()):
             os.close(file)
-
-
-def at_rest(processes):
-    """Return whether all Threads of ``processes`` slept at one moment just now. Raise Gone."""
-    before = [threads.runs() for threads in processes]
-    return None not in before and before == [threads.runs() for threads in processes]

@@ -18,6 +18,7 @@ are to be drawn. The class is not thread-safe; whoever shares a world between th
 """
 import ctypes
 import math
+import random
 from typing import NamedTuple
 
 from kinematic_core.angles import wrap_angle
@@ -42,6 +43,15 @@ def float32(value):
 
 
 ARENA_SIZE = float32((CANVAS_SIZE - 1) / PIXELS_PER_METRE)  # [m] 11.0888891, both directions
+START = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0, 0.0)  # [m, m, rad] x, y, theta of turtle1
+START_MARGIN = 2.0  # [m] that a drawn start keeps from the walls
+
+
+def random_start(seed):
+    """Return (x, y, theta) [m, m, rad] drawn by ``seed``; the same seed gives the same."""
+    numbers = random.Random(seed)
+    low, high = START_MARGIN, ARENA_SIZE - START_MARGIN
+    return numbers.uniform(low, high), numbers.uniform(low, high), numbers.uniform(-math.pi, math.pi)
 
 
 class NameTaken(InvalidInput):
@@ -158,8 +168,9 @@ class TurtleWorld:
     its subclasses NameTaken, UnknownTurtle) and changes nothing when it refuses them.
     """
 
-    def __init__(self, watchdog_steps=WATCHDOG_STEPS):
-        """Begin with turtle1 in the middle; ``watchdog_steps`` is the number of steps that a command lasts."""
+    def __init__(self, watchdog_steps=WATCHDOG_STEPS, start=START):
+        """Begin with turtle1 at ``start``; ``watchdog_steps`` is the number of steps that a command lasts."""
+        self.start = start  # x, y [m], theta [rad] of turtle1, now and after each reset
         self._watchdog_steps = watchdog_steps
         self.steps = 0  # done so far; the first has the number 0
         self.turtles = {}
@@ -168,10 +179,10 @@ class TurtleWorld:
         self.reset()
 
     def reset(self):
-        """Remove all turtles, begin the numbering anew and spawn turtle1 in the middle."""
+        """Remove all turtles, begin the numbering anew and spawn turtle1 where it begins."""
         self.turtles = {}
         self._counter = 0
-        self.spawn(ARENA_SIZE / 2.0, ARENA_SIZE / 2.0, 0.0)
+        self.spawn(*self.start)
 
     def next_name(self, taken=()):
         """Return the name that a turtle spawned without one would get; it is none of ``taken``."""

@@ -72,7 +72,7 @@ class SimulatorClock:
         rate = params.number('~rate', 1.0, SLOWEST, FASTEST, infinite='max')
         self._publishes = params.boolean('~clock', rate != 1.0)
         lockstep = params.boolean('~lockstep', self._publishes and rate == math.inf)
-        self._patience = params.number('~lockstep_wait', 1.0, 0.0, 60.0, unit='s')
+        self._patience = params.number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s')
         if lockstep and not self._publishes:
             raise params.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
                                         'nobody follows the steps; set ~clock to true as well')
@@ -116,6 +116,8 @@ class SimulatorClock:
             if self._publishes:
                 now = self._set_time()
                 step()
+                if self._lockstep:  # else chance would say which a node takes first, these messages or /clock
+                    self._wait_for_nodes()
                 self._clock.publish(now)
                 self._report()
             else:
@@ -123,6 +125,8 @@ class SimulatorClock:
 
     def restore(self):
         """Set anew what a master that was started anew does not know; for keep_registered's ``on_return``."""
+        if self._lockstep:
+            self._lockstep.watch_master()
         if self._sets_sim_time and not rospy.has_param(USE_SIM_TIME):
             rospy.set_param(USE_SIM_TIME, True)
 

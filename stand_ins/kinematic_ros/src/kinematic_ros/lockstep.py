@@ -10,10 +10,11 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
-from kinematic_core.rest import Gone, Threads, at_rest
+from kinematic_core.rest import Gone, Threads
 
-FIRST_LOOK = 5e-5  # [s] wall time between two looks at first; it doubles up to
-LATER_LOOKS = 1e-3  # [s]
+FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
+LONGEST_PAUSE = 1e-3  # [s]
+SETTLING = 0.05  # [s] of rest asked for after the master has worked: whoever registers waits for TCP now and then
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
 
 
@@ -24,74 +25,83 @@ class Lockstep:
         """``patience`` [s of wall time]: the longest wait for a step. ``step`` [s]: what a step gets after that."""
         self._publisher, self._patience, self._step = publisher, patience, step
         self._own = Threads(os.getpid(), without=[threading.get_native_id()])
-        self._master = None  # Threads, or None until it is known
+        self.watch_master()
+        self._settled = None  # how often each of the master's other threads had run at the last rest
         self._connections = ()
         self._followers = {}  # connection: (name, Threads, or None where it cannot be watched)
         self.late = 0  # steps that were begun although a node was not at rest
         self.restless = ''  # names of the nodes that were waited for in vain the last time
 
+    def watch_master(self):
+        """Look for the master; again when it was started anew."""
+        self._master = master = _watch_master()
+        self._pollers = master.ids() if master else set()  # its threads that work even if nobody registers
+
     def wait(self):
         """Wait for rest; return whether it came in time."""
-        begin = time.monotonic()
+        begin = since = time.monotonic()
         patience = self._step if self.restless else self._patience
-        look = FIRST_LOOK
-        while not self._at_rest():
-            if rospy.is_shutdown():
-                break
-            if time.monotonic() - begin >= patience:
+        pause, seen = FIRST_PAUSE, None
+        while not rospy.is_shutdown():
+            looked, now = self._look(), time.monotonic()
+            if looked is None or looked != seen:
+                seen, since = looked, now
+            elif now - since >= (0.0 if self.restless or looked[0] == self._settled else SETTLING):
+                self._settled, self.restless = looked[0], ''
+                return True
+            if now - begin >= patience:
                 self.late += 1
                 self.restless = self._names() or self.restless or 'the simulator itself'
                 return False
-            time.sleep(look)
-            look = min(2.0 * look, LATER_LOOKS)
-        self.restless = ''
+            if seen is None or pause > FIRST_PAUSE or seen[0] != self._settled:
+                time.sleep(pause)
+                pause = min(2.0 * pause, LONGEST_PAUSE)
         return True
 
-    def _at_rest(self):
+    def _look(self):
+        """Return how often each thread has run, the master's first; None when one runs."""
         self._update()
-        watched = [threads for _, threads in self._followers.values() if threads is not None]
         try:
-            return at_rest([self._own, *filter(None, [self._master]), *watched])
-        except Gone:  # a node has ended; its connection follows
-            for connection, (name, threads) in self._followers.items():
-                if threads is not None and not _lives(threads):
-                    self._followers[connection] = name, None
-            return False
+            master = self._master.runs() if self._master else {}
+        except Gone:
+            self._master, master = None, {}
+        if master is None:
+            return None
+        looked = [{thread: runs for thread, runs in master.items() if thread not in self._pollers}, self._own.runs()]
+        for connection, (name, threads) in self._followers.items():
+            try:
+                looked.append(threads and threads.runs())
+            except Gone:  # the node has ended; its connection follows
+                self._followers[connection] = name, None
+                return None
+            if threads and looked[-1] is None:
+                return None
+        return None if looked[1] is None else looked
 
     def _names(self):
-        names = []
+        """Return the names of the nodes that are busy just now."""
+        busy = set()
         for name, threads in self._followers.values():
             try:
-                if threads is not None and not at_rest([threads]):
-                    names.append(name)
+                if threads and (threads.runs() is None or threads.runs() != threads.runs()):
+                    busy.add(name)
             except Gone:
                 pass
-        return ', '.join(sorted(set(names)))
+        return ', '.join(sorted(busy))
 
     def _update(self):
         """Take in who has come and who has gone."""
         connections = tuple(self._publisher.impl.connections) if self._publisher.impl else ()
         if connections == self._connections:
             return
-        if self._master is None:
-            self._master = _watch_master()
         for connection in set(self._followers) - set(connections):
             threads = self._followers.pop(connection)[1]
-            if threads is not None:
+            if threads:
                 threads.close()
         for connection in connections:
             if connection not in self._followers:
                 self._followers[connection] = (connection.endpoint_id, _watch(connection))
         self._connections = connections
-
-
-def _lives(threads):
-    try:
-        threads.runs()
-        return True
-    except Gone:
-        threads.close()
-        return False
 
 
 def _watch(connection):

@@ -1,14 +1,14 @@
 """The turtles' world together with its canvas: motion, strokes and colour sensors in turtlesim's order."""
-from kinematic_core.turtle_world import BACKGROUND, WATCHDOG_STEPS, TurtleWorld
+from kinematic_core.turtle_world import BACKGROUND, START, WATCHDOG_STEPS, TurtleWorld
 from turtlesim.canvas import Canvas
 
 
 class DrawnWorld:
     """A TurtleWorld whose strokes are drawn. Not thread-safe: whoever shares it between threads locks it."""
 
-    def __init__(self, background=BACKGROUND, watchdog_steps=WATCHDOG_STEPS):
-        """Begin with turtle1 on a canvas of the colour ``background``, (r, g, b) 0..255."""
-        self.world = TurtleWorld(watchdog_steps)
+    def __init__(self, background=BACKGROUND, watchdog_steps=WATCHDOG_STEPS, start=START):
+        """Begin with turtle1 at ``start`` on a canvas of the colour ``background``, (r, g, b) 0..255."""
+        self.world = TurtleWorld(watchdog_steps, start)
         self.canvas = Canvas(background)
 
     def reset(self, background=BACKGROUND):

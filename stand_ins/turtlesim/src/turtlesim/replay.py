@@ -1,9 +1,6 @@
 """Replays recordings of turtlesim through core and canvas and counts what differs.
 
-A recording is a CSV file with the columns ``tick, event, x, y, theta, linear_velocity, angular_velocity, r, g, b``:
-one row a tick with the pose and the colour sensor's reading of turtle1 after it, from a new simulator on. ``event``
-is what took effect in the tick (several are separated by ``;``), of EVENTS, with its values in the units of
-turtlesim's messages. A PNG of the same name beside it is the canvas at the end, without the turtle.
+recording.py says what a recording is. A PNG of the same name beside it is the canvas at the end, without the turtle.
 
 A recorder sees from the pose in which tick a command or teleport took effect, but not so for the pen and for clear:
 those may be booked one tick early. Where the colour sensor's readings right after such an event fit better with the
@@ -16,22 +13,12 @@ import os
 import struct
 import sys
 
-from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE, WATCHDOG_STEPS, Pose
+from kinematic_core.turtle_world import CANVAS_SIZE, WATCHDOG_STEPS, Pose
 from turtlesim.drawn_world import DrawnWorld
+from turtlesim.recording import COLOUR, EMPTY, EVENTS, TURTLE
 
-TURTLE = 'turtle1'
 LONGEST_GAP = 100_000  # [ticks] that nobody recorded: 27 minutes
 UNSEEN = ('pen', 'clear')  # events that leave no trace in the pose
-COLOUR = ('r', 'g', 'b')
-EVENTS = {  # name: what it does to (DrawnWorld, its values)
-    'cmd': lambda drawn, vx, vy, wz: drawn.world.command(TURTLE, vx, vy, wz),
-    'pen': lambda drawn, r, g, b, width, off: drawn.world.set_pen(TURTLE, *map(int, (r, g, b, width, off))),
-    'teleport_absolute': lambda drawn, x, y, theta: drawn.world.teleport_absolute(TURTLE, x, y, theta),
-    'teleport_relative': lambda drawn, linear, angular: drawn.world.teleport_relative(TURTLE, linear, angular),
-    'timeout': lambda drawn: drawn.world.turtles[TURTLE].stop(),
-    'clear': lambda drawn: drawn.canvas.fill(BACKGROUND),
-    'reset': lambda drawn: drawn.reset(),
-}
 
 
 class RecordingError(ValueError):
@@ -93,8 +80,8 @@ def _run(rows, path):
             drawn.step()
         tick = row['tick']
         _apply(drawn, row, path)
-        _, colour, _ = next(reading for reading in drawn.step() if reading[0].name == TURTLE)
-        _compare(result, row, drawn.world.turtles[TURTLE].pose(), colour)
+        readings = [(turtle.pose(), colour) for turtle, colour, _ in drawn.step() if turtle.name == TURTLE]
+        _compare(result, row, *(readings or [(None, None)])[0])
     return result, drawn.canvas
 
 
@@ -115,17 +102,21 @@ def _read(path):
 
 def _parse(row):
     events = [event.split() for event in row['event'].split(';') if event.strip()]
-    pose = Pose(*(float(row[field]) for field in Pose._fields))
-    _bits(pose)  # refuses what is no float32
-    return {'tick': int(row['tick']), 'pose': pose,
-            'colour': tuple(int(row[channel]) for channel in COLOUR),
+    fields = [row[field] for field in (*Pose._fields, *COLOUR)]
+    pose = colour = None  # there is no turtle
+    if tuple(fields) != EMPTY:
+        pose = Pose(*map(float, fields[:len(Pose._fields)]))
+        _bits(pose)  # refuses what is no float32
+        colour = tuple(map(int, fields[len(Pose._fields):]))
+    return {'tick': int(row['tick']), 'pose': pose, 'colour': colour,
             'events': [(name, *map(float, values)) for name, *values in events]}
 
 
 def _apply(drawn, row, path):
-    for name, *values in row['events']:
+    for called, *values in row['events']:
+        turtle, _, name = called.rpartition('/')
         try:
-            EVENTS[name](drawn, *values)
+            EVENTS[name](drawn, turtle or TURTLE, *values)
         except KeyError:
             raise RecordingError(f'{path}: tick {row["tick"]}: unknown event {name!r}; known are: '
                                  f'{", ".join(EVENTS)}') from None
@@ -134,7 +125,7 @@ def _apply(drawn, row, path):
 
 
 def _bits(pose):
-    return struct.pack('<5f', *pose)
+    return None if pose is None else struct.pack('<5f', *pose)
 
 
 def _compare(result, row, pose, colour):
@@ -142,7 +133,7 @@ def _compare(result, row, pose, colour):
     if _bits(pose) != _bits(row['pose']):
         result.different_poses += 1
         if result.first_difference is None:
-            ours = Pose(*struct.unpack('<5f', _bits(pose)))
+            ours = pose and Pose(*struct.unpack('<5f', _bits(pose)))
             result.first_difference = f'tick {row["tick"]}: recorded {row["pose"]}, here {ours}'
     if colour != row['colour']:
         result.different_colours.append(row['tick'])

@@ -10,7 +10,9 @@ import threading
 import rospy
 
 from kinematic_core.checks import InvalidInput
+from kinematic_core.turtle_world import BACKGROUND, START
 from turtlesim.drawn_world import DrawnWorld
+from turtlesim.recording import TURTLE, Recorder
 
 SHUTDOWN_POLL = 0.5  # [s] between two looks whether a step can still be waited for
 
@@ -18,9 +20,10 @@ SHUTDOWN_POLL = 0.5  # [s] between two looks whether a step can still be waited 
 class SharedWorld(DrawnWorld):
     """A DrawnWorld with its lock."""
 
-    def __init__(self, background):
-        super().__init__(background)
+    def __init__(self, background, start=START):
+        super().__init__(background, start=start)
         self.lock = threading.Lock()
+        self._recorder = None
         self._waiting = []  # events of those who wait for the next step
         self._stepped = []  # events of those whose step is done and not yet published
 
@@ -28,7 +31,8 @@ class SharedWorld(DrawnWorld):
     def change(self, effect_in_step=False):
         """Hold the lock and hand out the TurtleWorld; what it refuses becomes the failure of a service call.
 
-        With ``effect_in_step`` the change waits, after the lock is free again, until the next step is published.
+        Who changes something calls ``note``, too. With ``effect_in_step`` the change waits, after the lock is free
+        again, until the next step is published.
         """
         done = threading.Event()
         try:
@@ -46,7 +50,35 @@ class SharedWorld(DrawnWorld):
         """As DrawnWorld.step, under the lock; what it returns is to be published, then ``published`` called."""
         with self.lock:
             self._stepped, self._waiting = self._waiting, []
-            return super().step()
+            readings = super().step()
+            if self._recorder is not None:
+                self._record(readings)
+            return readings
+
+    def record(self, path, background):
+        """Record to a file from the first step on; raise OSError when that cannot be. ``background``: as it began."""
+        recorder = Recorder(path)
+        if self.world.start != START:
+            recorder.note('start', *self.world.start)
+        if background != BACKGROUND:
+            recorder.note('clear', *background)
+        self._recorder = recorder
+
+    def note(self, event, *values, turtle=TURTLE, request=None):
+        """Record an event, of recording.EVENTS, that takes effect now or in the next step; the lock is held.
+
+        ``request`` is the message or service request that asked for it.
+        """
+        if self._recorder is not None:
+            header = getattr(request, '_connection_header', None) or {}
+            self._recorder.note(event, *values, turtle=turtle, caller=header.get('callerid', ''))
+
+    def _record(self, readings):
+        try:
+            self._recorder.tick(self.world.steps - 1, readings)
+        except OSError as error:
+            rospy.logerr('The recording ends here, after %d ticks: %s', self.world.steps - 1, error)
+            self._recorder = None
 
     def published(self):
         """Let go those who waited for the step."""

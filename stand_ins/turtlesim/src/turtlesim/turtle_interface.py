@@ -66,7 +66,9 @@ class TurtleInterface:
     def _command(self, twist):
         try:
             with self._shared.lock:
-                self._shared.world.command(self.name, twist.linear.x, twist.linear.y, twist.angular.z)
+                velocity = twist.linear.x, twist.linear.y, twist.angular.z
+                self._shared.world.command(self.name, *velocity)
+                self._note(twist, 'cmd', *velocity)
         except InvalidInput as refusal:
             self._warn(refusal)
 
@@ -77,17 +79,24 @@ class TurtleInterface:
             self._warned = now
             rospy.logwarn('Ignored a message on %s: %s', rospy.resolve_name(f'{self.name}/cmd_vel'), refusal)
 
+    def _note(self, request, event, *values):
+        self._shared.note(event, *values, turtle=self.name, request=request)
+
     def _set_pen(self, request):
+        pen = request.r, request.g, request.b, request.width, request.off
         with self._shared.change() as world:
-            world.set_pen(self.name, request.r, request.g, request.b, request.width, request.off)
+            world.set_pen(self.name, *pen)
+            self._note(request, 'pen', *pen)
         return SetPenResponse()
 
     def _teleport_absolute(self, request):
         with self._shared.change(effect_in_step=True) as world:
             world.teleport_absolute(self.name, request.x, request.y, request.theta)
+            self._note(request, 'teleport_absolute', request.x, request.y, request.theta)
         return TeleportAbsoluteResponse()
 
     def _teleport_relative(self, request):
         with self._shared.change(effect_in_step=True) as world:
             world.teleport_relative(self.name, request.linear, request.angular)
+            self._note(request, 'teleport_relative', request.linear, request.angular)
         return TeleportRelativeResponse()

@@ -1,0 +1,171 @@
+"""kinematic_core.pacing: when steps are due, on a wall clock that moves only by the pacer's sleep or by the test."""
+import math
+import threading
+
+import pytest
+
+from kinematic_core import pacing
+from kinematic_core.pacing import Pacer
+
+STEP = 0.016  # [s]
+
+
+class Wall:
+    """A wall clock; whoever sleeps on it wakes ``overshoot`` [s] late."""
+
+    def __init__(self):
+        self.now, self.overshoot, self.slept = 100.0, 0.0, []
+
+    def monotonic(self):
+        return self.now
+
+    def sleep(self, seconds):
+        assert seconds > 0.0
+        self.slept.append(seconds)
+        self.now += seconds + self.overshoot
+
+
+@pytest.fixture
+def wall():
+    return Wall()
+
+
+def pacer(wall, rate=1.0, bounded=False):
+    return Pacer(STEP, rate, bounded, wall.monotonic, wall.sleep)
+
+
+def times(wall, paced, number):
+    """Return when [s] the next steps begin."""
+    begun = []
+    while len(begun) < number:
+        if paced.wait() is not None:
+            begun.append(wall.now)
+    return begun
+
+
+@pytest.mark.parametrize('rate', [0.5, 1.0, 10.0, 1000.0])
+@pytest.mark.parametrize('bounded', [False, True])
+@pytest.mark.parametrize('overshoot', [0.0, 0.00001])
+def test_steps_keep_the_pace_without_drift(wall, rate, bounded, overshoot):
+    paced = pacer(wall, rate, bounded)
+    wall.overshoot = overshoot / rate
+    begun = times(wall, paced, 1000)
+    assert begun[0] - 100.0 == pytest.approx(STEP / rate, abs=1e-4)
+    assert begun[-1] - 100.0 == pytest.approx(1000 * STEP / rate, abs=1e-4)  # a drift would be 10 ms
+    assert paced.steps == 1000
+
+
+def test_simulated_time_is_counted_in_nanoseconds(wall):
+    paced = pacer(wall, math.inf)
+    assert paced.nanoseconds == 1_000_000_000  # not 0, which ROS takes for no time
+    times(wall, paced, 100)
+    assert paced.nanoseconds == 2_600_000_000  # 1 s + 100 * 16 ms, exactly
+
+
+def test_as_fast_as_possible_never_sleeps_nor_gives_up(wall):
+    paced = pacer(wall, math.inf, bounded=True)
+    for _ in range(100):
+        assert paced.wait() == 0.0
+        wall.now += 60.0  # a step that takes a minute
+    assert wall.slept == []
+
+
+def test_late_steps_of_wall_time_come_at_once(wall):
+    paced = pacer(wall)
+    paced.wait()
+    wall.now += 1.0
+    begun = times(wall, paced, 100)
+    assert begun[:62] == [begun[0]] * 62  # 1 s / 16 ms = 62.5: the 62 that are late
+    assert begun[99] == pytest.approx(100.0 + 101 * STEP)  # no ground is lost
+
+
+def test_late_steps_of_bounded_time_come_little_faster_than_the_others(wall):
+    paced = pacer(wall, 10.0, bounded=True)
+    paced.wait()
+    wall.now += 0.1  # 62 steps of 1.6 ms
+    begun = times(wall, paced, 500)
+    closest = min(after - before for before, after in zip(begun, begun[1:]))
+    assert closest == pytest.approx(STEP / 10.0 / pacing.FASTER)
+    assert begun[-1] == pytest.approx(100.0 + 501 * STEP / 10.0)  # made up for after 62 / 0.25 = 250 steps
+
+
+@pytest.mark.parametrize('bounded, gap', [(False, 5.5), (True, 0.6)])
+def test_a_long_gap_is_given_up_once(wall, bounded, gap):
+    paced = pacer(wall, 1.0, bounded)
+    paced.wait()
+    wall.now += gap
+    assert paced.wait() == pytest.approx(gap - STEP)
+    after = wall.now
+    assert times(wall, paced, 10)[-1] == pytest.approx(after + 10 * STEP)
+
+
+@pytest.mark.parametrize('bounded, gap', [(False, 4.5), (True, 0.4)])
+def test_a_shorter_gap_is_not(wall, bounded, gap):
+    paced = pacer(wall, 1.0, bounded)
+    paced.wait()
+    wall.now += gap
+    assert paced.wait() == 0.0
+
+
+def test_a_pause_is_not_made_up_for(wall):
+    paced = pacer(wall)
+    times(wall, paced, 3)
+    paced.pause()
+    assert [paced.wait(0.001) for _ in range(3)] == [None] * 3
+    wall.now += 3.0
+    paced.resume()
+    paced.resume()  # a second one changes nothing
+    assert paced.wait() in (None, 0.0)
+    assert times(wall, paced, 2)[-1] <= 103.0 + 7 * STEP
+    assert paced.steps in (5, 6)
+
+
+def test_a_pause_during_the_sleep_holds_the_step(wall):
+    paced = Pacer(STEP, 1.0, False, wall.monotonic, lambda seconds: paced.pause())
+    assert paced.wait() is None
+    assert paced.steps == 0
+
+
+def test_steps_by_hand_take_no_wall_time_and_leave_a_pause(wall):
+    paced = pacer(wall)
+    assert paced.request(3) == 3
+    assert paced.request(2) == 5
+    assert [paced.wait(0.001) for _ in range(6)] == [0.0] * 5 + [None]
+    assert (paced.steps, paced.paused, wall.slept) == (5, True, [])
+
+
+def test_steps_by_hand_that_are_not_made_yet_are_forgotten_on_resume(wall):
+    paced = pacer(wall)
+    paced.request(1000)
+    paced.wait()
+    paced.resume()
+    assert times(wall, paced, 1)[0] == pytest.approx(100.0 + STEP)
+
+
+@pytest.mark.parametrize('wake', [Pacer.resume, Pacer.close, lambda paced: paced.request(1)])
+def test_a_pause_ends_at_once(wake):
+    paced = Pacer(STEP)
+    paced.pause()
+    waiting = threading.Thread(target=paced.wait, args=(60.0,), daemon=True)
+    waiting.start()
+    waiting.join(0.02)
+    assert waiting.is_alive()
+    wake(paced)
+    waiting.join(10.0)
+    assert not waiting.is_alive()
+
+
+def test_a_closed_pacer_makes_no_step(wall):
+    paced = pacer(wall)
+    paced.close()
+    assert [paced.wait(0.001) for _ in range(3)] == [None] * 3
+    paced.request(1)
+    assert paced.wait(0.001) is None
+    assert paced.steps == 0
+
+
+def test_a_slow_rate_lets_the_caller_look_around(wall):
+    paced = pacer(wall, 0.01)  # a step takes 1.6 s
+    answers = [paced.wait() for _ in range(17)]
+    assert answers.count(None) >= 15
+    assert max(wall.slept) <= pacing.LONGEST_SLEEP
