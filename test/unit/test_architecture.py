@@ -13,7 +13,8 @@ STAND_INS = REPOSITORY / 'stand_ins'
 COURSE = REPOSITORY / 'src' / 'turtle_robotont'
 NODE_LAYER = ['course', 'course_nodes', 'demo', 'drive_services', 'node_params', 'stage', 'turtle_driver',
               'turtle_tasks']  # of turtle_robotont: may import ROS, all other modules may not
-STAND_IN_LOGIC = ['canvas', 'drawn_world', 'recording', 'replay', 'sprites']  # of turtlesim: must do without ROS
+STAND_IN_LOGIC = {'turtlesim': ['canvas', 'drawn_world', 'recording', 'replay', 'sprites'],
+                  'usb_cam': ['calibration', 'capture', 'devices', 'pace', 'sources']}  # must do without ROS
 CORES = {'alvar_core', 'kinematic_core'}  # packages without ROS
 PICTURES = {'cv2', 'numpy'}  # what ROS-free modules may use beside the standard library
 LONGEST_MODULE = 350  # [lines]
@@ -127,12 +128,13 @@ def test_list_of_the_node_layer_is_up_to_date():
     assert len(COURSE_LOGIC) >= 4
 
 
-@pytest.mark.parametrize('module', STAND_IN_LOGIC)
-def test_logic_of_turtlesim_never_imports_ros(module):
-    path = STAND_INS / 'turtlesim' / 'src' / 'turtlesim' / f'{module}.py'
-    assert foreign(path, {'kinematic_core', 'turtlesim', *PICTURES}) == set()
-    used = {name.split('.')[1] for name in imports_of(path) if top(name) == 'turtlesim'}
-    assert used <= set(STAND_IN_LOGIC)
+@pytest.mark.parametrize('package, module', [(package, module) for package, modules in STAND_IN_LOGIC.items()
+                                             for module in modules])
+def test_logic_of_stand_ins_never_imports_ros(package, module):
+    path = STAND_INS / package / 'src' / package / f'{module}.py'
+    assert foreign(path, {'kinematic_core', package, 'yaml', *PICTURES}) == set()
+    used = {name.split('.')[1] for name in imports_of(path) if top(name) == package}
+    assert used <= set(STAND_IN_LOGIC[package])
 
 
 @each(STAND_IN_MODULES)

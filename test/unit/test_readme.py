@@ -143,7 +143,7 @@ def test_launch_file_is_mentioned(launch_file):
 
 @each_readme
 def test_launch_files_that_are_mentioned_exist(package):
-    assert set(re.findall(r'\w+\.launch', READMES[package])) <= {path.name for path in LAUNCH_FILES}
+    assert set(re.findall(r'[\w-]+\.launch', READMES[package])) <= {path.name for path in LAUNCH_FILES}
 
 
 def test_every_stand_in_with_nodes_is_in_the_readme():
@@ -162,7 +162,7 @@ def test_commands_are_described():
 @each_readme
 def test_nodes_and_launch_files_that_are_typed_exist(package):
     known = {path.name for path in (*SCRIPTS, *LAUNCH_FILES)} | {'publisher.py'}  # the reader's own
-    typed = re.findall(r'ros(?:run|launch) (?:\w+) ([\w.]+)', READMES[package])
+    typed = re.findall(r'ros(?:run|launch) (?:\w+) ([\w.-]+)', READMES[package])
     assert len(typed) > (10 if package == REPOSITORY else 0) and set(typed) <= known
 
 

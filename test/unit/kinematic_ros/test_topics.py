@@ -15,7 +15,7 @@ from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from std_msgs.msg import ColorRGBA, String
 
-from kinematic_ros.topics import LatestPublisher, frame
+from kinematic_ros.topics import LatestPublisher, SubscriptionListener, frame
 
 NEVER_WAITS = 5.0  # [s] in which what must not block has long been done, on a busy machine
 FLOOD = 3000  # messages of 1 kB: more than the buffers of a connection hold
@@ -286,3 +286,12 @@ def test_topic_is_published_without_a_queue_and_without_delay(publisher):
     assert publisher.impl.queue_size is None
     from rospy.impl.tcpros import get_tcpros_handler
     assert get_tcpros_handler().tcp_nodelay_map[publisher.resolved_name] is True
+
+
+def test_listener_is_called_for_each_new_subscriber_which_is_counted_already(subscribe, publisher):
+    counts = []
+    publisher.impl.add_subscriber_listener(SubscriptionListener(
+        lambda: counts.append(publisher.get_num_connections())))
+    subscribe('one')
+    subscribe('two')
+    assert counts == [1, 2]

@@ -1,4 +1,4 @@
-"""A publisher for many small messages at a high rate."""
+"""A publisher for many small messages at a high rate, and a listener for those made only while somebody subscribes."""
 import io
 import socket
 
@@ -11,6 +11,18 @@ def frame(message):
     buffer = io.BytesIO()
     rospy.msg.serialize_message(buffer, 0, message)
     return buffer.getvalue()
+
+
+class SubscriptionListener(rospy.SubscribeListener):
+    """Calls ``on_subscribe()`` in one of rospy's threads whenever somebody has subscribed; given to a Publisher."""
+
+    def __init__(self, on_subscribe):
+        super().__init__()
+        self._on_subscribe = on_subscribe
+
+    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+        """Be rospy's callback."""
+        self._on_subscribe()
 
 
 class LatestPublisher(rospy.Publisher):

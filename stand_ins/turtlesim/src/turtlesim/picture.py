@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.turtle_world import CANVAS_SIZE
 from kinematic_ros import params
+from kinematic_ros.topics import SubscriptionListener
 
 FRAME_ID = 'turtlesim_canvas'
 
@@ -29,7 +30,7 @@ class PictureServer:
         self._frame_state = self._last_frame = None
         self._wanted = threading.Event()
         self._closed = threading.Event()
-        listener = _Wakener(self._wanted)
+        listener = SubscriptionListener(self._wanted.set)
         self._image = rospy.Publisher('~image_raw', Image, listener, queue_size=1)
         self._compressed = rospy.Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
         self._window, self._window_failed = None, False
@@ -111,17 +112,6 @@ class PictureServer:
                                               f'rosparam set {rospy.resolve_name("~snapshot_dir")} FOLDER')
         rospy.loginfo('Saved %s', path)
         return TriggerResponse(True, path)
-
-
-class _Wakener(rospy.SubscribeListener):
-    """Sets an event when somebody subscribes."""
-
-    def __init__(self, event):
-        super().__init__()
-        self._event = event
-
-    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        self._event.set()
 
 
 def _publish(publisher, message, stamp):

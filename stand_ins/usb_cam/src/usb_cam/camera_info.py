@@ -1,0 +1,127 @@
+"""``~camera_info`` and ``~set_camera_info``: the calibration in use, as camera_info_manager has it.
+
+Threading contract: ``load`` and ``message`` belong to one thread; the service runs in rospy's. The lock orders them.
+"""
+import os
+import threading
+
+import rospkg
+import rospy
+from sensor_msgs.msg import CameraInfo, RegionOfInterest
+from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
+
+from usb_cam import calibration
+from usb_cam.calibration import Calibration, CalibrationError
+
+IN_FOLDER = 'camera.yaml'  # the calibration of the pictures beside it
+
+
+class CameraInfos:
+    """The calibration that ``url`` leads to, and what is published while there is none.
+
+    name: the camera's; horizontal_fov [degrees]: makes an approximate calibration where there is none; 0: K of zeros.
+    """
+
+    def __init__(self, name, url, horizontal_fov):
+        self._name, self._url, self._fov = name, url, horizontal_fov
+        self._lock = threading.Lock()
+        self._path, self._calibration, self._message = None, None, None
+        self._given = False  # by ~set_camera_info: stays, whatever is opened
+        rospy.Service('~set_camera_info', SetCameraInfo, self._set)
+
+    def load(self, folder):
+        """Read the calibration for a source whose files lie in ``folder`` (None: a webcam)."""
+        with self._lock:
+            if self._given:
+                return
+            self._message = self._calibration = None
+            try:
+                self._path = self._locate(folder)
+                self._calibration = calibration.read(self._path)
+                rospy.loginfo('camera calibration: %s', self._path)
+                if self._calibration.camera_name != self._name and self._path != _beside(folder):
+                    rospy.logwarn('[%s] does not match name %s in file %s', self._name, self._calibration.camera_name,
+                                  self._path)
+            except FileNotFoundError:
+                rospy.logwarn('Camera calibration file %s not found. %s', self._path, self._instead())
+            except CalibrationError as error:
+                rospy.logerr('Camera calibration refused: %s. %s', error, self._instead())
+
+    def message(self, width, height):
+        """Return the CameraInfo of pictures of this size [px], the same object unless it has changed."""
+        with self._lock:
+            if self._message is None or (self._message.width, self._message.height) != (width, height):
+                self._message = to_message(self._fitting(width, height), width, height)
+            return self._message
+
+    def _locate(self, folder):
+        if not self._url and folder and os.path.exists(_beside(folder)):
+            return _beside(folder)
+        return self._default_path()
+
+    def _default_path(self):
+        return calibration.locate(self._url, self._name, rospkg.get_ros_home(), _package_path)
+
+    def _fitting(self, width, height):
+        """Return the Calibration to use for pictures of this size, or None."""
+        if self._calibration is not None and self._calibration.size != (width, height):
+            rospy.logerr('The calibration %s is for pictures of %dx%d (image_width, image_height); these are %dx%d. %s',
+                         self._path, *self._calibration.size, width, height, self._instead())
+        elif self._calibration is not None:
+            return self._calibration
+        if not self._fov:
+            return None
+        guess = calibration.approximate(width, height, self._fov)
+        rospy.logwarn('~camera_info is approximate: fx = fy = %.1f px from horizontal_fov = %g degrees, no distortion.',
+                      guess.camera_matrix[0], self._fov)
+        return guess
+
+    def _instead(self):
+        if self._fov:
+            return f'An approximate one is used, from horizontal_fov = {self._fov:g} degrees.'
+        return ('Going on uncalibrated: K in ~camera_info is zero. Calibrate the camera (package camera_calibration), '
+                'or set _horizontal_fov to its angle of view in degrees.')
+
+    def _set(self, request):
+        with self._lock:
+            try:
+                self._calibration = from_message(request.camera_info, self._name)
+            except CalibrationError as error:
+                return SetCameraInfoResponse(False, f'The camera_info is refused: {error}')
+            self._given, self._message = True, None
+            try:
+                self._path = self._path or self._default_path()
+                calibration.write(self._path, self._calibration)
+            except (OSError, CalibrationError) as error:
+                return SetCameraInfoResponse(False, f'The calibration is in use until this node ends, but could not be '
+                                                    f'written: {error}')
+        rospy.loginfo('writing calibration data to %s', self._path)
+        return SetCameraInfoResponse(True, f'written to {self._path}')
+
+
+def to_message(known, width, height):
+    """Return a Calibration as CameraInfo; None gives one with zeros and the size [px]."""
+    if known is None:
+        return CameraInfo(width=width, height=height)
+    return CameraInfo(
+        width=width, height=height, distortion_model=known.distortion_model, D=known.distortion_coefficients,
+        K=known.camera_matrix, R=known.rectification_matrix, P=known.projection_matrix, binning_x=known.binning_x,
+        binning_y=known.binning_y, roi=RegionOfInterest(**dict(known.roi)))
+
+
+def from_message(info, name):
+    """Return a CameraInfo as Calibration of the camera ``name``; raise CalibrationError."""
+    roi = tuple((key, getattr(info.roi, key)) for key in calibration.ROI)
+    return Calibration(info.width, info.height, name, tuple(info.K), info.distortion_model, tuple(info.D),
+                       tuple(info.R), tuple(info.P), info.binning_x, info.binning_y, roi)
+
+
+def _beside(folder):
+    return os.path.join(folder, IN_FOLDER) if folder else None
+
+
+def _package_path(package):
+    try:
+        return rospkg.RosPack().get_path(package)
+    except rospkg.ResourceNotFound:
+        raise LookupError(package) from None

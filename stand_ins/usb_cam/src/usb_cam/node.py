@@ -1,0 +1,184 @@
+"""The node usb_cam_node: usb_cam's interface on a Capture.
+
+Threading contract: the Capture's thread makes and publishes all pictures; services run in rospy's threads. Plain
+rospy Publishers with a queue of one have a thread for each subscriber, so that a picture is written whole while the
+next one is taken, and a subscriber that stopped reading holds up nobody but itself. (LatestPublisher writes what
+does not fit into a socket's buffer with the next message: right for small messages, a picture late for large ones.)
+"""
+import os
+import time
+
+import cv2
+import rospy
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header
+from std_srvs.srv import Empty, EmptyResponse
+
+from kinematic_ros import params
+from kinematic_ros.registration import keep_registered
+from kinematic_ros.topics import SubscriptionListener
+from usb_cam.camera_info import CameraInfos
+from usb_cam.capture import PATIENCE, Capture
+from usb_cam.sources import PIXEL_FORMATS, Settings, open_source
+
+MONOCHROME = ('grey', 'yuvmono10')  # pixel formats that are published as mono8
+REPEAT = 30.0  # [s] between two reports of the same trouble
+AUTO_EXPOSURE_OFF = 1  # V4L2_EXPOSURE_MANUAL
+
+
+class UsbCamNode:
+    """usb_cam's node; also the Capture's sink."""
+
+    def __init__(self):
+        """Read the parameters and register everything; rospy is initialised."""
+        self._device = params.text('~video_device', '/dev/video0')
+        self._settings = _settings()
+        self._mono = self._settings.pixel_format in MONOCHROME
+        self._format = params.text('~image_raw/compressed/format', 'jpeg', ('jpeg', 'png'))
+        self._quality = params.integer('~image_raw/compressed/jpeg_quality', 80, 1, 100, '%')
+        self._frame_id = params.text('~camera_frame_id', 'head_camera')
+        self._name = params.text('~camera_name', 'head_camera')
+        self._infos = CameraInfos(self._name, params.text('~camera_info_url', ''),
+                                  params.number('~horizontal_fov', 0.0, 0.0, 179.0, 'degrees'))
+        params.log_effective()
+        self._trouble, self._trouble_end = None, 0.0
+        self._capture = None
+        listener = SubscriptionListener(lambda: self._capture and self._capture.wake())
+        self._image = rospy.Publisher('~image_raw', Image, listener, tcp_nodelay=True, queue_size=1)
+        self._compressed = rospy.Publisher('~image_raw/compressed', CompressedImage, listener, tcp_nodelay=True,
+                                           queue_size=1)
+        self._info = rospy.Publisher('~camera_info', CameraInfo, listener, tcp_nodelay=True, queue_size=1)
+        self._capture = Capture(lambda: open_source(self._device, self._settings, self._warn), self)
+        rospy.Service('~start_capture', Empty, self._start)
+        rospy.Service('~stop_capture', Empty, self._stop)
+        keep_registered()
+
+    def run(self):
+        """Capture until shutdown."""
+        self._capture.start()
+        rospy.spin()
+        self._capture.close()
+
+    def wanted(self):
+        """Return whether anybody looks."""
+        return bool(self._image.get_num_connections() or self._compressed.get_num_connections()
+                    or self._info.get_num_connections())
+
+    def opened(self, source):
+        """Tell what is read from now on."""
+        rospy.loginfo("Starting '%s' (%s) at %dx%d %s", self._name, self._device, *source.size,
+                      f'via mmap ({self._settings.pixel_format}) at {self._settings.framerate:g} FPS' if source.live
+                      else f'at {source.rate:g} Hz')
+        self._trouble = None
+        self._infos.load(source.folder)
+
+    def picture(self, source):
+        """Publish the picture that was grabbed, in all forms that somebody wants."""
+        stamp = _stamp(source.age())
+        if stamp is None:
+            rospy.logwarn_throttle(REPEAT, 'use_sim_time is set, but no time has come on /clock yet: no pictures until '
+                                           'then.')
+            return
+        bgr = source.retrieve()
+        height, width = bgr.shape[:2]
+        header = Header(stamp=stamp, frame_id=self._frame_id)
+        info = self._infos.message(width, height)
+        info.header = header
+        try:
+            if self._image.get_num_connections():
+                self._image.publish(image(bgr, header, self._mono))
+            if self._compressed.get_num_connections():
+                self._compressed.publish(compressed(bgr, header, self._mono, self._format, self._quality))
+            self._info.publish(info)
+        except rospy.ROSException:  # the node ends, and rospy has closed the topics
+            pass
+
+    def trouble(self, text):
+        """Say why there are no pictures: at once when it is something new, else from time to time."""
+        if text != self._trouble or time.monotonic() > self._trouble_end:
+            rospy.logerr('%s Trying again until it works.', text)
+            self._trouble, self._trouble_end = text, time.monotonic() + REPEAT
+
+    def ended(self):
+        """Say that the last picture was shown."""
+        rospy.loginfo('%s: that was the last picture, and _loop is false. %s plays it again.', self._device,
+                      rospy.resolve_name('~start_capture'))
+
+    def _warn(self, text):
+        rospy.logwarn('%s', text)
+
+    def _start(self, _):
+        self._capture.start()
+        return EmptyResponse()
+
+    def _stop(self, _):
+        if not self._capture.stop():
+            raise rospy.ServiceException(f'{self._device} does not answer; it is let go of as soon as it does '
+                                         f'({PATIENCE:g} s were not enough)')
+        return EmptyResponse()
+
+
+def image(bgr, header, mono):
+    """Return a picture, (height, width, 3) uint8 BGR, as rgb8 or mono8 Image."""
+    height, width = bgr.shape[:2]
+    pixels = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY if mono else cv2.COLOR_BGR2RGB)
+    return Image(header, height, width, 'mono8' if mono else 'rgb8', 0, pixels.strides[0], pixels.tobytes())
+
+
+def compressed(bgr, header, mono, kind, quality):
+    """Return the same as CompressedImage of the kind jpeg or png, described as compressed_image_transport does."""
+    pixels = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY) if mono else bgr
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality] if kind == 'jpeg' else [cv2.IMWRITE_PNG_COMPRESSION, 1]
+    data = cv2.imencode(f'.{kind}', pixels, options)[1].tobytes()
+    return CompressedImage(header, f'mono8; {kind} compressed ' if mono else f'rgb8; {kind} compressed bgr8', data)
+
+
+def _settings():
+    """Read what a source is asked for."""
+    params.text('~io_method', 'mmap', ('mmap', 'read', 'userptr'))  # OpenCV chooses itself, as it does colours
+    params.text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p'))
+    return Settings(
+        width=params.integer('~image_width', 640, 1, 100000, 'px'),
+        height=params.integer('~image_height', 480, 1, 100000, 'px'),
+        framerate=params.integer('~framerate', 30, 1, 1000, 'Hz'),
+        pixel_format=params.text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
+        controls=_controls(),
+        rate=params.number('~rate', 0.0, 0.0, 1000.0, 'Hz'),
+        loop=params.boolean('~loop', True))
+
+
+def _controls():
+    """Return the webcam's controls to set, [(name, OpenCV property, value)], in usb_cam's order; none for -1."""
+    values = [(name, params.integer(f'~{name}', -1, -1))
+              for name in ('brightness', 'contrast', 'saturation', 'sharpness', 'gain')]
+    controls = [(name, getattr(cv2, f'CAP_PROP_{name.upper()}'), value) for name, value in values if value >= 0]
+    auto_white_balance = params.boolean('~auto_white_balance', True)
+    white_balance = params.integer('~white_balance', 4000, 0, 100000, 'K')
+    controls.append(('auto_white_balance', cv2.CAP_PROP_AUTO_WB, int(auto_white_balance)))
+    if not auto_white_balance:
+        controls.append(('white_balance', cv2.CAP_PROP_WB_TEMPERATURE, white_balance))
+    autoexposure, exposure = params.boolean('~autoexposure', True), params.integer('~exposure', 100, 0, 1000000)
+    if not autoexposure:
+        controls += [('autoexposure', cv2.CAP_PROP_AUTO_EXPOSURE, AUTO_EXPOSURE_OFF),
+                     ('exposure', cv2.CAP_PROP_EXPOSURE, exposure)]
+    autofocus, focus = params.boolean('~autofocus', False), params.integer('~focus', -1, -1)
+    controls.append(('autofocus', cv2.CAP_PROP_AUTOFOCUS, int(autofocus)))
+    if not autofocus and focus >= 0:
+        controls.append(('focus', cv2.CAP_PROP_FOCUS, focus))
+    return controls
+
+
+def _stamp(age):
+    """Return the time at which a picture of this age [s] was taken; None while a simulated clock has not begun."""
+    now = rospy.Time.now()
+    if not rospy.rostime.is_wallclock():
+        return now or None
+    return now - rospy.Duration.from_sec(age)
+
+
+def main():
+    """Run usb_cam_node."""
+    os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: what is wrong is said here, once
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    rospy.init_node('usb_cam')
+    UsbCamNode().run()
