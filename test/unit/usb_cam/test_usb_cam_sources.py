@@ -185,9 +185,10 @@ def test_what_is_not_there(opened):
 class Recording:
     """cv2.VideoCapture of a webcam with one picture size and format, which has no focus; it can be pulled out."""
 
-    def __init__(self, size=(WIDTH, HEIGHT), fourcc='MJPG', opens=True, stamped=0.0):
+    def __init__(self, size=(WIDTH, HEIGHT), fourcc='MJPG', opens=True, stamped=0.0, rate=30.0, broken=()):
         self.size, self.fourcc, self.opens, self.pulled = size, cv2.VideoWriter_fourcc(*fourcc), opens, False
         self.stamped = stamped  # [s] the driver's time stamp is so long ago; None: it has none
+        self.rate, self.broken = rate, broken  # broken: the numbers of the grabs
         self.sets, self.number, self.released, self.asked = [], 0, False, None
 
     def __call__(self, *asked):
@@ -204,15 +205,24 @@ class Recording:
     def get(self, prop):
         if prop == cv2.CAP_PROP_FOURCC:
             return float(self.fourcc)
+        if prop in (cv2.CAP_PROP_FPS, cv2.CAP_PROP_FRAME_HEIGHT):
+            return self.rate if prop == cv2.CAP_PROP_FPS else float(self.size[1])
         assert prop == cv2.CAP_PROP_POS_MSEC
         return 0.0 if self.stamped is None else (time.monotonic() - self.stamped) * 1000.0
 
     def grab(self):
         self.number += 1
-        return not self.pulled
+        self.grabbed = not self.pulled
+        return self.grabbed
 
     def retrieve(self):
-        return True, plain(self.number, *self.size)
+        assert self.grabbed, 'OpenCV crashes when a picture is retrieved twice'
+        self.grabbed = False
+        picture = plain(self.number, *self.size)
+        return True, None if self.number in self.broken else self.form(picture)
+
+    def form(self, picture):
+        return picture
 
     def release(self):
         self.released = True
@@ -224,7 +234,7 @@ def webcam(warnings, recording, **settings):
 
 
 def test_webcam_is_asked_for_what_was_set_in_the_order_that_v4l2_needs(warnings):
-    recording = Recording(fourcc='YUYV')
+    recording = Recording(fourcc='YUYV', rate=15.0)
     source = webcam(warnings, recording, framerate=15, pixel_format='yuyv',
                     controls=[('gain', cv2.CAP_PROP_GAIN, 7), ('focus', cv2.CAP_PROP_FOCUS, 5)])
     assert recording.asked == ('/dev/zero', cv2.CAP_V4L2)
@@ -239,10 +249,29 @@ def test_webcam_is_asked_for_what_was_set_in_the_order_that_v4l2_needs(warnings)
 
 
 def test_webcam_that_gives_something_else_is_used_and_named(warnings):
-    source = webcam(warnings, Recording(size=(32, 24), fourcc='YUYV'))
+    source = webcam(warnings, Recording(size=(32, 24), fourcc='YUYV', rate=7.5))
     assert source.size == (32, 24) and values(source, 1) == [2]
-    assert warnings == ['/dev/zero does not offer the pixel_format mjpeg; it gives YUYV.',
-                        '/dev/zero does not offer 64x48 pixels; it gives 32x24.']
+    assert warnings == ['/dev/zero does not offer 64x48 pixels (it gives 32x24), the pixel_format mjpeg (it gives '
+                        'YUYV), 30 pictures a second (it gives 7.5).']
+
+
+def test_broken_pictures_of_a_webcam_are_none_and_too_many_are_trouble(warnings):
+    source = webcam(warnings, Recording(broken=(1, 2, 4)))  # 3 is the first whole one
+    source.grab()
+    assert source.retrieve() is None and source.size == (WIDTH, HEIGHT)
+    assert values(source, 1) == [5]
+    recording = Recording(broken=range(100))
+    with pytest.raises(SourceError, match='cannot be decoded; try another pixel_format'):
+        webcam(warnings, recording)
+    assert recording.released
+
+
+@pytest.mark.parametrize('form', [lambda picture: picture.reshape(1, -1), lambda picture: picture[:, :, 0]])
+def test_webcam_pictures_in_one_row_or_without_colour(warnings, form):
+    recording = Recording()
+    recording.form = form
+    source = webcam(warnings, recording)
+    assert source.size == (WIDTH, HEIGHT) and values(source, 2) == [2, 3]
 
 
 @pytest.mark.parametrize('stamped, age', [(0.05, 0.05), (0.0, 0.0), (None, 0.0), (5.0, 0.0), (-3.0, 0.0)])

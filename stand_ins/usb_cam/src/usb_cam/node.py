@@ -80,6 +80,9 @@ class UsbCamNode:
                                            'then.')
             return
         bgr = source.retrieve()
+        if bgr is None:
+            rospy.logwarn_throttle(REPEAT, '%s sends broken pictures now and then, which are left out.', self._device)
+            return
         height, width = bgr.shape[:2]
         header = Header(stamp=stamp, frame_id=self._frame_id)
         info = self._infos.message(width, height)
@@ -179,6 +182,7 @@ def _stamp(age):
 def main():
     """Run usb_cam_node."""
     os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: what is wrong is said here, once
+    os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] that a webcam may hang; less than PATIENCE
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     rospy.init_node('usb_cam')
     UsbCamNode().run()

@@ -2,8 +2,9 @@
 
 A source is open from its constructor on, which has seen a first picture: ``size`` (width, height) [px] is the size of
 all its pictures, ``live`` whether it keeps its own pace, else ``rate`` [Hz] is that of its pictures and ``folder`` the
-one that they lie in. ``grab`` goes on to the next picture; ``retrieve`` returns it, (height, width, 3) uint8 BGR;
-``age`` [s] tells how long ago it was taken; ``close`` lets go of the device. Not thread safe.
+one that they lie in. ``grab`` goes on to the next picture; ``retrieve``, once a grab at most, returns it, (height,
+width, 3) uint8 BGR, or None when it is broken; ``age`` [s] tells how long ago it was taken; ``close`` lets go of the
+device. Not thread safe.
 """
 import os
 import stat
@@ -23,6 +24,7 @@ PICTURES = ('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.pnm', '.ppm', '.t
 DECODE = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 JPEG_BEGINS, JPEG_ENDS, TRAILER = b'\xff\xd8', b'\xff\xd9', 1024  # [bytes] that cameras may add after the end
 OLDEST = 1.0  # [s] a V4L2 time stamp that says more is on another clock
+BROKEN = 30  # pictures in a row that a webcam may send before it is given up; the first ones often are
 SLOWEST, FASTEST = 0.01, 1000.0  # [Hz] what a video may say about its rate
 
 
@@ -82,15 +84,16 @@ class Webcam:
             self._capture.release()
             raise SourceError(devices.explain(path))
         self._set(settings, warn)
+        self._broken, picture = 0, None
         try:
-            self.grab()
-            height, width = self.retrieve().shape[:2]
+            while picture is None:
+                self.grab()
+                picture = self.retrieve()
         except SourceError:
             self._capture.release()
             raise
-        self.size = width, height
-        if self.size != (settings.width, settings.height):
-            warn(f'{path} does not offer {settings.width}x{settings.height} pixels; it gives {width}x{height}.')
+        self.size = picture.shape[1], picture.shape[0]
+        self._compare(settings, warn)
 
     def grab(self):
         """Wait for the next picture."""
@@ -99,10 +102,16 @@ class Webcam:
         self._grabbed = time.monotonic()
 
     def retrieve(self):
-        """Return the picture grabbed last."""
+        """Return the picture grabbed last; raise SourceError when too many in a row were broken."""
         ok, picture = self._capture.retrieve()
-        if not ok:
-            raise SourceError(f'{self._path}: a picture could not be decoded; try another pixel_format.')
+        if not ok or picture is None or not picture.size:
+            self._broken += 1
+            if self._broken > BROKEN:
+                raise SourceError(f'{self._path}: its pictures cannot be decoded; try another pixel_format.')
+            return None
+        self._broken = 0
+        if len(picture) == 1:  # some OpenCVs hand out bgr24 in one row
+            return picture.reshape(int(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT)), -1, 3)
         return cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture
 
     def age(self):
@@ -115,18 +124,25 @@ class Webcam:
         self._capture.release()
 
     def _set(self, settings, warn):
-        wanted = cv2.VideoWriter_fourcc(*FOURCC[settings.pixel_format])
-        self._capture.set(cv2.CAP_PROP_FOURCC, wanted)  # first: sizes and rates depend on it
+        # first the format: sizes and rates depend on it
+        self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*FOURCC[settings.pixel_format]))
         for name, value in (('WIDTH', settings.width), ('HEIGHT', settings.height)):
             self._capture.set(getattr(cv2, f'CAP_PROP_FRAME_{name}'), value)
         self._capture.set(cv2.CAP_PROP_FPS, settings.framerate)
-        got = int(self._capture.get(cv2.CAP_PROP_FOURCC))
-        if got != wanted:
-            warn(f'{self._path} does not offer the pixel_format {settings.pixel_format}; it gives '
-                 f'{got.to_bytes(4, "little", signed=True).decode("ascii", "replace").strip()}.')
         refused = [f'{name}={value}' for name, prop, value in settings.controls if not self._capture.set(prop, value)]
         if refused:
             warn(f'{self._path} does not take {", ".join(refused)}; v4l2-ctl --list-ctrls shows what it takes.')
+
+    def _compare(self, settings, warn):
+        """Warn of what the webcam gives instead of what it was asked for."""
+        size, rate = (settings.width, settings.height), self._capture.get(cv2.CAP_PROP_FPS)
+        code = int(self._capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, 'little', signed=True).decode('ascii', 'replace')
+        got = [('{}x{} pixels'.format(*size), '{}x{}'.format(*self.size), self.size == size),
+               (f'the pixel_format {settings.pixel_format}', code.strip(), code == FOURCC[settings.pixel_format]),
+               (f'{settings.framerate:g} pictures a second', f'{rate:g}', not 0.0 < rate <= settings.framerate - 1.0)]
+        different = [f'{asked} (it gives {given})' for asked, given, as_asked in got if not as_asked]
+        if different:
+            warn(f'{self._path} does not offer {", ".join(different)}.')
 
 
 class _File:
