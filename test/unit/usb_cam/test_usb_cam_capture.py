@@ -105,6 +105,25 @@ def test_after_stop_there_are_no_pictures_the_source_is_closed_and_start_opens_i
         assert len(sink.pictures) == number and len(sink.sources) == round_
 
 
+def test_stop_says_when_the_source_hangs_and_gives_way_to_a_later_start(captured, sink, monkeypatch):
+    hangs, source = threading.Event(), Source()
+    sink.picture = lambda _: hangs.wait(DEADLINE)
+    capture = captured(source)
+    capture.start()
+    until(lambda: source.grabs, 'a grab')
+    monkeypatch.setattr('usb_cam.capture.PATIENCE', 0.05)
+    assert not capture.stop()
+    monkeypatch.setattr('usb_cam.capture.PATIENCE', DEADLINE)
+    capture.start()
+    stopping = threading.Thread(target=capture.stop)
+    stopping.start()
+    until(lambda: not capture._running, 'the second stop')
+    capture.start()
+    stopping.join(DEADLINE / 2.0)
+    assert not stopping.is_alive() and not hangs.is_set()
+    hangs.set()
+
+
 def test_trouble_is_told_and_tried_again_until_it_works(captured, sink):
     pulled = Source(script={3: SourceError('pulled out')})
     captured(SourceError('missing'), SourceError('busy'), pulled, SourceError('missing'), Source()).start()

@@ -180,6 +180,15 @@ def test_what_is_not_there(opened):
     assert '/no/such.mp4: No such file or directory. ' in refusal(opened, '/no/such.mp4')
     assert '/dev/video987: No such file or directory. ' in refusal(opened, '/dev/video987')
     assert '/dev/null is no camera. ' in refusal(opened, '/dev/null')  # by OpenCV itself
+    assert 'video_device is empty' in refusal(opened, '')
+
+
+def test_pipes_and_folders_that_call_themselves_pictures_are_not_waited_for(opened, tmp_path, warnings):
+    os.mkfifo(tmp_path / 'a.png')
+    os.mkdir(tmp_path / 'b.png')
+    assert 'a.png is neither a device nor a file nor a folder' in refusal(opened, tmp_path / 'a.png')
+    assert 'none of the 2 pictures' in refusal(opened, tmp_path)
+    assert [warning.endswith('.png is left out: it is no file.') for warning in warnings] == [True, True]
 
 
 class Recording:
@@ -219,6 +228,8 @@ class Recording:
         assert self.grabbed, 'OpenCV crashes when a picture is retrieved twice'
         self.grabbed = False
         picture = plain(self.number, *self.size)
+        if self.number in self.broken and self.number % 2:
+            raise cv2.error('a picture that cannot be')
         return True, None if self.number in self.broken else self.form(picture)
 
     def form(self, picture):

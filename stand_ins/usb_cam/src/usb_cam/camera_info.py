@@ -26,6 +26,7 @@ class CameraInfos:
         self._name, self._url, self._fov = name, url, horizontal_fov
         self._lock = threading.Lock()
         self._path, self._calibration, self._message = None, None, None
+        self._said = set()  # what was complained of, once: a source may be opened often
         self._given = False  # by ~set_camera_info: stays, whatever is opened
         rospy.Service('~set_camera_info', SetCameraInfo, self._set)
 
@@ -37,15 +38,15 @@ class CameraInfos:
             self._message = self._calibration = None
             try:
                 self._path = self._locate(folder)
-                self._calibration = calibration.read(self._path)
+                self._calibration = known = calibration.read(self._path)
                 rospy.loginfo('camera calibration: %s', self._path)
-                if self._calibration.camera_name != self._name and self._path != _beside(folder):
-                    rospy.logwarn('[%s] does not match name %s in file %s', self._name, self._calibration.camera_name,
-                                  self._path)
+                if known.camera_name != self._name and self._path != _beside(folder):
+                    self._say(rospy.logwarn,
+                              f'[{self._name}] does not match name {known.camera_name} in file {self._path}')
             except FileNotFoundError:
-                rospy.logwarn('Camera calibration file %s not found. %s', self._path, self._instead())
+                self._say(rospy.logwarn, f'Camera calibration file {self._path} not found. {self._instead()}')
             except CalibrationError as error:
-                rospy.logerr('Camera calibration refused: %s. %s', error, self._instead())
+                self._say(rospy.logerr, f'Camera calibration refused: {error}. {self._instead()}')
 
     def message(self, width, height):
         """Return the CameraInfo of pictures of this size [px], the same object unless it has changed."""
@@ -65,16 +66,22 @@ class CameraInfos:
     def _fitting(self, width, height):
         """Return the Calibration to use for pictures of this size, or None."""
         if self._calibration is not None and self._calibration.size != (width, height):
-            rospy.logerr('The calibration %s is for pictures of %dx%d (image_width, image_height); these are %dx%d. %s',
-                         self._path, *self._calibration.size, width, height, self._instead())
+            self._say(rospy.logerr, f'The calibration {self._path} is for pictures of {self._calibration.image_width}x'
+                                    f'{self._calibration.image_height} (image_width, image_height); these are '
+                                    f'{width}x{height}. {self._instead()}')
         elif self._calibration is not None:
             return self._calibration
         if not self._fov:
             return None
         guess = calibration.approximate(width, height, self._fov)
-        rospy.logwarn('~camera_info is approximate: fx = fy = %.1f px from horizontal_fov = %g degrees, no distortion.',
-                      guess.camera_matrix[0], self._fov)
+        self._say(rospy.logwarn, f'~camera_info is approximate: fx = fy = {guess.camera_matrix[0]:.1f} px from '
+                                 f'horizontal_fov = {self._fov:g} degrees, no distortion.')
         return guess
+
+    def _say(self, log, text):
+        if text not in self._said:
+            self._said.add(text)
+            log('%s', text)
 
     def _instead(self):
         if self._fov:

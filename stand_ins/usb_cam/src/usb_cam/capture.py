@@ -35,11 +35,14 @@ class Capture:
             self._change.notify_all()
 
     def stop(self):
-        """Let go of the source; when this returns True there are no more pictures, False: it takes longer."""
+        """Let go of the source; when this returns True there are no more pictures, False: it takes longer.
+
+        It also returns True when somebody else's start() has overruled it.
+        """
         with self._change:
             self._running = False
             self._change.notify_all()
-            return self._change.wait_for(lambda: self._idle, PATIENCE)
+            return self._change.wait_for(lambda: self._idle or self._running, PATIENCE)
 
     def wake(self):
         """Look again whether pictures are wanted."""

@@ -58,14 +58,18 @@ def open_source(path, settings, warn, capture=cv2.VideoCapture):
 
     ``warn(text)`` is told what is wrong without being the end; ``capture`` makes an OpenCV capture.
     """
+    if not path:
+        raise SourceError(f'video_device is empty: it must be a device, a file or a folder. {devices.listing()}')
     path = os.path.abspath(os.path.expanduser(path))
     if devices.is_device(path):
         return Webcam(path, settings, warn, capture)
     try:
-        is_folder = stat.S_ISDIR(os.stat(path).st_mode)
+        mode = os.stat(path).st_mode
     except OSError as error:
         raise SourceError(f'{path}: {error.strerror}. {devices.listing()}') from None
-    if is_folder or path.lower().endswith(PICTURES):
+    if not stat.S_ISDIR(mode) and not stat.S_ISREG(mode):  # a pipe would be waited for for ever
+        raise SourceError(f'{path} is neither a device nor a file nor a folder. {devices.listing()}')
+    if stat.S_ISDIR(mode) or path.lower().endswith(PICTURES):
         return Pictures(path, settings, warn)
     return Video(path, settings, warn, capture)
 
@@ -103,8 +107,8 @@ class Webcam:
 
     def retrieve(self):
         """Return the picture grabbed last; raise SourceError when too many in a row were broken."""
-        ok, picture = self._capture.retrieve()
-        if not ok or picture is None or not picture.size:
+        picture = _retrieved(self._capture)
+        if picture is None:
             self._broken += 1
             if self._broken > BROKEN:
                 raise SourceError(f'{self._path}: its pictures cannot be decoded; try another pixel_format.')
@@ -184,8 +188,8 @@ class Video(_File):
 
     def retrieve(self):
         """Return the picture grabbed last."""
-        ok, picture = self._capture.retrieve()
-        if not ok:
+        picture = _retrieved(self._capture)
+        if picture is None:
             raise SourceError(f'{self._path}: a picture of the video could not be decoded.')
         return picture
 
@@ -251,8 +255,11 @@ class Pictures(_File):
         while self._rest:
             path = self._rest.pop(0)
             try:
-                state = os.stat(path).st_mtime_ns, self.size
+                status = os.stat(path)
+                state = status.st_mtime_ns, self.size
                 if self._bad.get(path) != state:
+                    if not stat.S_ISREG(status.st_mode):
+                        raise ValueError('it is no file.')
                     self._picture = self._read(path)
                     return True
             except FileNotFoundError:
@@ -278,6 +285,15 @@ class Pictures(_File):
             raise ValueError(f'it has {width}x{height} pixels, those before {self.size[0]}x{self.size[1]}.')
         self.size = width, height
         return picture
+
+
+def _retrieved(capture):
+    """Return the picture that an OpenCV capture grabbed last, or None when it cannot be decoded."""
+    try:
+        ok, picture = capture.retrieve()
+    except cv2.error:
+        return None
+    return picture if ok and picture is not None and picture.size else None
 
 
 def _unreadable(path):
