@@ -1,0 +1,8 @@
+#!/usr/bin/env python3
+"""Grades a student's program: what ./run grade runs."""
+import sys
+
+from turtle_robotont.grading.cli import main
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""``./run grade EXERCISE -- COMMAND``: the command line of the grader.
+
+Exit codes: 0 passed, 1 failed, 2 wrong usage or exercise file, 3 undecided (could not keep up, no port, ...).
+"""
+import argparse
+import os
+import random
+import sys
+
+import rospkg
+
+from turtle_robotont.grading import exercise, report, sandbox, verdict
+from turtle_robotont.grading.observed import Observed
+from turtle_robotont.grading.session import Session, SessionError
+
+CODES = {verdict.PASSED: 0, verdict.FAILED: 1, verdict.UNDECIDED: 3}
+USAGE = 2
+
+
+def main(arguments=None):
+    """Grade as the command line says; return the exit code."""
+    options = _parse(sys.argv[1:] if arguments is None else arguments)
+    try:
+        chosen = exercise.load(_find(options.exercise))
+    except (exercise.ExerciseError, OSError) as error:
+        print(f'./run grade: {error}', file=sys.stderr)
+        return USAGE
+    seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
+    folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
+    command = options.command
+    try:
+        os.makedirs(folder, exist_ok=True)
+        session, decided = _grade(chosen, command, seed, folder, options.speed)
+        report.write(folder, chosen, session.observed if session else Observed(), decided, command, seed)
+    except OSError as error:
+        print(f'./run grade: {folder} cannot be written: {error.strerror}. Give another one with --output',
+              file=sys.stderr)
+        return USAGE
+    print(report.text(chosen, decided))
+    for remark in session.remarks if session else []:
+        print(f'  note: {remark}')
+    print(f'  seed {seed}; path.png, result.json, junit.xml, output.txt are in {folder}')
+    return CODES[decided.outcome]
+
+
+def _grade(chosen, command, seed, folder, speed):
+    """Return (Session or None, Verdict)."""
+    try:
+        session = Session(chosen, command, seed, folder, speed)
+    except sandbox.CommandError as error:
+        return None, verdict.Verdict(verdict.FAILED, 0.0, [], [str(error)])
+    try:
+        return session, session.run()
+    except SessionError as error:
+        return session, verdict.Verdict(verdict.UNDECIDED, 0.0, [], [str(error)])
+
+
+def exercises():
+    """Return {name: path} of the exercises that come with the package."""
+    folder = os.path.join(rospkg.RosPack().get_path('turtle_robotont'), 'exercises')
+    return {entry[:-len('.yaml')]: os.path.join(folder, entry) for entry in sorted(os.listdir(folder))
+            if entry.endswith('.yaml')}
+
+
+def _find(name):
+    """Return the path of an exercise, given by name or as a file."""
+    known = exercises()
+    if name in known:
+        return known[name]
+    if os.path.exists(name):
+        return name
+    raise exercise.ExerciseError(f'there is no exercise {name!r}, neither a file nor one of {", ".join(known)}')
+
+
+def _parse(arguments):
+    parser = argparse.ArgumentParser(
+        prog='./run grade', usage='%(prog)s EXERCISE [--seed N] [--speed X] [--output FOLDER] -- COMMAND ...',
+        description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch line): starts "
+        'a master, a simulator and the program, watches, and says what was asked, what was seen and the score.',
+        epilog='Exit code: 0 passed, 1 failed, 2 wrong usage, 3 undecided.')
+    parser.add_argument('exercise', help='a name, or a YAML file of your own; names: ' + ', '.join(exercises()))
+    parser.add_argument('--seed', type=int, help='decides start and stimuli; by default another one each time')
+    parser.add_argument('--speed', type=float, help="times real time, 1 to 20; by default the exercise's")
+    parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
+    # argparse's own remainder would take the options as a part of the command
+    cut = arguments.index('--') if '--' in arguments else len(arguments)
+    options = parser.parse_args(arguments[:cut])
+    options.command = arguments[cut + 1:]
+    if options.speed is not None and not 1.0 <= options.speed <= exercise.FASTEST:
+        parser.error(f'--speed {options.speed:g}: it must be 1 to {exercise.FASTEST}')
+    return options

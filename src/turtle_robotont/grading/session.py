@@ -1,0 +1,242 @@
+"""One grading: a master of its own, the simulator in lockstep, the student's program, an observer, and their end.
+
+Everything runs in simulated time, which stands until the program has registered with the master (or ended); so a slow
+start costs nothing. In lockstep no step begins before the nodes have done with the last: the result does not depend on
+the machine. A program that looks at the wall clock, or never rests, is observed in real time instead.
+
+Threads: the main thread watches; the stimuli and rospy's callbacks run in their own and only append to lists.
+"""
+import json
+import os
+import random
+import socket
+import sys
+import time
+import xmlrpc.client
+from contextlib import closing
+
+import rosgraph
+import roslib.packages
+import rospy
+from kinematic_ros.msg import ClockStatus
+from kinematic_ros.srv import Step
+from std_srvs.srv import Trigger
+
+from kinematic_core.turtle_world import DT
+from turtle_robotont.grading import judging, sandbox, verdict
+from turtle_robotont.grading.observed import Event, Observed
+from turtle_robotont.grading.stimuli import told
+from turtle_robotont.grading.truth import RecordingReader
+
+NODE, STIMULI = '/grader', '/grader_stimuli'
+POLL = 0.02  # [s] of wall time
+LOOK_PERIOD = 0.7  # [s] of wall time between two looks at the master and at the score
+PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
+START_PATIENCE = 10.0  # [s] of wall time in which a program should have registered with the master
+AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
+ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
+SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
+PORTS = range(30000, 60000)
+
+
+class SessionError(RuntimeError):
+    """The grading could not be carried out; the text says why. Nothing is the student's fault."""
+
+
+class Session:
+    """A grading of ``command`` by an Exercise."""
+
+    def __init__(self, exercise, command, seed, folder, speed=None):
+        """``folder`` takes all files; ``speed``: times real time, by default the exercise's."""
+        self.exercise, self.seed, self._folder = exercise, seed, str(folder)
+        self.speed = exercise.speed if speed is None else speed
+        self.lockstep = True
+        self._command, self.remarks = sandbox.runnable(command)
+        if sandbox.sleeps_in_wall_time(self._command):
+            self.remarks.append('it looks at the wall clock (time.sleep, time.time): it is graded in real time; '
+                                'rospy.sleep, rospy.Rate and rospy.Time follow the simulation')
+            self.speed, self.lockstep = 1.0, False
+        self._random = random.Random(seed)
+        self.observed = Observed()
+        self._looked = 0.0
+        self._busy = ''
+
+    def run(self):
+        """Grade; return the Verdict. Raise SessionError."""
+        port = free_port()
+        os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost')
+        os.environ.pop('ROS_IP', None)
+        with sandbox.Sandbox(self._folder, {}) as box:
+            for name in ('ROS_HOME', 'ROS_LOG_DIR', 'TMPDIR'):
+                os.environ[name] = box.environment[name]
+            master = box.start(['rosmaster', '--core', '-p', str(port)], log='master.txt')
+            self._until(rosgraph.is_master_online, master, 'master')
+            rospy.set_param('/use_sim_time', True)
+            rospy.init_node(NODE[1:], disable_signals=True, disable_rostime=True)  # it polls: no part of the lockstep
+            try:
+                self._observe(box)
+            finally:
+                rospy.signal_shutdown('graded')
+        return verdict.decide(self.exercise, self.observed)
+
+    def _observe(self, box):
+        simulator = box.start(self._simulator_command(box), log='simulator.txt')
+        reader = self._truth(box)
+        step, resume = rospy.ServiceProxy(f'{self._simulator}/step', Step), f'{self._simulator}/resume'
+        self._until(lambda: self._offers(resume), simulator, 'simulator')
+        rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
+        try:
+            student = sandbox.Student(box, self._command, lambda: reader.now)
+        except sandbox.CommandError as error:
+            self.observed.trouble = str(error)
+            return
+        self.observed.lines = student.lines
+        begin = time.monotonic()
+        while not self._student_is_there() and student.exit_code() is None and \
+                time.monotonic() - begin < START_PATIENCE:
+            step(1)  # whoever waits for a service, a pose or a time gets it
+            reader.read()
+        reader.read()
+        reader.zero = reader.tick
+        stimuli = self._start_stimuli(box, reader)
+        rospy.ServiceProxy(resume, Trigger)()
+        self._watch(reader, student, simulator, stimuli)
+        reader.close()
+
+    def _start_stimuli(self, box, reader):
+        """Return the program of the stimuli, ready and waiting for time to pass, or None without any."""
+        if not self.exercise.stimuli:
+            return None
+        command = [sys.executable, '-m', told.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
+                   str(self.seed), str(reader.zero * DT)]
+        doing = sandbox.Student(box, command, lambda: 0.0)
+        self._until(lambda: doing.lines, doing.process, 'stimuli')
+        return doing
+
+    def _watch(self, reader, student, simulator, stimuli):
+        """Follow the run until the time is over, or more of it would change nothing."""
+        limit = time.monotonic() + 3.0 * self.exercise.time / self.speed + SLACK
+        ended_at = None
+        while reader.now < self.exercise.time:
+            time.sleep(POLL)
+            reader.read()
+            self._listen(stimuli)
+            if ended_at is None and student.exit_code() is not None:
+                student.drain()
+                ended_at = self.observed.ended_at = reader.now
+                self.observed.exit_code = student.exit_code()
+                if self.observed.exit_code:
+                    self.observed.trouble = (f'it ended with exit code {self.observed.exit_code} after '
+                                             f'{ended_at:.1f} s: {student.said_last()}')
+            if ended_at is not None and reader.now > ended_at + AFTER_END and _done(stimuli):
+                break
+            if simulator.poll() is not None:
+                raise SessionError(f'the simulator ended with exit code {simulator.returncode}')
+            if time.monotonic() > limit:
+                self.observed.kept_up = False
+                break
+            if time.monotonic() > self._looked + LOOK_PERIOD:
+                self._looked = time.monotonic()
+                self._look_at_names()
+                if self._settled(stimuli):
+                    break
+
+    def _listen(self, stimuli):
+        """Take in what the stimuli have done since the last time."""
+        if stimuli:
+            for line in stimuli.lines[1 + len(self.observed.calls) + len(self.observed.shown):]:
+                told(line.text, self.observed)
+
+    def _settled(self, stimuli):
+        """Return whether the verdict cannot change any more."""
+        if judging.fouls(self.observed, self.exercise.allows) or self.observed.trouble:
+            return True
+        return (_done(stimuli) and len(self.observed.track) > 0 and self.observed.rest() > ENOUGH_REST
+                and verdict.decide(self.exercise, self.observed).score >= 100.0)
+
+    def _simulator_command(self, box):
+        """Return the command line of the exercise's simulator, standing still at first."""
+        self._record = os.path.join(box.folder, 'record.csv')
+        start = {axis: self._random.uniform(*limits) for axis, limits in self.exercise.start.items()}
+        common = [f'_rate:={self.speed:g}', '_clock:=true', '_paused:=true', f'_lockstep:={str(self.lockstep).lower()}']
+        if self.exercise.simulator == 'turtlesim':
+            self._simulator = '/turtlesim'
+            x, y = (start.get(axis, self._random.uniform(4.0, 7.0)) for axis in 'xy')
+            return [_executable('turtlesim', 'turtlesim_node'), *common, '_window:=false',
+                    f'_start:=[{x:.4f}, {y:.4f}, {start["theta"]:.4f}]', f'_record:={self._record}']
+        raise SessionError(f'there is no simulator {self.exercise.simulator}')
+
+    def _truth(self, box):
+        return RecordingReader(self._record, self.observed, STIMULI)
+
+    def _on_status(self, status):
+        if status.late_steps:
+            self.observed.kept_up = False
+            self._busy = status.busy
+
+    def _offers(self, service):
+        try:
+            return bool(rosgraph.Master(NODE).lookupService(service))
+        except rosgraph.MasterError:
+            return False
+
+    def _until(self, condition, process, what):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            if process.poll() is not None:
+                raise SessionError(f'the {what} ended at once with exit code {process.returncode}; see {what}.txt')
+            if time.monotonic() > end:
+                raise SessionError(f'the {what} was not there within {PATIENCE:g} s')
+            time.sleep(POLL)
+
+    def _student_is_there(self):
+        """Return whether a node of the student's has come, and has a subscription of /clock if it is Python."""
+        state = rosgraph.Master(NODE).getSystemState()
+        nodes = {node for kind in state for _, users in kind for node in users}
+        return bool(nodes - self._own())
+
+    def _own(self):
+        return {NODE, STIMULI, self._simulator, '/rosout'}
+
+    def _look_at_names(self):
+        """Note what the student's nodes publish, subscribe and serve, and who pretends to be the simulator."""
+        try:
+            published, subscribed, served = rosgraph.Master(NODE).getSystemState()
+        except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
+            return
+        own = self._own()
+        for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
+            for name, nodes in names:
+                others = set(nodes) - own
+                if others:
+                    self.observed.connections.add((name, role))
+                if others and role == 'publishes' and name in FAKES:
+                    self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), min(others)))
+
+
+def _done(stimuli):
+    return stimuli is None or stimuli.exit_code() is not None
+
+
+FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
+         '/clock': 'fake_clock'}
+
+
+def free_port():
+    """Return a port of this machine that nobody listens on; raise SessionError when there is none."""
+    for _ in range(200):
+        port = random.SystemRandom().choice(PORTS)
+        with closing(socket.socket()) as probe:
+            try:
+                probe.bind(('localhost', port))
+                return port
+            except OSError:
+                continue
+    raise SessionError(f'there is no free port from {PORTS.start} to {PORTS.stop - 1} for a ROS master')
+
+
+def _executable(package, name):
+    found = roslib.packages.find_node(package, name)
+    if not found:
+        raise SessionError(f'{package} has no {name} here; is the workspace built (./run build)?')
+    return found[0]
