@@ -15,6 +15,7 @@ from kinematic_core.rest import Gone, Threads
 FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
 LONGEST_PAUSE = 1e-3  # [s]
 SETTLING = 0.05  # [s] of rest asked for after the master has worked: whoever registers waits for TCP now and then
+LOG_PARAMETER = '/rosout_disable_topics_generation'  # rospy asks the master for it at every line that it logs
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
 
 
@@ -34,6 +35,8 @@ class Lockstep:
 
     def watch_master(self):
         """Look for the master; again when it was started anew."""
+        if not rospy.has_param(LOG_PARAMETER):
+            rospy.set_param(LOG_PARAMETER, False)  # its default; a node that logs asks for it until it is set
         self._master = master = _watch_master()
         self._pollers = master.ids() if master else set()  # its threads that work even if nobody registers
 
