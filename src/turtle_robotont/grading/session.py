@@ -35,6 +35,7 @@ PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
 START_PATIENCE = 10.0  # [s] of wall time in which a program should have registered with the master
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
+SLOWEST_PACE = 0.8  # of real time: below it a program on the wall clock cannot be judged
 SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
 PORTS = range(30000, 60000)
 
@@ -46,8 +47,8 @@ class SessionError(RuntimeError):
 class Session:
     """A grading of ``command`` by an Exercise."""
 
-    def __init__(self, exercise, command, seed, folder, speed=None):
-        """``folder`` takes all files; ``speed``: times real time, by default the exercise's."""
+    def __init__(self, exercise, command, seed, folder, speed=None, real_time=False):
+        """``folder`` takes all files; ``speed``: times real time, by default the exercise's; ``real_time``: with 1."""
         self.exercise, self.seed, self._folder = exercise, seed, str(folder)
         self.speed = exercise.speed if speed is None else speed
         self.lockstep = True
@@ -55,11 +56,13 @@ class Session:
         if sandbox.sleeps_in_wall_time(self._command):
             self.remarks.append('it looks at the wall clock (time.sleep, time.time): it is graded in real time; '
                                 'rospy.sleep, rospy.Rate and rospy.Time follow the simulation')
+            real_time = True
+        if real_time:
             self.speed, self.lockstep = 1.0, False
         self._random = random.Random(seed)
         self.observed = Observed()
-        self._looked = 0.0
-        self._busy = ''
+        self._looked, self._watching = 0.0, False
+        self.busy = ''  # the nodes that never rested, where lockstep had to go on without them
 
     def run(self):
         """Grade; return the Verdict. Raise SessionError."""
@@ -101,6 +104,10 @@ class Session:
         stimuli = self._start_stimuli(box, reader)
         rospy.ServiceProxy(resume, Trigger)()
         self._watch(reader, student, simulator, stimuli)
+        self.observed.lines = list(student.lines)  # what it says when it is ended does not count
+        if student.dropped:
+            self.remarks.append(f'it printed {len(student.lines) + student.dropped} lines; the first '
+                                f'{len(student.lines)} were looked at')
         reader.close()
 
     def _start_stimuli(self, box, reader):
@@ -115,6 +122,7 @@ class Session:
 
     def _watch(self, reader, student, simulator, stimuli):
         """Follow the run until the time is over, or more of it would change nothing."""
+        self._watching = True
         limit = time.monotonic() + 3.0 * self.exercise.time / self.speed + SLACK
         ended_at = None
         while reader.now < self.exercise.time:
@@ -140,6 +148,7 @@ class Session:
                 self._look_at_names()
                 if self._settled(stimuli):
                     break
+        self._watching = False
 
     def _listen(self, stimuli):
         """Take in what the stimuli have done since the last time."""
@@ -171,8 +180,9 @@ class Session:
 
     def _on_status(self, status):
         if status.late_steps:
+            self.observed.kept_up, self.busy = False, status.busy
+        elif self._watching and not self.lockstep and 0.0 < status.pace < SLOWEST_PACE:
             self.observed.kept_up = False
-            self._busy = status.busy
 
     def _offers(self, service):
         try:
