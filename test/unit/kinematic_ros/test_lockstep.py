@@ -37,7 +37,7 @@ class Process:
     def runs(self):
         if self.gone:
             raise Gone
-        return None if self.wall.now < self.busy_until else {'1': 5, '2': self.worked}
+        return None if self.wall.now < self.busy_until else {'1': 5, '2': 1_000_000 * self.worked}
 
     def close(self):
         self.closed = True
@@ -72,6 +72,8 @@ class Scene:
         monkeypatch.setattr(lockstep, 'Threads', lambda *_, **__: self.own)
         monkeypatch.setattr(lockstep, '_watch_master', lambda: self.master)
         monkeypatch.setattr(lockstep, '_watch', lambda connection: self.processes[connection.endpoint_id])
+        self.books = []
+        monkeypatch.setattr(lockstep, '_books', lambda: list(self.books))
         monkeypatch.setattr(rospy, 'is_shutdown', lambda: False)
         self.lockstep = Lockstep(self.publisher, PATIENCE, STEP)
         self.wait()  # the master settles
@@ -111,10 +113,22 @@ def test_two_looks_must_see_the_same(scene, monkeypatch):
 
 
 def test_a_registration_is_given_time_to_settle_once(scene):
-    scene.master.worked += 1
+    scene.master.worked, scene.books = 1, ['/one publishes /turtle1/cmd_vel']
     rest, took = scene.wait()
     assert rest and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
     assert scene.wait()[1] < 1e-4
+
+
+def test_a_master_that_only_answers_holds_nobody_up(scene):
+    for _ in range(3):
+        scene.master.worked += 1
+        assert scene.wait() == (True, pytest.approx(0.0, abs=1e-3))
+
+
+def test_a_master_that_polls_is_not_even_asked(scene, monkeypatch):
+    monkeypatch.setattr(lockstep, '_books', lambda: pytest.fail('asked'))
+    scene.master.worked += 0.05  # 50 us
+    assert scene.wait()[0]
 
 
 def test_a_node_that_never_rests_is_named_counted_and_gets_real_time_from_then_on(scene):

@@ -48,6 +48,11 @@ class Pacer:
         """Return the simulated time [ns] at the end of the step begun last."""
         return BEGIN + self.steps * round(self.step * 1e9)
 
+    @property
+    def standing(self):
+        """Return whether no step is to be made, neither in time nor by hand."""
+        return self.paused and not self._requested
+
     def pause(self):
         """Make no step any more until ``resume``, but those of ``request``."""
         self.paused = True
@@ -81,7 +86,7 @@ class Pacer:
         """
         if self._due is None:
             self._due = self._monotonic() + self._period
-        if self.paused and not self._requested:
+        if self.standing:
             with self._changed:
                 self._changed.wait_for(lambda: not self.paused or self._requested or self._closed, longest)
             return self._by_hand()

@@ -1,7 +1,7 @@
 """Whether other processes of this machine are at rest: every thread sleeps and waits for something from outside.
 
 A simulator in lockstep begins a step only when nothing that the last one set off still goes on. No program has to
-tell it: Linux says for every thread whether it sleeps and how often it has run. Two looks at all threads, in which
+tell it: Linux says for every thread whether it sleeps and how long it has run. Two looks at all threads, in which
 each sleeps and none has run in between, prove that all of them slept at one moment, that between the two looks.
 
 Two things escape: what sleeps in wall time (``time.sleep``) is at rest as well, nobody but the program could know
@@ -34,8 +34,8 @@ class Threads:
         self._files = {}
 
     def runs(self):
-        """Return {thread: how often it has run}; None when one runs or is about to. Raise Gone."""
-        counts = {}
+        """Return {thread: how long it has run [ns]}; None when one runs or is about to. Raise Gone."""
+        times = {}
         for thread in self.ids() - self._without:
             try:
                 stat, schedstat = self._files.get(thread) or self._open(thread)
@@ -43,13 +43,13 @@ class Threads:
                 state = line.rindex(b')') + 2  # of `number (name) state ...`, where the name may hold anything
                 if line[state] not in ASLEEP:
                     return None
-                counts[thread] = os.pread(schedstat, 100, 0).split()[2]
+                times[thread] = int(os.pread(schedstat, 100, 0).split()[0])
             except ProcessLookupError:  # this thread has ended
                 self._forget(thread)
             except (OSError, IndexError) as error:
                 if thread in self.ids():
                     raise Gone(f'{self._folder}/{thread} cannot be read: {error}') from None
-        return counts
+        return times
 
     def ids(self):
         """Return the ids of all threads, as texts. Raise Gone."""

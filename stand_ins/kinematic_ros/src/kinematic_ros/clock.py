@@ -122,6 +122,8 @@ class SimulatorClock:
                 self._report()
             else:
                 step()
+            if self._pacer.standing:
+                self._stands.set()
 
     def restore(self):
         """Set anew what a master that was started anew does not know; for keep_registered's ``on_return``."""
@@ -141,7 +143,7 @@ class SimulatorClock:
 
     def _rest(self):
         """There is no step to make: say so, and to late-comers what time it is."""
-        if self._pacer.paused:
+        if self._pacer.standing:
             self._stands.set()
         if self._publishes:
             self._clock.publish(self._set_time())

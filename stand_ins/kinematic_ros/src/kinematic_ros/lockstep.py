@@ -2,6 +2,7 @@
 
 Threading contract: one thread, that which publishes /clock, uses a Lockstep.
 """
+import http.client
 import os
 import threading
 import time
@@ -14,7 +15,8 @@ from kinematic_core.rest import Gone, Threads
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
 LONGEST_PAUSE = 1e-3  # [s]
-SETTLING = 0.05  # [s] of rest asked for after the master has worked: whoever registers waits for TCP now and then
+SETTLING = 0.12  # [s] of rest asked for after a registration: the master's threads that tell others look every 0.1 s
+WORK = 100_000  # [ns] that a thread of the master runs at least for a registration; its threads that poll run less
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # rospy asks the master for it at every line that it logs
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
 
@@ -27,7 +29,7 @@ class Lockstep:
         self._publisher, self._patience, self._step = publisher, patience, step
         self._own = Threads(os.getpid(), without=[threading.get_native_id()])
         self.watch_master()
-        self._settled = None  # how often each of the master's other threads had run at the last rest
+        self._settled = {}  # how long [ns] each thread of the master had run at the last rest
         self._connections = ()
         self._followers = {}  # connection: (name, Threads, or None where it cannot be watched)
         self.late = 0  # steps that were begun although a node was not at rest
@@ -37,32 +39,36 @@ class Lockstep:
         """Look for the master; again when it was started anew."""
         if not rospy.has_param(LOG_PARAMETER):
             rospy.set_param(LOG_PARAMETER, False)  # its default; a node that logs asks for it until it is set
-        self._master = master = _watch_master()
-        self._pollers = master.ids() if master else set()  # its threads that work even if nobody registers
+        self._master, self._books = _watch_master(), _books()  # and what was registered at the last rest
 
     def wait(self):
         """Wait for rest; return whether it came in time."""
         begin = since = time.monotonic()
         patience = self._step if self.restless else self._patience
-        pause, seen = FIRST_PAUSE, None
+        pause, seen, needed, asked = FIRST_PAUSE, None, 0.0, False
         while not rospy.is_shutdown():
             looked, now = self._look(), time.monotonic()
             if looked is None or looked != seen:
                 seen, since = looked, now
-            elif now - since >= (0.0 if self.restless or looked[0] == self._settled else SETTLING):
-                self._settled, self.restless = looked[0], ''
-                return True
+            elif now - since >= needed:
+                if asked or self.restless or not self._worked(looked[0]):
+                    self._settled, self.restless = looked[0], ''
+                    return True
+                asked, seen = True, None
+                if self._registered():
+                    needed = SETTLING
+                continue
             if now - begin >= patience:
                 self.late += 1
                 self.restless = self._names() or self.restless or 'the simulator itself'
                 return False
-            if seen is None or pause > FIRST_PAUSE or seen[0] != self._settled:
+            if seen is None or pause > FIRST_PAUSE or needed:
                 time.sleep(pause)
                 pause = min(2.0 * pause, LONGEST_PAUSE)
         return True
 
     def _look(self):
-        """Return how often each thread has run, the master's first; None when one runs."""
+        """Return how long each thread has run, the master's first; None when one runs."""
         self._update()
         try:
             master = self._master.runs() if self._master else {}
@@ -70,7 +76,7 @@ class Lockstep:
             self._master, master = None, {}
         if master is None:
             return None
-        looked = [{thread: runs for thread, runs in master.items() if thread not in self._pollers}, self._own.runs()]
+        looked = [master, self._own.runs()]
         for connection, (name, threads) in self._followers.items():
             try:
                 looked.append(threads and threads.runs())
@@ -80,6 +86,15 @@ class Lockstep:
             if threads and looked[-1] is None:
                 return None
         return None if looked[1] is None else looked
+
+    def _worked(self, master):
+        """Return whether the master has done something since the last rest."""
+        return any(ran - self._settled.get(thread, 0) > WORK for thread, ran in master.items())
+
+    def _registered(self):
+        """Return whether anything was registered or unregistered since the last rest."""
+        before, self._books = self._books, _books()
+        return before != self._books
 
     def _names(self):
         """Return the names of the nodes that are busy just now."""
@@ -136,6 +151,14 @@ def _watch_master():
         return None
 
 
+def _books():
+    """Return what is registered with the master, or None."""
+    try:
+        return _proxy(rosgraph.get_master_uri()).getSystemState(rospy.get_name())[2]
+    except (OSError, xmlrpc.client.Error, http.client.HTTPException):
+        return None
+
+
 class _Transport(xmlrpc.client.Transport):
     """HTTP with a time limit."""
 
@@ -147,4 +170,8 @@ class _Transport(xmlrpc.client.Transport):
 
 def _pid(uri):
     """Return the process id of the node or master at ``uri``."""
-    return xmlrpc.client.ServerProxy(uri, transport=_Transport()).getPid(rospy.get_name())[2]
+    return _proxy(uri).getPid(rospy.get_name())[2]
+
+
+def _proxy(uri):
+    return xmlrpc.client.ServerProxy(uri, transport=_Transport())
