@@ -119,6 +119,13 @@ def test_a_registration_is_given_time_to_settle_once(scene):
     assert scene.wait()[1] < 1e-4
 
 
+def test_a_master_that_polls_settles_all_the_same(scene, monkeypatch):
+    monkeypatch.setattr(scene.master, 'runs', lambda: {'1': 60_000 * int(scene.wall.now / 0.1), '2': 1_000_000})
+    scene.books = ['/one publishes /turtle1/cmd_vel']
+    rest, took = scene.wait()
+    assert rest and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
+
+
 def test_a_master_that_only_answers_holds_nobody_up(scene):
     for _ in range(3):
         scene.master.worked += 1

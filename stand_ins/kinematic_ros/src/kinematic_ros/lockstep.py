@@ -48,16 +48,16 @@ class Lockstep:
         pause, seen, needed, asked = FIRST_PAUSE, None, 0.0, False
         while not rospy.is_shutdown():
             looked, now = self._look(), time.monotonic()
-            if looked is None or looked != seen:
-                seen, since = looked, now
+            if looked is None or seen is None or looked[1:] != seen[1:] or _worked(seen[0], looked[0]):
+                since = now
             elif now - since >= needed:
-                if asked or self.restless or not self._worked(looked[0]):
+                if asked or self.restless or not _worked(self._settled, looked[0]):
                     self._settled, self.restless = looked[0], ''
                     return True
-                asked, seen = True, None
+                asked, looked = True, None
                 if self._registered():
                     needed = SETTLING
-                continue
+            seen = looked
             if now - begin >= patience:
                 self.late += 1
                 self.restless = self._names() or self.restless or 'the simulator itself'
@@ -86,10 +86,6 @@ class Lockstep:
             if threads and looked[-1] is None:
                 return None
         return None if looked[1] is None else looked
-
-    def _worked(self, master):
-        """Return whether the master has done something since the last rest."""
-        return any(ran - self._settled.get(thread, 0) > WORK for thread, ran in master.items())
 
     def _registered(self):
         """Return whether anything was registered or unregistered since the last rest."""
@@ -120,6 +116,11 @@ class Lockstep:
             if connection not in self._followers:
                 self._followers[connection] = (connection.endpoint_id, _watch(connection))
         self._connections = connections
+
+
+def _worked(before, after):
+    """Return whether a thread of the master has done more than to look for work."""
+    return any(ran - before.get(thread, 0) > WORK for thread, ran in after.items())
 
 
 def _watch(connection):
