@@ -6,10 +6,10 @@ import rospy
 import rospy.msg
 
 
-def frame(message):
-    """Return a message as the bytes that go over a TCPROS connection: its length, then its fields."""
+def frame(message, seq=0):
+    """Return a message, with header.seq ``seq``, as the bytes of a TCPROS connection: its length, then its fields."""
     buffer = io.BytesIO()
-    rospy.msg.serialize_message(buffer, 0, message)
+    rospy.msg.serialize_message(buffer, seq, message)
     return buffer.getvalue()
 
 
@@ -38,6 +38,7 @@ class LatestPublisher(rospy.Publisher):
     def __init__(self, name, data_class):
         super().__init__(name, data_class, tcp_nodelay=True, queue_size=1)
         self.impl.set_queue_size(None)  # no thread a connection
+        self._published = 0
         self._unsent = {}  # connection -> rest of a message that its socket took only in part
 
     def wanted(self):
@@ -49,7 +50,8 @@ class LatestPublisher(rospy.Publisher):
         """Publish a message, given as itself or by its fields; once unregistered, do nothing."""
         data_class = self.data_class
         if data_class is not None:
-            self.publish_frame(frame(rospy.msg.args_kwds_to_message(data_class, args, kwds)))
+            self._published += 1
+            self.publish_frame(frame(rospy.msg.args_kwds_to_message(data_class, args, kwds), self._published))
 
     def publish_frame(self, data):
         """Publish a message that ``frame`` has serialised."""

@@ -1,0 +1,32 @@
+"""The original's deprecated command line, turned into remappings and private parameters."""
+import json
+
+USAGE = ('SIZE_CM MAX_NEW_MARKER_ERROR MAX_TRACK_ERROR IMAGE_TOPIC CAMERA_INFO_TOPIC OUTPUT_FRAME '
+         '[MAX_FREQUENCY [MARKER_RESOLUTION [MARKER_MARGIN]]]')
+NEEDED = ('_marker_size', '_max_new_marker_error', '_max_track_error', 'camera_image', 'camera_info', '_output_frame')
+OPTIONAL = ('_max_frequency', '_marker_resolution', '_marker_margin')
+
+
+class UsageError(ValueError):
+    """Arguments that are not of the deprecated form either."""
+
+
+def ros_arguments(words):
+    """Return the ROS arguments (name:=value) that say what positional ``words`` say; UsageError if they cannot."""
+    if len(words) < len(NEEDED):
+        raise UsageError(f'{len(words)} arguments are given, at least {len(NEEDED)} are needed')
+    if len(words) > len(NEEDED + OPTIONAL):
+        raise UsageError(f'{len(words)} arguments are given, at most {len(NEEDED + OPTIONAL)} are known')
+    return [f'{name}:={_value(name, word)}' for name, word in zip(NEEDED + OPTIONAL, words)]
+
+
+def _value(name, word):
+    if name == '_output_frame':
+        return json.dumps(word)  # a frame may look like a number
+    if not name.startswith('_'):
+        return word
+    try:
+        number = float(word)
+        return int(number) if number.is_integer() else f'{number:f}'  # YAML takes 1e-05 for a text
+    except (OverflowError, ValueError):
+        raise UsageError(f'{name[1:].upper()} is {word!r}; a number is needed') from None

@@ -1,0 +1,142 @@
+"""Between ROS messages and alvar_core: cameras from CameraInfo, messages from poses.  Needs no running ROS."""
+import math
+from dataclasses import dataclass
+
+import genpy
+import numpy as np
+from ar_track_alvar_msgs.msg import AlvarMarker
+from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker
+
+from alvar_core import pose
+from alvar_core.camera import Camera, CameraError
+from alvar_core.fisheye import FisheyeCamera
+
+LARGEST_ID = 2 ** 32 - 1  # AlvarMarker.id is a uint32
+LIFETIME = 1.0  # [s] of a cube in rviz
+THICKNESS = 0.2  # of a cube, in parts of its width
+MODELS = {'plumb_bob': Camera, 'rational_polynomial': Camera, 'equidistant': FisheyeCamera, 'fisheye': FisheyeCamera}
+
+
+@dataclass
+class MarkerPose:
+    """What is published of a marker, or of a bundle of them.
+
+    rotation (3, 3) and position (3,) m: in the camera's optical frame; confidence: 0 to 100; size: m, of the cube in
+    rviz; reported: in ar_pose_marker and tf, or in rviz only; namespace, colour (r, g, b, a 0 to 1): in rviz.
+    """
+
+    id: int
+    rotation: np.ndarray
+    position: np.ndarray
+    confidence: int
+    size: float
+    reported: bool = True
+    namespace: str = 'basic_shapes'
+    colour: tuple = (0.2, 0.6, 1.0, 0.9)
+
+
+def confidence(detection):
+    """Return how sure a Detection is, in percent; at most 50 while its orientation is ambiguous."""
+    percent = 100.0 * min(max(detection.confidence, 0.0), 1.0)
+    return int(round(percent / 2.0 if detection.ambiguous else percent))
+
+
+def camera_key(info, width, height, rectified):
+    """Return all that camera_of() looks at; equal keys mean equal cameras (NaN equals nothing)."""
+    roi = info.roi
+    return (width, height, rectified, info.width, info.height, info.distortion_model, tuple(info.D), tuple(info.K),
+            tuple(info.P), info.binning_x, info.binning_y, roi.x_offset, roi.y_offset, roi.width, roi.height)
+
+
+def camera_of(info, width, height, rectified=False):
+    """Return the Camera of pictures of ``width`` x ``height`` pixels with this CameraInfo.
+
+    rectified: the pictures are undistorted already, P describes them.  Raises CameraError.
+    """
+    _check_size(info, width, height)
+    if rectified:
+        matrix = np.reshape(info.P, (3, 4))[:, :3]
+        return Camera(_of_window(info, _checked(matrix, 'P')))
+    values = np.asarray(info.D, float)
+    matrix = _of_window(info, _checked(np.reshape(info.K, (3, 3)), 'K'))
+    if not values.any():
+        return Camera(matrix)
+    model = MODELS.get(info.distortion_model)
+    if model is None:
+        raise CameraError(f'distortion_model is {info.distortion_model!r}; known are: {", ".join(MODELS)}')
+    if model is Camera and values.size > 8 and not values[8:].any():
+        values = values[:8]  # thin prisms of no thickness
+    return model(matrix, values)
+
+
+def _checked(matrix, name):
+    if not np.all(np.isfinite(matrix)) or matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
+        raise CameraError(f'{name} is {np.round(matrix, 3).tolist()}: fx and fy must be above 0 and all must be '
+                          'finite; an uncalibrated camera publishes zeros: calibrate it (camera_calibration) or give '
+                          'its driver the calibration file')
+    return matrix
+
+
+def _check_size(info, width, height):
+    """Raise CameraError unless the CameraInfo is that of such pictures; a size of 0 x 0 says nothing."""
+    roi = info.roi
+    full = (roi.width, roi.height) if roi.width and roi.height else (info.width, info.height)
+    expected = full[0] // max(info.binning_x, 1), full[1] // max(info.binning_y, 1)
+    if all(expected) and expected != (width, height):
+        raise CameraError(f'the picture has {width}x{height} pixels, camera_info is for {expected[0]}x{expected[1]} '
+                          f'(width x height {info.width}x{info.height}, roi {roi.width}x{roi.height}, binning '
+                          f'{info.binning_x}x{info.binning_y}): they belong to different cameras or modes; calibrate '
+                          'in the mode that is used, or let the driver set binning and roi')
+
+
+def _of_window(info, matrix):
+    """The matrix of the pixels in the region of interest, several binned into one; pixel centres are whole numbers."""
+    matrix = matrix.copy()
+    for axis, offset, binning in ((0, info.roi.x_offset, info.binning_x), (1, info.roi.y_offset, info.binning_y)):
+        binning = max(binning, 1)
+        matrix[axis] /= binning
+        matrix[axis, 2] += (0.5 - offset) / binning - 0.5
+    return matrix
+
+
+def transform_of(marker, header):
+    """Return the TransformStamped from the camera's frame (of ``header``) to ar_marker_ID."""
+    message = TransformStamped(header=header, child_frame_id=f'ar_marker_{marker.id}')
+    message.transform.translation = Vector3(*marker.position)
+    message.transform.rotation = Quaternion(*pose.quaternion(marker.rotation))
+    return message
+
+
+def rviz_marker_of(marker, header):
+    """Return the cube that rviz shows, in the camera's frame (of ``header``)."""
+    message = Marker(header=header, ns=marker.namespace, id=marker.id if marker.id < 2 ** 31 else marker.id - 2 ** 32,
+                     type=Marker.CUBE, action=Marker.ADD, lifetime=genpy.Duration.from_sec(LIFETIME))
+    message.pose = _pose(marker.rotation, marker.position)
+    message.scale = Vector3(marker.size, marker.size, THICKNESS * marker.size)
+    message.color = ColorRGBA(*marker.colour)
+    return message
+
+
+def alvar_marker_of(marker, header, rotation, translation):
+    """Return the AlvarMarker in the frame of ``header``; rotation, translation: the camera's pose in that frame."""
+    message = AlvarMarker(header=header, id=marker.id, confidence=marker.confidence)
+    message.pose.header = header
+    message.pose.pose = _pose(rotation @ marker.rotation, rotation @ marker.position + translation)
+    return message
+
+
+def matrix_of(transform):
+    """Return rotation (3, 3) and translation (3,) m of a geometry_msgs/Transform."""
+    t, q = transform.translation, transform.rotation
+    norm = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
+    x, y, z, w = (part / norm for part in (q.x, q.y, q.z, q.w))
+    rotation = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    return rotation, np.array([t.x, t.y, t.z])
+
+
+def _pose(rotation, position):
+    return Pose(Point(*position), Quaternion(*pose.quaternion(rotation)))

@@ -1,0 +1,43 @@
+"""Settings that change while the node runs: dynamic_reconfigure and ~enable_detection."""
+import math
+import xmlrpc.client
+
+import rosgraph
+import rospy
+from dynamic_reconfigure.server import Server
+
+from ar_track_alvar.cfg import ParamsConfig
+
+
+class LiveSettings:
+    """Serves dynamic_reconfigure on a Settings; ``on_change()`` is called after every change, in rospy's threads."""
+
+    def __init__(self, settings, on_change):
+        self._settings, self._on_change = settings, on_change
+        for name in ParamsConfig.defaults:  # as floats: dynamic_reconfigure would take a whole number for an int
+            rospy.set_param(f'~{name}', getattr(settings, name))
+        self._server = Server(ParamsConfig, self._changed)
+
+    def enable(self, enabled):
+        """Switch detection on or off, visible to the clients of dynamic_reconfigure."""
+        self._update({'enabled': bool(enabled)})
+
+    def restore(self):
+        """Put the parameters onto a master that was started anew."""
+        self._update({})
+
+    def _update(self, changes):
+        try:
+            self._server.update_configuration(changes)
+        except (OSError, rosgraph.MasterException, xmlrpc.client.Error) as error:  # it is in effect all the same
+            rospy.logwarn('The parameter server could not be told of a change: %s', error)
+
+    def _changed(self, config, _):
+        for name in ParamsConfig.defaults:
+            if not math.isfinite(config[name]):
+                rospy.logwarn('dynamic_reconfigure: %s is %s; it must be a finite number and stays %s', name,
+                              config[name], getattr(self._settings, name))
+                config[name] = getattr(self._settings, name)
+            setattr(self._settings, name, config[name])
+        self._on_change()
+        return config

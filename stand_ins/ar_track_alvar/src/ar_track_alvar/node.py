@@ -1,0 +1,227 @@
+"""The node class of the marker trackers: pictures in, poses out.
+
+Threading contract: rospy's threads only leave the newest picture, camera_info and settings behind, under
+``_condition``; one worker thread does everything else: it searches, publishes, and reports on itself.
+"""
+import threading
+import time
+import traceback
+
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Bool
+
+from alvar_core.camera import CameraError
+from alvar_core.detector import Detector, PictureError
+from alvar_core.tracker import Tracker
+from ar_track_alvar import conversions, inputs
+from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
+from ar_track_alvar.diagnostics import Statistics
+from ar_track_alvar.gates import ErrorGate, RateGate
+from ar_track_alvar.live_settings import LiveSettings
+from ar_track_alvar.report import Report
+from ar_track_alvar.settings import AUTO, RECTIFIED
+from kinematic_ros import images, params
+from kinematic_ros.registration import keep_registered
+
+BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once; rospy's 64 KiB take several turns a picture
+SILENCE = 5.0  # [s] without a picture or camera_info before it is said
+THROTTLE = 10.0  # [s] between two warnings of a kind
+REPORT = 1.0  # [s] between two reports on /diagnostics
+FULL_SEARCH = 10.0  # [Hz] whole pictures are searched at least so often, where there are so many
+JUMP_BACK = 1.0  # [s] a stamp that is so much older than the last one means that time began anew
+
+
+class MarkerNode:
+    """Tracks markers and publishes what ``to_publish`` makes of them.
+
+    A node that reports something else than the single markers (bundles) derives from this class and overrides
+    ``to_publish``; markers of other sizes than ~marker_size are given as ``sizes``.
+    """
+
+    def __init__(self, settings, sizes=None):
+        """Register everything; rospy is initialised.  settings: Settings; sizes: {id: width of the square, m}."""
+        self.settings, self._sizes = settings, dict(sizes or {})
+        self._condition = threading.Condition()
+        self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
+        self._info = self._camera = self._camera_key = self._last_stamp = self._subscriber = None
+        self._statistics, self._rate, self._errors = Statistics(), RateGate(settings.max_frequency), ErrorGate()
+        self._said = {}  # kind of warning -> when it may be said again [s, monotonic]
+        self._topic = rospy.resolve_name('camera_image')
+        self._picture_came = self._info_came = self._reported = time.monotonic()
+        self._reconfigured = True
+        self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics)
+        self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+        self._live = LiveSettings(settings, self._settings_changed)
+        rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber('~enable_detection', Bool, lambda message: self._live.enable(message.data), queue_size=1)
+        keep_registered(on_return=self._live.restore)
+        params.log_effective()
+
+    def to_publish(self, detections):
+        """Return the MarkerPoses to publish for the Detections in one picture.
+
+        Called in the worker thread for every picture that was searched, also with no detections.  Ids that are texts
+        are not among them.
+        """
+        return [MarkerPose(d.id, d.rotation, d.position, conversions.confidence(d), self.size_of(d.id))
+                for d in detections]
+
+    def size_of(self, marker_id):
+        """Return the width of a marker's black square, m."""
+        return self._sizes.get(marker_id, self.settings.marker_size / 100.0)
+
+    def run(self):
+        """Work until shutdown."""
+        worker = threading.Thread(target=self._work, name='markers', daemon=True)
+        worker.start()
+        rospy.spin()
+        with self._condition:
+            self._condition.notify()
+        worker.join(2.0)
+
+    # ------------------------------------------------------------------------------------------- rospy's threads
+
+    def _take_picture(self, message):
+        now = time.monotonic()
+        with self._condition:
+            self._picture_came = now
+            if not self._rate.open(now):
+                self._statistics.skipped += 1
+                return
+            self._statistics.dropped += self._picture is not None
+            self._picture = now, message
+            self._condition.notify()
+
+    def _take_info(self, message):
+        with self._condition:
+            self._info, self._info_came = message, time.monotonic()
+
+    def _settings_changed(self):
+        with self._condition:
+            self._rate.rate = self.settings.max_frequency
+            self._reconfigured = True
+            self._condition.notify()
+
+    # ------------------------------------------------------------------------------------------ the worker thread
+
+    def _work(self):
+        while not rospy.is_shutdown():
+            try:
+                self._turn()
+            except Exception:  # a fault in one picture must not end the tracker
+                if not rospy.is_shutdown():
+                    self._complain('fault', lambda: f'A picture could not be searched:\n{traceback.format_exc()}')
+
+    def _turn(self):
+        """Wait for something to do, and do it."""
+        with self._condition:
+            if self._picture is None and not self._reconfigured:
+                rest = self._reported + REPORT - time.monotonic()
+                self._condition.wait(max(0.0, self._report.retry or rest))
+            picture, self._picture, info = self._picture, None, self._info
+            reconfigured, self._reconfigured = self._reconfigured, False
+        if reconfigured:
+            self._apply_settings()
+        if picture is not None and self._subscriber is not None:
+            self._search(*picture, info)
+        trouble = self._report.flush()
+        if trouble:
+            self._complain('transform', lambda: trouble)
+        if time.monotonic() >= self._reported + REPORT:
+            self._look_after()
+
+    def _apply_settings(self):
+        settings = self.settings
+        sizes = {marker_id: size for marker_id, size in self._sizes.items()}
+        self._tracker = Tracker(Detector(settings.marker_size / 100.0, settings.marker_resolution,
+                                         settings.marker_margin, sizes),
+                                full_every=max(1, round(settings.max_frequency / FULL_SEARCH)))
+        self._errors.reset()
+        if settings.enabled and self._subscriber is None:
+            self._picture_came = time.monotonic()
+            self._subscriber = self._subscribe()
+        elif not settings.enabled and self._subscriber is not None:
+            self._subscriber.unregister()
+            self._subscriber = None
+
+    def _subscribe(self):
+        if self.settings.image_transport == 'compressed':
+            return rospy.Subscriber(f'{self._topic}/compressed', CompressedImage, self._take_picture, queue_size=1,
+                                    buff_size=BUFFER, tcp_nodelay=True)
+        return rospy.Subscriber('camera_image', Image, self._take_picture, queue_size=1, buff_size=BUFFER,
+                                tcp_nodelay=True)
+
+    def _search(self, arrival, message, info):
+        if info is None:
+            return
+        self._notice_jump(message.header.stamp)
+        begun = time.perf_counter()
+        try:
+            grey = images.grey(message)
+            camera = self._camera_for(info, grey)
+            detections = self._tracker.update(grey, camera)
+        except (CameraError, PictureError, images.ImageError) as error:
+            self._statistics.refused += 1
+            topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
+            text = f'{topic}: {error}'
+            self._complain(type(error), lambda: text)
+            return
+        detections = self._errors.passed(self._numbered(detections), self.settings.max_new_marker_error,
+                                         self.settings.max_track_error)
+        self._statistics.picture(time.perf_counter() - begun, detections)
+        self._report.publish(arrival, message.header, self.to_publish(detections))
+
+    def _camera_for(self, info, grey):
+        """The Camera of the picture, made anew when camera_info (or the picture's size) changes."""
+        geometry = self.settings.image_geometry
+        rectified = geometry == RECTIFIED or geometry == AUTO and 'rect' in self._topic.rsplit('/', 1)[-1]
+        key = conversions.camera_key(info, grey.shape[1], grey.shape[0], rectified)
+        if key != self._camera_key:
+            self._camera = conversions.camera_of(info, grey.shape[1], grey.shape[0], rectified)
+            if self._camera_key is not None:
+                rospy.loginfo('camera_info has changed; going on with the new one')
+            self._camera_key = key
+            self._tracker.reset()
+        return self._camera
+
+    def _numbered(self, detections):
+        """The Detections whose id fits into a message."""
+        numbered = [d for d in detections if isinstance(d.id, int) and d.id <= LARGEST_ID]
+        for d in detections:
+            if d not in numbered:
+                self._complain('text', lambda d=d: f'A marker with the content {d.id!r} is in sight; AlvarMarker.id '
+                               f'holds numbers up to {LARGEST_ID} only, so it is not published.')
+        return numbered
+
+    def _notice_jump(self, stamp):
+        if self._last_stamp is not None and (self._last_stamp - stamp).to_sec() > JUMP_BACK:
+            rospy.loginfo('Time has jumped back by %.1f s; starting anew', (self._last_stamp - stamp).to_sec())
+            self._tracker.reset()
+            self._errors.reset()
+            self._report.clear()
+        self._last_stamp = stamp
+
+    # ------------------------------------------------------------------------------------------ how it is doing
+
+    def _look_after(self):
+        """Once a second: say what is missing, publish the diagnostics."""
+        now = time.monotonic()
+        if self._subscriber is not None and now - self._picture_came > SILENCE:
+            self._complain('silence', lambda: inputs.waiting_text(self._subscriber.resolved_name, self._subscriber.type,
+                                                                  'camera_image'))
+        elif self._subscriber is not None and self._info is None and now - self._info_came > SILENCE:
+            self._complain('no camera_info', lambda: inputs.waiting_text(rospy.resolve_name('camera_info'),
+                                                                         CameraInfo._type, 'camera_info'))
+        self._diagnostics.publish(self._statistics.report(now - self._reported, rospy.get_name(), rospy.Time.now(), (
+            ('enabled', self.settings.enabled), ('markers with a late transform', self._report.output.substituted))))
+        self._reported = now
+
+    def _complain(self, kind, text):
+        """Log a warning, text(), unless one of its kind was logged in the last THROTTLE seconds."""
+        now = time.monotonic()
+        if now >= self._said.get(kind, 0.0):
+            self._said[kind] = now + THROTTLE
+            self._statistics.trouble = text()
+            rospy.logwarn('%s', self._statistics.trouble)

@@ -1,0 +1,62 @@
+"""Where the camera is in the frame of the report, by tf2, without ever waiting for it."""
+import numpy as np
+import rospy
+import tf2_ros
+import yaml
+
+from ar_track_alvar.conversions import matrix_of
+
+IDENTITY = np.eye(3), np.zeros(3)
+
+
+class TransformMissing(Exception):
+    """There is no transform for a picture; the text says why and which frames there are."""
+
+
+class OutputFrame:
+    """Looks up the camera's pose in a frame; listens to tf only when a camera has another frame than that.
+
+    Rules: the transform at the picture's stamp; until that is there, None (the caller asks again, later); when the
+    caller's patience is over, the newest one if it is at most ``tolerance`` [s] older than the picture.
+    """
+
+    def __init__(self, frame, tolerance):
+        self.frame, self.tolerance = frame, tolerance
+        self.substituted = 0  # how often the newest one had to do
+        self._buffer = self._listener = None
+
+    def camera_pose(self, camera_frame, stamp, last_try):
+        """Return (rotation (3, 3), translation (3,) m), or None: not yet; on the last try raise TransformMissing."""
+        camera_frame = camera_frame.lstrip('/')
+        if camera_frame == self.frame:
+            return IDENTITY
+        if not camera_frame:
+            raise TransformMissing('the pictures have no frame_id; set it in the camera driver')
+        if self._buffer is None:
+            self._buffer = tf2_ros.Buffer()
+            self._listener = tf2_ros.TransformListener(self._buffer)
+        try:
+            return matrix_of(self._buffer.lookup_transform_core(self.frame, camera_frame, stamp).transform)
+        except tf2_ros.TransformException as error:
+            return self._newest(camera_frame, stamp, error) if last_try else None
+
+    def clear(self):
+        """Forget the transforms: time has jumped back."""
+        if self._buffer is not None:
+            self._buffer.clear()
+
+    def _newest(self, camera_frame, stamp, reason):
+        try:
+            newest = self._buffer.lookup_transform_core(self.frame, camera_frame, rospy.Time())
+            if 0.0 <= (stamp - newest.header.stamp).to_sec() <= self.tolerance:
+                self.substituted += 1
+                return matrix_of(newest.transform)
+        except tf2_ros.TransformException:
+            pass
+        known = sorted(self._frames())
+        raise TransformMissing(f"no transform from the camera's frame {camera_frame} to {self.frame}: {reason}. "
+                               f'Frames that exist: {", ".join(known) or "none, nobody publishes tf"}')
+
+    def _frames(self):
+        frames = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
+        return set(frames) | {frame['parent'] for frame in frames.values()} if isinstance(frames, dict) else set()

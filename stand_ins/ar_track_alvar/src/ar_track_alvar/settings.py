@@ -1,0 +1,58 @@
+"""The tracker's parameters."""
+from dataclasses import dataclass
+
+import rospy
+
+from alvar_core.code import MAX_RESOLUTION, MIN_RESOLUTION, CodeError, check_resolution
+from ar_track_alvar.cfg import ParamsConfig
+from kinematic_ros import params
+
+RAW, RECTIFIED, AUTO = 'raw', 'rectified', 'auto'
+CHANGEABLE = tuple(ParamsConfig.defaults)  # by dynamic_reconfigure
+
+
+@dataclass
+class Settings:
+    """Parameters by their names; marker_size in cm, max_frequency in Hz, transform_tolerance in s."""
+
+    enabled: bool
+    max_frequency: float
+    marker_size: float
+    max_new_marker_error: float
+    max_track_error: float
+    marker_resolution: int
+    marker_margin: int
+    output_frame: str
+    image_transport: str
+    image_geometry: str
+    transform_tolerance: float
+
+
+def read():
+    """Return the Settings; raises params.ParameterError."""
+    default, low, high = ParamsConfig.defaults, ParamsConfig.min, ParamsConfig.max
+    settings = Settings(
+        enabled=params.boolean('~enabled', default['enabled']),
+        max_frequency=params.number('~max_frequency', default['max_frequency'], low['max_frequency'],
+                                    high['max_frequency'], unit='Hz'),
+        marker_size=params.number('~marker_size', default['marker_size'], low['marker_size'], high['marker_size'],
+                                  unit='cm'),
+        max_new_marker_error=params.number('~max_new_marker_error', default['max_new_marker_error'],
+                                           low['max_new_marker_error'], high['max_new_marker_error']),
+        max_track_error=params.number('~max_track_error', default['max_track_error'], low['max_track_error'],
+                                      high['max_track_error']),
+        marker_resolution=params.integer('~marker_resolution', 5, MIN_RESOLUTION, MAX_RESOLUTION, unit='cells'),
+        marker_margin=params.integer('~marker_margin', 2, 1, 10, unit='cells'),
+        output_frame=params.text('~output_frame', '').lstrip('/'),
+        image_transport=params.text('~image_transport', 'raw', choices=('raw', 'compressed')),
+        image_geometry=params.text('~image_geometry', AUTO, choices=(AUTO, RAW, RECTIFIED)),
+        transform_tolerance=params.number('~transform_tolerance', 0.1, 0.0, 10.0, unit='s'))
+    if not settings.output_frame:
+        raise params.ParameterError(f'parameter {rospy.resolve_name("~output_frame")} has to be set: the tf frame in '
+                                    'which markers are reported, such as the camera\'s own; set it with '
+                                    '_output_frame:=FRAME on the command line or in the launch file')
+    try:
+        check_resolution(settings.marker_resolution)
+    except CodeError as error:
+        raise params.ParameterError(f'parameter {rospy.resolve_name("~marker_resolution")}: {error}') from None
+    return settings

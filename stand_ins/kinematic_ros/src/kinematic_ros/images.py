@@ -1,0 +1,138 @@
+"""sensor_msgs pictures from and to numpy arrays, without cv_bridge, which brings an OpenCV of its own.
+
+Arrays are (height, width) or (height, width, channels), uint8 or uint16 in this machine's byte order.
+"""
+import sys
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from sensor_msgs.msg import CompressedImage, Image
+
+
+class ImageError(ValueError):
+    """A picture that cannot be read; the text says what is wrong with it."""
+
+
+class Encoding(NamedTuple):
+    """How pixels lie in an Image: type and number of channels, OpenCV's ways to grey and to BGR (None: as they are)."""
+
+    type: type
+    channels: int
+    grey: object
+    bgr: object
+
+
+_PLAIN = {
+    'mono8': Encoding(np.uint8, 1, None, cv2.COLOR_GRAY2BGR),
+    'mono16': Encoding(np.uint16, 1, None, cv2.COLOR_GRAY2BGR),
+    '8UC1': Encoding(np.uint8, 1, None, cv2.COLOR_GRAY2BGR),
+    '16UC1': Encoding(np.uint16, 1, None, cv2.COLOR_GRAY2BGR),
+    '8UC3': Encoding(np.uint8, 3, cv2.COLOR_BGR2GRAY, None),
+    '8UC4': Encoding(np.uint8, 4, cv2.COLOR_BGRA2GRAY, cv2.COLOR_BGRA2BGR),
+    'yuv422': Encoding(np.uint8, 2, cv2.COLOR_YUV2GRAY_UYVY, cv2.COLOR_YUV2BGR_UYVY),
+    'yuv422_yuy2': Encoding(np.uint8, 2, cv2.COLOR_YUV2GRAY_YUY2, cv2.COLOR_YUV2BGR_YUY2),
+}
+_COLOUR = {f'{order}{bits}': Encoding(kind, len(order), getattr(cv2, f'COLOR_{order.upper()}2GRAY'),
+                                      getattr(cv2, f'COLOR_{order.upper()}2BGR', None))
+           for bits, kind in ((8, np.uint8), (16, np.uint16)) for order in ('rgb', 'bgr', 'rgba', 'bgra')}
+# OpenCV names a Bayer pattern after the second row's second and third pixel, ROS after the first row's first two
+_BAYER = {f'bayer_{pattern}{bits}': Encoding(kind, 1, getattr(cv2, f'COLOR_BAYER_{opencv}2GRAY'),
+                                             getattr(cv2, f'COLOR_BAYER_{opencv}2BGR'))
+          for bits, kind in ((8, np.uint8), (16, np.uint16))
+          for pattern, opencv in (('rggb', 'BG'), ('bggr', 'RG'), ('gbrg', 'GR'), ('grbg', 'GB'))}
+ENCODINGS = {**_PLAIN, **_COLOUR, **_BAYER}
+_KINDS = {(np.dtype(np.uint8), 1): 'mono8', (np.dtype(np.uint16), 1): 'mono16', (np.dtype(np.uint8), 3): 'bgr8',
+          (np.dtype(np.uint8), 4): 'bgra8'}
+_AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera's matrix knows nothing of Exif
+
+
+def pixels(image):
+    """Return an Image's pixels as they are encoded, where possible without a copy; ImageError if they cannot be."""
+    encoding = ENCODINGS.get(image.encoding)
+    if encoding is None:
+        raise ImageError(f'encoding {image.encoding!r} is not known; these are: {", ".join(sorted(ENCODINGS))}')
+    size = f'{image.width}x{image.height}'
+    if not image.width or not image.height:
+        raise ImageError(f'a picture of {size} pixels has no pixels')
+    if image.encoding.startswith('yuv') and image.width % 2:
+        raise ImageError(f'a picture of {size} pixels in {image.encoding} needs an even width')
+    item = np.dtype(encoding.type).itemsize
+    row = image.width * encoding.channels * item
+    if image.step < row or image.step % item:
+        raise ImageError(f'step is {image.step} bytes; a row of {image.width} pixels in {image.encoding} has {row}')
+    needed = image.step * (image.height - 1) + row
+    if len(image.data) < needed:
+        raise ImageError(f'a picture of {size} pixels in {image.encoding} has {len(image.data)} bytes of data, '
+                         f'{image.step * image.height} are needed; is it cut off?')
+    kind = np.dtype(encoding.type).newbyteorder('>' if image.is_bigendian else '<')
+    shape = (image.height, image.width, encoding.channels)[:2 if encoding.channels == 1 else 3]
+    strides = (image.step, encoding.channels * item, item)[:len(shape)]
+    array = np.ndarray(shape, kind, image.data, strides=strides)
+    return array.astype(encoding.type, copy=False)
+
+
+def grey(image):
+    """Return the grey picture, (height, width) uint8, of an Image or a CompressedImage."""
+    if isinstance(image, CompressedImage) or hasattr(image, 'format'):
+        return _decoded(image, cv2.IMREAD_GRAYSCALE)
+    return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].grey))
+
+
+def bgr(image):
+    """Return the colour picture, (height, width, 3) uint8 in OpenCV's order, of an Image or a CompressedImage."""
+    if isinstance(image, CompressedImage) or hasattr(image, 'format'):
+        return _decoded(image, cv2.IMREAD_COLOR)
+    return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].bgr))
+
+
+def to_image(array, encoding=None, header=None):
+    """Return the Image of an array; without ``encoding``: mono8, mono16, bgr8 or bgra8.  ImageError if it is none."""
+    array = np.asarray(array)
+    channels = array.shape[2] if array.ndim == 3 else 1
+    encoding = encoding or _KINDS.get((array.dtype, channels))
+    known = ENCODINGS.get(encoding)
+    if known is None or array.ndim not in (2, 3) or (array.dtype, channels) != (known.type, known.channels):
+        raise ImageError(f'an array of {array.dtype} {array.shape} is no picture in {encoding}')
+    image = Image(height=array.shape[0], width=array.shape[1], encoding=encoding,
+                  is_bigendian=int(sys.byteorder == 'big'), step=array.shape[1] * channels * array.itemsize,
+                  data=array.tobytes())
+    if header is not None:
+        image.header = header
+    return image
+
+
+def to_compressed(array, kind='jpeg', header=None):
+    """Return the CompressedImage, 'jpeg' or 'png', of a grey, BGR or BGRA array."""
+    _, data = cv2.imencode(f'.{kind}', array)
+    channels = 1 if array.ndim == 2 else array.shape[2]
+    name = _KINDS[array.dtype, channels]
+    image = CompressedImage(format=f'{name}; {kind} compressed {name}', data=data.tobytes())
+    if header is not None:
+        image.header = header
+    return image
+
+
+def _converted(array, code):
+    return array if code is None else cv2.cvtColor(np.ascontiguousarray(array), code)
+
+
+def _eight_bits(array):
+    return array if array.dtype == np.uint8 else (array >> 8).astype(np.uint8)
+
+
+def _decoded(image, flags):
+    data = np.frombuffer(image.data, np.uint8)
+    cut = _is_cut_off(bytes(image.data[:8]), bytes(image.data[-64:]))
+    array = cv2.imdecode(data, flags | _AS_STORED) if data.size and not cut else None
+    if array is None:
+        why = 'it is cut off' if cut else 'it is no picture that OpenCV knows'
+        raise ImageError(f'a compressed picture ({image.format!r}, {data.size} bytes) cannot be decoded: {why}')
+    return array
+
+
+def _is_cut_off(begin, end):
+    """Whether JPEG or PNG data lack their end mark: OpenCV would fill up with grey."""
+    if begin.startswith(b'\xff\xd8'):
+        return b'\xff\xd9' not in end
+    return begin.startswith(b'\x89PNG') and b'IEND' not in end
