@@ -5,39 +5,49 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 
 class Statistics:
-    """Counts since the last report, and since the start."""
+    """Counts of pictures left out and markers without transform since the start; the rest of the last second."""
 
     def __init__(self):
-        self.skipped = self.dropped = self.refused = self.missing_transforms = 0  # since the start
-        self.trouble = ''  # the newest reason why there are no poses
+        self.skipped = self.dropped = self.refused = self.missing_transforms = 0
         self._begin_second()
 
     def _begin_second(self):
-        self.detections, self.ambiguous, self.times, self.latencies = 0, 0, [], []
+        self._found = self._ambiguous = 0
+        self._times, self._latencies, self._trouble = [], [], ''
 
-    def picture(self, seconds, detections):
+    def searched(self, seconds, detections):
         """Count a picture that was searched in so many ``seconds``, with its Detections."""
-        self.times.append(seconds)
-        self.detections += len(detections)
-        self.ambiguous += sum(d.ambiguous for d in detections)
+        self._times.append(seconds)
+        self._found += len(detections)
+        self._ambiguous += sum(d.ambiguous for d in detections)
 
-    def report(self, elapsed, name, stamp, values=()):
-        """Return the DiagnosticArray of the last ``elapsed`` [s]; ``values``: further (key, text)."""
-        ms = 1000.0 * statistics.median(self.times) if self.times else 0.0
-        latency = 1000.0 * statistics.median(self.latencies) if self.latencies else 0.0
-        pictures = len(self.times)
-        status = DiagnosticStatus(level=DiagnosticStatus.WARN if self.trouble else DiagnosticStatus.OK,
-                                  name=f'{name}: markers', hardware_id='none',
-                                  message=self.trouble or f'{pictures / elapsed:.1f} pictures a second')
-        status.values = [KeyValue(key, str(value)) for key, value in (
-            ('rate [Hz]', f'{pictures / elapsed:.2f}'), ('time per picture [ms]', f'{ms:.2f}'),
-            ('from arrival to message [ms]', f'{latency:.2f}'),
-            ('markers per picture', f'{self.detections / pictures if pictures else 0.0:.2f}'),
-            ('markers with ambiguous orientation', self.ambiguous), ('pictures refused', self.refused),
-            ('pictures beyond max_frequency', self.skipped), ('pictures dropped', self.dropped),
-            ('markers without transform', self.missing_transforms), *values)]
+    def published(self, seconds):
+        """Count a message that was published so many ``seconds`` after its picture came."""
+        self._latencies.append(seconds)
+
+    def trouble(self, text):
+        """Remember why there are no poses, or not all."""
+        self._trouble = text
+
+    def report(self, name, elapsed, enabled, stamp):
+        """Return the DiagnosticArray of the last ``elapsed`` [s] of the node ``name``, and begin anew."""
+        pictures = len(self._times)
+        said = self._trouble or (f'{pictures / elapsed:.1f} pictures a second' if enabled else 'disabled')
+        values = {
+            'rate [Hz]': f'{pictures / elapsed:.2f}', 'time per picture [ms]': _median_ms(self._times),
+            'from arrival to message [ms]': _median_ms(self._latencies),
+            'markers per picture': f'{self._found / max(pictures, 1):.2f}',
+            'markers with ambiguous orientation': self._ambiguous, 'markers without transform': self.missing_transforms,
+            'pictures refused': self.refused, 'pictures dropped': self.dropped,
+            'pictures beyond max_frequency': self.skipped, 'enabled': enabled}
+        status = DiagnosticStatus(level=DiagnosticStatus.WARN if self._trouble else DiagnosticStatus.OK,
+                                  name=f'{name.lstrip("/")}: markers', message=said, hardware_id='none',
+                                  values=[KeyValue(key, str(value)) for key, value in values.items()])
         report = DiagnosticArray(status=[status])
         report.header.stamp = stamp
         self._begin_second()
-        self.trouble = ''
         return report
+
+
+def _median_ms(seconds):
+    return f'{1000.0 * statistics.median(seconds):.2f}' if seconds else 'none'

@@ -15,7 +15,7 @@ from std_msgs.msg import Bool
 from alvar_core.camera import CameraError
 from alvar_core.detector import Detector, PictureError
 from alvar_core.tracker import Tracker
-from ar_track_alvar import conversions, inputs
+from ar_track_alvar import conversions, debug_picture, inputs
 from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
 from ar_track_alvar.diagnostics import Statistics
 from ar_track_alvar.gates import ErrorGate, RateGate
@@ -24,6 +24,7 @@ from ar_track_alvar.report import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
 from kinematic_ros import images, params
 from kinematic_ros.registration import keep_registered
+from kinematic_ros.topics import LatestPublisher
 
 BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once; rospy's 64 KiB take several turns a picture
 SILENCE = 5.0  # [s] without a picture or camera_info before it is said
@@ -45,16 +46,18 @@ class MarkerNode:
         self.settings, self._sizes = settings, dict(sizes or {})
         self._condition = threading.Condition()
         self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
-        self._info = self._camera = self._camera_key = self._last_stamp = self._subscriber = None
+        self._tracker = self._info = self._camera = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateGate(settings.max_frequency), ErrorGate()
         self._said = {}  # kind of warning -> when it may be said again [s, monotonic]
         self._topic = rospy.resolve_name('camera_image')
         self._picture_came = self._info_came = self._reported = time.monotonic()
         self._reconfigured = True
         self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics)
+        self._debug = LatestPublisher('~debug_image', Image)
         self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
         self._live = LiveSettings(settings, self._settings_changed)
-        rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1, tcp_nodelay=True)
+        self._info_subscriber = rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1,
+                                                 tcp_nodelay=True)
         rospy.Subscriber('~enable_detection', Bool, lambda message: self._live.enable(message.data), queue_size=1)
         keep_registered(on_return=self._live.restore)
         params.log_effective()
@@ -112,7 +115,7 @@ class MarkerNode:
                 self._turn()
             except Exception:  # a fault in one picture must not end the tracker
                 if not rospy.is_shutdown():
-                    self._complain('fault', lambda: f'A picture could not be searched:\n{traceback.format_exc()}')
+                    self._complain('fault', f'A picture could not be searched:\n{traceback.format_exc()}')
 
     def _turn(self):
         """Wait for something to do, and do it."""
@@ -128,19 +131,19 @@ class MarkerNode:
             self._search(*picture, info)
         trouble = self._report.flush()
         if trouble:
-            self._complain('transform', lambda: trouble)
+            self._complain('transform', trouble)
         if time.monotonic() >= self._reported + REPORT:
             self._look_after()
 
     def _apply_settings(self):
         settings = self.settings
-        sizes = {marker_id: size for marker_id, size in self._sizes.items()}
-        self._tracker = Tracker(Detector(settings.marker_size / 100.0, settings.marker_resolution,
-                                         settings.marker_margin, sizes),
-                                full_every=max(1, round(settings.max_frequency / FULL_SEARCH)))
-        self._errors.reset()
+        size = settings.marker_size / 100.0
+        if self._tracker is None or self._tracker.detector.size != size:
+            self._tracker = Tracker(Detector(size, settings.marker_resolution, settings.marker_margin, self._sizes))
+        self._tracker.full_every = max(1, round(settings.max_frequency / FULL_SEARCH))
         if settings.enabled and self._subscriber is None:
             self._picture_came = time.monotonic()
+            self._start_anew()
             self._subscriber = self._subscribe()
         elif not settings.enabled and self._subscriber is not None:
             self._subscriber.unregister()
@@ -155,23 +158,26 @@ class MarkerNode:
 
     def _search(self, arrival, message, info):
         if info is None:
+            self._statistics.trouble(f'no camera_info has come on {rospy.resolve_name("camera_info")}')
             return
         self._notice_jump(message.header.stamp)
         begun = time.perf_counter()
         try:
             grey = images.grey(message)
             camera = self._camera_for(info, grey)
-            detections = self._tracker.update(grey, camera)
+            found = self._tracker.update(grey, camera)
         except (CameraError, PictureError, images.ImageError) as error:
             self._statistics.refused += 1
             topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
-            text = f'{topic}: {error}'
-            self._complain(type(error), lambda: text)
+            self._complain(type(error), f'{topic}: {error}')
             return
-        detections = self._errors.passed(self._numbered(detections), self.settings.max_new_marker_error,
+        detections = self._errors.passed(self._numbered(found), self.settings.max_new_marker_error,
                                          self.settings.max_track_error)
-        self._statistics.picture(time.perf_counter() - begun, detections)
+        self._statistics.searched(time.perf_counter() - begun, detections)
         self._report.publish(arrival, message.header, self.to_publish(detections))
+        if self._debug.wanted():
+            picture = debug_picture.draw(images.bgr(message).copy(), camera, found, detections, self.size_of)
+            self._debug.publish(images.to_image(picture, header=message.header))
 
     def _camera_for(self, info, grey):
         """The Camera of the picture, made anew when camera_info (or the picture's size) changes."""
@@ -180,9 +186,9 @@ class MarkerNode:
         key = conversions.camera_key(info, grey.shape[1], grey.shape[0], rectified)
         if key != self._camera_key:
             self._camera = conversions.camera_of(info, grey.shape[1], grey.shape[0], rectified)
-            if self._camera_key is not None:
-                rospy.loginfo('camera_info has changed; going on with the new one')
             self._camera_key = key
+            rospy.loginfo('The camera now: %dx%d, %s', *key[:2], 'rectified: P is used, not D' if rectified else
+                          f'distortion model {info.distortion_model or "none"}')
             self._tracker.reset()
         return self._camera
 
@@ -191,37 +197,43 @@ class MarkerNode:
         numbered = [d for d in detections if isinstance(d.id, int) and d.id <= LARGEST_ID]
         for d in detections:
             if d not in numbered:
-                self._complain('text', lambda d=d: f'A marker with the content {d.id!r} is in sight; AlvarMarker.id '
-                               f'holds numbers up to {LARGEST_ID} only, so it is not published.')
+                self._complain('text', f'A marker with the content {d.id!r} is in sight; AlvarMarker.id holds numbers '
+                               f'up to {LARGEST_ID} only, so it is not published.')
         return numbered
 
     def _notice_jump(self, stamp):
         if self._last_stamp is not None and (self._last_stamp - stamp).to_sec() > JUMP_BACK:
             rospy.loginfo('Time has jumped back by %.1f s; starting anew', (self._last_stamp - stamp).to_sec())
-            self._tracker.reset()
-            self._errors.reset()
+            self._start_anew()
             self._report.clear()
         self._last_stamp = stamp
+
+    def _start_anew(self):
+        self._tracker.reset()
+        self._errors.reset()
 
     # ------------------------------------------------------------------------------------------ how it is doing
 
     def _look_after(self):
         """Once a second: say what is missing, publish the diagnostics."""
         now = time.monotonic()
-        if self._subscriber is not None and now - self._picture_came > SILENCE:
-            self._complain('silence', lambda: inputs.waiting_text(self._subscriber.resolved_name, self._subscriber.type,
-                                                                  'camera_image'))
-        elif self._subscriber is not None and self._info is None and now - self._info_came > SILENCE:
-            self._complain('no camera_info', lambda: inputs.waiting_text(rospy.resolve_name('camera_info'),
-                                                                         CameraInfo._type, 'camera_info'))
-        self._diagnostics.publish(self._statistics.report(now - self._reported, rospy.get_name(), rospy.Time.now(), (
-            ('enabled', self.settings.enabled), ('markers with a late transform', self._report.output.substituted))))
+        if self._subscriber is not None:
+            with self._condition:
+                info, info_came, picture_came = self._info, self._info_came, self._picture_came
+            if now - picture_came > SILENCE:
+                self._complain('picture', f'no picture has come for {now - picture_came:.0f} s',
+                               lambda: inputs.waiting_text(self._subscriber, 'camera_image'))
+            elif info is None and now - info_came > SILENCE:
+                self._complain('camera_info', f'no camera_info has come for {now - info_came:.0f} s',
+                               lambda: inputs.waiting_text(self._info_subscriber, 'camera_info'))
+        self._diagnostics.publish(self._statistics.report(rospy.get_name(), now - self._reported,
+                                                          self.settings.enabled, rospy.Time.now()))
         self._reported = now
 
-    def _complain(self, kind, text):
-        """Log a warning, text(), unless one of its kind was logged in the last THROTTLE seconds."""
+    def _complain(self, kind, text, more=lambda: ''):
+        """Note a trouble; log it, with more(), unless one of its kind was logged in the last THROTTLE seconds."""
         now = time.monotonic()
+        self._statistics.trouble(text)
         if now >= self._said.get(kind, 0.0):
             self._said[kind] = now + THROTTLE
-            self._statistics.trouble = text()
-            rospy.logwarn('%s', self._statistics.trouble)
+            rospy.logwarn('%s', ' '.join(filter(None, (text, more()))))

@@ -22,7 +22,6 @@ class OutputFrame:
 
     def __init__(self, frame, tolerance):
         self.frame, self.tolerance = frame, tolerance
-        self.substituted = 0  # how often the newest one had to do
         self._buffer = self._listener = None
 
     def camera_pose(self, camera_frame, stamp, last_try):
@@ -33,7 +32,7 @@ class OutputFrame:
         if not camera_frame:
             raise TransformMissing('the pictures have no frame_id; set it in the camera driver')
         if self._buffer is None:
-            self._buffer = tf2_ros.Buffer()
+            self._buffer = tf2_ros.Buffer(debug=False)
             self._listener = tf2_ros.TransformListener(self._buffer)
         try:
             return matrix_of(self._buffer.lookup_transform_core(self.frame, camera_frame, stamp).transform)
@@ -49,7 +48,6 @@ class OutputFrame:
         try:
             newest = self._buffer.lookup_transform_core(self.frame, camera_frame, rospy.Time())
             if 0.0 <= (stamp - newest.header.stamp).to_sec() <= self.tolerance:
-                self.substituted += 1
                 return matrix_of(newest.transform)
         except tf2_ros.TransformException:
             pass

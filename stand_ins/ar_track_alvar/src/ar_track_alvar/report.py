@@ -54,7 +54,7 @@ class Report:
             self._in_camera_frame(header, markers)
 
     def flush(self):
-        """Publish what has waited for its transform, in order; return the reason if some had to go without."""
+        """Publish what has waited for its transform, in order; return the reason if some had to go without, or ''."""
         trouble = ''
         while self._waiting:
             first = self._waiting[0]
@@ -79,7 +79,7 @@ class Report:
     def _publish_poses(self, waiting, markers, pose):
         header = Header(stamp=waiting.header.stamp, frame_id=self.output.frame)
         self._poses.publish(AlvarMarkers(header, [conversions.alvar_marker_of(m, header, *pose) for m in markers]))
-        self._statistics.latencies.append(time.monotonic() - waiting.arrival)
+        self._statistics.published(time.monotonic() - waiting.arrival)
 
     def _in_camera_frame(self, header, markers):
         reported = {}  # of several markers with one id tf gets the surest: a frame has one place
