@@ -1,5 +1,6 @@
 """The original's deprecated command line, turned into remappings and private parameters."""
 import json
+import math
 
 USAGE = ('SIZE_CM MAX_NEW_MARKER_ERROR MAX_TRACK_ERROR IMAGE_TOPIC CAMERA_INFO_TOPIC OUTPUT_FRAME '
          '[MAX_FREQUENCY [MARKER_RESOLUTION [MARKER_MARGIN]]]')
@@ -27,6 +28,8 @@ def _value(name, word):
         return word
     try:
         number = float(word)
-        return int(number) if number.is_integer() else f'{number:f}'  # YAML takes 1e-05 for a text
-    except (OverflowError, ValueError):
-        raise UsageError(f'{name[1:].upper()} is {word!r}; a number is needed') from None
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise UsageError(f'{name[1:].upper()} is {word!r}; a number is needed')
+    return int(number) if number.is_integer() else f'{number:f}'  # YAML takes 1e-05 for a text

@@ -61,9 +61,9 @@ def camera_of(info, width, height, rectified=False):
         return Camera(_of_window(info, _checked(matrix, 'P')))
     values = np.asarray(info.D, float)
     matrix = _of_window(info, _checked(np.reshape(info.K, (3, 3)), 'K'))
-    if not values.any():
-        return Camera(matrix)
     model = MODELS.get(info.distortion_model)
+    if not values.any() and model is not FisheyeCamera:  # that one bends straight lines also with zeros
+        return Camera(matrix)
     if model is None:
         raise CameraError(f'distortion_model is {info.distortion_model!r}; known are: {", ".join(MODELS)}')
     if model is Camera and values.size > 8 and not values[8:].any():

@@ -74,14 +74,14 @@ def pixels(image):
 
 def grey(image):
     """Return the grey picture, (height, width) uint8, of an Image or a CompressedImage."""
-    if isinstance(image, CompressedImage) or hasattr(image, 'format'):
+    if isinstance(image, CompressedImage):
         return _decoded(image, cv2.IMREAD_GRAYSCALE)
     return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].grey))
 
 
 def bgr(image):
     """Return the colour picture, (height, width, 3) uint8 in OpenCV's order, of an Image or a CompressedImage."""
-    if isinstance(image, CompressedImage) or hasattr(image, 'format'):
+    if isinstance(image, CompressedImage):
         return _decoded(image, cv2.IMREAD_COLOR)
     return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].bgr))
 

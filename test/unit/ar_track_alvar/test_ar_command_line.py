@@ -1,0 +1,42 @@
+"""ar_track_alvar.command_line: the deprecated form becomes remappings and private parameters."""
+import pytest
+from rospy.client import load_command_line_node_params
+
+from ar_track_alvar.command_line import UsageError, ros_arguments
+
+SHORT = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', '/map']
+
+
+def test_the_short_form():
+    arguments = ros_arguments(SHORT)
+    assert 'camera_image:=/cam/image' in arguments and 'camera_info:=/cam/info' in arguments
+    assert load_command_line_node_params(arguments) == {
+        'marker_size': 4.4, 'max_new_marker_error': 0.08, 'max_track_error': 0.2, 'output_frame': '/map'}
+
+
+def test_the_long_form():
+    assert load_command_line_node_params(ros_arguments(SHORT + ['15', '7', '1'])) == {
+        'marker_size': 4.4, 'max_new_marker_error': 0.08, 'max_track_error': 0.2, 'output_frame': '/map',
+        'max_frequency': 15, 'marker_resolution': 7, 'marker_margin': 1}
+
+
+@pytest.mark.parametrize('word, value', [('5', 5), ('5.0', 5), ('1e-2', 0.01), ('0.00001', 0.00001), ('-1', -1)])
+def test_numbers_stay_numbers(word, value):
+    assert load_command_line_node_params(ros_arguments([word] + SHORT[1:]))['marker_size'] == value
+
+
+def test_a_frame_may_look_like_a_number():
+    assert load_command_line_node_params(ros_arguments(SHORT[:5] + ['007']))['output_frame'] == '007'
+
+
+@pytest.mark.parametrize('words, said', [
+    (SHORT[:5], '5 arguments are given, at least 6 are needed'),
+    (SHORT + ['8', '5', '2', 'more'], '10 arguments are given, at most 9 are known'),
+    (['big'] + SHORT[1:], "MARKER_SIZE is 'big'; a number is needed"),
+    (SHORT + ['fast'], "MAX_FREQUENCY is 'fast'"),
+    (SHORT[:2] + ['inf'] + SHORT[3:], "MAX_TRACK_ERROR is 'inf'"),
+    (['nan'] + SHORT[1:], "MARKER_SIZE is 'nan'"),
+])
+def test_what_is_of_neither_form_is_refused(words, said):
+    with pytest.raises(UsageError, match=said):
+        ros_arguments(words)

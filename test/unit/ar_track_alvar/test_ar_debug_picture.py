@@ -1,0 +1,63 @@
+"""ar_track_alvar.debug_picture: outline, id and axes are where the marker is."""
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from alvar_core import render
+from alvar_core.detector import Detector
+from ar_track_alvar import debug_picture
+
+SIZE = 0.1  # [m]
+
+
+@pytest.fixture(scope='module')
+def seen():
+    """(camera, grey picture, its one Detection)."""
+    camera = render.default_camera()
+    placed = [render.Placed(7, SIZE, render.facing(0.5, 0.7, 0.0), np.array([0.02, 0.01, 0.5]))]
+    picture = render.picture_of(np.random.default_rng(1), camera, placed, render.Scene())
+    return camera, picture, Detector(SIZE).detect(picture, camera)[0]
+
+
+def drawn(seen, detection, published=True):
+    camera, picture, _ = seen
+    bgr = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
+    debug_picture.draw(bgr, camera, [detection], [detection] if published else [], lambda _: SIZE)
+    return bgr
+
+
+def has(picture, colour, at):
+    """Whether a colour is in the picture within 2 px of a place."""
+    x, y = np.round(at).astype(int)
+    patch = picture[y - 2:y + 3, x - 2:x + 3].astype(int)
+    return (np.abs(patch - colour).max(2) < 40).any()
+
+
+def test_outline_and_axes(seen):
+    camera, _, detection = seen
+    picture = drawn(seen, detection)
+    for start, end in zip(detection.corners, np.roll(detection.corners, -1, 0)):
+        assert has(picture, debug_picture.SURE, (start + end) / 2)
+    for axis, colour in zip(np.eye(3), debug_picture.AXES):
+        middle = render.project(camera, detection.rotation, detection.position, axis[None] * SIZE / 3)[0]
+        assert has(picture, colour, middle)
+
+
+def test_colours_tell_what_is_sure_ambiguous_and_left_out(seen):
+    detection = seen[2]
+    middle = detection.corners[:2].mean(0)
+    assert has(drawn(seen, replace(detection, ambiguous=True)), debug_picture.AMBIGUOUS, middle)
+    left_out = drawn(seen, detection, published=False)
+    assert has(left_out, debug_picture.LEFT_OUT, middle) and not (left_out == debug_picture.AXES[0]).all(2).any()
+
+
+def test_the_id_stands_below_also_at_the_rim_of_the_picture(seen):
+    detection = seen[2]
+    shape = seen[1].shape
+    for move in (np.zeros(2), [-1000, 0], [0, 1000], [1000, -1000], [1e9, -1e9]):
+        moved = replace(detection, corners=detection.corners + move)
+        assert drawn(seen, moved).shape == (*shape, 3)
+    below = slice(int(detection.corners[:, 1].max()) + 4, None)
+    assert (drawn(seen, detection)[below] == debug_picture.SURE).all(2).any()
