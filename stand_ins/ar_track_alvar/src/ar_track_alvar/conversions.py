@@ -14,6 +14,7 @@ from alvar_core.camera import Camera, CameraError
 from alvar_core.fisheye import FisheyeCamera
 
 LARGEST_ID = 2 ** 32 - 1  # AlvarMarker.id is a uint32
+MARKER_FRAME = 'ar_marker_'  # and the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz
 THICKNESS = 0.2  # of a cube, in parts of its width
 MODELS = {'plumb_bob': Camera, 'rational_polynomial': Camera, 'equidistant': FisheyeCamera, 'fisheye': FisheyeCamera}
@@ -103,7 +104,7 @@ def _of_window(info, matrix):
 
 def transform_of(marker, header):
     """Return the TransformStamped from the camera's frame (of ``header``) to ar_marker_ID."""
-    message = TransformStamped(header=header, child_frame_id=f'ar_marker_{marker.id}')
+    message = TransformStamped(header=header, child_frame_id=f'{MARKER_FRAME}{marker.id}')
     message.transform.translation = Vector3(*marker.position)
     message.transform.rotation = Quaternion(*pose.quaternion(marker.rotation))
     return message

@@ -4,7 +4,7 @@ import rospy
 import tf2_ros
 import yaml
 
-from ar_track_alvar.conversions import matrix_of
+from ar_track_alvar.conversions import MARKER_FRAME, matrix_of
 
 IDENTITY = np.eye(3), np.zeros(3)
 
@@ -51,10 +51,14 @@ class OutputFrame:
                 return matrix_of(newest.transform)
         except tf2_ros.TransformException:
             pass
-        known = sorted(self._frames())
-        raise TransformMissing(f"no transform from the camera's frame {camera_frame} to {self.frame}: {reason}. "
-                               f'Frames that exist: {", ".join(known) or "none, nobody publishes tf"}')
+        known = ', '.join(sorted(self._frames())) or 'none, nobody publishes tf'
+        raise TransformMissing(f"no transform from the camera's frame {camera_frame} to {self.frame}: "
+                               f'{str(reason).rstrip(" .")}. Frames that exist: {known}')
 
     def _frames(self):
-        frames = yaml.safe_load(self._buffer.all_frames_as_yaml()) or {}
-        return set(frames) | {frame['parent'] for frame in frames.values()} if isinstance(frames, dict) else set()
+        """The frames that tf knows but those of the markers, which come from here."""
+        frames = yaml.safe_load(self._buffer.all_frames_as_yaml())
+        if not isinstance(frames, dict):  # a text that says there is none
+            return set()
+        frames = {name: frame for name, frame in frames.items() if not name.startswith(MARKER_FRAME)}
+        return set(frames) | {frame['parent'] for frame in frames.values()}

@@ -1,0 +1,172 @@
+#!/usr/bin/env python3
+"""The tracker's interface, its switches and parameters, how it starts, ends, and outlives a master."""
+import os
+import sys
+
+import dynamic_reconfigure.client
+import numpy as np
+import rospy
+import rostopic
+from sensor_msgs.msg import Image
+
+sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder)
+             for folder in ([], ['..'], ['..', 'turtlesim'])]
+from ar_tools import PLACED, TRACKER, TrackerCase, stays_away
+from rosgraph_msgs.msg import Log
+from turtlesim_master_returns import free_port, start_master
+
+from kinematic_ros import images
+from rostest_tools import registered_names, run, until
+
+PUBLISHED = {'/ar_pose_marker': 'ar_track_alvar_msgs/AlvarMarkers',
+             '/visualization_marker': 'visualization_msgs/Marker', '/tf': 'tf2_msgs/TFMessage',
+             '/tracker/parameter_updates': 'dynamic_reconfigure/Config',
+             '/tracker/parameter_descriptions': 'dynamic_reconfigure/ConfigDescription'}
+OURS = {'/diagnostics', '/tracker/debug_image', '/rosout'}  # beside the original's
+MD5 = {'AlvarMarker': 'ef2b6ad42bcb18e16b22fefb5c0fb85f', 'AlvarMarkers': '943fe17bfb0b4ea7890368d0b25ad0ad'}
+DEFAULTS = {'enabled': True, 'max_frequency': 8.0, 'marker_size': 10.0, 'max_new_marker_error': 0.08,
+            'max_track_error': 0.2}
+
+
+class ControlTest(TrackerCase):
+    master = None  # a Process, where the test has a master of its own
+
+    def client(self):
+        """Return a dynamic_reconfigure client of the tracker."""
+        made = dynamic_reconfigure.client.Client(self.tracker, timeout=20)
+        self.addCleanup(made.close)
+        return made
+
+    def test_ar_interface(self):
+        """Names and types are the original's; the defaults are on the parameter server."""
+        self.client()
+        until(lambda: '/camera_image' in registered_names(TRACKER)[1], 'the subscription to pictures')
+        published, subscribed, services = registered_names(TRACKER)
+        self.assertEqual(set(PUBLISHED), published - OURS)
+        self.assertEqual({'/camera_image', '/camera_info', '/tracker/enable_detection'}, subscribed)
+        self.assertIn('/tracker/set_parameters', services)
+        for topic, name in PUBLISHED.items():
+            self.assertEqual(name, rostopic.get_topic_type(topic)[0])
+        from ar_track_alvar_msgs import msg
+        self.assertEqual(MD5, {name: getattr(msg, name)._md5sum for name in MD5})
+        for name, value in DEFAULTS.items():
+            self.assertEqual(value, rospy.get_param(f'{TRACKER}/{name}'))
+
+    def test_ar_enable(self):
+        """Switched off by the topic or by dynamic_reconfigure it even leaves the picture's topic; both agree."""
+        camera, poses, client = self.camera().show(*PLACED.values()), self.collected(), self.client()
+        self.next_with(poses, *PLACED)
+        enable = self.enabler()
+        for switch in (enable, lambda on: client.update_configuration({'enabled': on})):
+            switch(False)
+            until(lambda: camera.images.get_num_connections() == 0, 'the end of the subscription')
+            self.assertTrue(stays_away(poses))
+            until(lambda: not client.get_configuration()['enabled'], 'the news at the clients')
+            self.status(lambda status: status.message == 'disabled', 'disabled')
+            switch(True)
+            self.assert_poses(self.next_with(poses, *PLACED))
+
+    def test_ar_reconfigure(self):
+        """marker_size, the limits of the errors and the rate take effect at once; NaN is refused."""
+        self.camera(rate=30.0).show(*PLACED.values())
+        poses, client, log = self.collected(), self.client(), self.log()
+        self.next_with(poses, *PLACED)
+        client.update_configuration({'marker_size': 20.0})
+        far = poses.next(lambda message: len(message.markers) == 3 and all(
+            m.pose.pose.position.z > 0.9 for m in message.markers), 'markers twice as large, twice as far')
+        for marker in far.markers:
+            self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, 2 * PLACED[marker.id].position)
+        self.assertEqual(20.0, client.update_configuration({'marker_size': float('nan')})['marker_size'])
+        log.wait(Log.WARN, 'dynamic_reconfigure: marker_size is nan; it must be a finite number and stays 20.0')
+        self.assertEqual(0.1, client.update_configuration({'marker_size': -3.0})['marker_size'])
+        client.update_configuration({'marker_size': 10.0, 'max_track_error': 0.0})
+        self.next_with(poses)  # no corner fits without any error
+        client.update_configuration({'max_track_error': 0.2, 'max_new_marker_error': 0.0})
+        self.assertEqual([], poses.more(3)[-1].markers)
+        client.update_configuration({'max_new_marker_error': 0.08, 'max_frequency': 25.0})
+        self.assert_poses(self.next_with(poses, *PLACED))
+        self.status(lambda status: float(status.values[0].value) > 15.0, 'more than 15 pictures a second')
+        client.update_configuration({'max_frequency': 2.0})
+        self.status(lambda status: float(status.values[0].value) < 4.0, 'at most 2 pictures a second')
+
+    def test_ar_command_line(self):
+        """The deprecated form, short and long, with topics and frame by their place."""
+        self.camera(topic='/cam/image', info_topic='/cam/info').show(*PLACED.values())
+        for words, size in ((['5', '0.08', '0.2', '/cam/image', '/cam/info', '/camera'], 0.5),
+                            (['20', '0.08', '0.2', '/cam/image', '/cam/info', 'camera', '20', '5', '2'], 2.0)):
+            process = self.start(*words, f'__name:=tracker{words[0]}')
+            message = self.next_with(self.collected(), *PLACED)
+            for marker in message.markers:
+                self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, size * PLACED[marker.id].position)
+            process.wait_for_output('Arguments without a name are deprecated')
+            process.stop()
+        self.assertEqual(20, rospy.get_param('/tracker20/max_frequency'))
+
+    def test_ar_refuses_to_start(self):
+        """Wrong parameters and arguments: one text that says what is allowed, and an exit code."""
+        good, number = '_output_frame:=camera', 'it must be a number from'
+        cases = (([], 2, 'output_frame has to be set: '),
+                 ([good, '_marker_size:=0'], 2, f'marker_size is 0; {number} 0.1 to 1000 cm'),
+                 ([good, '_marker_size:=-4.4'], 2, f'marker_size is -4.4; {number}'),
+                 ([good, '_marker_resolution:=6'], 2, 'marker_resolution: marker resolution 6: an odd number from 5'),
+                 ([good, '_marker_resolution:=33'], 2, 'marker_resolution is 33; it must be a whole number from 5 to'),
+                 ([good, '_max_frequency:=fast'], 2, f"max_frequency is 'fast'; {number} 1 to 30 Hz"),
+                 ([good, '_image_transport:=theora'], 2, "is 'theora'; it must be one of raw, compressed"),
+                 (['4.4', '0.08', '0.2'], 1, '3 arguments are given, at least 6 are needed\nUsage: individualMarkersN'))
+        processes = [self.start(*arguments, f'__name:=case{number}') for number, (arguments, _, _) in enumerate(cases)]
+        for process, (arguments, code, said) in zip(processes, cases):
+            until(lambda process=process: not process.runs(), f'the end with {arguments}')
+            self.assertEqual(code, process.process.returncode, process.output())
+            self.assertIn(said, process.output())
+            self.assertNotIn('Traceback', process.output())
+
+    def test_ar_debug_image(self):
+        """In colour, with something drawn on every marker, and only while somebody subscribes."""
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        self.next_with(poses, *PLACED)
+        shown = self.collected(f'{TRACKER}/debug_image', Image)
+        picture = images.bgr(shown.next()).astype(int)
+        shown.subscriber.unregister()
+        changed = np.abs(picture - images.grey(camera.image)[..., None].astype(int)).max(2) > 30
+        for marker in poses.messages[-1].markers:
+            place = marker.pose.pose.position
+            x, y = (320 + 525 * place.x / place.z, 240 + 525 * place.y / place.z)
+            self.assertGreater(changed[int(y) - 40:int(y) + 40, int(x) - 40:int(x) + 40].sum(), 200)
+        self.assertLess(changed.sum(), 0.1 * changed.size)
+
+    def test_ar_diagnostics(self):
+        """Once a second: rate, times, markers."""
+        self.camera(rate=30.0).show(*PLACED.values())
+        values = self.status(lambda status: status.message.endswith('pictures a second')
+                             and float(status.values[0].value) > 6.0, 'a rate of 8 Hz')
+        self.assertLess(float(values['rate [Hz]']), 9.5)
+        self.assertEqual('3.00', values['markers per picture'])
+        self.assertLess(0.0, float(values['time per picture [ms]']))
+        self.assertLess(float(values['time per picture [ms]']), float(values['from arrival to message [ms]']) + 5.0)
+        self.assertGreater(int(values['pictures beyond max_frequency']), 5)
+        self.assertEqual('0', values['pictures refused'])
+
+    def test_ar_master_returns(self):
+        """A master that is started anew: topics, services and parameters are there again, and pictures come."""
+        self.start('_output_frame:=camera', '__name:=tracker', '_marker_size:=20')
+        until(lambda: '/camera_image' in registered_names(TRACKER)[1], 'the tracker')
+        before = [names - {'/rosout'} for names in registered_names(TRACKER)]
+        self.master.stop()
+        ControlTest.master = start_master()
+        until(lambda: [names - {'/rosout'} for names in registered_names(TRACKER)] == before, f'{before} again')
+        until(lambda: rospy.get_param(f'{TRACKER}/marker_size', None) == 20.0, 'the parameters')
+        poses = self.collected()
+        self.camera().show(*PLACED.values())
+        for marker in self.next_with(poses, *PLACED).markers:
+            self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, 2 * PLACED[marker.id].position)
+
+
+if __name__ == '__main__':
+    if sys.argv[1] == 'test_ar_master_returns':
+        os.environ['ROS_MASTER_URI'] = f'http://localhost:{free_port()}'
+        ControlTest.master = start_master()
+    try:
+        run(ControlTest)
+    finally:
+        if ControlTest.master is not None:
+            ControlTest.master.stop()

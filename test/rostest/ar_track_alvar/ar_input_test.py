@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""What the tracker does with input that is missing, wrong or changes: it says so, lives, and works when it is right."""
+import copy
+import os
+import sys
+
+import numpy as np
+
+sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) for folder in ([], ['..'])]
+from ar_tools import CAMERA, PLACED, TrackerCase, camera_info, picture, stays_away
+from rosgraph_msgs.msg import Log
+
+from alvar_core.camera import Camera
+from kinematic_ros import images
+from rostest_tools import run, until
+
+NAN = float('nan')
+
+
+class InputTest(TrackerCase):
+
+    def test_ar_no_picture(self):
+        """It names the topic that it waits for, and those that there are instead."""
+        log = self.log()
+        self.camera(topic='/other/image_raw', info_topic='/other/camera_info').show(*PLACED.values())
+        log.wait(Log.WARN, r'no picture has come for \d+ s /camera_image: nobody publishes it\. Topics of type '
+                 r'sensor_msgs/Image: .*/other/image_raw \(by .*\); remap with camera_image:=/other/image_raw')
+        self.status(lambda status: status.level == status.WARN and 'no picture' in status.message, 'a warning')
+
+    def test_ar_no_camera_info(self):
+        """Pictures alone: no poses, a warning that names the topic; poses as soon as there is a camera_info."""
+        log, poses = self.log(), self.collected()
+        camera = self.camera().show(*PLACED.values())
+        info, camera.info = camera.info, None
+        log.wait(Log.WARN, r'no camera_info has come for \d+ s /camera_info: .*')
+        self.assertEqual([], poses.messages)
+        camera.info = info
+        self.assert_poses(self.next_with(poses, *PLACED))
+
+    def test_ar_bad_camera_info(self):
+        """K of zeros, NaN, another size: refused with the reason, nothing is published; then all is well again."""
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        self.assert_poses(self.next_with(poses, *PLACED))
+        log, good = self.log(), camera.info
+        zero, nan, small, unknown = (copy.deepcopy(good) for _ in range(4))
+        zero.K, nan.K = [0.0] * 9, [NAN] * 9
+        small.width, small.height = 320, 240
+        unknown.distortion_model, unknown.D = 'pinhole', [0.1]
+        for info, said in ((zero, 'K is .*0.0.* fx and fy must be above 0'), (nan, 'K is .*nan'),
+                           (small, 'the picture has 640x480 pixels, camera_info is for 320x240'),
+                           (unknown, "distortion_model is 'pinhole'; known are: plumb_bob")):
+            camera.info = info
+            status = self.status(lambda status, said=said: said.split(' is ')[0].split('.*')[0] in status.message, said)
+            self.assertRegex(status[''], f'^/camera_info: {said}')
+            self.assertTrue(stays_away(poses), said)
+        log.wait(Log.WARN, '/camera_info: K is .*')
+        camera.info = good
+        self.assert_poses(self.next_with(poses, *PLACED))
+
+    def test_ar_camera_info_changes(self):
+        """Twice the focal length: the same picture is of markers twice as far; then a lens that bends."""
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        self.assert_poses(self.next_with(poses, *PLACED))
+        zoomed = camera_info(Camera(CAMERA.matrix * [[2, 1, 1], [1, 2, 1], [1, 1, 1]]))
+        camera.info = zoomed
+        near = {m.id: m.pose.pose.position.z for m in poses.messages[-1].markers}
+        far = poses.next(lambda message: len(message.markers) == 3 and all(
+            m.pose.pose.position.z > 1.7 * near[m.id] for m in message.markers), 'markers twice as far')
+        self.assertEqual(3, len(far.markers))
+        bent = Camera(CAMERA.matrix, [-0.25, 0.06, 0.001, -0.001, 0.0])
+        camera.show(*PLACED.values(), camera=bent)
+        poses.next(lambda message: len(message.markers) == 3 and all(
+            m.pose.pose.position.z < 1.2 * near[m.id] for m in message.markers), 'markers as near as before')
+        self.assert_poses(self.next_with(poses, *PLACED))
+
+    def test_ar_encodings(self):
+        """Every kind of encoding gives the same poses; those that are none are refused by name."""
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        grey = picture(*PLACED.values())
+        for encoding, array in (('rgb8', np.repeat(grey[..., None], 3, 2)), ('bgra8', np.repeat(grey[..., None], 4, 2)),
+                                ('mono16', grey.astype(np.uint16) << 8), ('bayer_rggb8', grey),
+                                ('yuv422', np.stack([np.full_like(grey, 128), grey], 2))):
+            camera.image = images.to_image(array, encoding)
+            until(lambda encoding=encoding: poses.more(2), encoding)
+            self.assert_poses(self.next_with(poses, *PLACED))
+        for encoding in ('32FC1', 'rgb9', ''):
+            camera.image = images.to_image(grey)
+            camera.image.encoding = encoding
+            status = self.status(lambda status, name=encoding: f"'{name}'" in status.message, encoding)
+            self.assertRegex(status[''], f"^/camera_image: encoding '{encoding}' is not known; these are: ")
+            self.assertTrue(stays_away(poses), encoding)
+        camera.image = images.to_image(grey)
+        self.assert_poses(self.next_with(poses, *PLACED))
+
+    def test_ar_cut_off_pictures(self):
+        """Too few bytes, no pixels, a step that is too small: refused and counted; then poses again."""
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        good = camera.image
+        for fields, said in (({'data': good.data[:1000]}, 'has 1000 bytes of data, 307200 are needed'),
+                             ({'width': 0}, '0x480 pixels has no pixels'), ({'step': 5}, 'step is 5 bytes')):
+            camera.image = copy.copy(good)
+            for name, value in fields.items():
+                setattr(camera.image, name, value)
+            status = self.status(lambda status, said=said: said in status.message, said)
+            self.assertGreater(int(status['pictures refused']), 0)
+        camera.image = good
+        self.assert_poses(self.next_with(poses, *PLACED))
+
+    def test_ar_camera_restarts(self):
+        """The camera's node ends and another one begins, with another size of picture."""
+        poses = self.collected()
+        self.camera().show(*PLACED.values()).stop()
+        begun = self.camera().show(*PLACED.values())
+        self.assert_poses(self.next_with(poses, *PLACED))
+        begun.stop()
+        small = Camera([320, 0, 199.5, 0, 320, 149.5, 0, 0, 1])
+        again = self.camera()
+        again.image = images.to_image(picture(*PLACED.values(), camera=small, size=(400, 300)))
+        again.info = camera_info(small, (400, 300))
+        self.assert_poses(self.next_with(poses, *PLACED))
+
+
+if __name__ == '__main__':
+    run(InputTest)

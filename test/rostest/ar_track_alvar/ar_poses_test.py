@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""Poses of rendered markers: in the camera's frame, in other frames, as tf, as cubes, from the launch file."""
+import os
+import sys
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import CompressedImage
+from tf2_msgs.msg import TFMessage
+from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
+
+sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) for folder in ([], ['..'])]
+from ar_tools import FRAME, PLACED, SIZE, TrackerCase
+from rosgraph_msgs.msg import Log
+
+from kinematic_ros import images
+from rostest_tools import run, until
+
+QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # about z
+SPEED = 1.0  # [m/s] of a camera that moves along x
+
+
+def transform(parent, child, x, stamp):
+    """The transform (x, 2, 3), turned by a quarter about z."""
+    made = TransformStamped(child_frame_id=child)
+    made.header.frame_id, made.header.stamp = parent, stamp
+    made.transform.translation.x, made.transform.translation.y, made.transform.translation.z = x, 2.0, 3.0
+    made.transform.rotation.z = made.transform.rotation.w = np.sqrt(0.5)
+    return made
+
+
+class PosesTest(TrackerCase):
+
+    def test_ar_poses(self):
+        """Poses, headers and confidence; tf and cubes beside them; an empty message when there is nothing."""
+        poses, cubes, tf = self.collected(), self.cubes(), self.collected('/tf', TFMessage)
+        camera = self.camera().show(*PLACED.values())
+        self.assert_poses(self.next_with(poses, *PLACED))
+        until(lambda: tf.messages and len(cubes.messages) >= 3, 'tf and cubes')
+        for sent in tf.messages[-1].transforms:
+            marker = PLACED[int(sent.child_frame_id[len('ar_marker_'):])]
+            self.assertEqual(FRAME, sent.header.frame_id)
+            self.assert_pose(sent.transform, marker.rotation, marker.position)
+        self.assertEqual(len(PLACED), len(tf.messages[-1].transforms))
+        self.assertEqual(set(PLACED), {cube.id for cube in cubes.messages})
+        for cube in cubes.messages[:3]:
+            marker = PLACED[cube.id]
+            self.assertEqual((FRAME, 'basic_shapes', cube.CUBE), (cube.header.frame_id, cube.ns, cube.type))
+            self.assertAlmostEqual(SIZE, cube.scale.x)
+            self.assert_pose(cube.pose, marker.rotation, marker.position)
+        camera.show()
+        self.assertEqual(FRAME, self.next_with(poses).header.frame_id)
+
+    def test_ar_poses_by_a_static_transform(self):
+        """The output frame is fixed to the camera: poses are there from the first transform on."""
+        broadcaster = StaticTransformBroadcaster()
+        broadcaster.sendTransform(transform('map', FRAME, 1.0, rospy.Time.now()))
+        poses = self.collected()
+        self.camera().show(*PLACED.values())
+        self.assert_poses(self.next_with(poses, *PLACED), PLACED, (QUARTER, np.array([1.0, 2.0, 3.0])), 'map')
+
+    def test_ar_poses_of_a_moving_camera(self):
+        """tf comes at 20 Hz, after the pictures: each pose is that of the picture's stamp all the same."""
+        broadcaster = TransformBroadcaster()
+        begun = rospy.Time.now()
+        timer = rospy.Timer(rospy.Duration(0.05), lambda event: broadcaster.sendTransform(transform(
+            'map', FRAME, SPEED * (event.current_real - begun).to_sec(), event.current_real)))
+        self.addCleanup(timer.shutdown)
+        poses = self.collected()
+        self.camera().show(*PLACED.values())
+        start = poses.index(lambda message: len(message.markers) == 3, 'markers')
+        for message in poses.some(start, 5):
+            along = SPEED * (message.header.stamp - begun).to_sec()
+            self.assert_poses(message, PLACED, (QUARTER, np.array([along, 2.0, 3.0])), 'map')
+
+    def test_ar_time_jumps_back(self):
+        """A recording that begins anew: tf from before is forgotten, or the older transforms would not be taken."""
+        broadcaster, poses, camera = TransformBroadcaster(), self.collected(), self.camera()
+        for x, seconds in ((5.0, 1000.0), (7.0, 100.0)):
+            camera.clock = lambda seconds=seconds: rospy.Time(seconds)
+            camera.show(*PLACED.values())
+
+            def known(x=x, seconds=seconds):
+                broadcaster.sendTransform(transform('map', FRAME, x, rospy.Time(seconds)))
+                return poses.messages and poses.messages[-1].markers and poses.messages[-1].header.stamp.secs == seconds
+            until(known, f'poses of the time {seconds}')
+            self.assert_poses(poses.messages[-1], PLACED, (QUARTER, np.array([x, 2.0, 3.0])), 'map')
+
+    def test_ar_missing_transform(self):
+        """A frame that does not exist: empty messages and one warning with those that do; poses as soon as it does."""
+        broadcaster = StaticTransformBroadcaster()
+        broadcaster.sendTransform(transform('odom', 'base', 1.0, rospy.Time.now()))
+        poses, log, tf = self.collected(), self.log(), self.collected('/tf', TFMessage)
+        self.camera().show(*PLACED.values())
+        log.wait(Log.WARN, r"no transform from the camera's frame camera to map: .* exist: base, (camera, )?odom")
+        self.assertEqual([], poses.next().markers)
+        until(lambda: tf.messages, 'tf of the markers, which needs no other frame')
+        missing = self.status(lambda status: 'no transform' in status.message, 'a report on the missing transform')
+        self.assertGreaterEqual(int(missing['markers without transform']), 3)
+        broadcaster.sendTransform(transform('map', FRAME, 1.0, rospy.Time.now()))
+        self.assert_poses(self.next_with(poses, *PLACED), PLACED, (QUARTER, np.array([1.0, 2.0, 3.0])), 'map')
+        self.assertEqual(1, len(log.texts(Log.WARN)))
+
+    def test_ar_launch_file(self):
+        """pr2_indiv_no_kinect.launch: markers of 5 cm instead of 10, so all is half as far."""
+        self.tracker = '/ar_track_alvar'
+        poses = self.collected()
+        self.camera(topic='/cam/image', info_topic='/cam/info').show(*PLACED.values())
+        for marker in self.next_with(poses, *PLACED).markers:
+            self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, PLACED[marker.id].position / 2)
+        for name, value in (('max_new_marker_error', 0.07), ('max_track_error', 0.19), ('output_frame', 'camera')):
+            self.assertEqual(value, rospy.get_param(f'{self.tracker}/{name}'))
+
+    def test_ar_compressed(self):
+        """The compressed transport: the topic below the remapped one."""
+        poses = self.collected()
+        camera = self.camera(topic='/cam/image/compressed', kind=CompressedImage).show(*PLACED.values())
+        camera.image = images.to_compressed(images.grey(camera.image))
+        self.assert_poses(self.next_with(poses, *PLACED))
+        log = self.log()
+        camera.image.data = camera.image.data[:-1000]
+        log.wait(Log.WARN, '/cam/image: a compressed picture .* cannot be decoded: it is cut off')
+
+
+if __name__ == '__main__':
+    run(PosesTest)
