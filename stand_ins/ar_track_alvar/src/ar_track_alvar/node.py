@@ -151,7 +151,7 @@ class MarkerNode:
 
     def _subscribe(self):
         if self.settings.image_transport == 'compressed':
-            return rospy.Subscriber(f'{self._topic}/compressed', CompressedImage, self._take_picture, queue_size=1,
+            return rospy.Subscriber(self._topic + '/compressed', CompressedImage, self._take_picture, queue_size=1,
                                     buff_size=BUFFER, tcp_nodelay=True)
         return rospy.Subscriber('camera_image', Image, self._take_picture, queue_size=1, buff_size=BUFFER,
                                 tcp_nodelay=True)

@@ -8,7 +8,7 @@ from ar_track_alvar.cfg import ParamsConfig
 from kinematic_ros import params
 
 RAW, RECTIFIED, AUTO = 'raw', 'rectified', 'auto'
-CHANGEABLE = tuple(ParamsConfig.defaults)  # by dynamic_reconfigure
+DEFAULT, LOW, HIGH = ParamsConfig.defaults, ParamsConfig.min, ParamsConfig.max  # of cfg/Params.cfg
 
 
 @dataclass
@@ -30,17 +30,16 @@ class Settings:
 
 def read():
     """Return the Settings; raises params.ParameterError."""
-    default, low, high = ParamsConfig.defaults, ParamsConfig.min, ParamsConfig.max
     settings = Settings(
-        enabled=params.boolean('~enabled', default['enabled']),
-        max_frequency=params.number('~max_frequency', default['max_frequency'], low['max_frequency'],
-                                    high['max_frequency'], unit='Hz'),
-        marker_size=params.number('~marker_size', default['marker_size'], low['marker_size'], high['marker_size'],
+        enabled=params.boolean('~enabled', DEFAULT['enabled']),
+        max_frequency=params.number('~max_frequency', DEFAULT['max_frequency'], LOW['max_frequency'],
+                                    HIGH['max_frequency'], unit='Hz'),
+        marker_size=params.number('~marker_size', DEFAULT['marker_size'], LOW['marker_size'], HIGH['marker_size'],
                                   unit='cm'),
-        max_new_marker_error=params.number('~max_new_marker_error', default['max_new_marker_error'],
-                                           low['max_new_marker_error'], high['max_new_marker_error']),
-        max_track_error=params.number('~max_track_error', default['max_track_error'], low['max_track_error'],
-                                      high['max_track_error']),
+        max_new_marker_error=params.number('~max_new_marker_error', DEFAULT['max_new_marker_error'],
+                                           LOW['max_new_marker_error'], HIGH['max_new_marker_error']),
+        max_track_error=params.number('~max_track_error', DEFAULT['max_track_error'], LOW['max_track_error'],
+                                      HIGH['max_track_error']),
         marker_resolution=params.integer('~marker_resolution', 5, MIN_RESOLUTION, MAX_RESOLUTION, unit='cells'),
         marker_margin=params.integer('~marker_margin', 2, 1, 10, unit='cells'),
         output_frame=params.text('~output_frame', '').lstrip('/'),
