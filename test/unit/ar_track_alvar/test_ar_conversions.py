@@ -11,6 +11,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from alvar_core.camera import CameraError
+from alvar_core.detector import Detection
 from alvar_core.fisheye import FisheyeCamera
 from ar_track_alvar import conversions
 from ar_track_alvar.conversions import MarkerPose
@@ -125,6 +126,16 @@ def test_keys_differ_as_soon_as_anything_of_the_camera_does():
     (-0.1, False, 0)])
 def test_confidence_is_above_50_only_where_the_orientation_is_sure(confidence, ambiguous, percent):
     assert conversions.confidence(SimpleNamespace(confidence=confidence, ambiguous=ambiguous)) == percent
+
+
+def detection(marker_id):
+    return Detection(marker_id, np.zeros((4, 2)), np.eye(3), np.zeros(3), 0.9, 0.0, False, 0.1, [])
+
+
+def test_ids_that_are_no_numbers_are_left_out_and_two_markers_may_have_one_id():
+    found = [detection(marker_id) for marker_id in (7, 'text', 2 ** 32, 2 ** 32 - 1, 7, 0)]
+    fit, others = conversions.numbered(found)
+    assert [d.id for d in fit] == [0, 7, 7, 2 ** 32 - 1] and others == ['text', 2 ** 32]
 
 
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # a quarter turn about z

@@ -44,6 +44,13 @@ def confidence(detection):
     return int(round(percent / 2.0 if detection.ambiguous else percent))
 
 
+def numbered(detections):
+    """Return the Detections whose id AlvarMarker.id can hold, in the order of their ids, and the other ones' ids."""
+    fit = [d for d in detections if isinstance(d.id, int) and 0 <= d.id <= LARGEST_ID]
+    others = [d.id for d in detections if not any(d is one for one in fit)]
+    return sorted(fit, key=lambda d: d.id), others
+
+
 def camera_key(info, width, height, rectified):
     """Return all that camera_of() looks at; equal keys mean equal cameras (NaN equals nothing)."""
     roi = info.roi

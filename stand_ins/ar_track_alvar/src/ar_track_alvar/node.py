@@ -45,14 +45,15 @@ class MarkerNode:
         """Register everything; rospy is initialised.  settings: Settings; sizes: {id: width of the square, m}."""
         self.settings, self._sizes = settings, dict(sizes or {})
         self._condition = threading.Condition()
+        self.camera = None  # Camera of the picture that is searched
         self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
-        self._tracker = self._info = self._camera = self._camera_key = self._last_stamp = self._subscriber = None
+        self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateGate(settings.max_frequency), ErrorGate()
         self._said = {}  # kind of warning -> when it may be said again [s, monotonic]
         self._topic = rospy.resolve_name('camera_image')
         self._picture_came = self._info_came = self._reported = time.monotonic()
         self._reconfigured = True
-        self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics)
+        self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self._complain)
         self._debug = LatestPublisher('~debug_image', Image)
         self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
         self._live = LiveSettings(settings, self._settings_changed)
@@ -65,8 +66,8 @@ class MarkerNode:
     def to_publish(self, detections):
         """Return the MarkerPoses to publish for the Detections in one picture.
 
-        Called in the worker thread for every picture that was searched, also with no detections.  Ids that are texts
-        are not among them.
+        Called in the worker thread for every picture that was searched, also with no detections; ``camera`` is that
+        of the picture.  Ids are numbers that fit into a message.
         """
         return [MarkerPose(d.id, d.rotation, d.position, conversions.confidence(d), self.size_of(d.id))
                 for d in detections]
@@ -129,9 +130,7 @@ class MarkerNode:
             self._apply_settings()
         if picture is not None and self._subscriber is not None:
             self._search(*picture, info)
-        trouble = self._report.flush()
-        if trouble:
-            self._complain('transform', trouble)
+        self._report.flush()
         if time.monotonic() >= self._reported + REPORT:
             self._look_after()
 
@@ -171,7 +170,11 @@ class MarkerNode:
             topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
             self._complain(type(error), f'{topic}: {error}')
             return
-        detections = self._errors.passed(self._numbered(found), self.settings.max_new_marker_error,
+        numbered, others = conversions.numbered(found)
+        for content in others:
+            self._complain('content', f'A marker with the content {content!r} is in sight; AlvarMarker.id holds numbers '
+                           f'up to {LARGEST_ID} only, so it is not published.')
+        detections = self._errors.passed(numbered, self.settings.max_new_marker_error,
                                          self.settings.max_track_error)
         self._statistics.searched(time.perf_counter() - begun, detections)
         self._report.publish(arrival, message.header, self.to_publish(detections))
@@ -185,21 +188,12 @@ class MarkerNode:
         rectified = geometry == RECTIFIED or geometry == AUTO and 'rect' in self._topic.rsplit('/', 1)[-1]
         key = conversions.camera_key(info, grey.shape[1], grey.shape[0], rectified)
         if key != self._camera_key:
-            self._camera = conversions.camera_of(info, grey.shape[1], grey.shape[0], rectified)
+            self.camera = conversions.camera_of(info, grey.shape[1], grey.shape[0], rectified)
             self._camera_key = key
             rospy.loginfo('The camera now: %dx%d, %s', *key[:2], 'rectified: P is used, not D' if rectified else
                           f'distortion model {info.distortion_model or "none"}')
             self._tracker.reset()
-        return self._camera
-
-    def _numbered(self, detections):
-        """The Detections whose id fits into a message."""
-        numbered = [d for d in detections if isinstance(d.id, int) and d.id <= LARGEST_ID]
-        for d in detections:
-            if d not in numbered:
-                self._complain('text', f'A marker with the content {d.id!r} is in sight; AlvarMarker.id holds numbers '
-                               f'up to {LARGEST_ID} only, so it is not published.')
-        return numbered
+        return self.camera
 
     def _notice_jump(self, stamp):
         if self._last_stamp is not None and (self._last_stamp - stamp).to_sec() > JUMP_BACK:
@@ -226,9 +220,9 @@ class MarkerNode:
             elif info is None and now - info_came > SILENCE:
                 self._complain('camera_info', f'no camera_info has come for {now - info_came:.0f} s',
                                lambda: inputs.waiting_text(self._info_subscriber, 'camera_info'))
-        self._diagnostics.publish(self._statistics.report(rospy.get_name(), now - self._reported,
-                                                          self.settings.enabled, rospy.Time.now()))
-        self._reported = now
+        elapsed, self._reported = now - self._reported, now
+        self._diagnostics.publish(self._statistics.report(rospy.get_name(), elapsed, self.settings.enabled,
+                                                          rospy.Time.now()))
 
     def _complain(self, kind, text, more=lambda: ''):
         """Note a trouble; log it, with more(), unless one of its kind was logged in the last THROTTLE seconds."""

@@ -31,10 +31,10 @@ class Waiting:
 class Report:
     """Publishes ar_pose_marker, visualization_marker and tf."""
 
-    def __init__(self, frame, tolerance, statistics):
-        """frame: of ar_pose_marker; tolerance [s]: see OutputFrame; statistics: Statistics to count in."""
+    def __init__(self, frame, tolerance, statistics, complain):
+        """frame: of ar_pose_marker; tolerance [s]: see OutputFrame; complain(kind, text): say what is wrong."""
         self.output = OutputFrame(frame, tolerance)
-        self._statistics = statistics
+        self._statistics, self._complain = statistics, complain
         self._waiting = deque()
         self._poses = LatestPublisher('ar_pose_marker', AlvarMarkers)
         self._cubes = LatestPublisher('visualization_marker', Marker)
@@ -54,22 +54,20 @@ class Report:
             self._in_camera_frame(header, markers)
 
     def flush(self):
-        """Publish what has waited for its transform, in order; return the reason if some had to go without, or ''."""
-        trouble = ''
+        """Publish what has waited for its transform, in order, and complain where there is none."""
         while self._waiting:
             first = self._waiting[0]
             try:
                 pose = self.output.camera_pose(first.header.frame_id, first.header.stamp,
                                                last_try=time.monotonic() >= first.deadline)
                 if pose is None:
-                    return trouble
+                    return
                 self._publish_poses(first, first.markers, pose)
             except TransformMissing as missing:
-                trouble = str(missing)
+                self._complain('transform', str(missing))
                 self._statistics.missing_transforms += len(first.markers)
                 self._publish_poses(first, [], None)
             self._waiting.popleft()
-        return trouble
 
     def clear(self):
         """Forget what waits and the transforms: time began anew."""
