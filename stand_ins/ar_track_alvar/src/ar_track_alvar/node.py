@@ -172,8 +172,8 @@ class MarkerNode:
             return
         numbered, others = conversions.numbered(found)
         for content in others:
-            self._complain('content', f'A marker with the content {content!r} is in sight; AlvarMarker.id holds numbers '
-                           f'up to {LARGEST_ID} only, so it is not published.')
+            self._complain('content', f'A marker with the content {content!r} is in sight; it is not published: '
+                           f'AlvarMarker.id holds numbers up to {LARGEST_ID} only.')
         detections = self._errors.passed(numbered, self.settings.max_new_marker_error,
                                          self.settings.max_track_error)
         self._statistics.searched(time.perf_counter() - begun, detections)
