@@ -57,7 +57,7 @@ class PosesTest(TrackerCase):
         broadcaster = StaticTransformBroadcaster()
         broadcaster.sendTransform(transform('map', FRAME, 1.0, rospy.Time.now()))
         poses = self.collected()
-        self.camera().show(*PLACED.values())
+        self.camera(frame=f'/{FRAME}').show(*PLACED.values())  # as for tf; tf2 takes no leading /
         self.assert_poses(self.next_with(poses, *PLACED), PLACED, (QUARTER, np.array([1.0, 2.0, 3.0])), 'map')
 
     def test_ar_poses_of_a_moving_camera(self):

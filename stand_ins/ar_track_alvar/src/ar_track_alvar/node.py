@@ -26,7 +26,7 @@ from kinematic_ros import images, params
 from kinematic_ros.registration import keep_registered
 from kinematic_ros.topics import LatestPublisher
 
-BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once; rospy's 64 KiB take several turns a picture
+BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once: one of 1280x720 in colour
 SILENCE = 5.0  # [s] without a picture or camera_info before it is said
 THROTTLE = 10.0  # [s] between two warnings of a kind
 REPORT = 1.0  # [s] between two reports on /diagnostics

@@ -26,7 +26,6 @@ class OutputFrame:
 
     def camera_pose(self, camera_frame, stamp, last_try):
         """Return (rotation (3, 3), translation (3,) m), or None: not yet; on the last try raise TransformMissing."""
-        camera_frame = camera_frame.lstrip('/')
         if camera_frame == self.frame:
             return IDENTITY
         if not camera_frame:

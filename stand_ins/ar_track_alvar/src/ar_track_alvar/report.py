@@ -47,6 +47,7 @@ class Report:
 
     def publish(self, arrival, header, markers):
         """Publish the MarkerPoses of a picture with this header that came at ``arrival`` (monotonic, s)."""
+        header = Header(stamp=header.stamp, frame_id=header.frame_id.lstrip('/'))  # tf2 takes no leading /
         deadline = time.monotonic() + self.output.tolerance
         self._waiting.append(Waiting(arrival, deadline, header, [m for m in markers if m.reported]))
         self.flush()
