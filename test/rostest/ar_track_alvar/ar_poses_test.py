@@ -112,6 +112,12 @@ class PosesTest(TrackerCase):
         for name, value in (('max_new_marker_error', 0.07), ('max_track_error', 0.19), ('output_frame', 'camera')):
             self.assertEqual(value, rospy.get_param(f'{self.tracker}/{name}'))
 
+    def test_ar_rectified(self):
+        """A topic image_rect_color: P describes the pictures, D what they were before."""
+        poses, camera = self.collected(), self.camera(topic='/cam/image_rect_color').show(*PLACED.values())
+        camera.info.D, camera.info.K = [-0.4, 0.1, 0.0, 0.0, 0.0], [2.0 * value for value in camera.info.K]
+        self.assert_poses(self.next_with(poses, *PLACED))
+
     def test_ar_compressed(self):
         """The compressed transport: the topic below the remapped one."""
         poses = self.collected()
