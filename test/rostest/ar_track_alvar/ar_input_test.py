@@ -23,8 +23,8 @@ class InputTest(TrackerCase):
         """It names the topic that it waits for, and those that there are instead."""
         log = self.log()
         self.camera(topic='/other/image_raw', info_topic='/other/camera_info').show(*PLACED.values())
-        log.wait(Log.WARN, r'no picture has come for \d+ s /camera_image: nobody publishes it\. Topics of type '
-                 r'sensor_msgs/Image: .*/other/image_raw \(by .*\); remap with camera_image:=/other/image_raw')
+        log.wait(Log.WARN, r'no picture has come for \d+ s\. /camera_image: nobody publishes it\. Topics of type '
+                 r'sensor_msgs/Image: /other/image_raw \(by .*\); remap with camera_image:=/other/image_raw')
         self.status(lambda status: status.level == status.WARN and 'no picture' in status.message, 'a warning')
 
     def test_ar_no_camera_info(self):
@@ -32,7 +32,7 @@ class InputTest(TrackerCase):
         log, poses = self.log(), self.collected()
         camera = self.camera().show(*PLACED.values())
         info, camera.info = camera.info, None
-        log.wait(Log.WARN, r'no camera_info has come for \d+ s /camera_info: .*')
+        log.wait(Log.WARN, r'no camera_info has come for \d+ s\. /camera_info: .*')
         self.assertEqual([], poses.messages)
         camera.info = info
         self.assert_poses(self.next_with(poses, *PLACED))

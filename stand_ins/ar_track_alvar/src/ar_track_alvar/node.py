@@ -150,7 +150,7 @@ class MarkerNode:
 
     def _subscribe(self):
         if self.settings.image_transport == 'compressed':
-            return rospy.Subscriber(self._topic + '/compressed', CompressedImage, self._take_picture, queue_size=1,
+            return rospy.Subscriber(self._topic + inputs.COMPRESSED, CompressedImage, self._take_picture, queue_size=1,
                                     buff_size=BUFFER, tcp_nodelay=True)
         return rospy.Subscriber('camera_image', Image, self._take_picture, queue_size=1, buff_size=BUFFER,
                                 tcp_nodelay=True)
@@ -230,4 +230,4 @@ class MarkerNode:
         self._statistics.trouble(text)
         if now >= self._said.get(kind, 0.0):
             self._said[kind] = now + THROTTLE
-            rospy.logwarn('%s', ' '.join(filter(None, (text, more()))))
+            rospy.logwarn('%s', '. '.join(filter(None, (text, more()))))
