@@ -1,0 +1,194 @@
+"""What stands in a robot's world: upright boxes and cylinders, and panels with AR markers. Immutable.
+
+World frame: x forward, y to the left, z up, the floor at z = 0; metres, radians counter-clockwise (REP 103).
+A plan can be shared between threads and kept: whoever changes one gets a new one.
+"""
+import math
+from typing import NamedTuple
+
+from kinematic_core.checks import InvalidInput, require_sane
+
+GREY = (178, 178, 178)
+GROUND_COLOUR = (128, 128, 128)
+SKY_COLOUR = (150, 190, 230)
+PANEL_SIZE = 0.40  # [m] the white square
+PANEL_MARKER_SIZE = 0.28  # [m] the marker's black square in its middle
+PANEL_BOTTOM = 0.05  # [m]
+PANEL_THICKNESS = 0.01  # [m] behind the face
+LARGEST = 1000.0  # [m] of any coordinate or size of a plan
+TOUCHING = 0.01  # [m] by which shapes may reach into each other and still count as side by side
+
+
+class Box(NamedTuple):
+    """An upright box: (x, y) [m] its middle, yaw [rad]; length, width, height [m] along its own x, y, z axes."""
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    length: float
+    width: float
+    height: float
+    bottom: float = 0.0  # [m] z of its lower face
+    colour: tuple = GREY  # (r, g, b), 0..255
+
+
+class Cylinder(NamedTuple):
+    """An upright cylinder: (x, y) [m] its axis; radius, height [m]."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    height: float
+    bottom: float = 0.0  # [m] z of its lower face
+    colour: tuple = GREY  # (r, g, b), 0..255
+
+
+class Panel(NamedTuple):
+    """A white square board with an ALVAR marker in its middle.
+
+    (x, y) [m] is the middle of the face, which looks along the panel's own -x axis: with yaw 0 it is seen by who
+    looks along +x. The board is PANEL_THICKNESS deep, behind the face; its back and its edges are white.
+    """
+
+    name: str
+    marker_id: int
+    x: float
+    y: float
+    yaw: float  # [rad]
+    size: float = PANEL_SIZE  # [m] width and height of the board
+    marker_size: float = PANEL_MARKER_SIZE  # [m] width of the marker's black square
+    bottom: float = PANEL_BOTTOM  # [m] z of the lower edge
+
+    def board(self):
+        """Return the Box that the panel is."""
+        half = PANEL_THICKNESS / 2.0
+        return Box(self.name, self.x + half * math.cos(self.yaw), self.y + half * math.sin(self.yaw), self.yaw,
+                   PANEL_THICKNESS, self.size, self.size, self.bottom, (255, 255, 255))
+
+
+class FloorPlan(NamedTuple):
+    """All shapes of a world; their names are unique. ``check`` says whether it makes sense."""
+
+    boxes: tuple = ()
+    cylinders: tuple = ()
+    panels: tuple = ()
+    ground_colour: tuple = GROUND_COLOUR  # (r, g, b), 0..255
+    sky_colour: tuple = SKY_COLOUR  # (r, g, b), 0..255
+
+    def shapes(self):
+        """Return all shapes, boxes first, then cylinders, then panels."""
+        return (*self.boxes, *self.cylinders, *self.panels)
+
+    def solids(self):
+        """Return what a robot runs into and a ray ends at, as Boxes and Cylinders; panels as their boards."""
+        return (*self.boxes, *self.cylinders, *(panel.board() for panel in self.panels))
+
+    def with_panel(self, name, x, y, yaw):
+        """Return the plan with the panel ``name`` moved to (x, y) [m], yaw [rad]; InvalidInput if there is none."""
+        require_sane(f'the panel {name!r}', x=x, y=y, yaw=yaw)
+        if all(panel.name != name for panel in self.panels):
+            known = ', '.join(panel.name for panel in self.panels) or 'none'
+            raise InvalidInput(f'there is no panel {name!r}; the panels are: {known}')
+        return self._replace(panels=tuple(panel._replace(x=x, y=y, yaw=yaw) if panel.name == name else panel
+                                          for panel in self.panels))
+
+    def check(self):
+        """Raise InvalidInput for the first shape that cannot be: the text names the shape and the field."""
+        names = set()
+        for shape in self.shapes():
+            if shape.name in names:
+                raise InvalidInput(f'{shape.name}: the name is used twice')
+            names.add(shape.name)
+            _check_shape(shape)
+        _check_colour('ground_colour', self.ground_colour)
+        _check_colour('sky_colour', self.sky_colour)
+
+    def overlaps(self, tolerance=TOUCHING):
+        """Return [(name, name, depth [m])] of boxes and cylinders that share more than ``tolerance`` of space."""
+        solids = (*self.boxes, *self.cylinders)
+        found = []
+        for index, shape in enumerate(solids):
+            for other in solids[index + 1:]:
+                depth = _shared_depth(shape, other)
+                if depth > tolerance:
+                    found.append((shape.name, other.name, depth))
+        return found
+
+
+def _check_shape(shape):
+    for field, value in zip(shape._fields, shape):
+        if field == 'name':
+            if not isinstance(value, str) or not value:
+                raise InvalidInput(f'{value!r}: a name must be a text')
+        elif field == 'colour':
+            _check_colour(f'{shape.name}: colour', value)
+        elif field == 'marker_id':
+            if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+                raise InvalidInput(f'{shape.name}: marker_id is {value!r}; it must be a whole number of at least 0')
+        else:
+            _check_length(shape.name, field, value)
+    if isinstance(shape, Panel) and shape.marker_size > shape.size:
+        raise InvalidInput(f'{shape.name}: marker_size is {shape.marker_size:g}; the panel has only {shape.size:g} m')
+
+
+def _check_length(name, field, value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InvalidInput(f'{name}: {field} is {value!r}; it must be a finite number')
+    if abs(value) > LARGEST:
+        raise InvalidInput(f'{name}: {field} is {value:g}; allowed is at most {LARGEST:g}')
+    if field not in ('x', 'y', 'yaw', 'bottom') and value <= 0.0:
+        raise InvalidInput(f'{name}: {field} is {value:g}; it must be more than 0')
+    if field == 'bottom' and value < 0.0:
+        raise InvalidInput(f'{name}: bottom is {value:g}; it must be at least 0, which is the floor')
+
+
+def _check_colour(name, colour):
+    if (not isinstance(colour, (tuple, list)) or len(colour) != 3
+            or any(isinstance(part, bool) or not isinstance(part, int) or not 0 <= part <= 255 for part in colour)):
+        raise InvalidInput(f'{name} is {colour!r}; it must be three whole numbers from 0 to 255: red, green, blue')
+
+
+def _shared_depth(shape, other):
+    """Return how far two solids must be moved at least to be apart [m]; 0 or less when they are."""
+    depth = min(shape.bottom + shape.height, other.bottom + other.height) - max(shape.bottom, other.bottom)
+    for axis_x, axis_y in _separating_axes(shape, other):
+        low, high = _extent(shape, axis_x, axis_y)
+        other_low, other_high = _extent(other, axis_x, axis_y)
+        depth = min(depth, high - other_low, other_high - low)
+        if depth <= 0.0:
+            break
+    return depth
+
+
+def _separating_axes(shape, other):
+    """Yield unit vectors of which one shows a gap between two convex outlines if there is any."""
+    for box in (shape, other):
+        if isinstance(box, Box):
+            cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+            yield cos, sin
+            yield -sin, cos
+    for round_shape, second in ((shape, other), (other, shape)):
+        if isinstance(round_shape, Cylinder):
+            points = [(second.x, second.y)] if isinstance(second, Cylinder) else corners(second)
+            for x, y in points:
+                distance = math.hypot(x - round_shape.x, y - round_shape.y)
+                if distance > 0.0:
+                    yield (x - round_shape.x) / distance, (y - round_shape.y) / distance
+
+
+def corners(box):
+    """Return the four corners [(x, y)] [m] of a box's outline, counter-clockwise from its own (+x, +y) corner."""
+    cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+    return [(box.x + cos * a - sin * b, box.y + sin * a + cos * b)
+            for a, b in ((box.length / 2.0, box.width / 2.0), (-box.length / 2.0, box.width / 2.0),
+                         (-box.length / 2.0, -box.width / 2.0), (box.length / 2.0, -box.width / 2.0))]
+
+
+def _extent(shape, axis_x, axis_y):
+    if isinstance(shape, Cylinder):
+        middle = shape.x * axis_x + shape.y * axis_y
+        return middle - shape.radius, middle + shape.radius
+    along = [x * axis_x + y * axis_y for x, y in corners(shape)]
+    return min(along), max(along)
