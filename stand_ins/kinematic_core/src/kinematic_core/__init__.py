@@ -1,1 +1,1 @@
-"""Planar motion of simulated robots in fixed time steps: no clock, no ROS, no random numbers of its own."""
+"""Planar motion of simulated robots in fixed time steps: no clock, no ROS, no random numbers but seeded ones."""
