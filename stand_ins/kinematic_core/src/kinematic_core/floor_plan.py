@@ -117,6 +117,9 @@ class FloorPlan(NamedTuple):
         return found
 
 
+EMPTY = FloorPlan()
+
+
 def _check_shape(shape):
     for field, value in zip(shape._fields, shape):
         if field == 'name':

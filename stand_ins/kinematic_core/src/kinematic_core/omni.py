@@ -6,7 +6,7 @@ the robot round counter-clockwise, which is the direction of its joint in the UR
 import math
 from typing import NamedTuple
 
-from kinematic_core.planar import STILL, Pose, Twist, advance
+from kinematic_core.planar import ORIGIN, STILL, Twist, advance
 
 WHEELS = ('back', 'right', 'left')
 WHEEL_ANGLES = (math.pi, -math.pi / 3.0, math.pi / 3.0)  # [rad] where the wheels are, seen from the middle
@@ -56,6 +56,9 @@ class Limits(NamedTuple):
         return Twist(twist.x + allowed.x, twist.y + allowed.y, twist.turn + allowed.turn)
 
 
+UNLIMITED = Limits()
+
+
 def _scaled(twist, linear, angular, wheel):
     """Return the twist itself when all is allowed, else the longest allowed part of it."""
     scale = 1.0
@@ -74,7 +77,7 @@ class Odometry:
     the square root of the way, and so does not depend on the length of the steps.
     """
 
-    def __init__(self, pose=Pose(), slip=0.0, noise=0.0, random=None):
+    def __init__(self, pose=ORIGIN, slip=0.0, noise=0.0, random=None):
         """Begin at ``pose``; ``random`` is a random.Random, needed with noise."""
         self.slip, self.noise = slip, noise
         self._random = random

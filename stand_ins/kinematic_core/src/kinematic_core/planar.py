@@ -21,6 +21,7 @@ class Twist(NamedTuple):
     turn: float = 0.0
 
 
+ORIGIN = Pose()
 STILL = Twist()
 
 

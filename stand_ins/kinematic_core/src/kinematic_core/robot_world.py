@@ -18,9 +18,9 @@ import random
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput, require_sane
 from kinematic_core.collision import Obstacles
-from kinematic_core.floor_plan import FloorPlan
-from kinematic_core.omni import Limits, Odometry, wheel_speeds
-from kinematic_core.planar import STILL, Pose, Twist, advance, mean_twist
+from kinematic_core.floor_plan import EMPTY
+from kinematic_core.omni import UNLIMITED, Odometry, wheel_speeds
+from kinematic_core.planar import ORIGIN, STILL, Pose, Twist, advance, mean_twist
 
 DT = 1.0 / 120.0  # [s] a step: odometry and camera (30 Hz) are due every fourth, the scanner (40 Hz) every third
 WATCHDOG = 0.5  # [s] without a command after which the robot stops
@@ -38,14 +38,14 @@ class RobotWorld:
     ``touching`` (an obstacle, in the last step), ``timed_out`` (the watchdog has stopped it since the last command).
     """
 
-    def __init__(self, plan=FloorPlan(), start=Pose(), limits=Limits(), watchdog=WATCHDOG, slip=0.0, noise=0.0,
+    def __init__(self, plan=EMPTY, start=ORIGIN, limits=UNLIMITED, watchdog=WATCHDOG, slip=0.0, noise=0.0,
                  seed=0, dt=DT):
         """Put the robot at ``start``; InvalidInput if an obstacle is there. A ``watchdog`` of inf never stops it."""
         self.dt = dt
         self.steps = 0
         self.odometry = Odometry(start, slip, noise, random.Random(seed))
         self._limits = limits
-        self._unlimited = limits == Limits()
+        self._unlimited = limits == UNLIMITED
         self._lasts = watchdog / dt  # [steps]
         self._set_plan(plan)
         self.place(start.x, start.y, start.yaw)
@@ -143,7 +143,8 @@ class RobotWorld:
             twist = self._move_beside_obstacles(twist)
         self.twist = twist
         travelled = self._travelled
-        self._travelled = Twist(travelled.x + twist.x * dt, travelled.y + twist.y * dt, travelled.turn + twist.turn * dt)
+        self._travelled = Twist(travelled.x + twist.x * dt, travelled.y + twist.y * dt,
+                                travelled.turn + twist.turn * dt)
 
     def _move_beside_obstacles(self, twist):
         """Move on in straight pieces; return the mean Twist that came of it."""
