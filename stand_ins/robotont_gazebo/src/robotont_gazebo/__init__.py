@@ -1,0 +1,1 @@
+"""Robotont's simulator: its worlds, its camera, its lidar and its node."""

@@ -1,0 +1,65 @@
+"""Sky and floor behind and below everything that stands in a world."""
+import math
+
+import cv2
+import numpy as np
+
+from robotont_gazebo import textures
+
+PERIOD = 2 * textures.TILE  # [m] after which the floor repeats
+SHARPNESS = 1.4  # pixels of the floor's pictures to one of the camera's, along the geometric mean of its two directions
+LEVELS = 5  # pictures of the floor, each half as fine as the one before; beyond the last one it is plain
+ZENITH_TONE, HORIZON_WHITE = 0.82, 0.55  # the sky's brightness far up, and how white it is at the horizon
+SKY_HEIGHT = 0.6  # [tangent of the elevation] where the sky has its darkest tone
+
+
+class Backdrop:
+    """Draws sky and floor for one PinholeCamera; patterns: False leaves the floor plain."""
+
+    def __init__(self, camera, ground_colour, sky_colour, patterns=True):
+        self._camera, self._colour, self._patterns = camera, tuple(ground_colour), patterns
+        self._plain = np.empty((camera.height, camera.width, 4), np.uint8)
+        self._plain[:] = textures.rgba(self._rows(np.array(sky_colour, float)))[:, None]
+
+    def _rows(self, sky):
+        """Return the colours (height, 3) of rows without pattern; the horizon's own row is half sky, half floor."""
+        down = self._camera.down[:, None]
+        ground = textures.floor_mean(self._colour) if self._patterns else np.array(self._colour, float)
+        if not self._patterns:
+            return np.where(down >= 0.0, ground, sky)
+        up = np.clip(-down / SKY_HEIGHT, 0.0, 1.0)
+        horizon = sky + (255.0 - sky) * HORIZON_WHITE
+        return np.where(down >= 0.0, ground, horizon + (sky * ZENITH_TONE - horizon) * np.sqrt(up))
+
+    def draw(self, canvas, pose, first_floor_row):
+        """Fill the RGBA canvas (height, width, 4); above first_floor_row [px] there is no floor to be seen."""
+        np.copyto(canvas, self._plain)
+        if self._patterns and pose.z > 0.0:
+            lowest = self._camera.height
+            for halved in range(LEVELS):
+                depth = self._depth_of(halved, pose.z)
+                first = max(int(math.ceil(self._camera.cy + self._camera.focal * pose.z / depth)),
+                            int(first_floor_row), 0)
+                if first < lowest:
+                    self._draw_rows(canvas, pose, first, lowest, halved, depth)
+                    lowest = first
+
+    def _depth_of(self, halved, height):
+        """Return the depth [m] up to which a floor picture is fine enough."""
+        return (2 ** halved * SHARPNESS / textures.FLOOR_RESOLUTION * self._camera.focal * math.sqrt(height)) ** (2 / 3)
+
+    def _draw_rows(self, canvas, pose, first, end, halved, depth):
+        camera = self._camera
+        aside = max(-camera.right[0], camera.right[-1])
+        reach = PERIOD * math.ceil(depth * math.hypot(1.0, aside) / PERIOD + 1.0)
+        picture = textures.floor(self._colour, halved, reach)
+        resolution = textures.FLOOR_RESOLUTION / 2 ** halved
+        x, y = (value - PERIOD * round(value / PERIOD) + reach for value in (pose.x, pose.y))
+        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+        # In units of the row's depth, z = focal * height / (row - cy): world = camera + z * (forward + slope * right).
+        to_world = np.array([[sin * pose.z, x, cos * pose.z], [-cos * pose.z, y, sin * pose.z], [0.0, 1.0, 0.0]])
+        to_slopes = np.array([[1.0, 0.0, -camera.cx], [0.0, 1.0, first - camera.cy], [0.0, 0.0, camera.focal]])
+        to_picture = np.array([[resolution, 0.0, -0.5], [0.0, resolution, -0.5], [0.0, 0.0, 1.0]])
+        cv2.warpPerspective(picture, to_picture @ to_world @ to_slopes, (camera.width, end - first),
+                            dst=canvas[first:end], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+                            borderMode=cv2.BORDER_REPLICATE)

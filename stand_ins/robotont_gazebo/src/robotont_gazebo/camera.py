@@ -1,0 +1,80 @@
+"""The Robotont's camera: its numbers, in one place, and the points that a depth picture stands for.
+
+Optical frame: x right, y down, z forward; metres. Pixel (0, 0) is the middle of the top left one. The principal point
+lies at (width / 2, height / 2), where Gazebo's camera_info has it; the pictures are rendered with these very numbers.
+"""
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kinematic_core.checks import InvalidInput
+
+WIDTH, HEIGHT = 1280, 720  # [px]
+HORIZONTAL_FOV = math.pi / 2.0  # [rad]
+NEAR, FAR = 0.02, 8.0  # [m] along z: what the depth picture reports; the colour picture ends at NEAR only
+DISTORTION = (0.0,) * 5  # k1 k2 p1 p2 k3 of plumb_bob
+RECTIFICATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+SMALLEST, LARGEST = 16, 4096  # [px] of width and height
+
+
+class CameraPose(NamedTuple):
+    """Where the (level) camera is in the world: x, y, z [m], yaw [rad] of its optical axis."""
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+
+
+class PinholeCamera:
+    """A camera without distortion, square pixels; raises InvalidInput for a size or field of view it cannot have.
+
+    focal [px]; cx, cy [px]: the principal point; right (width,): x / z of each column; down (height,): y / z of each
+    row.
+    """
+
+    def __init__(self, width=WIDTH, height=HEIGHT, horizontal_fov=HORIZONTAL_FOV):
+        for name, value in (('width', width), ('height', height)):
+            if isinstance(value, bool) or value != int(value) or not SMALLEST <= value <= LARGEST:
+                raise InvalidInput(f'{name} of the camera is {value!r}; it must be a whole number of '
+                                   f'{SMALLEST} to {LARGEST} px')
+        if not 0.05 <= horizontal_fov <= 2.8:
+            raise InvalidInput(f'horizontal_fov of the camera is {horizontal_fov!r}; it must be 0.05 to 2.8 rad')
+        self.width, self.height, self.horizontal_fov = int(width), int(height), float(horizontal_fov)
+        self.focal = 0.5 * width / math.tan(0.5 * horizontal_fov)
+        self.cx, self.cy = 0.5 * width, 0.5 * height
+        self.right = (np.arange(self.width) - self.cx) / self.focal
+        self.down = (np.arange(self.height) - self.cy) / self.focal
+
+    def matrix(self):
+        """Return K of camera_info, 9 numbers row by row [px]."""
+        return [self.focal, 0.0, self.cx, 0.0, self.focal, self.cy, 0.0, 0.0, 1.0]
+
+    def projection(self):
+        """Return P of camera_info, 12 numbers row by row [px]."""
+        return [self.focal, 0.0, self.cx, 0.0, 0.0, self.focal, self.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+
+    def project(self, pose, points):
+        """Return pixels (N, 2) and depths (N,) [m] of world points (N, 3) [m] from a CameraPose."""
+        dx, dy, dz = (np.asarray(points, float) - [pose.x, pose.y, pose.z]).T
+        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+        depth = cos * dx + sin * dy
+        pixels = np.stack([self.cx + self.focal * (sin * dx - cos * dy) / depth, self.cy - self.focal * dz / depth], 1)
+        return pixels, depth
+
+    def points(self, depth):
+        """Return the points (height, width, 3) float32 [m] in the optical frame of a depth picture; NaN stays NaN."""
+        out = np.empty((*depth.shape, 3), np.float32)
+        np.multiply(depth, self.right.astype(np.float32), out=out[..., 0])
+        np.multiply(depth, self.down.astype(np.float32)[:, None], out=out[..., 1])
+        out[..., 2] = depth
+        return out
+
+
+def require_pose(pose):
+    """Return (x, y, z, yaw) as a CameraPose; InvalidInput where a number is not finite."""
+    pose = CameraPose(*map(float, pose))
+    if not all(map(math.isfinite, pose)):
+        raise InvalidInput(f'camera pose is {tuple(pose)!r}; x, y, z [m] and yaw [rad] must be finite')
+    return pose

@@ -1,0 +1,125 @@
+"""Drawing the faces of solids: bricks and markers in perspective, plain colours, cylinders shaded around."""
+import math
+
+import cv2
+import numpy as np
+
+from robotont_gazebo import textures
+from robotont_gazebo.sight import FRONT, LEFT_OF_X, LEFT_OF_Y, RIGHT_OF_X, RIGHT_OF_Y, ROUND, in_frame_of
+
+LIGHT = (0.16, 0.10)  # how much brighter faces towards +x and +y are
+UPRIGHT, TOP_SHADE, UNDER_SHADE = 0.81, 1.0, 0.55  # brightness of upright faces on average, upper and lower ends
+LAST_LEVEL = 12  # of a pattern's picture
+SHARPER = 0.4  # level of a pattern's picture that is taken finer than one pixel of it for one of the camera's
+
+
+def shade(normal_x, normal_y):
+    """Return the brightness 0..1 of an upright face by its unit normal in the world."""
+    return UPRIGHT + LIGHT[0] * normal_x + LIGHT[1] * normal_y
+
+
+class FacePainter:
+    """Draws what one layer of a Sight shows of Solids; patterns: False for plain colours."""
+
+    def __init__(self, solids, camera, patterns):
+        self._solids, self._camera = solids, camera
+        self._resolution = np.full((solids.count, ROUND + 1), np.nan)  # [px/m] of patterned faces, nan: plain
+        self._plain = np.zeros((solids.count, 3, ROUND + 1, 4), np.uint8)  # colours by solid, kind and face
+        self._pattern = {}
+        for index, shape in enumerate(solids.shapes):
+            self._prepare(index, shape, patterns)
+
+    def _prepare(self, index, shape, patterns):
+        colour, solids = np.array(shape.colour, float), self._solids
+        cos, sin = solids.cos[index], solids.sin[index]
+        normals = ((-cos, -sin), (cos, sin), (sin, -cos), (-sin, cos), (0.0, 0.0))  # in the order of the faces
+        brightness = np.array([[shade(*normal) for normal in normals], [TOP_SHADE] * 5, [UNDER_SHADE] * 5])
+        self._plain[index] = textures.rgba(brightness[..., None] * colour)
+        if not patterns or not solids.box[index]:
+            return
+        if index in solids.panel_of:
+            panel = solids.panel_of[index]
+            self._pattern[index, LEFT_OF_X] = textures.panel(panel.marker_id, panel.size, panel.marker_size)
+            self._resolution[index, LEFT_OF_X] = textures.PANEL_PIXELS / panel.size
+        elif shape.height >= textures.COURSE:
+            for face in range(ROUND):
+                length = shape.width if face in (LEFT_OF_X, RIGHT_OF_X) else shape.length
+                self._pattern[index, face] = (length, shape.height, tuple(shape.colour),
+                                              round(shade(*normals[face]), 2), shape.bottom <= 0.0)
+                self._resolution[index, face] = textures.wall_resolution(length, shape.height)
+
+    def draw(self, drawn, pose, layer, edges):
+        """Draw a layer onto `drawn`, (height, width, 4) uint8 RGBA; more than its Edges cover is left undefined."""
+        patterned = ~np.isnan(self._resolution[layer.solid, layer.face]) & (layer.kind == FRONT) & (layer.solid >= 0)
+        if not patterned.all():
+            self._fill(drawn, pose, layer, edges, ~patterned & (layer.solid >= 0))
+        if patterned.any():
+            along, up = self._levels(layer)
+            keys = np.where(patterned, ((layer.solid * 4 + layer.face) * 16 + along) * 16 + up, -1)
+            for left, right in _runs(keys):
+                if patterned[left]:
+                    self._map(drawn, pose, (int(layer.solid[left]), int(layer.face[left])), (along[left], up[left]),
+                              (left, right, *edges.rows_of(left, right)))
+
+    def _fill(self, drawn, pose, layer, edges, columns):
+        colours = self._plain[layer.solid, layer.kind, layer.face]
+        curved = columns & (layer.face == ROUND) & (layer.kind == FRONT)
+        if curved.any():
+            colours[curved] = self._round_colours(pose, layer, np.flatnonzero(curved))
+        words, target = colours.view(np.uint32)[:, 0], drawn.view(np.uint32)[:, :, 0]
+        for left, right in _runs(np.where(columns, layer.solid, -1)):
+            if columns[left]:
+                top, bottom = edges.rows_of(left, right)
+                target[top:bottom, left:right] = words[left:right]
+
+    def _round_colours(self, pose, layer, columns):
+        solids, index, depth = self._solids, layer.solid[columns], layer.depth[columns]
+        aside = depth * self._camera.right[columns]
+        cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+        normal_x = (pose.x + depth * cos + aside * sin - solids.x[index]) / solids.radius[index]
+        normal_y = (pose.y + depth * sin - aside * cos - solids.y[index]) / solids.radius[index]
+        base = np.array([self._solids.shapes[k].colour for k in range(solids.count)], float)[index]
+        return textures.rgba(base * shade(normal_x, normal_y)[:, None])
+
+    def _levels(self, layer):
+        """Return how often the pattern's picture is to be halved along and up in each column, whole numbers."""
+        size = np.nan_to_num(self._resolution[layer.solid, layer.face], nan=1.0) * layer.depth / self._camera.focal
+        return (np.clip(np.round(np.log2(ratio) - SHARPER), 0, LAST_LEVEL).astype(int)
+                for ratio in (size / layer.incidence, size))
+
+    def _map(self, drawn, pose, which, level, part):
+        left, right, top, bottom = part
+        if top >= bottom:
+            return
+        pattern = self._pattern[which]
+        mipmap = pattern if isinstance(pattern, textures.Mipmap) else textures.wall(*pattern)
+        picture, along, up = mipmap.at(*map(int, level))
+        to_picture = np.array([[along, 0.0, textures.PAD - 0.5], [0.0, up, textures.PAD - 0.5], [0.0, 0.0, 1.0]])
+        camera = self._camera
+        to_slopes = np.array([[1.0, 0.0, left - camera.cx], [0.0, 1.0, top - camera.cy], [0.0, 0.0, camera.focal]])
+        cv2.warpPerspective(picture, to_picture @ self._to_face(pose, *which) @ to_slopes, (right - left, bottom - top),
+                            dst=drawn[top:bottom, left:right], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+                            borderMode=cv2.BORDER_CONSTANT)
+
+    def _to_face(self, pose, index, face):
+        """Return the map (3, 3) from (x, y, z) of a ray in the optical frame to (along, down from the top, 1) [m]."""
+        solids = self._solids
+        ox, oy, fx, fy, rx, ry = in_frame_of(solids, index, pose)
+        half_x, half_y = solids.half_x[index], solids.half_y[index]
+        if face >= LEFT_OF_Y:  # the face's own frame: n out of the face towards the viewer's far side, t to the right
+            ox, oy, fx, fy, rx, ry, half_x, half_y = oy, -ox, fy, -fx, ry, -rx, half_y, half_x
+        if face in (RIGHT_OF_X, RIGHT_OF_Y):
+            ox, oy, fx, fy, rx, ry = -ox, -oy, -fx, -fy, -rx, -ry
+        # Now the viewer looks along +x at x = -half_x, and to the right is -y. 1 / z is linear in the slopes.
+        gap = -half_x - ox
+        inverse = np.array([rx, 0.0, fx]) / gap
+        along = (half_y - oy) * inverse - np.array([ry, 0.0, fy])
+        down = (solids.top[index] - pose.z) * inverse + np.array([0.0, 1.0, 0.0])
+        return np.array([along, down, inverse])
+
+
+def _runs(keys):
+    """Yield (left, right) of the stretches of equal keys."""
+    borders = np.flatnonzero(keys[1:] != keys[:-1]) + 1
+    yield from zip([0, *borders.tolist()], [*borders.tolist(), len(keys)])
+
