@@ -99,7 +99,7 @@ class Odometry:
         self.pose = advance(self.pose, self.twist, dt)
         self.distance += math.hypot(self.twist.x, self.twist.y) * dt
 
-    def follow(self, pose, twist, way):
-        """Take over the true pose and twist, which is what ``roll`` comes to without slip and noise."""
+    def follow(self, pose, twist, dt):
+        """Take over the true Pose and Twist after ``dt`` [s], which is what ``roll`` comes to without slip and noise."""
         self.pose, self.twist = pose, twist
-        self.distance += way
+        self.distance += math.hypot(twist.x, twist.y) * dt

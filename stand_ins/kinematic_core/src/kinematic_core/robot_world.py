@@ -35,7 +35,8 @@ class RobotWorld:
     """A Robotont in a FloorPlan. ``place`` and ``move_panel`` take effect at once, ``command`` in the next step.
 
     Public and read-only: ``plan``, ``pose``, ``twist`` (what the robot really does), ``odometry``, ``steps``,
-    ``touching`` (an obstacle, in the last step), ``timed_out`` (the watchdog has stopped it since the last command).
+    ``watchdog`` [s], ``touching`` (an obstacle, in the last step), ``timed_out`` (the watchdog has stopped it since the
+    last command).
     """
 
     def __init__(self, plan=EMPTY, start=ORIGIN, limits=UNLIMITED, watchdog=WATCHDOG, slip=0.0, noise=0.0,
@@ -46,6 +47,7 @@ class RobotWorld:
         self.odometry = Odometry(start, slip, noise, random.Random(seed))
         self._limits = limits
         self._unlimited = limits == UNLIMITED
+        self.watchdog = watchdog
         self._lasts = watchdog / dt  # [steps]
         self._set_plan(plan)
         self.place(start.x, start.y, start.yaw)
@@ -125,7 +127,7 @@ class RobotWorld:
         else:
             self._move(twist)
         if self.odometry.exact:
-            self.odometry.follow(self.pose, self.twist, 0.0)
+            self.odometry.follow(self.pose, self.twist, self.dt)
         else:
             self.odometry.roll(self.twist, self.dt)
 

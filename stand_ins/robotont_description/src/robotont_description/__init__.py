@@ -1,0 +1,1 @@
+"""The Robotont's URDF, put together from its parts."""

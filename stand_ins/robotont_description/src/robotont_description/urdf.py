@@ -1,0 +1,38 @@
+"""Puts the Robotont's URDF together from its parts and prefixes its names, which xacro does elsewhere. No ROS."""
+import argparse
+import os
+import sys
+import xml.etree.ElementTree as ElementTree
+
+MODELS = {
+    'robotont_gazebo_basic': ('base',),
+    'robotont_gazebo_lidar': ('base', 'computer', 'lidar'),
+    'robotont_gazebo_nuc': ('base', 'computer', 'camera'),
+}
+NAMED = {'link': 'name', 'joint': 'name', 'parent': 'link', 'child': 'link'}  # attributes that hold a prefixed name
+
+
+def describe(model, prefix, folder):
+    """Return the URDF of a model of MODELS from the parts in ``folder``, names of links and joints with ``prefix``."""
+    robot = ElementTree.Element('robot', name='robotont')
+    for part in MODELS[model]:
+        robot.extend(ElementTree.parse(os.path.join(folder, f'{part}.urdf')).getroot())
+    for element in robot.iter():
+        attribute = NAMED.get(element.tag)
+        if attribute in element.attrib:
+            element.set(attribute, prefix + element.get(attribute))
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding='unicode')
+
+
+def main(arguments=None):
+    """Print the URDF that the command line asks for; its folder is the one above the script's."""
+    parser = argparse.ArgumentParser(description='Prints the URDF of a Robotont.')
+    parser.add_argument('model', choices=sorted(MODELS))
+    parser.add_argument('--prefix', default='', help='of the names of links and joints, e.g. robot1/')
+    options = parser.parse_args(arguments)
+    try:
+        import rospkg
+        folder = os.path.join(rospkg.RosPack().get_path('robotont_description'), 'urdf')
+        print(describe(options.model, options.prefix, folder))
+    except (OSError, ElementTree.ParseError) as error:
+        sys.exit(f'robotont_urdf: {error}')

@@ -1,0 +1,130 @@
+"""The node robotont_camera: pictures of what a simulated Robotont's camera sees.
+
+It follows the simulator's ``ground_truth`` and ``world`` and renders only what somebody subscribes to. Threading
+contract: everything is made in the thread of the subscription to ``ground_truth``, which has room for one message: a
+slow machine leaves pictures out instead of falling behind. Only the world comes in another thread, as one assignment.
+"""
+import math
+
+import numpy as np
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from std_msgs.msg import String
+
+from kinematic_core.checks import InvalidInput
+from kinematic_core.floor_plan import EMPTY
+from kinematic_core.planar import Pose
+from kinematic_ros import params
+from robotont_gazebo import camera, worlds
+from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, ahead, frames
+from robotont_gazebo.renderer import Renderer
+
+SIMULATOR = 'robotont_gazebo'
+TRUTH_RATE = 30.0  # [Hz] of the simulator's ground_truth
+FIELDS = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 12))]
+
+
+class CameraNode:
+    """Colour and depth pictures, points, and the camera_info that goes with them."""
+
+    def __init__(self):
+        """Read the parameters and register everything."""
+        self._size = (params.integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, unit='px'),
+                      params.integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, unit='px'))
+        self._fov = params.number('~horizontal_fov', camera.HORIZONTAL_FOV, 0.05, 2.8, unit='rad')
+        self._every = max(1, round(TRUTH_RATE / params.number('~rate', TRUTH_RATE, 0.1, TRUTH_RATE, unit='Hz')))
+        self._frame = frames(params.text('~frame_prefix', '')).camera
+        self._received = 0
+        self._renderer = None
+        self._plan = self._rendered_plan = EMPTY
+        self._info = camera_info(self._frame, camera.PinholeCamera(*self._size, self._fov))
+        self._colour = rospy.Publisher('camera/color/image_raw', Image, queue_size=1)
+        self._colour_info = rospy.Publisher('camera/color/camera_info', CameraInfo, queue_size=1)
+        self._depths = [rospy.Publisher('camera/depth/image_rect_raw', Image, queue_size=1),
+                        rospy.Publisher('camera/aligned_depth_to_color/image_raw', Image, queue_size=1)]
+        self._depth_info = rospy.Publisher('camera/depth/camera_info', CameraInfo, queue_size=1)
+        self._points = rospy.Publisher('camera/depth/points', PointCloud2, queue_size=1)
+        rospy.Subscriber(f'{SIMULATOR}/world', String, self._take_world, queue_size=1)
+        rospy.Subscriber(f'{SIMULATOR}/ground_truth', Odometry, self._look, queue_size=1, tcp_nodelay=True)
+        params.log_effective()
+
+    def _take_world(self, message):
+        try:
+            self._plan = worlds.parse_json(message.data)
+        except (ValueError, InvalidInput) as error:
+            rospy.logerr('Ignored a message on %s: %s', rospy.resolve_name(f'{SIMULATOR}/world'), error)
+
+    def _look(self, truth):
+        self._received += 1
+        if (self._received - 1) % self._every:
+            return
+        wants_colour, wants_points = _wanted(self._colour), _wanted(self._points)
+        wants_depth = any(map(_wanted, self._depths))
+        self._info.header.stamp = truth.header.stamp
+        for publisher in (self._colour_info, self._depth_info):
+            if _wanted(publisher):
+                publisher.publish(self._info)
+        if not (wants_colour or wants_depth or wants_points):
+            return
+        renderer, place = self._current_renderer(), camera_place(truth.pose.pose)
+        colour = renderer.render(place) if wants_colour or wants_points else None
+        if wants_colour:
+            self._colour.publish(image(self._info.header, 'rgb8', colour))
+        if wants_depth or wants_points:
+            depth = renderer.depth(place)
+            message = image(self._info.header, '32FC1', depth)
+            for publisher in filter(_wanted, self._depths):
+                publisher.publish(message)
+            if wants_points:
+                self._points.publish(cloud(self._info.header, renderer.camera.points(depth), colour))
+
+    def _current_renderer(self):
+        plan = self._plan
+        if self._renderer is None or plan is not self._rendered_plan:
+            self._renderer, self._rendered_plan = Renderer(plan, *self._size, self._fov), plan
+        return self._renderer
+
+
+def _wanted(publisher):
+    return publisher.get_num_connections() > 0
+
+
+def camera_place(pose):
+    """Return the camera's (x, y, z, yaw) [m, rad] of a robot's geometry_msgs/Pose."""
+    yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+    return (*ahead(Pose(pose.position.x, pose.position.y, yaw), CAMERA_X), CAMERA_Z, yaw)
+
+
+def camera_info(frame, pinhole):
+    """Return the CameraInfo of a camera.PinholeCamera."""
+    info = CameraInfo(width=pinhole.width, height=pinhole.height, distortion_model='plumb_bob',
+                      D=list(camera.DISTORTION), K=pinhole.matrix(), R=list(camera.RECTIFICATION),
+                      P=pinhole.projection())
+    info.header.frame_id = frame
+    return info
+
+
+def image(header, encoding, pixels):
+    """Return an Image of an array (height, width, ...) that the encoding fits."""
+    height, width = pixels.shape[:2]
+    return Image(header=header, height=height, width=width, encoding=encoding, step=pixels.strides[0],
+                 data=pixels.tobytes())
+
+
+def cloud(header, points, colour):
+    """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours (height, width, 3) RGB."""
+    height, width = points.shape[:2]
+    packed = np.empty((height, width, 4), np.float32)
+    packed[..., :3] = points
+    words = colour.astype(np.uint32)
+    packed[..., 3] = (words[..., 0] << 16 | words[..., 1] << 8 | words[..., 2]).view(np.float32)
+    return PointCloud2(header=header, height=height, width=width, fields=FIELDS, point_step=16, row_step=16 * width,
+                       is_dense=False, data=packed.tobytes())
+
+
+def main():
+    """Run robotont_camera."""
+    rospy.init_node('robotont_camera')
+    CameraNode()
+    rospy.spin()

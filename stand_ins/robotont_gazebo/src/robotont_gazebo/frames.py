@@ -1,0 +1,30 @@
+"""The Robotont's frames as the simulator needs them, and where its sensors are; robotont_description has the rest."""
+import math
+from typing import NamedTuple
+
+from kinematic_core.omni import WHEELS
+
+BASE_HEIGHT = 0.013  # [m] of base_link above base_footprint, which is on the floor
+CAMERA_X, CAMERA_Z = -0.115, BASE_HEIGHT + 0.2025  # [m] of camera_link from base_footprint
+LIDAR_X, LIDAR_Z = -0.01, BASE_HEIGHT + 0.135  # [m] of hokuyo_link from base_footprint
+
+
+class Frames(NamedTuple):
+    """Names of frames, each with the prefix of a namespace, e.g. ``robot1/``."""
+
+    odom: str
+    base: str
+    camera: str  # optical: z forward, x right, y down
+    lidar: str
+    wheels: tuple  # names of the joints, in the order of omni.WHEELS
+
+
+def frames(prefix):
+    """Return the Frames with a prefix, which may be empty."""
+    return Frames(f'{prefix}odom', f'{prefix}base_footprint', f'{prefix}camera_depth_optical_frame',
+                  f'{prefix}hokuyo_link', tuple(f'{prefix}rim_{wheel}_joint' for wheel in WHEELS))
+
+
+def ahead(pose, distance):
+    """Return (x, y) [m] of a point that is ``distance`` [m] before (behind, if negative) a robot at a Pose."""
+    return pose.x + distance * math.cos(pose.yaw), pose.y + distance * math.sin(pose.yaw)

@@ -1,0 +1,68 @@
+"""The state of a RobotWorld as ROS messages."""
+import math
+
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState, LaserScan
+from tf2_msgs.msg import TFMessage
+
+from kinematic_core.omni import WHEEL_DISTANCE
+
+POSE_VARIANCE = 1e-5  # [m^2] of x and y where the odometry makes no errors, as Gazebo's plugin has it
+YAW_VARIANCE = 1e-3  # [rad^2]
+UNKNOWN = 1e12  # variance of what an odometry in the plane cannot tell: z, roll, pitch
+SCAN_PERIOD = 1.0 / 40.0  # [s]
+
+
+def odometry(stamp, frame, child, pose, twist, variances=(0.0, 0.0)):
+    """Return an Odometry of a Pose and a Twist with the variances of x and y [m^2] and of yaw [rad^2]."""
+    message = Odometry(child_frame_id=child)
+    message.header.stamp, message.header.frame_id = stamp, frame
+    _set_pose(message.pose.pose.position, message.pose.pose.orientation, pose)
+    message.twist.twist.linear.x, message.twist.twist.linear.y = twist.x, twist.y
+    message.twist.twist.angular.z = twist.turn
+    place, yaw = variances
+    message.pose.covariance = message.twist.covariance = _diagonal(place, place, *[UNKNOWN if place else 0.0] * 3, yaw)
+    return message
+
+
+def odometry_variances(distance, noise):
+    """Return the variances of place [m^2] and yaw [rad^2] after ``distance`` [m] with omni.Odometry's ``noise``."""
+    grown = noise * noise * distance
+    return POSE_VARIANCE + grown, YAW_VARIANCE + grown / WHEEL_DISTANCE ** 2
+
+
+def transform(stamp, frame, child, pose):
+    """Return a TFMessage with one transform."""
+    message = TransformStamped(child_frame_id=child)
+    message.header.stamp, message.header.frame_id = stamp, frame
+    _set_pose(message.transform.translation, message.transform.rotation, pose)
+    return TFMessage([message])
+
+
+def joint_states(stamp, names, angles, speeds):
+    """Return a JointState of wheels, angles [rad] and speeds [rad/s]."""
+    message = JointState(name=names, position=angles, velocity=speeds)
+    message.header.stamp = stamp
+    return message
+
+
+def laser_scan(stamp, frame, scanner, ranges):
+    """Return a LaserScan of what a module like kinematic_core.rays, ``scanner``, describes."""
+    increment = (scanner.LAST_ANGLE - scanner.FIRST_ANGLE) / (scanner.RAYS - 1)
+    message = LaserScan(angle_min=scanner.FIRST_ANGLE, angle_max=scanner.LAST_ANGLE, angle_increment=increment,
+                        scan_time=SCAN_PERIOD, range_min=scanner.NEAREST, range_max=scanner.FARTHEST,
+                        ranges=ranges.tolist())
+    message.header.stamp, message.header.frame_id = stamp, frame
+    return message
+
+
+def _set_pose(position, orientation, pose):
+    position.x, position.y = pose.x, pose.y
+    orientation.z, orientation.w = math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw)
+
+
+def _diagonal(*variances):
+    covariance = [0.0] * 36
+    covariance[::7] = variances
+    return covariance

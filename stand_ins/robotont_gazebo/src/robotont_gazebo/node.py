@@ -1,0 +1,176 @@
+"""The node robotont_gazebo: one Robotont in its world, stepped by a SimulatorClock.
+
+Threading contract: the main thread steps and publishes; cmd_vel and the services come in rospy's threads and reach
+the world through ``_lock``. The camera is a node of its own (camera_node.py): pictures would hold up the steps.
+"""
+import math
+import os
+import sys
+import threading
+import time
+
+import rospkg
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState, LaserScan
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from kinematic_core.checks import InvalidInput
+from kinematic_core.omni import Limits
+from kinematic_core.planar import Pose
+from kinematic_core.robot_world import DT, RobotWorld
+from kinematic_ros import params
+from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
+from kinematic_ros.registration import keep_registered
+from kinematic_ros.topics import LatestPublisher
+from robotont_gazebo import messages, worlds
+from robotont_gazebo.alone import other_robot
+from robotont_gazebo.frames import LIDAR_X, LIDAR_Z, ahead, frames
+from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
+
+NAME = 'robotont_gazebo'
+MODELS = ('robotont_gazebo_nuc', 'robotont_gazebo_lidar', 'robotont_gazebo_basic')
+LIDAR_MODEL = 'robotont_gazebo_lidar'
+ODOMETRY_STEPS = 4  # 30 Hz
+SCAN_STEPS = 3  # 40 Hz
+FARTHEST = 1000.0  # [m]
+WARNING_PERIOD = 1.0  # [s] of wall time between two warnings about refused velocities
+NEVER, NONE = 'never', 'none'
+
+
+class RobotontNode:
+    """robotont_gazebo's interface on a RobotWorld."""
+
+    def __init__(self):
+        """Read the parameters and register everything; ``init_simulator`` has been called."""
+        self._clock = SimulatorClock(DT)
+        self._lock = threading.Lock()
+        self._warned, self._stamp, self._told_of_watchdog = -math.inf, rospy.Time(), False
+        model = params.text('~model', MODELS[0], MODELS)
+        self._frames = frames(params.text('~frame_prefix', ''))
+        numbers = seeded_random()
+        self._world = _read_world(numbers.getrandbits(64))
+        self._scanner = None
+        if model == LIDAR_MODEL:
+            from kinematic_core import rays  # numpy is loaded only where it is needed
+            self._rays = rays
+            noise = params.number('~scan_noise', rays.NOISE, 0.0, 1.0, unit='m')
+            self._scanner = rays.LaserScanner(self._world.plan, LIDAR_Z, noise, numbers.getrandbits(64))
+            self._scan = LatestPublisher('scan', LaserScan)
+        self._odometry = LatestPublisher('odom', Odometry)
+        self._truth = LatestPublisher('~ground_truth', Odometry)
+        self._transform = LatestPublisher('/tf', TFMessage)
+        self._joints = LatestPublisher('joint_states', JointState)
+        self._plan = rospy.Publisher('~world', String, latch=True, queue_size=1)
+        self._plan.publish(worlds.to_json(self._world.plan))
+        rospy.Service('~set_pose', SetPose, self._set_pose)
+        rospy.Service('~move_marker', MoveMarker, self._move_marker)
+        rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
+        keep_registered(on_return=self._clock.restore)
+        params.log_effective()
+
+    def run(self):
+        """Step until shutdown."""
+        self._clock.run(self._step)
+
+    def _step(self):
+        with self._lock:
+            world = self._world
+            world.step()
+            self._look_at_time()
+            if world.timed_out and not self._told_of_watchdog:
+                self._told_of_watchdog = True
+                rospy.logwarn('No message on %s for %g s: the robot stops, as it will from now on without further '
+                              'notice. Publish again and again (10 Hz or more), or set ~watchdog.',
+                              rospy.resolve_name('cmd_vel'), world.watchdog)
+            if world.steps % ODOMETRY_STEPS == 0:
+                self._publish_motion()
+            if self._scanner and world.steps % SCAN_STEPS == 0 and self._scan.wanted():
+                ranges = self._scanner.scan(*ahead(world.pose, LIDAR_X), world.pose.yaw)
+                self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
+
+    def _look_at_time(self):
+        """Take the stamp of this step; where time jumps back, the robot stops: its commands were of another time."""
+        now = rospy.Time.now()
+        if now < self._stamp:
+            rospy.logwarn('Time jumped back by %.3f s, from %.3f: the robot stops and waits for a new command.',
+                          (self._stamp - now).to_sec(), self._stamp.to_sec())
+            self._world.stop()
+        self._stamp = now
+
+    def _publish_motion(self):
+        world, frame, stamp = self._world, self._frames, self._stamp
+        odometry = world.odometry
+        if self._transform.wanted():
+            self._transform.publish(messages.transform(stamp, frame.odom, frame.base, odometry.pose))
+        if self._odometry.wanted():
+            variances = messages.odometry_variances(odometry.distance, odometry.noise)
+            self._odometry.publish(messages.odometry(stamp, frame.odom, frame.base, odometry.pose, odometry.twist,
+                                                     variances))
+        if self._truth.wanted():
+            self._truth.publish(messages.odometry(stamp, 'world', frame.base, world.pose, world.twist))
+        if self._joints.wanted():
+            self._joints.publish(messages.joint_states(stamp, frame.wheels, world.wheel_angles, world.wheel_speeds))
+
+    def _command(self, twist):
+        try:
+            with self._lock:
+                self._world.command(twist.linear.x, twist.linear.y, twist.angular.z)
+        except InvalidInput as refusal:
+            now = time.monotonic()  # rospy's throttle counts ROS time
+            if now - self._warned >= WARNING_PERIOD:
+                self._warned = now
+                rospy.logwarn('Ignored a message on %s, and the robot stops: %s', rospy.resolve_name('cmd_vel'), refusal)
+
+    def _set_pose(self, request):
+        with self._lock:
+            self._world.place(request.x, request.y, request.yaw)
+        return SetPoseResponse()
+
+    def _move_marker(self, request):
+        with self._lock:
+            self._world.move_panel(request.name, request.x, request.y, request.yaw)
+            if self._scanner:
+                self._scanner.look_at(self._world.plan)
+            self._plan.publish(worlds.to_json(self._world.plan))
+        return MoveMarkerResponse()
+
+
+def _read_world(seed):
+    """Return the RobotWorld that the parameters describe."""
+    name = params.text('~world', 'empty')
+    start = Pose(params.number('~x', 0.0, -FARTHEST, FARTHEST, unit='m'),
+                 params.number('~y', 0.0, -FARTHEST, FARTHEST, unit='m'),
+                 params.number('~yaw', 0.0, -FARTHEST, FARTHEST, unit='rad'))
+    limits = Limits(params.number('~max_speed', NONE, 0.01, 10.0, unit='m/s', infinite=NONE),
+                    params.number('~max_turn_speed', NONE, 0.01, 50.0, unit='rad/s', infinite=NONE),
+                    params.number('~max_wheel_speed', NONE, 0.1, 1000.0, unit='rad/s', infinite=NONE),
+                    params.number('~max_acceleration', NONE, 0.01, 1000.0, unit='m/s^2', infinite=NONE),
+                    params.number('~max_turn_acceleration', NONE, 0.01, 1000.0, unit='rad/s^2', infinite=NONE),
+                    params.number('~max_wheel_acceleration', NONE, 0.1, 10000.0, unit='rad/s^2', infinite=NONE))
+    watchdog = params.number('~watchdog', 0.5, 0.05, 3600.0, unit='s', infinite=NEVER)
+    slip = params.number('~odom_slip', 0.0, 0.0, 0.9)
+    noise = params.number('~odom_noise', 0.0, 0.0, 1.0, unit='m')
+    folder = os.path.join(rospkg.RosPack().get_path(NAME), 'worlds')
+    try:
+        plan, warnings = worlds.load_world(name, folder)
+    except InvalidInput as error:
+        raise params.ParameterError(f'parameter {rospy.resolve_name("~world")}: {error}') from None
+    if warnings:
+        rospy.logwarn('%s: %s', name, '; '.join(warnings))
+    try:
+        return RobotWorld(plan, start, limits, watchdog, slip, noise, seed)
+    except InvalidInput as error:
+        raise params.ParameterError(f'parameters {rospy.resolve_name("~x")}, ~y: {error}. Start it elsewhere; launch '
+                                    'files put it at x = -x_pos') from None
+
+
+def main():
+    """Run robotont_gazebo."""
+    other = other_robot(NAME, 'odom')
+    if other:
+        sys.exit(f'robotont_gazebo does not start: {other}')
+    init_simulator(NAME)
+    RobotontNode().run()

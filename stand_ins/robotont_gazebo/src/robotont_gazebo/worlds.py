@@ -1,0 +1,147 @@
+"""World files: YAML of our own, and the way to whatever a launch file names. No ROS.
+
+A world is a mapping with lists of shapes; their keys are the fields of kinematic_core.floor_plan's Box, Cylinder and
+Panel, with the same units, frames and defaults. Everything is optional, but nothing else may be there::
+
+    ground_colour: grey            # a name of colours.COLOURS or [red, green, blue], 0 to 255
+    sky_colour: [150, 190, 230]
+    may_overlap: false             # true: shapes may reach into each other (their union is what stands there)
+    boxes:
+      - {name: wall, x: 1.0, y: 0.0, yaw: 0.0, length: 0.1, width: 2.0, height: 0.5, bottom: 0.0, colour: red}
+    cylinders:
+      - {name: post, x: 0.0, y: 2.0, radius: 0.5, height: 1.0, bottom: 0.0, colour: blue}
+    panels:
+      - {name: marker1, marker_id: 1, x: 3.0, y: 0.0, yaw: 0.0, size: 0.4, marker_size: 0.28, bottom: 0.05}
+"""
+import json
+import os
+
+import yaml
+
+from kinematic_core.checks import InvalidInput
+from kinematic_core.floor_plan import EMPTY, Box, Cylinder, Panel
+from robotont_gazebo import sdf
+from robotont_gazebo.colours import COLOURS
+
+KINDS = {'boxes': Box, 'cylinders': Cylinder, 'panels': Panel}
+COLOUR_KEYS = ('ground_colour', 'sky_colour')
+KEYS = (*COLOUR_KEYS, 'may_overlap', *KINDS)
+SDF_SUFFIXES = ('.world', '.sdf')
+SUFFIX = '.yaml'
+
+
+class WorldError(InvalidInput):
+    """A world file cannot be used; the text names the file, the shape and the key."""
+
+
+def load_world(world, folder):
+    """Return (FloorPlan, warnings) of a world: a path, or the name of a YAML file in ``folder``.
+
+    Where there is no such file, its name counts: ``worlds/minimaze.world``, as launch files for Gazebo have it, is
+    then the world minimaze of ``folder``. WorldError if that does not help either, or if the world makes no sense.
+    """
+    path = find_world(world, folder)
+    if path.endswith(SDF_SUFFIXES):
+        try:
+            return sdf.read(path)
+        except InvalidInput as error:
+            raise WorldError(f'{path}: {error}') from None
+    return read_yaml(path), []
+
+
+def find_world(world, folder):
+    """Return the path of a world that is given as in ``load_world``."""
+    if os.path.isfile(world):
+        if not world.endswith((SUFFIX, '.yml', *SDF_SUFFIXES)):
+            raise WorldError(f'{world}: a world ends in {SUFFIX}, {" or ".join(SDF_SUFFIXES)}')
+        return world
+    name = os.path.splitext(os.path.basename(world))[0]
+    known = os.path.join(folder, name + SUFFIX)
+    if not os.path.isfile(known):
+        names = sorted(os.path.splitext(file)[0] for file in os.listdir(folder) if file.endswith(SUFFIX))
+        raise WorldError(f'there is no world {world!r}: it is no file, and not one of {", ".join(names)}')
+    return known
+
+
+def read_yaml(path):
+    """Return the FloorPlan of a YAML file; WorldError if it makes no sense."""
+    try:
+        with open(path, encoding='utf-8') as file:
+            return parse_yaml(file.read())
+    except (OSError, UnicodeDecodeError) as error:
+        raise WorldError(f'{path}: {getattr(error, "strerror", None) or error}') from None
+    except InvalidInput as error:
+        raise WorldError(f'{path}: {error}') from None
+
+
+def parse_yaml(text):
+    """Return the FloorPlan that a YAML text describes; InvalidInput, without a file name, if it makes no sense."""
+    try:
+        world = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise InvalidInput(f'no YAML: {" ".join(str(error).split())}') from None
+    return parse({} if world is None else world)
+
+
+def parse_json(text):
+    """Return the FloorPlan of a text of ``to_json``, which is YAML as well, but read a hundred times as fast."""
+    return parse(json.loads(text))
+
+
+def parse(world):
+    """Return the FloorPlan that a mapping describes; InvalidInput if it makes no sense."""
+    _check_keys('the world', world, KEYS)
+    plan = EMPTY._replace(**{key: _colour(key, world[key]) for key in COLOUR_KEYS if key in world},
+                          **{key: _shapes(key, kind, world[key]) for key, kind in KINDS.items() if key in world})
+    plan.check()
+    may_overlap = world.get('may_overlap', False)
+    if not isinstance(may_overlap, bool):
+        raise InvalidInput(f'may_overlap is {may_overlap!r}; it must be true or false')
+    overlaps = [] if may_overlap else plan.overlaps()
+    if overlaps:
+        name, other, depth = overlaps[0]
+        more = f', and {len(overlaps) - 1} pairs more' if overlaps[1:] else ''
+        raise InvalidInput(f'{name} and {other} reach {depth:.3f} m into each other{more}; move one of them, or set '
+                           'may_overlap: true')
+    return plan
+
+
+def to_json(plan):
+    """Return a FloorPlan as JSON, and so as the YAML of a world file."""
+    world = {key: list(getattr(plan, key)) for key in COLOUR_KEYS}
+    world.update({key: [shape._asdict() for shape in getattr(plan, key)] for key in KINDS}, may_overlap=True)
+    return json.dumps(world)
+
+
+def _shapes(key, kind, entries):
+    if not isinstance(entries, list):
+        raise InvalidInput(f'{key} is {entries!r}; it must be a list of shapes')
+    return tuple(_shape(f'{key}[{index}]', kind, entry) for index, entry in enumerate(entries))
+
+
+def _shape(where, kind, entry):
+    _check_keys(where, entry, kind._fields)
+    named = f'{where} ({entry["name"]})' if 'name' in entry else where
+    missing = [field for field in kind._fields if field not in entry and field not in kind._field_defaults]
+    if missing:
+        raise InvalidInput(f'{named}: {missing[0]} is missing')
+    if 'colour' in entry:
+        entry = dict(entry, colour=_colour(f'{named}: colour', entry['colour']))
+    return kind(**entry)
+
+
+def _check_keys(where, mapping, known):
+    if not isinstance(mapping, dict):
+        raise InvalidInput(f'{where} is {mapping!r}; it must be a mapping with some of the keys: {", ".join(known)}')
+    for key in mapping:
+        if key not in known:
+            raise InvalidInput(f'{where}: unknown key {key!r}; allowed are: {", ".join(known)}')
+
+
+def _colour(where, value):
+    if isinstance(value, str):
+        if value not in COLOURS:
+            raise InvalidInput(f'{where} is {value!r}; allowed are [red, green, blue], 0 to 255 each, or one of: '
+                               f'{", ".join(COLOURS)}')
+        return COLOURS[value]
+    return tuple(value) if isinstance(value, list) else value
