@@ -7,7 +7,7 @@ import numpy as np
 from robotont_gazebo import textures
 
 PERIOD = 2 * textures.TILE  # [m] after which the floor repeats
-SHARPNESS = 1.4  # pixels of the floor's pictures to one of the camera's, along the geometric mean of its two directions
+SHARPNESS = 1.1  # pixels of the floor's pictures to one of the camera's, along the geometric mean of its two directions
 LEVELS = 5  # pictures of the floor, each half as fine as the one before; beyond the last one it is plain
 ZENITH_TONE, HORIZON_WHITE = 0.82, 0.55  # the sky's brightness far up, and how white it is at the horizon
 SKY_HEIGHT = 0.6  # [tangent of the elevation] where the sky has its darkest tone

@@ -1,0 +1,66 @@
+"""Patterns: panels carry their markers where they belong, smaller pictures keep the mean, the floor repeats."""
+import numpy as np
+import pytest
+
+from alvar_core import code
+from robotont_gazebo import textures
+from robotont_gazebo.textures import INK, PAD, PANEL_PIXELS, PAPER
+
+
+def without_pad(mipmap, along=0, up=0):
+    return mipmap.at(along, up)[0][PAD:-PAD, PAD:-PAD, 0].astype(float)
+
+
+@pytest.mark.parametrize('marker_id', [0, 1, 5, 255, 3000])
+def test_panel_shows_its_cells_where_they_belong(marker_id):
+    grey = without_pad(textures.panel(marker_id, 0.40, 0.28))
+    cells = np.pad(code.encode(marker_id), 2)
+    side = 0.28 / 0.40 * PANEL_PIXELS
+    first, step = (PANEL_PIXELS - side) / 2, side / len(cells)
+    middles = np.round(first + (np.arange(len(cells)) + 0.5) * step - 0.5).astype(int)
+    assert np.array_equal(grey[np.ix_(middles, middles)] > 128, cells)
+    assert (grey[:int(first)] == PAPER).all() and (grey[:, -int(first):] == PAPER).all()
+    # The black square as a whole: as much ink as its area asks for, its white cells not counted.
+    ink = (PAPER - grey).sum() / (PAPER - INK)
+    assert ink == pytest.approx((~cells).sum() * step * step, rel=1e-3)
+
+
+def test_panel_of_an_impossible_id_is_refused():
+    with pytest.raises(code.CodeError):
+        textures.panel(2 ** 40, 0.40, 0.28)
+
+
+@pytest.mark.parametrize('along, up', [(1, 0), (0, 3), (2, 2), (12, 12)])
+def test_smaller_pictures_have_the_same_mean(along, up):
+    for mipmap in (textures.panel(7, 0.4, 0.28), textures.wall(2.0, 0.5, (200, 180, 160), 0.9, True)):
+        assert without_pad(mipmap, along, up).mean() == pytest.approx(without_pad(mipmap).mean(), abs=2.0)
+        picture, per_metre_along, per_metre_up = mipmap.at(along, up)
+        length, height = (0.4, 0.4) if mipmap.at(0, 0)[0].shape[0] > 1000 else (2.0, 0.5)
+        assert picture.shape[1] - 2 * PAD == pytest.approx(length * per_metre_along)
+        assert picture.shape[0] - 2 * PAD == pytest.approx(height * per_metre_up)
+
+
+def test_wall_is_bricks_of_its_colour_darker_at_the_floor():
+    picture = textures.wall(2.0, 0.5, (200, 100, 50), 1.0, True).at(0, 0)[0][PAD:-PAD, PAD:-PAD].astype(float)
+    assert np.allclose(picture[..., :3].mean((0, 1)) / picture[..., 0].mean(), (1.0, 0.5, 0.25), atol=0.02)
+    assert picture[..., :3].max() <= 200 and picture[:30].std() > 3
+    assert picture[-10:].mean() < 0.95 * picture[-60:-50].mean()
+
+
+def test_wall_lower_than_a_course_is_plain():
+    assert without_pad(textures.wall(1.0, 0.05, (200, 100, 50), 1.0, True)).std() == 0.0
+
+
+@pytest.mark.parametrize('length, height', [(1000.0, 1000.0), (1000.0, 0.5), (0.01, 900.0)])
+def test_pictures_of_huge_walls_stay_small(length, height):
+    picture = textures.wall(length, height, (200, 200, 200), 1.0, False).at(0, 0)[0]
+    assert picture.size < 9e6 and max(picture.shape) <= textures.LARGEST_SIDE + 2 * PAD
+
+
+def test_floor_repeats_and_has_its_mean_in_every_size():
+    mean = textures.floor_mean((128, 128, 128))
+    for halved in range(4):
+        picture = textures.floor((128, 128, 128), halved, 2.0)[..., 0].astype(float)
+        period = round(2 * textures.TILE * textures.FLOOR_RESOLUTION / 2 ** halved)
+        assert np.array_equal(picture[:period], picture[period:2 * period])
+        assert picture.mean() == pytest.approx(mean[0], abs=0.6)
