@@ -44,9 +44,10 @@ class FacePainter:
         elif shape.height >= textures.COURSE:
             for face in range(ROUND):
                 length = shape.width if face in (LEFT_OF_X, RIGHT_OF_X) else shape.length
-                self._pattern[index, face] = (length, shape.height, tuple(shape.colour),
-                                              round(shade(*normals[face]), 2), shape.bottom <= 0.0)
-                self._resolution[index, face] = textures.wall_resolution(length, shape.height)
+                coarser = textures.coarser_for(length, shape.height)
+                tone = round(brightness[FRONT, face] * textures.SHADES) / textures.SHADES
+                self._pattern[index, face] = tuple(shape.colour), tone, coarser, shape.bottom <= 0.0
+                self._resolution[index, face] = textures.WALL_RESOLUTION / 2 ** coarser
 
     def draw(self, drawn, pose, layer, edges):
         """Draw a layer onto `drawn`, (height, width, 4) uint8 RGBA; more than its Edges cover is left undefined."""
@@ -97,12 +98,16 @@ class FacePainter:
         to_picture = np.array([[along, 0.0, textures.PAD - 0.5], [0.0, up, textures.PAD - 0.5], [0.0, 0.0, 1.0]])
         camera = self._camera
         to_slopes = np.array([[1.0, 0.0, left - camera.cx], [0.0, 1.0, top - camera.cy], [0.0, 0.0, camera.focal]])
-        cv2.warpPerspective(picture, to_picture @ self._to_face(pose, *which) @ to_slopes, (right - left, bottom - top),
+        to_face = self._to_face(pose, *which, mipmap.height)
+        cv2.warpPerspective(picture, to_picture @ to_face @ to_slopes, (right - left, bottom - top),
                             dst=drawn[top:bottom, left:right], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
                             borderMode=cv2.BORDER_CONSTANT)
 
-    def _to_face(self, pose, index, face):
-        """Return the map (3, 3) from (x, y, z) of a ray in the optical frame to (along, down from the top, 1) [m]."""
+    def _to_face(self, pose, index, face, height):
+        """Return the map (3, 3) from (x, y, z) of a ray in the optical frame to (along, down, 1) [m] on a face.
+
+        Along from its left edge, down from `height` [m] above its foot.
+        """
         solids = self._solids
         ox, oy, fx, fy, rx, ry = in_frame_of(solids, index, pose)
         half_x, half_y = solids.half_x[index], solids.half_y[index]
@@ -114,7 +119,7 @@ class FacePainter:
         gap = -half_x - ox
         inverse = np.array([rx, 0.0, fx]) / gap
         along = (half_y - oy) * inverse - np.array([ry, 0.0, fy])
-        down = (solids.top[index] - pose.z) * inverse + np.array([0.0, 1.0, 0.0])
+        down = (solids.bottom[index] + height - pose.z) * inverse + np.array([0.0, 1.0, 0.0])
         return np.array([along, down, inverse])
 
 

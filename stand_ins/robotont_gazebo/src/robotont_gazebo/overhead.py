@@ -26,7 +26,7 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 class Path(NamedTuple):
-    """A line to draw: points [(x, y)] [m], with gaps where they are not finite; without a colour it gets one by turns."""
+    """A line to draw: points [(x, y)] [m], gaps where they are not finite; without a colour it gets one by turns."""
 
     points: object
     colour: tuple = None  # (r, g, b)

@@ -135,7 +135,9 @@ def _cross(solids, camera, pose):
     index = _in_view(solids, camera, pose)
     boxes, cylinders = index[solids.box[index]], index[~solids.box[index]]
     parts = [_cross_boxes(solids, boxes, camera, pose), _cross_cylinders(solids, cylinders, camera, pose)]
-    return np.concatenate([boxes, cylinders]), _Crossings(*(np.concatenate(part) for part in zip(*parts)))
+    crossings = _Crossings(*(np.concatenate(part) for part in zip(*parts)))
+    met = np.flatnonzero(((crossings.enter < crossings.leave) & (crossings.leave > NEAR)).any(1))
+    return np.concatenate([boxes, cylinders])[met], _Crossings(*(part[met] for part in crossings))
 
 
 def look(solids, camera, pose):
@@ -166,13 +168,13 @@ def _pieces(solids, camera, pose, index, crossings):
     over_top, over_bottom = ((pose.z - z[index, None]) * camera.focal for z in (solids.top, solids.bottom))
     upper, lower = camera.cy + over_top / near, camera.cy + over_bottom / near
     parts = [(np.arange(len(index)), FRONT, upper, lower, np.where(enter > NEAR, key, np.inf))]
-    for k in np.flatnonzero((solids.top[index] < pose.z) & hit.any(1)):
+    for k in np.flatnonzero(solids.top[index] < pose.z):
         higher = np.flatnonzero(solids.top[index] > solids.top[index[k]])
         for start, end, end_key in _stretches(k, higher, near, crossings.leave, hit, key):
             rows = camera.cy + over_top[k] / end, camera.cy + over_top[k] / start
             parts.append(([k], TOP, rows[0][None], np.minimum(rows[1] + SEAM, np.maximum(rows[1], lower[k]))[None],
                           end_key[None]))
-    for k in np.flatnonzero((solids.bottom[index] > pose.z) & hit.any(1)):
+    for k in np.flatnonzero(solids.bottom[index] > pose.z):
         lower_ones = np.flatnonzero(solids.bottom[index] < solids.bottom[index[k]])
         for start, end, end_key in _stretches(k, lower_ones, near, crossings.leave, hit, key):
             rows = camera.cy + over_bottom[k] / start, camera.cy + over_bottom[k] / end
@@ -204,25 +206,24 @@ def _stretches(k, others, near, leave, hit, key):
 
 def _layers(camera, pieces):
     order = np.argsort(pieces.key, axis=0)
-    key, upper, lower = (np.take_along_axis(part, order, 0) for part in (pieces.key, pieces.upper, pieces.lower))
-    present = np.isfinite(key)
+    place = order * camera.width + np.arange(camera.width)
+    key, upper, lower = (part.take(place) for part in (pieces.key, pieces.upper, pieces.lower))
+    closed = np.isfinite(key) & pieces.closed[order]
     clipped = np.maximum(upper, -0.5)
     covered = np.full((len(order) + 1, camera.width), np.inf)
-    covered[1:] = np.minimum.accumulate(np.where(present & pieces.closed[order], clipped, np.inf), axis=0)
-    seen = present & (clipped < covered[:-1]) & (clipped < camera.height - 0.5) & (lower > -0.5) & (lower > upper)
-    tall = present & pieces.closed[order] & (upper <= camera.cy)
-    floor_from = np.where(tall, lower, camera.cy).max(0, initial=camera.cy)
+    np.minimum.accumulate(np.where(closed, clipped, np.inf), axis=0, out=covered[1:])
+    seen = np.isfinite(key) & (clipped < covered[:-1]) & (clipped < camera.height - 0.5) & (lower > np.maximum(upper, -0.5))
+    floor_from = np.where(closed & (upper <= camera.cy), lower, camera.cy).max(0, initial=camera.cy)
     layer = np.cumsum(seen, axis=0) - 1
-    rows, columns = np.nonzero(seen)
-    place = layer[rows, columns], columns
-    source = order[rows, columns], columns
-    depth = int(layer.max(initial=-1)) + 1
+    target = (layer * camera.width + np.arange(camera.width))[seen]
+    source, piece = place[seen], order[seen]
+    shape = int(layer.max(initial=-1)) + 1, camera.width
 
     def laid(values, empty):
-        out = np.full((depth, camera.width), empty, values.dtype)
-        out[place] = values[source[0]] if values.ndim == 1 else values[source]
+        out = np.full(shape, empty, values.dtype)
+        out.put(target, values)
         return out
-    return Sight(laid(pieces.solid, -1), laid(pieces.kind, FRONT), laid(pieces.face, ROUND), laid(pieces.upper, 0.0),
-                 laid(pieces.lower, 0.0), laid(pieces.depth, 1.0), laid(pieces.incidence, 1.0),
+    return Sight(laid(pieces.solid[piece], -1), laid(pieces.kind[piece], FRONT), laid(pieces.face.take(source), ROUND),
+                 *(laid(part.take(source), empty) for part, empty in
+                   ((pieces.upper, 0.0), (pieces.lower, 0.0), (pieces.depth, 1.0), (pieces.incidence, 1.0))),
                  float(floor_from.min(initial=camera.height)))
-

@@ -12,8 +12,9 @@ import numpy as np
 from alvar_core import code
 
 WALL_RESOLUTION = 256  # [px/m]
-LARGEST_PICTURE = 2_000_000  # [px] of a wall: larger ones are coarser
-LARGEST_SIDE = 8192  # [px]
+WALL_LENGTH, WALL_HEIGHT = 4.0, 2.0  # [m] of a picture at that resolution; for larger walls coarser ones are made
+PLAIN_FROM = 5  # times halved, from which on bricks are too small to be drawn
+SHADES = 32  # steps from black to a wall's own colour
 BRICK_LENGTH, COURSE, MORTAR = 0.25, 0.125, 0.010  # [m] pitch of the bricks along and up, and the joint between them
 DARKEST_AT_FLOOR, SHADOW_HEIGHT = 0.80, 0.10  # a wall's brightness where it meets the floor, and up to where [m]
 TONES = np.random.default_rng(4).uniform(0.90, 1.0, (64, 64))  # of bricks
@@ -30,13 +31,13 @@ FLOOR_RESOLUTION = 256  # [px/m] of the finest floor picture
 class Mipmap:
     """A face's picture in sizes halved along and up apart, each made when first asked for.
 
-    length, height [m] of the face. at(along, up): (picture with PAD px around, px/m along, px/m up), `along` and `up`
-    times halved; what cannot be halved any more is left as it is.
+    length, height [m] of what it shows. at(along, up): (picture with PAD px around, px/m along, px/m up), `along` and
+    `up` times halved; what cannot be halved any more is left as it is.
     """
 
     def __init__(self, picture, length, height):
-        self._pictures, self._length, self._height = {(0, 0): picture}, length, height
-        self._sizes = {}
+        self.length, self.height = length, height
+        self._pictures, self._sizes = {(0, 0): picture}, {}
 
     def at(self, along, up):
         """Return the picture for these two levels, see the class."""
@@ -44,7 +45,7 @@ class Mipmap:
         if found is None:
             picture = self._picture(along, up)
             padded = cv2.copyMakeBorder(picture, PAD, PAD, PAD, PAD, cv2.BORDER_REPLICATE)
-            found = padded, picture.shape[1] / self._length, picture.shape[0] / self._height
+            found = padded, picture.shape[1] / self.length, picture.shape[0] / self.height
             self._sizes[along, up] = found
         return found
 
@@ -66,25 +67,34 @@ def rgba(rgb):
     return out
 
 
-def wall_resolution(length, height):
-    """Return the px/m of the finest picture of a wall, length x height [m]."""
-    return min(WALL_RESOLUTION, math.sqrt(LARGEST_PICTURE / (length * height)), LARGEST_SIDE / max(length, height))
+def coarser_for(length, height):
+    """Return how often the resolution of walls is halved so that a picture has room for length x height [m]."""
+    return max(0, math.ceil(math.log2(max(length / WALL_LENGTH, height / WALL_HEIGHT))))
 
 
-@functools.lru_cache(maxsize=256)
-def wall(length, height, colour, shade, on_floor):
-    """Return the Mipmap of a brick wall, length x height [m]; colour (r, g, b) and shade 0..1 of its bricks.
+@functools.lru_cache(maxsize=64)
+def wall(colour, shade, coarser, on_floor):
+    """Return the Mipmap of a brick wall of WALL_LENGTH x WALL_HEIGHT, doubled `coarser` times; its foot is the wall's.
 
-    What is lower than a course of bricks is plain. on_floor: darker towards its lower edge.
+    colour (r, g, b) of its bricks, shade 0..1 of their brightness; on_floor: darker towards its lower edge.
     """
-    resolution = wall_resolution(length, height)
-    columns, rows = max(1, round(length * resolution)), max(1, round(height * resolution))
-    along = (np.arange(columns) + 0.5) * length / columns
-    up = height - (np.arange(rows) + 0.5) * height / rows
-    tone = _bricks(along, up) if height >= COURSE else np.ones((rows, columns))
-    if on_floor and height >= COURSE:
+    tones = _tones(coarser, on_floor)
+    steps = np.arange(256)[:, None] / 255.0 * shade * np.array(colour, float)
+    return Mipmap(rgba(steps)[tones], WALL_LENGTH * 2 ** coarser, WALL_HEIGHT * 2 ** coarser)
+
+
+@functools.lru_cache(maxsize=16)
+def _tones(coarser, on_floor):
+    """Return the brightness of a brick wall's picture, 0..255."""
+    resolution = WALL_RESOLUTION / 2 ** coarser
+    columns, rows = round(WALL_LENGTH * WALL_RESOLUTION), round(WALL_HEIGHT * WALL_RESOLUTION)
+    up = (np.arange(rows, 0, -1) - 0.5) / resolution
+    tone = np.full((rows, columns), TONES.mean())
+    if coarser < PLAIN_FROM:
+        tone = _bricks((np.arange(columns) + 0.5) / resolution, up)
+    if on_floor:
         tone = tone * (DARKEST_AT_FLOOR + (1.0 - DARKEST_AT_FLOOR) * np.minimum(up / SHADOW_HEIGHT, 1.0))[:, None]
-    return Mipmap(rgba(tone[..., None] * (shade * np.array(colour))), length, height)
+    return np.round(tone * 255).astype(np.uint8)
 
 
 def _bricks(along, up):
