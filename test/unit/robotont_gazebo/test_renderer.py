@@ -1,15 +1,11 @@
-"""The camera's pictures against points computed by hand, a slow ray tracer, and the tracker's eye for markers."""
+"""The camera's pictures against points computed by hand, a slow ray tracer."""
 import importlib.util
 import math
 import pathlib
 
-import cv2
 import numpy as np
 import pytest
 
-from alvar_core import pose as marker_pose
-from alvar_core.camera import Camera
-from alvar_core.detector import Detector
 from kinematic_core.checks import InvalidInput
 from kinematic_core.floor_plan import Box, Cylinder, FloorPlan, Panel
 from robotont_gazebo.camera import FAR, NEAR, CameraPose
@@ -186,33 +182,3 @@ def test_edges_are_smooth():
     edge = 339 + 0.5 - picture.sum(0) / white  # the row where the wall begins, by how much of each column is white
     slope, offset = np.polyfit(np.arange(1280), edge, 1)
     assert np.abs(edge - (slope * np.arange(1280) + offset)).max() < 0.03  # px; with hard edges 0.5
-
-
-# -------------------------------------------------------------------------------------------------------- the markers
-
-def pose_in_camera(panel, pose):
-    """Rotation and position of a panel's marker in the optical frame of a camera at (x, y, z, yaw)."""
-    x, y, z, yaw = pose
-    optical = np.array([[math.sin(yaw), -math.cos(yaw), 0], [0, 0, -1], [math.cos(yaw), math.sin(yaw), 0]])
-    axes = np.array([[math.sin(panel.yaw), 0, -math.cos(panel.yaw)], [-math.cos(panel.yaw), 0, -math.sin(panel.yaw)],
-                     [0, 1, 0]])
-    middle = np.array([panel.x, panel.y, panel.bottom + panel.size / 2])
-    return optical @ axes, optical @ (middle - [x, y, z])
-
-
-@pytest.mark.parametrize('width, height', [(1280, 720), (640, 480)])
-@pytest.mark.parametrize('distance', [0.8, 1.0, 1.5, 2.0, 3.0])
-@pytest.mark.parametrize('angle', [-50, -30, 25, 40])
-def test_tracker_finds_the_pose_of_a_panel(width, height, distance, angle):
-    angle = math.radians(angle)
-    panel = Panel('panel', 3, 0.3, -0.2, 0.7)
-    wall = Box('wall', 0.3 + 0.055 * math.cos(0.7), -0.2 + 0.055 * math.sin(0.7), 0.7, 0.1, 3.0, 0.5, 0.0, WHITE)
-    heading = panel.yaw + angle
-    pose = (panel.x - distance * math.cos(heading), panel.y - distance * math.sin(heading), EYE, heading + 0.1)
-    rendered = Renderer(plan(wall, panel), width, height)
-    picture = cv2.cvtColor(rendered.render(pose), cv2.COLOR_RGB2BGR)
-    found = Detector(panel.marker_size).detect(picture, Camera(rendered.camera.matrix()))
-    assert [detection.id for detection in found] == [3]
-    rotation, position = pose_in_camera(panel, pose)
-    assert np.linalg.norm(found[0].position - position) < 0.01 * distance
-    assert marker_pose.angle_between(found[0].rotation, rotation) < math.radians(1.0)

@@ -9,8 +9,8 @@ from robotont_gazebo.sight import FRONT, LEFT_OF_X, LEFT_OF_Y, RIGHT_OF_X, RIGHT
 
 LIGHT = (0.16, 0.10)  # how much brighter faces towards +x and +y are
 UPRIGHT, TOP_SHADE, UNDER_SHADE = 0.81, 1.0, 0.55  # brightness of upright faces on average, upper and lower ends
-LAST_LEVEL = 12  # of a pattern's picture
-SHARPER = 0.4  # level of a pattern's picture that is taken finer than one pixel of it for one of the camera's
+COARSEST = 12  # times that a pattern's picture is halved at most
+SHARPER = 0.4  # times halved that a wall's picture is finer than the camera's
 
 
 def shade(normal_x, normal_y):
@@ -26,6 +26,7 @@ class FacePainter:
         self._resolution = np.full((solids.count, ROUND + 1), np.nan)  # [px/m] of patterned faces, nan: plain
         self._plain = np.zeros((solids.count, 3, ROUND + 1, 4), np.uint8)  # colours by solid, kind and face
         self._pattern = {}
+        self._steps, self._sharper = np.ones(solids.count), np.full(solids.count, SHARPER)
         for index, shape in enumerate(solids.shapes):
             self._prepare(index, shape, patterns)
 
@@ -41,6 +42,7 @@ class FacePainter:
             panel = solids.panel_of[index]
             self._pattern[index, LEFT_OF_X] = textures.panel(panel.marker_id, panel.size, panel.marker_size)
             self._resolution[index, LEFT_OF_X] = textures.PANEL_PIXELS / panel.size
+            self._steps[index], self._sharper[index] = textures.PANEL_STEPS, 0.0
         elif shape.height >= textures.COURSE:
             for face in range(ROUND):
                 length = shape.width if face in (LEFT_OF_X, RIGHT_OF_X) else shape.length
@@ -56,7 +58,7 @@ class FacePainter:
             self._fill(drawn, pose, layer, edges, ~patterned & (layer.solid >= 0))
         if patterned.any():
             along, up = self._levels(layer)
-            keys = np.where(patterned, ((layer.solid * 4 + layer.face) * 16 + along) * 16 + up, -1)
+            keys = np.where(patterned, ((layer.solid * 4 + layer.face) * 32 + along) * 32 + up, -1)
             for left, right in _runs(keys):
                 if patterned[left]:
                     self._map(drawn, pose, (int(layer.solid[left]), int(layer.face[left])), (along[left], up[left]),
@@ -83,9 +85,10 @@ class FacePainter:
         return textures.rgba(base * shade(normal_x, normal_y)[:, None])
 
     def _levels(self, layer):
-        """Return how often the pattern's picture is to be halved along and up in each column, whole numbers."""
+        """Return the levels along and up of the pattern's picture in each column, whole numbers."""
         size = np.nan_to_num(self._resolution[layer.solid, layer.face], nan=1.0) * layer.depth / self._camera.focal
-        return (np.clip(np.round(np.log2(ratio) - SHARPER), 0, LAST_LEVEL).astype(int)
+        sharper, steps = self._sharper[layer.solid], self._steps[layer.solid]
+        return (np.round(np.clip(np.log2(ratio) - sharper, 0, COARSEST) * steps).astype(int)
                 for ratio in (size / layer.incidence, size))
 
     def _map(self, drawn, pose, which, level, part):

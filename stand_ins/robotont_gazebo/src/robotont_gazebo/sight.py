@@ -212,7 +212,7 @@ def _layers(camera, pieces):
     clipped = np.maximum(upper, -0.5)
     covered = np.full((len(order) + 1, camera.width), np.inf)
     np.minimum.accumulate(np.where(closed, clipped, np.inf), axis=0, out=covered[1:])
-    seen = np.isfinite(key) & (clipped < covered[:-1]) & (clipped < camera.height - 0.5) & (lower > np.maximum(upper, -0.5))
+    seen = np.isfinite(key) & (clipped < np.minimum(covered[:-1], camera.height - 0.5)) & (clipped < lower)
     floor_from = np.where(closed & (upper <= camera.cy), lower, camera.cy).max(0, initial=camera.cy)
     layer = np.cumsum(seen, axis=0) - 1
     target = (layer * camera.width + np.arange(camera.width))[seen]

@@ -20,6 +20,7 @@ DARKEST_AT_FLOOR, SHADOW_HEIGHT = 0.80, 0.10  # a wall's brightness where it mee
 TONES = np.random.default_rng(4).uniform(0.90, 1.0, (64, 64))  # of bricks
 MORTAR_TONE = 0.74
 PANEL_PIXELS = 1024  # across a panel
+PANEL_STEPS = 2  # pictures of a panel until one is half as large: markers have to be exact
 PAPER, INK = 250, 14  # greys of panels
 MARGIN_CELLS = 2  # of a marker's black border
 PAD = 4  # [px] that a picture goes on beyond its edges
@@ -29,32 +30,34 @@ FLOOR_RESOLUTION = 256  # [px/m] of the finest floor picture
 
 
 class Mipmap:
-    """A face's picture in sizes halved along and up apart, each made when first asked for.
+    """A face's picture in ever smaller sizes along and up apart, each made when first asked for.
 
-    length, height [m] of what it shows. at(along, up): (picture with PAD px around, px/m along, px/m up), `along` and
-    `up` times halved; what cannot be halved any more is left as it is.
+    length, height [m] of what it shows. A picture is half as large `steps` levels on. at(along, up): (picture of these
+    levels with PAD px around, px/m along, px/m up); what cannot be made smaller is left as it is.
     """
 
-    def __init__(self, picture, length, height):
-        self.length, self.height = length, height
-        self._pictures, self._sizes = {(0, 0): picture}, {}
+    def __init__(self, picture, length, height, steps=1):
+        self.length, self.height, self._steps = length, height, steps
+        self._pictures, self._padded = {(0, 0): picture}, {}
 
     def at(self, along, up):
         """Return the picture for these two levels, see the class."""
-        found = self._sizes.get((along, up))
+        found = self._padded.get((along, up))
         if found is None:
             picture = self._picture(along, up)
             padded = cv2.copyMakeBorder(picture, PAD, PAD, PAD, PAD, cv2.BORDER_REPLICATE)
             found = padded, picture.shape[1] / self.length, picture.shape[0] / self.height
-            self._sizes[along, up] = found
+            self._padded[along, up] = found
         return found
 
     def _picture(self, along, up):
         found = self._pictures.get((along, up))
         if found is None:
-            finer = self._picture(along - 1, up) if along else self._picture(along, up - 1)
+            back = min(self._steps, along or up)
+            finer = self._picture(along - back, up) if along else self._picture(along, up - back)
             height, width = finer.shape[:2]
-            size = (max(1, width // 2), height) if along else (width, max(1, height // 2))
+            scale = 0.5 ** (back / self._steps)
+            size = (max(1, int(width * scale)), height) if along else (width, max(1, int(height * scale)))
             found = cv2.resize(finer, size, interpolation=cv2.INTER_AREA)
             self._pictures[along, up] = found
         return found
@@ -120,7 +123,7 @@ def panel(marker_id, size, marker_size):
     before = np.clip(np.arange(PANEL_PIXELS + 1)[:, None] - edges[:-1], 0.0, np.diff(edges))
     share = np.diff(before, axis=0)  # (px, cells): how much of a pixel lies in a cell
     grey = PAPER + (INK - PAPER) * (share @ black @ share.T)
-    return Mipmap(rgba(np.repeat(grey[..., None], 3, axis=2)), size, size)
+    return Mipmap(rgba(np.repeat(grey[..., None], 3, axis=2)), size, size, PANEL_STEPS)
 
 
 @functools.lru_cache(maxsize=32)
