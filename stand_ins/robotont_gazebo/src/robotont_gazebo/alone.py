@@ -10,12 +10,22 @@ import rosgraph.names
 TIMEOUT = 2.0  # [s] for a node to say that it lives
 
 
-def resolved(name, argv=None):
-    """Return the full name that rospy.init_node would give to the node or topic ``name`` of this process."""
-    argv = sys.argv if argv is None else argv
-    mappings = rosgraph.names.load_mappings(argv)
-    namespace = rosgraph.names.get_ros_namespace(argv=argv)
-    return rosgraph.names.resolve_name(mappings.get('__name', name), namespace)
+def resolved(name):
+    """Return the full name of a topic or node of this process, from the command line and the environment."""
+    mappings = rosgraph.names.load_mappings(sys.argv)
+    namespace = rosgraph.names.get_ros_namespace(argv=sys.argv)
+    full = rosgraph.names.ns_join(namespace, name)
+    for old, new in mappings.items():
+        if rosgraph.names.ns_join(namespace, old) == full:
+            return rosgraph.names.ns_join(namespace, new)
+    return full
+
+
+def require_alone(node, topic):
+    """End this process with a text where another robot has its name or publishes its topic; call it before rospy."""
+    other = other_robot(node, topic)
+    if other:
+        sys.exit(f'{node} does not start: {other}')
 
 
 def other_robot(node, topic):
@@ -23,27 +33,19 @@ def other_robot(node, topic):
 
     rospy is not initialised yet: a node of the same name would be shut down by that.
     """
-    master = rosgraph.Master(resolved(node))
-    own, odometry = resolved(node), _remapped(topic)
+    own = resolved(rosgraph.names.load_mappings(sys.argv).get('__name', node))
+    published = resolved(topic)
+    master = rosgraph.Master(own)
     try:
-        publishers = dict(master.getSystemState()[0]).get(odometry, [])
+        publishers = dict(master.getSystemState()[0]).get(published, [])
         for name in sorted({own, *publishers}):
             if _lives(master, name):
-                what = 'has this name' if name == own else f'publishes {odometry}'
+                what = 'has this name' if name == own else f'publishes {published}'
                 return (f'{name} {what} already: two robots would answer to the same topics. End that one, or start '
                         f'this one in a namespace of its own, e.g. __ns:=robot2')
     except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
         pass  # rospy says itself that there is no master
     return None
-
-
-def _remapped(topic):
-    namespace = rosgraph.names.get_ros_namespace(argv=sys.argv)
-    full = rosgraph.names.resolve_name(topic, namespace)
-    for old, new in rosgraph.names.load_mappings(sys.argv).items():
-        if rosgraph.names.resolve_name(old, namespace) == full:
-            return rosgraph.names.resolve_name(new, namespace)
-    return full
 
 
 def _lives(master, node):

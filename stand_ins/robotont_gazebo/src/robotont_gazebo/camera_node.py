@@ -17,9 +17,11 @@ from kinematic_core.floor_plan import EMPTY
 from kinematic_core.planar import Pose
 from kinematic_ros import params
 from robotont_gazebo import camera, worlds
+from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from robotont_gazebo.renderer import Renderer
 
+NAME = 'robotont_camera'
 SIMULATOR = 'robotont_gazebo'
 TRUTH_RATE = 30.0  # [Hz] of the simulator's ground_truth
 FIELDS = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 12))]
@@ -125,6 +127,7 @@ def cloud(header, points, colour):
 
 def main():
     """Run robotont_camera."""
-    rospy.init_node('robotont_camera')
+    require_alone(NAME, 'camera/color/image_raw')
+    rospy.init_node(NAME)
     CameraNode()
     rospy.spin()

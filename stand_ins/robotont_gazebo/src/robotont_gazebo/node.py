@@ -3,9 +3,9 @@
 Threading contract: the main thread steps and publishes; cmd_vel and the services come in rospy's threads and reach
 the world through ``_lock``. The camera is a node of its own (camera_node.py): pictures would hold up the steps.
 """
+import contextlib
 import math
 import os
-import sys
 import threading
 import time
 
@@ -26,7 +26,7 @@ from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
 from kinematic_ros.registration import keep_registered
 from kinematic_ros.topics import LatestPublisher
 from robotont_gazebo import messages, worlds
-from robotont_gazebo.alone import other_robot
+from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
 
@@ -114,6 +114,16 @@ class RobotontNode:
         if self._joints.wanted():
             self._joints.publish(messages.joint_states(stamp, frame.wheels, world.wheel_angles, world.wheel_speeds))
 
+    @contextlib.contextmanager
+    def _change(self):
+        """Lock the world; what it refuses fails the service call with the reason."""
+        try:
+            with self._lock:
+                yield
+        except InvalidInput as refusal:
+            rospy.logwarn('Refused a service call: %s', refusal)
+            raise rospy.ServiceException(str(refusal)) from None
+
     def _command(self, twist):
         try:
             with self._lock:
@@ -125,12 +135,12 @@ class RobotontNode:
                 rospy.logwarn('Ignored a message on %s, and the robot stops: %s', rospy.resolve_name('cmd_vel'), refusal)
 
     def _set_pose(self, request):
-        with self._lock:
+        with self._change():
             self._world.place(request.x, request.y, request.yaw)
         return SetPoseResponse()
 
     def _move_marker(self, request):
-        with self._lock:
+        with self._change():
             self._world.move_panel(request.name, request.x, request.y, request.yaw)
             if self._scanner:
                 self._scanner.look_at(self._world.plan)
@@ -169,8 +179,6 @@ def _read_world(seed):
 
 def main():
     """Run robotont_gazebo."""
-    other = other_robot(NAME, 'odom')
-    if other:
-        sys.exit(f'robotont_gazebo does not start: {other}')
+    require_alone(NAME, 'odom')
     init_simulator(NAME)
     RobotontNode().run()
