@@ -100,6 +100,6 @@ class Odometry:
         self.distance += math.hypot(self.twist.x, self.twist.y) * dt
 
     def follow(self, pose, twist, dt):
-        """Take over the true Pose and Twist after ``dt`` [s], which is what ``roll`` comes to without slip and noise."""
+        """Take over the true Pose and Twist after ``dt`` [s]: what ``roll`` comes to without slip and noise."""
         self.pose, self.twist = pose, twist
         self.distance += math.hypot(twist.x, twist.y) * dt

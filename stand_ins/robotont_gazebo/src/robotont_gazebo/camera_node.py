@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from kinematic_core.checks import InvalidInput
 from kinematic_core.floor_plan import EMPTY
 from kinematic_core.planar import Pose
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from robotont_gazebo import camera, worlds
 from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, ahead, frames
@@ -24,7 +24,7 @@ from robotont_gazebo.renderer import Renderer
 NAME = 'robotont_camera'
 SIMULATOR = 'robotont_gazebo'
 TRUTH_RATE = 30.0  # [Hz] of the simulator's ground_truth
-FIELDS = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (('x', 0), ('y', 4), ('z', 8), ('rgb', 12))]
+FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(('x', 'y', 'z', 'rgb'))]
 
 
 class CameraNode:
@@ -129,5 +129,6 @@ def main():
     """Run robotont_camera."""
     require_alone(NAME, 'camera/color/image_raw')
     rospy.init_node(NAME)
+    reachability.watch()
     CameraNode()
     rospy.spin()

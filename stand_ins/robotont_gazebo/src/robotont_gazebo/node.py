@@ -21,7 +21,7 @@ from kinematic_core.checks import InvalidInput
 from kinematic_core.omni import Limits
 from kinematic_core.planar import Pose
 from kinematic_core.robot_world import DT, RobotWorld
-from kinematic_ros import params
+from kinematic_ros import params, reachability
 from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
 from kinematic_ros.registration import keep_registered
 from kinematic_ros.topics import LatestPublisher
@@ -132,7 +132,8 @@ class RobotontNode:
             now = time.monotonic()  # rospy's throttle counts ROS time
             if now - self._warned >= WARNING_PERIOD:
                 self._warned = now
-                rospy.logwarn('Ignored a message on %s, and the robot stops: %s', rospy.resolve_name('cmd_vel'), refusal)
+                rospy.logwarn('Ignored a message on %s, and the robot stops: %s', rospy.resolve_name('cmd_vel'),
+                              refusal)
 
     def _set_pose(self, request):
         with self._change():
@@ -181,4 +182,5 @@ def main():
     """Run robotont_gazebo."""
     require_alone(NAME, 'odom')
     init_simulator(NAME)
+    reachability.watch()
     RobotontNode().run()

@@ -1,0 +1,108 @@
+"""robotont_gazebo.messages, frames, camera_node: the world's state in the fields of ROS messages."""
+import math
+
+import numpy as np
+import pytest
+import rospy
+from geometry_msgs.msg import Pose as PoseMessage
+
+from kinematic_core import rays
+from kinematic_core.planar import Pose, Twist
+from robotont_gazebo import camera, camera_node, messages
+from robotont_gazebo.frames import ahead, frames
+
+STAMP = rospy.Time(12, 34)
+POSE = Pose(1.0, -2.0, math.pi / 2.0)
+HALF = math.sqrt(0.5)  # sin and cos of half of 90 degrees
+
+
+def test_odometry():
+    message = messages.odometry(STAMP, 'odom', 'base_footprint', POSE, Twist(0.1, 0.2, 0.3), (1e-5, 1e-3))
+    assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, 'odom', 'base_footprint')
+    pose, twist = message.pose.pose, message.twist.twist
+    assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, -2.0, 0.0)
+    assert (pose.orientation.x, pose.orientation.y) == (0.0, 0.0)
+    assert (pose.orientation.z, pose.orientation.w) == pytest.approx((HALF, HALF))
+    assert (twist.linear.x, twist.linear.y, twist.angular.z) == (0.1, 0.2, 0.3)
+    variances = [1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3]
+    assert np.reshape(message.pose.covariance, (6, 6)).tolist() == np.diag(variances).tolist()
+
+
+def test_ground_truth_is_certain():
+    message = messages.odometry(STAMP, 'world', 'base_footprint', POSE, Twist())
+    assert set(message.pose.covariance) == {0.0}
+
+
+@pytest.mark.parametrize('distance, noise, expected', [
+    (10.0, 0.0, (1e-5, 1e-3)),
+    (4.0, 0.05, (1e-5 + 0.01, 1e-3 + 0.01 / 0.146 ** 2)),  # 0.05 m after 1 m is 0.1 m after 4 m
+])
+def test_variances_grow_with_noise(distance, noise, expected):
+    assert messages.odometry_variances(distance, noise) == pytest.approx(expected)
+
+
+def test_transform():
+    (transform,) = messages.transform(STAMP, 'r/odom', 'r/base_footprint', POSE).transforms
+    assert (transform.header.stamp, transform.header.frame_id, transform.child_frame_id) == (
+        STAMP, 'r/odom', 'r/base_footprint')
+    assert (transform.transform.translation.x, transform.transform.translation.y) == (1.0, -2.0)
+    assert transform.transform.rotation.w == pytest.approx(HALF)
+
+
+def test_scan_is_the_facts_pages():
+    scan = messages.laser_scan(STAMP, 'hokuyo_link', rays, np.full(720, 2.5))
+    assert (scan.angle_min, scan.angle_max) == (-math.pi, math.pi)
+    assert scan.angle_min + 719 * scan.angle_increment == pytest.approx(scan.angle_max)
+    assert (scan.range_min, scan.range_max, scan.scan_time) == (0.10, 30.0, 0.025)
+    assert scan.ranges == [2.5] * 720 and scan.header.frame_id == 'hokuyo_link'
+
+
+def test_names_of_frames_begin_with_the_prefix():
+    assert frames('') == ('odom', 'base_footprint', 'camera_depth_optical_frame', 'hokuyo_link',
+                          ('rim_back_joint', 'rim_right_joint', 'rim_left_joint'))
+    assert frames('r/').odom == 'r/odom' and frames('r/').wheels[0] == 'r/rim_back_joint'
+
+
+@pytest.mark.parametrize('pose, distance, expected', [
+    (Pose(1.0, 2.0, 0.0), 0.5, (1.5, 2.0)), (Pose(1.0, 2.0, math.pi / 2.0), -0.5, (1.0, 1.5)),
+])
+def test_ahead(pose, distance, expected):
+    assert ahead(pose, distance) == pytest.approx(expected)
+
+
+def test_camera_is_behind_the_middle_and_as_high_as_in_the_urdf():
+    pose = PoseMessage()
+    pose.position.x, pose.position.y = 1.0, 2.0
+    pose.orientation.z, pose.orientation.w = HALF, HALF
+    assert camera_node.camera_place(pose) == pytest.approx((1.0, 2.0 - 0.115, 0.013 + 0.2025, math.pi / 2.0))
+
+
+def test_camera_info_is_that_of_90_degrees():
+    info = camera_node.camera_info('c', camera.PinholeCamera())
+    assert (info.width, info.height, info.header.frame_id, info.distortion_model) == (1280, 720, 'c', 'plumb_bob')
+    assert list(info.K) == pytest.approx([640.0, 0.0, 640.0, 0.0, 640.0, 360.0, 0.0, 0.0, 1.0])
+    assert list(info.P) == pytest.approx([640.0, 0.0, 640.0, 0.0, 0.0, 640.0, 360.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    assert list(info.R) == np.eye(3).ravel().tolist() and list(info.D) == [0.0] * 5
+
+
+@pytest.mark.parametrize('encoding, pixels, step', [
+    ('rgb8', np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3), 9),
+    ('32FC1', np.arange(6, dtype=np.float32).reshape(2, 3), 12),
+])
+def test_image(encoding, pixels, step):
+    message = camera_node.image(rospy.Header(), encoding, pixels)
+    assert (message.height, message.width, message.encoding, message.step) == (2, 3, encoding, step)
+    assert np.array_equal(np.frombuffer(message.data, pixels.dtype), pixels.ravel()) and not message.is_bigendian
+
+
+def test_cloud_has_points_and_colours():
+    points = np.arange(18, dtype=np.float32).reshape(2, 3, 3)
+    colour = np.zeros((2, 3, 3), np.uint8)
+    colour[1, 2] = 0x12, 0x34, 0x56
+    message = camera_node.cloud(rospy.Header(), points, colour)
+    assert (message.height, message.width, message.point_step, message.row_step) == (2, 3, 16, 48)
+    data = np.frombuffer(message.data, np.float32).reshape(2, 3, 4)
+    assert np.array_equal(data[..., :3], points)
+    assert data[..., 3].view(np.uint32)[1, 2] == 0x123456
+    assert [(field.name, field.offset, field.datatype) for field in message.fields] == [
+        ('x', 0, 7), ('y', 4, 7), ('z', 8, 7), ('rgb', 12, 7)]
