@@ -109,9 +109,13 @@ class Subject:
                                      f'Its last lines:\n{self.master.tail()}') from None
             time.sleep(POLL)
 
-    def node(self):
+    def node(self, *arguments):
         """Start the node under test: a Child, to be used as a context manager."""
-        return Child(f'node of {self.side}', self._command, self._node_env, self._folder)
+        return Child(f'node of {self.side}', [*self._command, *arguments], self._node_env, self._folder)
+
+    def other(self, command):
+        """Start another node that the one under test works with: a Child, likewise."""
+        return Child(f'other node of {self.side}', command, self._node_env, self._folder)
 
     def probe(self, module, *arguments):
         """Start a sibling module of this one as a client that prints one JSON document a line: a Child."""

@@ -1,0 +1,83 @@
+"""Simulated seconds a second of processor time: the Robotont's world alone, with scanner, with camera and tracker.
+
+`robotont_core_probe.py SECONDS`: so long for each figure; one line of JSON, without ROS. The robot drives about in
+the maze with AR markers, into its walls as well; commanding it ten times a second is part of the time, as in a node.
+"""
+
+import json
+import math
+import os
+import sys
+import time
+
+os.environ['OMP_NUM_THREADS'] = os.environ['OPENBLAS_NUM_THREADS'] = '1'  # before numpy is loaded
+
+import cv2
+
+from alvar_core.camera import Camera
+from alvar_core.detector import Detector
+from alvar_core.tracker import Tracker
+from kinematic_core.planar import Pose
+from kinematic_core.rays import LaserScanner
+from kinematic_core.robot_world import DT, RobotWorld
+from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, ahead
+from robotont_gazebo.renderer import Renderer
+from robotont_gazebo.worlds import load_world
+
+WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'stand_ins', 'robotont_gazebo',
+                      'worlds')
+START = Pose(-2.0, 0.0, 0.0)
+COMMAND_STEPS, SCAN_STEPS, PICTURE_STEPS = 12, 3, 4
+MARKER_SIZE = 0.28  # [m]
+
+
+def times_real_time(plan, seconds, every, sense):
+    """Simulated seconds a second of processor time over at least `seconds`; sense(pose) comes every so many steps."""
+    world = RobotWorld(plan, START)
+    steps = 0
+    begun = time.process_time()
+    while True:
+        for _ in range(10):
+            angle = world.time / 3.0
+            world.command(0.5 * math.cos(angle), 0.2, 0.6 * math.sin(angle / 2.0))
+            for _ in range(COMMAND_STEPS):
+                world.step()
+                steps += 1
+                if sense and steps % every == 0:
+                    sense(world.pose)
+        elapsed = time.process_time() - begun
+        if elapsed >= seconds:
+            if world.pose[:2] == START[:2]:
+                raise RuntimeError('the robot has not moved; the figures would be too good')
+            return steps * DT / elapsed
+
+
+def eye(pose):
+    """The camera's (x, y, z, yaw) of a robot's pose."""
+    return (*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw)
+
+
+def main():
+    seconds = float(sys.argv[1])
+    cv2.setNumThreads(1)
+    plan, _ = load_world('minimaze_ar', WORLDS)
+    scanner = LaserScanner(plan, LIDAR_Z)
+    small, large = Renderer(plan, 640, 480), Renderer(plan)
+    lens, tracker = Camera(small.camera.matrix()), Tracker(Detector(MARKER_SIZE))
+
+    def look(pose):
+        tracker.update(cv2.cvtColor(small.render(eye(pose)), cv2.COLOR_RGB2BGR), lens)
+    look(START)
+    found = {
+        'kinematics': times_real_time(plan, seconds, 1, None),
+        'scanner': times_real_time(plan, seconds, SCAN_STEPS,
+                                   lambda pose: scanner.scan(*ahead(pose, LIDAR_X), pose.yaw)),
+        'tracker': times_real_time(plan, seconds, PICTURE_STEPS, look),
+    }
+    rendered = times_real_time(plan, seconds, PICTURE_STEPS, lambda pose: large.render(eye(pose)))
+    found['picture'] = 1e3 * PICTURE_STEPS * DT * (1.0 / rendered - 1.0 / found['kinematics'])
+    print(json.dumps(found), flush=True)
+
+
+if __name__ == '__main__':
+    main()
