@@ -167,6 +167,28 @@ def test_threshold_is_seen_from_above_with_the_wall_behind_it():
     assert depth[400] == pytest.approx(3.0) and depth[424] == pytest.approx(EYE * 640 / 64, rel=1e-6)
 
 
+def test_upper_end_goes_on_behind_what_stands_in_it():
+    world = plan(Box('low', 2.0, 0, 0, 2.0, 4.0, 0.3, 0.0, RED), Box('high', 2.0, 0, 0, 0.5, 0.5, 0.5, 0.0, BLUE))
+    rendered, pose = Renderer(world, 320, 240, patterns=False), (0.0, 0.0, 1.5, 0.0)
+    depth, _, _ = reference.trace(world, rendered.camera, pose)
+    assert np.isclose(rendered.depth(pose), reference.reported(depth), rtol=1e-4, equal_nan=True).mean() > 0.99
+
+
+@pytest.mark.parametrize('order', [1, -1])
+def test_of_two_faces_in_one_plane_the_higher_solid_and_every_panel_are_seen(order):
+    walls = Box('wall', 2.05, 0, 0, 0.1, 4.0, 0.5, 0.0, RED), Box('door', 2.05, 0, 0, 0.1, 4.0, 0.3, 0.0, BLUE)
+    rendered = Renderer(plan(*walls[::order], Panel('panel', 1, 2.0, 0.0, 0.0)), 320, 240, patterns=False)
+    row = rendered.render((0.0, 0.0, EYE, 0.0))[120]
+    assert row[160].min() > 150 and row[100].argmax() == 0 and row[220].argmax() == 0
+
+
+def test_row_by_row_what_looks_over_a_near_wall_is_seen():
+    # At 0.5 m the near wall ends 640 * (0.493 - 0.2155) / 0.5 = 355 px above the middle: in row 4.8.
+    world = plan(Box('near', 0.6, 0, 0, 0.2, 9.0, 0.493), Box('behind', 2.0, 0, 0, 0.2, 9.0, 3.0))
+    depth = Renderer(world).depth((0.0, 0.0, EYE, 0.0))[:, 640]
+    assert depth[:5] == pytest.approx(1.9) and depth[5:630] == pytest.approx(0.5)
+
+
 def test_panel_is_blank_from_behind():
     world = plan(Panel('panel', 3, 0.0, 0.0, 0.0))
     rendered = Renderer(world, 320, 240)
@@ -182,3 +204,13 @@ def test_edges_are_smooth():
     edge = 339 + 0.5 - picture.sum(0) / white  # the row where the wall begins, by how much of each column is white
     slope, offset = np.polyfit(np.arange(1280), edge, 1)
     assert np.abs(edge - (slope * np.arange(1280) + offset)).max() < 0.03  # px; with hard edges 0.5
+
+
+def test_steep_edges_are_smooth():
+    # 0.1 m to the right of the camera and 0.2845 m above it, the wall's edge rises 2.845 px in a column.
+    world = plan(Box('wall', 2.0, -0.15, 0.0, 9.0, 0.1, 0.5, 0.0, (255, 255, 255)))._replace(sky_colour=(0, 0, 0))
+    picture = Renderer(world, patterns=False).render((0.0, 0.0, EYE, 0.0))[40:300, 650:800, 0].astype(float)
+    edge = 800 - 0.5 - picture.sum(1) / picture.max()  # the column where the wall begins in each row
+    slope, offset = np.polyfit(np.arange(40, 300), edge, 1)
+    assert slope == pytest.approx(-1 / 2.845, rel=0.01)
+    assert np.abs(edge - (slope * np.arange(40, 300) + offset)).max() < 0.15  # px; with hard edges 0.5
