@@ -1,5 +1,6 @@
 """Panels in the camera's pictures: where the tracker finds them, and how exactly they are in their place."""
 import math
+import pathlib
 
 import cv2
 import numpy as np
@@ -10,9 +11,12 @@ from alvar_core import pose as marker_pose
 from alvar_core.camera import Camera
 from alvar_core.detector import Detector
 from kinematic_core.floor_plan import Box, FloorPlan, Panel
+from robotont_gazebo import worlds
 from robotont_gazebo.renderer import Renderer
 from robotont_gazebo.textures import INK, PAPER
 
+PACKAGE = pathlib.Path(__file__).parents[3] / 'stand_ins' / 'robotont_gazebo'
+MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')
 EYE = 0.2155  # [m] height of the Robotont's camera
 POSITION_TOLERANCE = 0.01  # of the distance
 ROTATION_TOLERANCE = math.radians(1.0)
@@ -40,18 +44,30 @@ def scene(distance, angle, aside=0.1):
     return FloorPlan((wall,), (), (panel,)), panel, pose
 
 
-@pytest.mark.parametrize('width, height', [(1280, 720), (640, 480)])
-@pytest.mark.parametrize('distance', [0.8, 1.0, 1.5, 2.0, 3.0])
-@pytest.mark.parametrize('angle', [-50, -30, 25, 40])
-def test_tracker_finds_the_pose_of_a_panel(width, height, distance, angle):
-    world, panel, pose = scene(distance, math.radians(angle))
+def check_tracker(world, panel, pose, width, height):
     rendered = Renderer(world, width, height)
     picture = cv2.cvtColor(rendered.render(pose), cv2.COLOR_RGB2BGR)
     found = Detector(panel.marker_size).detect(picture, Camera(rendered.camera.matrix()))
-    assert [detection.id for detection in found] == [3]
+    found = [detection for detection in found if detection.id == panel.marker_id]
+    assert len(found) == 1
     rotation, position = pose_in_camera(panel, pose)
-    assert np.linalg.norm(found[0].position - position) < POSITION_TOLERANCE * distance
+    assert np.linalg.norm(found[0].position - position) < POSITION_TOLERANCE * np.linalg.norm(position)
     assert marker_pose.angle_between(found[0].rotation, rotation) < ROTATION_TOLERANCE
+
+
+@pytest.mark.parametrize('width, height', [(1280, 720), (640, 480)])
+@pytest.mark.parametrize('distance', [0.8, 1.5, 3.0])
+@pytest.mark.parametrize('angle', [-50, 25, 40])
+def test_tracker_finds_the_pose_of_a_panel(width, height, distance, angle):
+    check_tracker(*scene(distance, math.radians(angle)), width, height)
+
+
+@pytest.mark.parametrize('panel', MAZE.panels, ids=lambda panel: panel.name)
+@pytest.mark.parametrize('angle', [-25, 35])
+def test_tracker_finds_the_pose_of_every_panel_of_the_maze(panel, angle):
+    heading = panel.yaw + math.radians(angle)
+    pose = panel.x - 1.2 * math.cos(heading), panel.y - 1.2 * math.sin(heading), EYE, heading - 0.15
+    check_tracker(MAZE, panel, pose, 1280, 720)
 
 
 def averaged_view(panel, camera, pose):
