@@ -14,8 +14,8 @@ COURSE = REPOSITORY / 'src' / 'turtle_robotont'
 NODE_LAYER = ['course', 'course_nodes', 'demo', 'drive_services', 'node_params', 'stage', 'turtle_driver',
               'turtle_tasks']  # of turtle_robotont: may import ROS, all other modules may not
 STAND_IN_LOGIC = {'ar_track_alvar': ['command_line', 'debug_picture', 'gates'],
-                  'robotont_gazebo': ['backdrop', 'camera', 'colours', 'faces', 'frames', 'layers', 'overhead', 'renderer',
-                                      'sdf', 'sight', 'textures', 'worlds'],
+                  'robotont_gazebo': ['backdrop', 'camera', 'colours', 'faces', 'frames', 'layers', 'overhead',
+                                      'renderer', 'sdf', 'sight', 'textures', 'worlds'],
                   'turtlesim': ['canvas', 'drawn_world', 'recording', 'replay', 'sprites'],
                   'usb_cam': ['calibration', 'capture', 'devices', 'pace', 'sources']}  # must do without ROS
 CORES = {'alvar_core', 'kinematic_core'}  # packages without ROS
