@@ -28,21 +28,20 @@ class Pyramid:
         self.atlas[:height] = grey
         self.atlas[height:height + half.shape[0], :half.shape[1]] = half
         self.atlas[height:height + quarter.shape[0], width - quarter.shape[1]:] = quarter
-        self.size = width, height
-        self.base = np.array([[0, 0], [0, height], [width - quarter.shape[1], height]], np.float32)
-        self.limit = np.array([[width, height], half.shape[::-1], quarter.shape[::-1]], np.float32) - 1
+        base = np.array([[0, 0], [0, height], [width - quarter.shape[1], height]], np.float32)
+        self.scale = 0.5 ** np.arange(self.LEVELS, dtype=np.float32)
+        self.offset = base + 0.5 * self.scale[:, None] - 0.5
+        self.low = base
+        self.high = base + np.array([[width, height], half.shape[::-1], quarter.shape[::-1]], np.float32) - 1
 
     def read(self, x, y, level):
         """Grey values (float32) at real pixels x, y (M, P float32) of the full picture, read at `level` (M,)."""
-        scale = (0.5 ** level).astype(np.float32)[:, None]
-        x = (x + 0.5) * scale - 0.5
-        y = (y + 0.5) * scale - 0.5
-        limit, base = self.limit[level], self.base[level]
-        np.clip(x, 0, limit[:, :1], out=x)
-        np.clip(y, 0, limit[:, 1:], out=y)
-        x += base[:, :1]
-        y += base[:, 1:]
-        return cv2.remap(self.atlas, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR).astype(np.float32)
+        places = []
+        for axis, along in enumerate((x, y)):
+            at = along * self.scale[level, None]
+            at += self.offset[level, axis, None]
+            places.append(np.clip(at, self.low[level, axis, None], self.high[level, axis, None], out=at))
+        return cv2.remap(self.atlas, *places, cv2.INTER_LINEAR).astype(np.float32)
 
 
 def pixels_per_cell(h):
@@ -70,8 +69,8 @@ class Grid:
     def places(self, h, camera):
         """Real pixels (x, y), each (M, P), of the sample places."""
         p = h.astype(np.float32) @ self.homogeneous
-        x, y = p[:, 0] / p[:, 2], p[:, 1] / p[:, 2]
-        return camera.to_real(x, y)
+        p[:, :2] /= p[:, 2:]
+        return camera.to_real(p[:, 0], p[:, 1])
 
     def profiles(self, sigma):
         """For blur sigma (M,) in cells: coverage of each column of cells, its first two derivatives: 3 x (M, S, n)."""
@@ -94,14 +93,14 @@ def covariance(h, blur_variance):
 def draw(grid, black, cov):
     """Blurred template and derivatives (T, Tx, Ty, D), each (M, P): T 0 black to 1 white; D by the blur variance."""
     sxx, syy, sxy = (np.asarray(v, np.float32)[:, None, None] for v in cov)
-    m = len(black)
-    profiles = grid.profiles(np.sqrt(np.concatenate([sxx, syy]))[:, 0, 0])
-    x0, x1, x2 = (v[:m].transpose(0, 2, 1) for v in profiles)
-    y0, y1, y2 = (v[m:] for v in profiles)
-    b0, b1, b2 = (y @ black for y in (y0, y1, y2))
-    txy = (b1 @ x1) * sxy
-    tlap = (b0 @ x2) * (0.5 * sxx) + (b2 @ x0) * (0.5 * syy) + txy
-    template = [1 - b0 @ x0 - txy, -(b0 @ x1), -(b1 @ x0), -tlap]
+    m, n = len(black), grid.count
+    profiles = grid.profiles(np.sqrt(np.concatenate(cov[:2])))
+    x = np.concatenate([v[:m] for v in profiles], 1).transpose(0, 2, 1)
+    y = np.concatenate([v[m:] for v in profiles], 1)
+    b = ((y @ black) @ x).reshape(m, 3, n, 3, n)  # derivatives by y, by x
+    txy = b[:, 1, :, 1] * sxy
+    tlap = b[:, 0, :, 2] * (0.5 * sxx) + b[:, 2, :, 0] * (0.5 * syy) + txy
+    template = [1 - b[:, 0, :, 0] - txy, -b[:, 0, :, 1], -b[:, 1, :, 0], -tlap]
     return [t.reshape(m, -1) for t in template]
 
 
@@ -110,7 +109,7 @@ class Alignment:
 
     def __init__(self, h, blur, level, weights):
         self.h, self.blur, self.level, self.weights = h.copy(), blur.copy(), level, weights
-        self.gain = self.dark = self.values = self.model = self.template = self.normal = None
+        self.gain = self.values = self.model = self.template = self.normal = None
 
     def take(self, keep):
         """The same for some of the markers."""
@@ -142,7 +141,8 @@ class Aligner:
         self.u, self.v = g.x / (cells / 2), g.y / (cells / 2)
         half = cells / 2
         self.reach_of_steps = np.array([1, half, half, 1, half, half, half * half, half * half])
-        self.squares = np.stack([g.x * g.x, g.x * g.y, g.y * g.y])
+        self.plane = np.stack([np.ones_like(g.x), g.x, g.y])
+        self.light = np.stack([np.ones_like(g.x), self.u, self.v])
 
     def run(self, pyramid, camera, h, black, blur, level, iterations, redraw=(1,)):
         """Return the Alignment from start h (M, 3, 3), black (M, n, n), blur (M,) px^2 at the level, level (M,)."""
@@ -160,13 +160,12 @@ class Aligner:
         values = pyramid.read(*self.grid.places(state.h, camera), state.level)
         if state.gain is None:
             state.gain = _first_gain(values, drawn[0], state.weights)
-        basis = self._basis(*drawn, state.gain)
-        weighted = basis * state.weights[:, None]
-        state.normal = (weighted @ basis.transpose(0, 2, 1)).astype(np.float64)
-        right = (weighted @ values[:, :, None]).astype(np.float64)
-        theta = _solve(state.normal, right)
+        basis = self._basis(*drawn, state.gain, values)
+        product = ((basis[:, :-1] * state.weights[:, None]) @ basis.transpose(0, 2, 1)).astype(np.float64)
+        state.normal = product[:, :, :-1]
+        theta = _solve(state.normal, product[:, :, -1:])
         state.values, state.template = values, drawn[0]
-        state.model = (theta[:, None].astype(np.float32) @ basis)[:, 0]
+        state.model = (theta[:, None].astype(np.float32) @ basis[:, :-1])[:, 0]
         self._light(state, theta)
         step = np.clip(-theta[:, :8], -0.6, 0.6)
         state.h = state.h @ homography.small(step)
@@ -174,30 +173,22 @@ class Aligner:
         state.weights = self._robust(values - state.model, state, cut)
         return np.abs(step * self.reach_of_steps).max()
 
-    def _basis(self, template, tx, ty, tlap, gain):
-        x, y = self.grid.x, self.grid.y
-        xx, xy, yy = self.squares
-        out = np.empty((len(template), 15, template.shape[1]), np.float32)
-        gx = np.multiply(tx, gain, out=out[:, 0])
-        gy = np.multiply(ty, gain, out=out[:, 3])
-        np.multiply(gx, x, out=out[:, 1])
-        np.multiply(gx, y, out=out[:, 2])
-        np.multiply(gy, x, out=out[:, 4])
-        np.multiply(gy, y, out=out[:, 5])
-        out[:, 6] = gx * xx + gy * xy
-        out[:, 7] = gx * xy + gy * yy
-        out[:, 8], out[:, 9] = template, 1
-        np.multiply(template, self.u, out=out[:, 10])
-        np.multiply(template, self.v, out=out[:, 11])
-        out[:, 12], out[:, 13], out[:, 14] = self.u, self.v, tlap
+    def _basis(self, template, tx, ty, tlap, gain, values):
+        """(M, 16, P): derivatives by the homography (8), the light (white: 8, 9, 10; black: 11, 12, 13), the blur (14);
+        the values."""
+        out = np.empty((len(template), 16, template.shape[1]), np.float32)
+        np.multiply((tx * gain)[:, None], self.plane, out=out[:, 0:3])
+        np.multiply((ty * gain)[:, None], self.plane, out=out[:, 3:6])
+        np.multiply((out[:, 1] + out[:, 5])[:, None], self.plane[1:], out=out[:, 6:8])
+        np.multiply(template[:, None], self.light, out=out[:, 8:11])
+        out[:, 11:14], out[:, 14], out[:, 15] = self.light, tlap, values
         return out
 
     def _light(self, state, theta):
         state.contrast = theta[:, 8]
-        gain = (theta[:, 8:9] + theta[:, 10:11] * self.u + theta[:, 11:12] * self.v).astype(np.float32)
-        state.dark = (theta[:, 9:10] + theta[:, 12:13] * self.u + theta[:, 13:14] * self.v).astype(np.float32)
         level = np.maximum(theta[:, 8:9], 1.0).astype(np.float32)
-        state.gain = np.clip(gain, 0.3 * level, 2 * level)
+        gain = theta[:, 8:11].astype(np.float32) @ self.light
+        state.gain = np.clip(gain, 0.3 * level, 2 * level, out=gain)
         state.blur = np.clip(state.blur * (1 + np.clip(theta[:, 14] / level[:, 0], -0.5, 0.8)), 0.25, 6.0)
 
     def _robust(self, residual, state, cut):
