@@ -12,6 +12,7 @@ _Z = np.linspace(-5, 5, 2001)
 _DENSITY = np.exp(-_Z * _Z / 2) / np.sqrt(2 * np.pi)
 _STEP = np.concatenate([[0], np.cumsum((_DENSITY[1:] + _DENSITY[:-1]) / 2) * (_Z[1] - _Z[0])])
 _STEP /= _STEP[-1]
+SPARE = 0.25  # of the contrast: greys further beyond black and white are no noise but something else
 BOX_VARIANCE = 0.25  # px^2: pixel area and bilinear reading
 
 
@@ -109,13 +110,19 @@ class Alignment:
 
     def __init__(self, h, blur, level, weights):
         self.h, self.blur, self.level, self.weights = h.copy(), blur.copy(), level, weights
-        self.gain = self.values = self.model = self.template = self.normal = None
+        self.gain = self.dark = self.values = self.model = self.template = self.normal = None
 
     def take(self, keep):
         """The same for some of the markers."""
         out = Alignment.__new__(Alignment)
         out.__dict__ = {k: v[keep] for k, v in self.__dict__.items()}
         return out
+
+    def clipped(self, which):
+        """Values (K, P) of some, what is far brighter than paper or darker than print there brought nearer to them."""
+        gain, dark = self.gain[which], self.dark[which]
+        spare = SPARE * gain
+        return np.clip(self.values[which], dark - spare, dark + gain + spare)
 
     def information(self):
         """(M, 8, 8) information (for noise 1) on small changes of h (homography.small), light and blur taken out."""
@@ -189,6 +196,7 @@ class Aligner:
         level = np.maximum(theta[:, 8:9], 1.0).astype(np.float32)
         gain = theta[:, 8:11].astype(np.float32) @ self.light
         state.gain = np.clip(gain, 0.3 * level, 2 * level, out=gain)
+        state.dark = theta[:, 11:14].astype(np.float32) @ self.light
         state.blur = np.clip(state.blur * (1 + np.clip(theta[:, 14] / level[:, 0], -0.5, 0.8)), 0.25, 6.0)
 
     def _robust(self, residual, state, cut):

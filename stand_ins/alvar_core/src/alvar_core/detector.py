@@ -1,5 +1,6 @@
 """The marker detector: picture, camera, marker size in; ids, corners, poses out.  Every picture stands on its own."""
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -20,6 +21,7 @@ MIN_FIT, MIN_GAP, MIN_DETAIL, MIN_SURPLUS = 0.8, 0.03, 0.7, 0.5
 CLEAR_LIKENESS, SURPLUS_UNLIKE, DETAIL_UNLIKE = 0.86, 0.9, 0.86
 SURPLUS_COVERED, MUCH_COVERED = 1.0, 4
 MIN_KEPT = 0.7  # share of the samples that agree with the drawing
+READ_NOISE = 2 / 3  # of a picture's noise is left in values between its pixels
 SURE_FIT, SURE_GAP = 0.93, 0.12  # a first look that need not be repeated
 
 
@@ -81,6 +83,11 @@ class View:
         self.smooth = cv2.GaussianBlur(self.grey, (3, 3), 0, dst=self.workspace.picture('smooth', *self.grey.shape))
         self._pyramid = None
 
+    @cached_property
+    def noise(self):
+        """Standard deviation of the picture's noise, grey levels."""
+        return noise_of(self.grey)
+
     @property
     def pyramid(self):
         if self._pyramid is None:
@@ -90,6 +97,14 @@ class View:
         return self._pyramid
 
 
+def noise_of(grey):
+    """Standard deviation of the noise of a grey picture, from its second differences along some rows."""
+    rows = grey[4::max(1, len(grey) // 24)].astype(np.int16)
+    second = np.abs(2 * rows[:, 1:-1] - rows[:, :-2] - rows[:, 2:]).ravel()
+    share = np.bincount(second).cumsum() / second.size
+    return np.interp(0.5, share, np.arange(len(share)) + 0.5) / (0.6745 * np.sqrt(6))
+
+
 class Detector:
     """Finds ALVAR markers of one resolution and margin.
 
@@ -97,7 +112,7 @@ class Detector:
     Not thread safe: one thread uses a Detector at a time.
     """
 
-    STEPS, RIM_STEPS = 3, 8
+    STEPS, RIM_STEPS = 2, 8
 
     def __init__(self, size, resolution=5, margin=2, sizes=None):
         if not np.isfinite(size) or size <= 0:
@@ -134,7 +149,9 @@ class Detector:
         """Return the Detections among candidate quads (N, 4, 2), real px, clockwise."""
         if not len(quads):
             return []
-        quads = detect.with_variants(quads)
+        quads = detect.refined(view.smooth, quads)
+        if not len(quads):
+            return []
         look = self.glance.look(view.smooth, quads)
         quads = quads[look.kept]
         chosen = detect.distinct(quads, look.fit + 0.5 * look.gap, np.flatnonzero(look.fit > NEAR_FIT))[:MAX_EXAMINED]
@@ -181,6 +198,7 @@ class Detector:
         if not len(h):
             return []
         state = self.full.run(view.pyramid, view.camera, h, black, blur, level, self.STEPS)
+        state.own = np.minimum(state.noise, READ_NOISE * view.noise / 2.0 ** level)
         good, likeness, cov, corners = self._promising(state)
         if not len(good):
             return []
@@ -221,7 +239,7 @@ class Detector:
         if rest:
             cov = [c[rest] for c in cov]
             if self.resolution == 5:
-                again = self.reader.read(state.values[rest], cov)
+                again = self.reader.read(state.clipped(rest), cov, state.own[rest])
             else:
                 again = self.reader.read_cells(self._shares(state.values[rest]), cov)
             for m, r in zip(rest, again):
@@ -229,7 +247,7 @@ class Detector:
         return readings
 
     def _accept(self, f):
-        surplus = f['gap'] / (1.03 - f['fit'])
+        surplus = f['gap'] / (1.03 - min(f['fit'], 1.0))
         needed = MIN_SURPLUS
         if f['likeness'] < CLEAR_LIKENESS:
             needed = SURPLUS_UNLIKE
@@ -241,17 +259,18 @@ class Detector:
                 and surplus > needed)
 
     def _likeness(self, state):
-        """Normalised correlation (M,) of the picture with the drawn marker, light's slopes not taken out."""
+        """Normalised correlation (M,) of the picture, but for its noise, with the drawn marker; light's slopes count."""
         weight = self.full.fixed_weight / self.full.fixed_weight.sum()
         v = state.values - (state.values @ weight)[:, None]
         t = state.template - (state.template @ weight)[:, None]
         with np.errstate(invalid='ignore'):
-            return ((v * t) @ weight) / np.sqrt(((v * v) @ weight) * ((t * t) @ weight) + 1e-6)
+            energy = reading.without_noise((v * v) @ weight, state.own ** 2)
+            return ((v * t) @ weight) / np.sqrt(energy * ((t * t) @ weight) + 1e-6)
 
-    def _detail(self, values, template):
-        """Correlation of the data cells with their drawing, anything smooth (up to squares of x and y) taken out."""
+    def _detail(self, values, template, noise):
+        """Correlation of the data cells with their drawing, noise and anything smooth (squares of x, y) taken out."""
         v, t = self.detail_basis_out(values), self.detail_basis_out(template)
-        return float(v @ t / np.sqrt((v @ v) * (t @ t) + 1e-6))
+        return float(v @ t / np.sqrt(reading.without_noise(v @ v, len(v) * noise ** 2) * (t @ t) + 1e-6))
 
     def detail_basis_out(self, values):
         part = values[self.detail]
@@ -264,7 +283,7 @@ class Detector:
         bad = np.abs(relative.reshape(self.cells, k, self.cells, k).mean((1, 3))) > 0.4
         inner = slice(self.margin, self.margin + self.resolution)
         inside = int(bad[inner, inner].sum())
-        detail = self._detail(state.values[m], state.template[m])
+        detail = self._detail(state.values[m], state.template[m], state.own[m])
         return dict(detail=detail, sigma=float(sigma), fit=r.fit, gap=r.gap, likeness=float(likeness),
                     contrast=float(state.contrast[m]),
                     noise=float(state.noise[m]), bad_inside=inside, bad_rim=int(bad.sum()) - inside,

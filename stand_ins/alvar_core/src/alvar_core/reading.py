@@ -7,6 +7,9 @@ import numpy as np
 from alvar_core import code, homography
 
 
+NOISE_SHARE = 0.3
+
+
 def black_cells(white, margin):
     """(n + 2 margin,) squared black mask of a marker with data cells `white` (n, n) bool."""
     return np.pad(~np.asarray(white, bool), margin, constant_values=True)
@@ -24,6 +27,11 @@ def in_chunks(a, b, limit=250000):
     if len(a) <= rows:
         return a @ b
     return np.concatenate([a[i:i + rows] @ b for i in range(0, len(a), rows)])
+
+
+def without_noise(energy, noise):
+    """Energy without the share that noise has in it; that share is never taken for more than NOISE_SHARE."""
+    return energy - np.minimum(noise, NOISE_SHARE * energy)
 
 
 @dataclass(frozen=True)
@@ -130,13 +138,16 @@ class Reader:
             self.seen = words_of_numbers()
             self.words = self.seen.reshape(1024, 25).astype(np.float32)
 
-    def read(self, values, cov):
-        """The best Reading of each marker of resolution 5: grey values (M, P) on the grid; cov as align.covariance."""
+    def read(self, values, cov, noise):
+        """The best Reading of each marker of resolution 5: grey values (M, P) on the grid; cov as align.covariance.
+
+        noise (M,): standard deviation of the values' noise, which does not count against a reading.
+        """
         ex, ey = self._coverage(cov)
         flat = self._region(values).reshape(len(values), -1)
         grey = (flat - (flat @ self.light) @ self.light.T).reshape(len(values), ey.shape[1], ex.shape[1])
         matched = (ey.transpose(0, 2, 1) @ grey @ ex).reshape(len(values), -1)
-        return [self._number(*each) for each in zip(matched, grey, ex, ey)]
+        return [self._number(*each) for each in zip(matched, grey, ex, ey, noise)]
 
     def _coverage(self, cov):
         inner = slice(self.margin, self.margin + self.resolution)
@@ -154,9 +165,10 @@ class Reader:
         product = ((ey.T @ ey)[:, None, :, None] * (ex.T @ ex)[None, :, None, :]).reshape(n, n)
         return product - light @ light.T
 
-    def _number(self, matched, grey, ex, ey):
+    def _number(self, matched, grey, ex, ey, noise):
         power = np.einsum('ij,ij->i', in_chunks(self.words, self._gram(ex, ey)), self.words)
-        fit = self.words @ matched / np.sqrt(np.maximum(power, 1e-6) * (float((grey * grey).sum()) + 1e-6))
+        energy = without_noise(float((grey * grey).sum()), grey.size * float(noise) ** 2)
+        fit = self.words @ matched / np.sqrt(np.maximum(power, 1e-6) * (energy + 1e-6))
         second, best = np.argpartition(fit, -2)[-2:]
         if fit[second] > fit[best]:
             second, best = best, second
