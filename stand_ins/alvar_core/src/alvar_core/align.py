@@ -12,6 +12,7 @@ _Z = np.linspace(-5, 5, 2001)
 _DENSITY = np.exp(-_Z * _Z / 2) / np.sqrt(2 * np.pi)
 _STEP = np.concatenate([[0], np.cumsum((_DENSITY[1:] + _DENSITY[:-1]) / 2) * (_Z[1] - _Z[0])])
 _STEP /= _STEP[-1]
+ALL_STEPS = 2  # steps that every marker gets; further ones only if it has not settled
 SPARE = 0.25  # of the contrast: greys further beyond black and white are no noise but something else
 BOX_VARIANCE = 0.25  # px^2: pixel area and bilinear reading
 
@@ -118,6 +119,11 @@ class Alignment:
         out.__dict__ = {k: v[keep] for k, v in self.__dict__.items()}
         return out
 
+    def put(self, where, part):
+        """Replace some of the markers."""
+        for name, value in part.__dict__.items():
+            self.__dict__[name][where] = value
+
     def clipped(self, which):
         """Values (K, P) of some, what is far brighter than paper or darker than print there brought nearer to them."""
         gain, dark = self.gain[which], self.dark[which]
@@ -137,7 +143,7 @@ class Aligner:
     inner: only the outermost `inner` cells of the black square count (None: all of it).
     """
 
-    SETTLED = 0.03  # cells: the largest move of a corner by any one parameter, then it is done
+    SETTLED = 0.1  # cells: the largest move of a corner by any one parameter, then it is done
 
     def __init__(self, cells, per_cell=4, inner=None):
         self.grid = g = Grid(cells, per_cell)
@@ -156,11 +162,18 @@ class Aligner:
         weights = np.broadcast_to(self.fixed_weight, (len(h), self.grid.x.size))
         state = Alignment(h, blur, level, weights)
         black = black.astype(np.float32)
+        moved = np.full(len(h), np.inf)
         for i in range(iterations):
             if i == 0 or i in redraw:
                 drawn = draw(self.grid, black, covariance(state.h, state.blur * 4.0 ** level))
-            if self._iterate(state, pyramid, camera, drawn, 4.0 if i == 0 else 3.0) < self.SETTLED and i > 0:
-                break
+            cut = 4.0 if i == 0 else 3.0
+            rest = np.flatnonzero(moved > self.SETTLED)
+            if i < ALL_STEPS or len(rest) == len(h):
+                moved = self._iterate(state, pyramid, camera, drawn, cut)
+            elif len(rest):
+                part = state.take(rest)
+                moved[rest] = self._iterate(part, pyramid, camera, [d[rest] for d in drawn], cut)
+                state.put(rest, part)
         return state
 
     def _iterate(self, state, pyramid, camera, drawn, cut):
@@ -178,7 +191,7 @@ class Aligner:
         state.h = state.h @ homography.small(step)
         state.h /= state.h[:, 2:, 2:]
         state.weights = self._robust(values - state.model, state, cut)
-        return np.abs(step * self.reach_of_steps).max()
+        return np.abs(step * self.reach_of_steps).max(1)
 
     def _basis(self, template, tx, ty, tlap, gain, values):
         """(M, 16, P): derivatives by the homography (8), the light (white: 8, 9, 10; black: 11, 12, 13), the blur (14);

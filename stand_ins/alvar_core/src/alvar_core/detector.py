@@ -1,4 +1,5 @@
 """The marker detector: picture, camera, marker size in; ids, corners, poses out.  Every picture stands on its own."""
+from collections import namedtuple
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,14 +15,16 @@ NEAR_FIT, MAX_EXAMINED = 0.64, 16
 # After alignment: below these, or with a blur above (cells), it is dropped; a new reading needs READ_FIT to go on.
 MIN_LIKENESS, MAX_BLUR_CELLS, READ_FIT = 0.65, 0.85, 0.72
 MIN_AREA, MAX_ERROR = 200.0, 0.05  # px^2; rms reprojection error of the best pose in parts of the side
-# What makes a marker of an aligned candidate: likeness (correlation with its drawing), fit (of the data cells with the
-# code word) and gap (to the next best word), surplus (gap in parts of what the best word leaves unexplained), detail
-# (likeness of the cells without anything smooth), and stricter ones where the likeness is low or cells are covered.
-MIN_FIT, MIN_GAP, MIN_DETAIL, MIN_SURPLUS = 0.8, 0.03, 0.7, 0.5
-CLEAR_LIKENESS, SURPLUS_UNLIKE, DETAIL_UNLIKE = 0.86, 0.9, 0.86
-SURPLUS_COVERED, MUCH_COVERED = 1.0, 4
+# What makes a marker of an aligned candidate: fit (of the data cells with the code word), surplus (gap to the next best
+# word in parts of what the best leaves unexplained), detail (likeness of the cells without anything smooth); noise counts
+# against none of them.  More is asked where the likeness (correlation of the whole drawing) is low or cells are covered.
+Demand = namedtuple('Demand', 'fit surplus detail')
+CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)
+COVERED, CODE_COVERED = Demand(0.86, 1.0, 0.78), Demand(0.86, 0.7, 0.78)
+CLEAR_LIKENESS, MIN_GAP, WIDE_GAP = 0.88, 0.03, 0.1
 MIN_KEPT = 0.7  # share of the samples that agree with the drawing
 READ_NOISE = 2 / 3  # of a picture's noise is left in values between its pixels
+SURE_DETAIL = 0.93  # no doubt about the margin
 SURE_FIT, SURE_GAP = 0.93, 0.12  # a first look that need not be repeated
 
 
@@ -112,7 +115,7 @@ class Detector:
     Not thread safe: one thread uses a Detector at a time.
     """
 
-    STEPS, RIM_STEPS = 2, 8
+    STEPS, RIM_STEPS = 5, 8
 
     def __init__(self, size, resolution=5, margin=2, sizes=None):
         if not np.isfinite(size) or size <= 0:
@@ -209,7 +212,7 @@ class Detector:
         for m, r in enumerate(readings):
             if r is not None and (black[m, inner, inner] != r.white).all():
                 features = self._features(state, m, r, likeness[m], np.sqrt((cov[0][m] + cov[1][m]) / 2))
-                if self._accept(features):
+                if self._accept(features) and not self._of_other_margin(view, corners[m], features):
                     found.append((m, r, features))
             elif r is not None and r.fit > READ_FIT:
                 changed.append(m)
@@ -247,16 +250,23 @@ class Detector:
         return readings
 
     def _accept(self, f):
+        if f['bad_inside'] >= 2 and f['gap'] > WIDE_GAP:
+            asked = CODE_COVERED
+        elif f['bad_rim'] + 2 * f['bad_inside'] >= 3:
+            asked = COVERED
+        else:
+            asked = CLEAR if f['likeness'] > CLEAR_LIKENESS else UNLIKE
         surplus = f['gap'] / (1.03 - min(f['fit'], 1.0))
-        needed = MIN_SURPLUS
-        if f['likeness'] < CLEAR_LIKENESS:
-            needed = SURPLUS_UNLIKE
-            if f['detail'] < DETAIL_UNLIKE:
-                return False
-        if f['bad_rim'] + 2 * f['bad_inside'] >= MUCH_COVERED:
-            needed = SURPLUS_COVERED
-        return (f['fit'] > MIN_FIT and f['gap'] > MIN_GAP and f['detail'] > MIN_DETAIL and f['kept'] > MIN_KEPT
-                and surplus > needed)
+        return (f['gap'] > MIN_GAP and f['kept'] > MIN_KEPT
+                and f['fit'] > asked.fit and surplus > asked.surplus and f['detail'] > asked.detail)
+
+    def _of_other_margin(self, view, corners, features):
+        """Whether the cells look more like a code when the margin is taken for a cell narrower or wider."""
+        if features['detail'] > SURE_DETAIL or self.glance.seen is None:
+            return False
+        real = np.stack(view.camera.to_real(corners[:, 0], corners[:, 1]), -1)
+        fits = [self.glance.fit(view.smooth, real, self.cells / (self.cells + more)) for more in (0, -2, 2)]
+        return max(fits[1:]) > fits[0]
 
     def _likeness(self, state):
         """Normalised correlation (M,) of the picture, but for its noise, with the drawn marker; light's slopes count."""

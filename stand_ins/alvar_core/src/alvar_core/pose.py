@@ -9,7 +9,7 @@ import numpy as np
 
 from alvar_core import homography
 
-AMBIGUOUS_CHI2 = 9.0
+AMBIGUOUS_CHI2 = 16.0
 DEGREES_OF_FREEDOM = 2  # eight corner coordinates less six of a pose
 SAME_ROTATION = np.radians(3.0)
 DEFAULT_CORNER_SIGMA = 0.2  # px

@@ -108,6 +108,11 @@ class Glance:
         fit, gap, word = self._match(self._grey(smooth, h[kept], self.inner)) if len(kept) else (np.zeros(0),) * 3
         return Look(kept, h[kept], fit, gap, word, contrast[kept])
 
+    def fit(self, smooth, quad, spread):
+        """Fit of the best code word with the cells of one quad (4, 2), `spread` times as far apart."""
+        h = homography.from_square(quad[None], self.half)
+        return float(self._match(self._grey(smooth, h, self.inner * np.float32([[spread], [spread], [1]])))[0][0])
+
     def _grey(self, smooth, h, points):
         p = h.astype(np.float32) @ points
         inverse = 1 / p[:, 2]
