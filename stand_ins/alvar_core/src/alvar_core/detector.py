@@ -20,7 +20,7 @@ MIN_AREA, MAX_ERROR = 200.0, 0.05  # px^2; rms reprojection error of the best po
 # against none of them.  More is asked where the likeness (correlation of the whole drawing) is low or cells are covered.
 Demand = namedtuple('Demand', 'fit surplus detail')
 CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)
-COVERED, CODE_COVERED = Demand(0.86, 1.0, 0.78), Demand(0.86, 0.7, 0.78)
+COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)
 CLEAR_LIKENESS, MIN_GAP, WIDE_GAP = 0.88, 0.03, 0.1
 MIN_KEPT = 0.7  # share of the samples that agree with the drawing
 READ_NOISE = 2 / 3  # of a picture's noise is left in values between its pixels
