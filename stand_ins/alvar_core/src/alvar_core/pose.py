@@ -13,6 +13,7 @@ AMBIGUOUS_CHI2 = 16.0
 DEGREES_OF_FREEDOM = 2  # eight corner coordinates less six of a pose
 SAME_ROTATION = np.radians(3.0)
 DEFAULT_CORNER_SIGMA = 0.2  # px
+DAMPING = 1e-4
 MODEL_ERROR = 0.04  # px: corners are never known better
 
 
@@ -67,10 +68,10 @@ def solve(ideal_corners, sizes, camera, information=None):
         return found
     sizes = np.asarray(sizes, np.float64)
     rotations, positions = _both_poses(camera.to_rays(corners), sizes)
-    good = np.isfinite(rotations).all((1, 2)) & np.isfinite(positions).all(1) & (positions[:, 2] > 0)
+    good = np.isfinite(positions).all(1) & np.isfinite(rotations).all((1, 2)) & (positions[:, 2] > 0)
     owner = np.tile(np.arange(len(corners)), 2)[good]
     if len(owner):
-        points = np.array([object_corners(sizes[m]) for m in owner])
+        points = object_corners(1.0) * sizes[owner, None, None]
         refined = _refine(points, corners[owner], camera, information[owner], rotations[good], positions[good])
         for m, solution in zip(owner, refined):
             found[m].append(solution)
@@ -85,27 +86,25 @@ def _both_poses(rays, sizes):
     After Collins and Bartoli, Infinitesimal Plane-Based Pose Estimation (2014): the homography's derivative in the
     centre of the square fixes the rotation but for a sign.
     """
-    h = homography.from_square(rays, 0.5)
-    h = h * [1.0, -1.0, 1.0]  # marker y is up
+    h = homography.from_square(rays, 0.5) * [1.0, -1.0, 1.0]  # marker y is up
     centre = h[:, :2, 2]
-    jacobian = (h[:, :2, :2] - centre[:, :, None] * h[:, 2:, :2]) / sizes[:, None, None]
     toward = _turn_to(centre)
-    basis = toward[:, :2, :2] - centre[:, :, None] * toward[:, 2:, :2]
-    a = np.linalg.solve(basis, jacobian)
+    both = np.stack([h, toward])
+    jacobian, basis = both[..., :2, :2] - centre[..., None] * both[..., 2:, :2]
+    a = np.linalg.solve(basis, jacobian / sizes[:, None, None])
     square = (a * a).sum((1, 2))
     det = a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0]
     scale = np.sqrt(0.5 * (square + np.sqrt(np.maximum(square ** 2 - 4 * det ** 2, 0))))
-    r = a / scale[:, None, None]
+    columns = np.empty((2, len(a), 3, 3))
+    columns[:, :, :2, :2] = r = a / scale[:, None, None]
     third = np.sqrt(np.maximum(1 - (r * r).sum(1), 0))
-    mixed = -(r[:, :, 0] * r[:, :, 1]).sum(1)
-    third[:, 1] = np.where(mixed < 0, -third[:, 1], third[:, 1])
-    rotations = []
-    for sign in (1.0, -1.0):
-        columns = np.concatenate([r, sign * third[:, None]], 1)
-        last = np.cross(columns[:, :, 0], columns[:, :, 1])
-        rotations.append(toward @ np.concatenate([columns, last[:, :, None]], 2))
-    rotations = np.concatenate(rotations)
-    return rotations, _positions(rotations, np.tile(rays, (2, 1, 1)), np.tile(sizes, 2))
+    third[:, 1] *= np.where((r[:, :, 0] * r[:, :, 1]).sum(1) > 0, -1, 1)
+    columns[0, :, 2, :2], columns[1, :, 2, :2] = third, -third
+    (x1, y1, z1), (x2, y2, z2) = np.moveaxis(columns[..., :2], (3, 2), (0, 1))
+    columns[..., 0, 2], columns[..., 1, 2] = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2
+    columns[..., 2, 2] = x1 * y2 - y1 * x2
+    rotations = (toward @ columns).reshape(-1, 3, 3)
+    return rotations, _positions(rotations, np.concatenate([rays, rays]), np.concatenate([sizes, sizes]))
 
 
 def _turn_to(centre):
@@ -130,30 +129,24 @@ def _positions(rotations, rays, sizes):
     return np.linalg.solve(turned @ rows, turned @ right)[:, :, 0]
 
 
-def _refine(points, corners, camera, information, rotations, positions, iterations=2):
-    best = None
-    damping = np.full(len(rotations), 1e-4)
-    trial_r, trial_t = rotations, positions
-    for i in range(iterations):
-        residual, jacobian = _residual(points, corners, camera, trial_r, trial_t)
-        cost = np.einsum('bi,bij,bj->b', residual, information, residual)
-        cost = np.where((trial_t[:, 2] > 0) & np.isfinite(cost), cost, np.inf)
-        trial = [trial_r, trial_t, cost, residual, jacobian]
-        if best is None:
-            best = trial
-        else:
-            better = cost < best[2]
-            damping = np.where(better, damping * 0.2, damping * 10)
-            best = [np.where(better.reshape((-1,) + (1,) * (new.ndim - 1)), new, old) for new, old in zip(trial, best)]
-        if i == iterations - 1:
-            break
-        jw = best[4].transpose(0, 2, 1) @ information
-        normal = jw @ best[4]
-        normal = normal + np.eye(6) * (np.einsum('bii->bi', normal) * damping[:, None])[:, None]
-        step = -np.linalg.solve(normal, jw @ best[3][:, :, None])[:, :, 0]
-        trial_r = _turn(step[:, :3]) @ best[0]
-        trial_t = best[1] + step[:, 3:]
-    return [Solution(r, t, float(np.sqrt((e * e).mean() * 2)), float(c)) for r, t, c, e in zip(*best[:4])]
+def _refine(points, corners, camera, information, rotations, positions):
+    """Solutions after one step of Gauss-Newton on the weighed reprojection, where it helps."""
+    turned = points @ rotations.transpose(0, 2, 1)
+    residual = _residual(turned, positions, corners, camera)
+    jacobian = _jacobian(turned, positions, camera)
+    jw = jacobian.transpose(0, 2, 1) @ information
+    normal = jw @ jacobian
+    normal *= 1 + DAMPING * np.eye(6)
+    step = -np.linalg.solve(normal, jw @ residual[:, :, None])[:, :, 0]
+    tried = [_turn(step[:, :3]) @ rotations, positions + step[:, 3:]]
+    tried.append(_residual(points @ tried[0].transpose(0, 2, 1), tried[1], corners, camera))
+    out = []
+    for start, trial in zip(zip(rotations, positions, residual), zip(*tried)):
+        weight = information[len(out)]
+        (cost, (r, t, e)) = min(((e @ weight @ e if t[2] > 0 else np.inf, (r, t, e)) for r, t, e in (trial, start)),
+                                key=lambda each: each[0])
+        out.append(Solution(r, t, float(np.sqrt((e * e).mean() * 2)), float(cost)))
+    return out
 
 
 def _turn(vectors):
@@ -165,25 +158,24 @@ def _turn(vectors):
     return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
 
 
-def _residual(points, corners, camera, rotations, positions):
-    turned = points @ rotations.transpose(0, 2, 1)
+def _residual(turned, positions, corners, camera):
+    """(B, 8) px of squares whose points (B, 4, 3) are turned, at positions (B, 3)."""
     p = turned + positions[:, None]
-    inverse = 1 / p[..., 2]
-    uv = p[..., :2] * inverse[..., None]
-    focal = [camera.fx, camera.fy]
-    residual = (uv * focal + [camera.cx, camera.cy] - corners).reshape(len(p), 8)
-    jp = np.zeros(p.shape[:2] + (2, 3))
-    jp[..., 0, 0] = camera.fx * inverse
-    jp[..., 1, 1] = camera.fy * inverse
-    jp[..., 0, 2] = -camera.fx * uv[..., 0] * inverse
-    jp[..., 1, 2] = -camera.fy * uv[..., 1] * inverse
-    x, y, z = turned[..., 0], turned[..., 1], turned[..., 2]
-    cross = np.zeros(p.shape[:2] + (3, 3))
-    cross[..., 0, 1], cross[..., 0, 2] = z, -y
-    cross[..., 1, 0], cross[..., 1, 2] = -z, x
-    cross[..., 2, 0], cross[..., 2, 1] = y, -x
-    jacobian = np.concatenate([jp @ cross, jp], -1).reshape(len(p), 8, 6)
-    return residual, jacobian
+    uv = p[..., :2] / p[..., 2:]
+    return (uv * [camera.fx, camera.fy] + [camera.cx, camera.cy] - corners).reshape(len(p), 8)
+
+
+def _jacobian(turned, positions, camera):
+    """(B, 8, 6) of the residual by a small turn and a shift."""
+    x, y, z = (turned + positions[:, None]).transpose(2, 0, 1)
+    a, b, c = turned.transpose(2, 0, 1)
+    u, v, fx, fy = x / z, y / z, camera.fx / z, camera.fy / z
+    out = np.zeros(x.shape + (2, 6))
+    out[..., 0, 0], out[..., 0, 1], out[..., 0, 2] = -fx * u * b, fx * (c + u * a), -fx * b
+    out[..., 1, 0], out[..., 1, 1], out[..., 1, 2] = -fy * (c + v * b), fy * v * a, fy * a
+    out[..., 0, 3], out[..., 0, 5] = fx, -fx * u
+    out[..., 1, 4], out[..., 1, 5] = fy, -fy * v
+    return out.reshape(len(x), 8, 6)
 
 
 def ambiguity(solutions):
