@@ -12,9 +12,13 @@ class CameraError(ValueError):
 
 
 class Camera:
-    """Camera matrix (9 numbers, pixels) and distortion (k1 k2 p1 p2 [k3 [k4 k5 k6]]); CameraError if unusable."""
+    """Camera matrix (9 numbers, pixels) and distortion (k1 k2 p1 p2 [k3 [k4 k5 k6]]); CameraError if unusable.
 
-    def __init__(self, matrix, distortion=None):
+    size: (width, height) px of its pictures if known; pictures of another size are refused then.
+    """
+
+    def __init__(self, matrix, distortion=None, size=None):
+        self.size = None if size is None else tuple(int(v) for v in size)
         self.matrix = _checked_matrix(matrix)
         self.distortion = _checked_distortion(distortion)
         self.distorted = bool(np.any(self.distortion))
@@ -49,19 +53,27 @@ class Camera:
         return (np.asarray(ideal) - [self.cx, self.cy]) / [self.fx, self.fy]
 
 
+def _numbers(values, what):
+    try:
+        return np.asarray(values, np.float64).ravel()
+    except (TypeError, ValueError):
+        raise CameraError(f'{what} is {values!r}: numbers are needed') from None
+
+
 def _checked_matrix(matrix):
-    matrix = np.asarray(matrix, np.float64)
+    matrix = _numbers(matrix, 'camera matrix K')
     if matrix.size != 9:
         raise CameraError(f'camera matrix K has {matrix.size} numbers, 9 are needed')
     matrix = matrix.reshape(3, 3)
-    if not np.all(np.isfinite(matrix)) or matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
-        raise CameraError(f'camera matrix K is {matrix.ravel().tolist()}: fx and fy must be above 0 and all finite; '
-                          'is the camera calibrated?')
+    if not np.all(np.isfinite(matrix)) or matrix[0, 0] <= 0 or matrix[1, 1] <= 0 \
+            or not np.allclose(matrix[2], [0, 0, 1]):
+        raise CameraError(f'camera matrix K is {matrix.ravel().tolist()}: fx and fy must be above 0, the last row '
+                          '0 0 1, all finite; is the camera calibrated?')
     return matrix
 
 
 def _checked_distortion(distortion):
-    values = np.zeros(0) if distortion is None else np.asarray(distortion, np.float64).ravel()
+    values = np.zeros(0) if distortion is None else _numbers(distortion, 'distortion D')
     if values.size > 8 or not np.all(np.isfinite(values)):
         raise CameraError(f'distortion D is {values.tolist()}: up to 8 finite numbers (k1 k2 p1 p2 k3 k4 k5 k6) '
                           'are needed')

@@ -15,6 +15,7 @@ The last block of a marker may be shorter.  Text is stored with six bits a lette
 Behaviour after ALVAR 2.0 as used by ar_track_alvar (resolution up to 127 there, up to MAX_RESOLUTION here).
 """
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -45,8 +46,8 @@ class Content:
 
 def check_resolution(resolution):
     """Return the resolution as int, or raise CodeError if no marker has it."""
-    if isinstance(resolution, bool) or int(resolution) != resolution or resolution % 2 == 0 \
-            or not MIN_RESOLUTION <= resolution <= MAX_RESOLUTION:
+    if isinstance(resolution, bool) or not isinstance(resolution, Real) \
+            or resolution not in range(MIN_RESOLUTION, MAX_RESOLUTION + 1, 2):
         raise CodeError(f'marker resolution {resolution!r}: an odd number from {MIN_RESOLUTION} to {MAX_RESOLUTION} '
                         'is needed (createMarker draws 5 for ids up to 255)')
     return int(resolution)

@@ -47,8 +47,7 @@ def binary(smooth, window, offset, cleaned, workspace):
 def candidates(smooth, passes=PASSES, workspace=None):
     """Quads (N, 4, 2) float64 of all passes over a lightly smoothed grey picture."""
     workspace = workspace or Workspace()
-    found = [_one_pass(smooth, workspace, *each) for each in passes]
-    quads = np.concatenate(found)
+    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, workspace, *each) for each in passes])
     area = homography.area(quads)
     quads[area < 0] = quads[area < 0][:, ::-1]
     side = quads[:, [1, 2, 3, 0]] - quads
@@ -126,7 +125,7 @@ MIN_RISE = 3.0  # grey levels, on half of each of three sides
 
 
 def refined(smooth, quads):
-    """The quads (K, 4, 2) moved to where the grey rises most from inside to outside, nearby; those without a rise left out.
+    """The quads (K, 4, 2) moved to where the grey rises most from inside to outside, nearby; those without left out.
 
     Corners of outlines are rough: blur, noise and what touches the square move them by a cell.
     """
@@ -149,7 +148,7 @@ def refined(smooth, quads):
 
 
 def _line(offset, weight):
-    """Robust straight line through offsets (N, 4, 5), parts of the reach, over ALONG: its value in the middle, its rise."""
+    """Robust straight line through offsets (N, 4, 5) over ALONG: its value in the middle and its rise."""
     t = ALONG - np.float32(0.5)
     middle, slope = np.sort(offset, -1)[..., len(ALONG) // 2], np.float32(0)
     for _ in range(2):

@@ -1,35 +1,26 @@
 """The marker detector: picture, camera, marker size in; ids, corners, poses out.  Every picture stands on its own."""
-from collections import namedtuple
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Real
 
-import cv2
 import numpy as np
 
 from alvar_core import align, code, detect, homography, pose, reading
+from alvar_core.accept import accepted
 from alvar_core.camera import Camera, CameraError
+from alvar_core.view import PictureError, View, grey_picture
 
 PER_CELL = 3  # samples along a cell
+MARGINS = range(1, 11)  # cells
 # First look: NEAR_FIT of the cells with a code word is worth an alignment, MAX_EXAMINED of them a picture.
 NEAR_FIT, MAX_EXAMINED = 0.64, 16
 # After alignment: below these, or with a blur above (cells), it is dropped; a new reading needs READ_FIT to go on.
 MIN_LIKENESS, MAX_BLUR_CELLS, READ_FIT = 0.65, 0.85, 0.72
 MIN_AREA, MAX_ERROR = 200.0, 0.05  # px^2; rms reprojection error of the best pose in parts of the side
-# What makes a marker of an aligned candidate: fit (of the data cells with the code word), surplus (gap to the next best
-# word in parts of what the best leaves unexplained), detail (likeness of the cells without anything smooth); noise counts
-# against none of them.  More is asked where the likeness (correlation of the whole drawing) is low or cells are covered.
-Demand = namedtuple('Demand', 'fit surplus detail')
-CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)
-COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)
-CLEAR_LIKENESS, MIN_GAP, WIDE_GAP = 0.88, 0.03, 0.1
-MIN_KEPT = 0.7  # share of the samples that agree with the drawing
 READ_NOISE = 2 / 3  # of a picture's noise is left in values between its pixels
 SURE_DETAIL = 0.93  # no doubt about the margin
 SURE_FIT, SURE_GAP = 0.93, 0.12  # a first look that need not be repeated
-
-
-class PictureError(ValueError):
-    """A picture that cannot be searched."""
 
 
 @dataclass
@@ -53,59 +44,40 @@ class Detection:
     solutions: list = field(repr=False)
     features: dict = field(repr=False, default_factory=dict)
 
+    @cached_property
+    def centre(self):
+        """Mean of the corners, real px."""
+        return tuple(self.corners.mean(0).tolist())
+
+    @cached_property
+    def side(self):
+        """Side of a square of the same area, px."""
+        return math.sqrt(abs(homography.area(self.corners)))
+
+    @property
+    def confidence_percent(self):
+        """Confidence as a whole number from 0 to 100."""
+        return int(round(100 * min(1.0, max(0.0, self.confidence))))
+
     @property
     def quaternion(self):
         """Orientation x y z w in the camera's optical frame."""
         return pose.quaternion(self.rotation)
 
 
-def grey_picture(picture):
-    """uint8 grey picture from uint8 or uint16, grey, BGR or BGRA; PictureError for anything else."""
-    if not isinstance(picture, np.ndarray) or picture.ndim not in (2, 3) or min(picture.shape[:2], default=0) < 16:
-        got = getattr(picture, 'shape', type(picture).__name__)
-        raise PictureError(f'a picture of at least 16x16 pixels is needed, got {got}')
-    if picture.dtype == np.uint16:
-        picture = (picture >> 8).astype(np.uint8)
-    if picture.dtype != np.uint8:
-        raise PictureError(f'a picture of type uint8 or uint16 is needed, got {picture.dtype}')
-    if picture.ndim == 2:
-        return np.ascontiguousarray(picture)
-    if picture.shape[2] == 1:
-        return np.ascontiguousarray(picture[:, :, 0])
-    if picture.shape[2] not in (3, 4):
-        raise PictureError(f'a picture with 1, 3 or 4 channels is needed, got {picture.shape[2]}')
-    return cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY if picture.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
+def checked_size(size):
+    """A marker's size, metres, as float; ValueError if no marker can have it."""
+    if isinstance(size, (bool, str)) or not isinstance(size, Real) or not 0 < size < math.inf:
+        raise ValueError(f'marker size {size!r} m: a length above 0 is needed')
+    return float(size)
 
 
-class View:
-    """A picture prepared for search: grey, lightly smoothed, camera; the pyramid is made when first needed."""
-
-    def __init__(self, picture, camera, workspace=None):
-        self.grey, self.camera = grey_picture(picture), camera
-        self.workspace = workspace or detect.Workspace()
-        self.smooth = cv2.GaussianBlur(self.grey, (3, 3), 0, dst=self.workspace.picture('smooth', *self.grey.shape))
-        self._pyramid = None
-
-    @cached_property
-    def noise(self):
-        """Standard deviation of the picture's noise, grey levels."""
-        return noise_of(self.grey)
-
-    @property
-    def pyramid(self):
-        if self._pyramid is None:
-            height, width = self.grey.shape
-            atlas = self.workspace.picture('atlas', height + height // 2, width)
-            self._pyramid = align.Pyramid(self.grey, atlas)
-        return self._pyramid
-
-
-def noise_of(grey):
-    """Standard deviation of the noise of a grey picture, from its second differences along some rows."""
-    rows = grey[4::max(1, len(grey) // 24)].astype(np.int16)
-    second = np.abs(2 * rows[:, 1:-1] - rows[:, :-2] - rows[:, 2:]).ravel()
-    share = np.bincount(second).cumsum() / second.size
-    return np.interp(0.5, share, np.arange(len(share)) + 0.5) / (0.6745 * np.sqrt(6))
+def checked_margin(margin):
+    """A margin, cells, as int; ValueError if no marker has it."""
+    if isinstance(margin, bool) or not isinstance(margin, Real) or margin not in MARGINS:
+        raise ValueError(f'marker margin {margin!r}: a whole number of cells from {MARGINS[0]} to {MARGINS[-1]} '
+                         'is needed')
+    return int(margin)
 
 
 class Detector:
@@ -118,13 +90,9 @@ class Detector:
     STEPS, RIM_STEPS = 5, 8
 
     def __init__(self, size, resolution=5, margin=2, sizes=None):
-        if not np.isfinite(size) or size <= 0:
-            raise ValueError(f'marker size {size!r} m: a length above 0 is needed')
         self.workspace = detect.Workspace()
-        self.size, self.sizes = float(size), dict(sizes or {})
-        self.resolution, self.margin = code.check_resolution(resolution), int(margin)
-        if self.margin != margin or not 1 <= margin <= 10:
-            raise ValueError(f'marker margin {margin!r}: a whole number of cells from 1 to 10 is needed')
+        self.size, self.sizes = size, {value: checked_size(each) for value, each in (sizes or {}).items()}
+        self.resolution, self.margin = code.check_resolution(resolution), checked_margin(margin)
         self.cells = self.resolution + 2 * self.margin
         self.glance = reading.Glance(self.resolution, self.margin)
         self.ring = align.Aligner(self.cells, PER_CELL, inner=min(1.6, self.margin * 0.8))
@@ -139,8 +107,17 @@ class Detector:
         half = self.cells / 2
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
 
+    @property
+    def size(self):
+        """Width of the black square, metres, of every marker that is not in `sizes`; may be set."""
+        return self._size
+
+    @size.setter
+    def size(self, size):
+        self._size = checked_size(size)
+
     def detect(self, picture, camera):
-        """Return the Detections in a picture.  camera: Camera (camera.py).  Raises PictureError."""
+        """Return the Detections in a picture.  camera: Camera (camera.py).  Raises PictureError, CameraError."""
         view = self.view(picture, camera)
         return self.examine(view, detect.candidates(view.smooth, workspace=self.workspace))
 
@@ -212,7 +189,7 @@ class Detector:
         for m, r in enumerate(readings):
             if r is not None and (black[m, inner, inner] != r.white).all():
                 features = self._features(state, m, r, likeness[m], np.sqrt((cov[0][m] + cov[1][m]) / 2))
-                if self._accept(features) and not self._of_other_margin(view, corners[m], features):
+                if accepted(features) and not self._of_other_margin(view, corners[m], features):
                     found.append((m, r, features))
             elif r is not None and r.fit > READ_FIT:
                 changed.append(m)
@@ -249,17 +226,6 @@ class Detector:
                 readings[m] = r
         return readings
 
-    def _accept(self, f):
-        if f['bad_inside'] >= 2 and f['gap'] > WIDE_GAP:
-            asked = CODE_COVERED
-        elif f['bad_rim'] + 2 * f['bad_inside'] >= 3:
-            asked = COVERED
-        else:
-            asked = CLEAR if f['likeness'] > CLEAR_LIKENESS else UNLIKE
-        surplus = f['gap'] / (1.03 - min(f['fit'], 1.0))
-        return (f['gap'] > MIN_GAP and f['kept'] > MIN_KEPT
-                and f['fit'] > asked.fit and surplus > asked.surplus and f['detail'] > asked.detail)
-
     def _of_other_margin(self, view, corners, features):
         """Whether the cells look more like a code when the margin is taken for a cell narrower or wider."""
         if features['detail'] > SURE_DETAIL or self.glance.seen is None:
@@ -269,7 +235,7 @@ class Detector:
         return max(fits[1:]) > fits[0]
 
     def _likeness(self, state):
-        """Normalised correlation (M,) of the picture, but for its noise, with the drawn marker; light's slopes count."""
+        """Normalised correlation (M,) of the picture, but for its noise, with the drawn marker; light's slopes too."""
         weight = self.full.fixed_weight / self.full.fixed_weight.sum()
         v = state.values - (state.values @ weight)[:, None]
         t = state.template - (state.template @ weight)[:, None]
@@ -312,9 +278,9 @@ class Detector:
         sizes = [self.sizes.get(r.content.value, self.size) for r in readings]
         real = np.stack(camera.to_real(corners[..., 0], corners[..., 1]), -1)
         out = []
+        sides = np.sqrt(homography.area(real))
         for m, solutions in enumerate(pose.solve(corners, sizes, camera, information)):
-            side = np.sqrt(homography.area(real[m:m + 1])[0])
-            if solutions and solutions[0].error < MAX_ERROR * side:
+            if solutions and solutions[0].error < MAX_ERROR * sides[m]:
                 share, ambiguous = pose.ambiguity(solutions)
                 best = solutions[0]
                 out.append(Detection(readings[m].content.value, real[m], best.rotation, best.position,
@@ -339,8 +305,7 @@ def best_of_overlapping(found):
     """Of Detections that lie on each other the one with the highest confidence."""
     kept = []
     for d in sorted(found, key=lambda d: -d.confidence):
-        centre, side = d.corners.mean(0), np.sqrt(abs(homography.area(d.corners[None])[0]))
-        if all(np.linalg.norm(centre - k.corners.mean(0)) > 0.4 * side for k in kept):
+        if all(math.dist(d.centre, k.centre) > 0.4 * d.side for k in kept):
             kept.append(d)
     return kept
 

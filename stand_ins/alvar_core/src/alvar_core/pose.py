@@ -3,6 +3,7 @@
 Marker frame: origin in the centre of the black square; looking at the marker as drawn: x right, y up, z out of it.
 Camera frame: optical (x right, y down, z forward).  Lengths in metres, angles in radians.
 """
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +52,7 @@ def quaternion(rotation):
 
 def angle_between(a, b):
     """Angle of the rotation from a to b, radians."""
-    return float(np.arccos(np.clip((np.trace(a.T @ b) - 1) / 2, -1, 1)))
+    return math.acos(min(1.0, max(-1.0, (float(np.vdot(a, b)) - 1) / 2)))
 
 
 def solve(ideal_corners, sizes, camera, information=None):

@@ -6,7 +6,6 @@ import numpy as np
 
 from alvar_core import code, homography
 
-
 NOISE_SHARE = 0.3
 
 

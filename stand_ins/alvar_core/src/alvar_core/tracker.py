@@ -1,12 +1,14 @@
 """Following markers over frames: what was seen last helps to find it again; only what is in the picture is reported.
 
 Each frame the markers last seen are looked for where they should be now: the cells are read afresh, so that a swapped,
-turned or covered marker is right in the very frame.  Around one that is not there it is searched at
-once; the whole picture is searched in the first frame and every `full_every` frames.  Of the two poses of the planar
-ambiguity the one that agrees with the motion so far is taken while the picture alone does not tell.
+turned or covered marker is right in the very frame.  Around one that is not there it is searched at once.  The passes
+of the search of the whole picture (detect.PASSES) are spread over `full_every` frames; most new markers are found by
+any of them.  While nothing is followed all passes are made.  Of the two poses of the planar ambiguity the one that
+agrees with the motion so far is taken while the picture alone does not tell.
 
 Not thread safe: one thread calls update().
 """
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,7 +33,7 @@ class Track:
 
 
 class Tracker:
-    """Detector over a sequence of pictures of one camera.  detector: Detector; full_every: frames."""
+    """Detector over a sequence of pictures of one camera.  detector: Detector; full_every: frames, 1 or more."""
 
     def __init__(self, detector, full_every=3):
         if full_every < 1:
@@ -49,24 +51,21 @@ class Tracker:
         if view.grey.shape != self.shape:
             self.reset()
             self.shape = view.grey.shape
-        full = self.frame % self.full_every == 0
         self.frame += 1
-        return self._follow(self._search(view, full))
+        return self._follow(self._search(view))
 
-    def _search(self, view, full):
+    def _search(self, view):
         expected = self._expected()
-        if full or not expected:
-            quads = detect.candidates(view.smooth, workspace=self.detector.workspace)
-            return self.detector.examine(view, np.concatenate([quads] + [q[None] for q in expected]))
-        found = self.detector.examine(view, np.array(expected))
+        phase, count = self.frame % self.full_every, len(detect.PASSES)
+        passes = [p for k, p in enumerate(detect.PASSES) if not expected or k * self.full_every // count == phase]
+        quads = detect.candidates(view.smooth, passes, self.detector.workspace)
+        if expected:
+            quads = np.concatenate([expected, quads[~_inside(quads, expected)]])
+        found = self.detector.examine(view, quads)
         missing = [t.detection.corners for t in self.tracks
                    if t.missed < LOOKED_FOR_FRAMES and not any(d.id == t.detection.id for d in found)]
-        if not missing:
-            return found
         quads = self._near(view, missing)
-        if not len(quads):
-            return found
-        return best_of_overlapping(found + self.detector.examine(view, quads))
+        return best_of_overlapping(found + self.detector.examine(view, quads)) if len(quads) else found
 
     def _expected(self):
         """Corner quads where the markers should be now: as last seen, and moved on by their last motion."""
@@ -78,7 +77,7 @@ class Tracker:
                 step = last - track.before
                 if np.abs(step).max() > 1.0:
                     quads.append(last + step)
-        return [q for q in quads if homography.area(q[None])[0] > 0]
+        return [q for q in quads if homography.area(q) > 0]
 
     def _near(self, view, expected):
         """Candidates in the surroundings of the expected quads."""
@@ -134,11 +133,16 @@ def _boxes(quads, width, height):
     return boxes
 
 
+def _inside(quads, expected):
+    """Which quads (N, 4, 2) have their centre in the inner half of an expected one."""
+    expected = np.array(expected)
+    centre, reach = expected.mean(1), 0.25 * np.ptp(expected, 1)
+    return (np.abs(quads.mean(1)[:, None] - centre) < reach).all(2).any(1)
+
+
 def _nearest(tracks, detection):
-    centre = detection.corners.mean(0)
-    side = np.sqrt(abs(homography.area(detection.corners[None])[0]))
-    best = min(tracks, key=lambda t: np.linalg.norm(t.detection.corners.mean(0) - centre), default=None)
-    if best is None or np.linalg.norm(best.detection.corners.mean(0) - centre) > 2 * side * (1 + best.missed):
+    best = min(tracks, key=lambda t: math.dist(t.detection.centre, detection.centre), default=None)
+    if best is None or math.dist(best.detection.centre, detection.centre) > 2 * detection.side * (1 + best.missed):
         return None
     return best
 
