@@ -2,8 +2,8 @@
 from collections import namedtuple
 
 # Asked of every candidate: fit (of the data cells with the code word), surplus (gap to the next best word in parts of
-# what the best leaves unexplained), detail (likeness of the cells without anything smooth); noise counts against none of
-# them.  More is asked where the likeness (correlation of the whole drawing) is low or cells are covered.
+# what the best leaves unexplained), detail (likeness of the cells without anything smooth); noise counts against none
+# of them.  More is asked where the likeness (correlation of the whole drawing) is low or cells are covered.
 Demand = namedtuple('Demand', 'fit surplus detail')
 CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)
 COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)
