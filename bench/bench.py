@@ -15,6 +15,7 @@ import signal
 import sys
 import tempfile
 from contextlib import ExitStack
+from types import SimpleNamespace
 
 import report
 from figures import OURS, PEER, judge
@@ -50,6 +51,7 @@ def parse(arguments):
     """(options, suite module); ends the program with code 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='./run bench', description=__doc__.splitlines()[0])
     parser.add_argument('suite', nargs='?', default=DEFAULT_SUITE, choices=suites(), help='default: %(default)s')
+    parser.add_argument('folder', nargs='?', help='of suites that measure on files: another folder than their own')
     parser.add_argument('--peer', metavar='COMMAND', help='another node to measure in the same run; prints ratios')
     parser.add_argument('--node', metavar='COMMAND', help="measure this as ours instead of the workspace's node")
     parser.add_argument('--only', nargs='+', metavar='NAME', help='these measurements alone; --list names them')
@@ -62,6 +64,15 @@ def parse(arguments):
     for name in options.only or ():
         if name not in suite.MEASUREMENTS:
             parser.error(f'--only {name}: allowed are {", ".join(suite.MEASUREMENTS)}')
+    if options.folder:
+        if not hasattr(suite, 'use_folder'):
+            parser.error(f'{options.folder}: the suite {options.suite} takes no folder')
+        try:
+            suite.use_folder(options.folder)
+        except BenchError as error:
+            parser.error(str(error))
+    if (options.peer or options.node) and not getattr(suite, 'NEEDS_NODE', True):
+        parser.error(f'the suite {options.suite} measures no node: --peer and --node are not for it')
     options.rounds = options.rounds or (1 if options.quick else ROUNDS)
     options.json = options.json or default_json(options.suite)
     return options, suite
@@ -69,6 +80,8 @@ def parse(arguments):
 
 def subjects(options, suite, names, folder):
     """The nodes under test with running masters: ours, then the peer if there is one. No node is started yet."""
+    if not getattr(suite, 'NEEDS_NODE', True):
+        return [SimpleNamespace(side=OURS)]
     needs_node = any(not suite.MEASUREMENTS[name].in_process for name in names)
     commands = {}
     if options.node:
@@ -116,6 +129,8 @@ def report_progress(text):
 def hand_out(options, suite, pools, failures, facts):
     """Print the table and write the JSON."""
     rows = [judge(figure, pools) for figure in suite.FIGURES]
+    if hasattr(suite, 'preface'):
+        print(suite.preface(pools))
     print(report.table(rows))
     print(report.verdict([row for row in rows if row.ours is not None]))
     for name, side, number, text in failures:

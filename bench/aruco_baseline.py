@@ -1,0 +1,37 @@
+"""What OpenCV alone makes of ALVAR's markers: its ArUco detector with a dictionary of the ids 0 to 255."""
+import cv2
+import numpy as np
+
+from alvar_core import code, pose
+
+MARGIN = 2  # cells
+
+
+def dictionary():
+    """ALVAR's 5x5 numbers as an ArUco dictionary that puts one wrong cell right."""
+    words = [cv2.aruco.Dictionary.getByteListFromBits(code.encode(number).astype(np.uint8)) for number in range(256)]
+    return cv2.aruco.Dictionary(np.concatenate(words), 5, 1)
+
+
+class ArucoBaseline:
+    """Detector with sub-pixel corners; of the two poses the one with the smaller reprojection error (IPPE_SQUARE)."""
+
+    def __init__(self):
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.markerBorderBits = MARGIN
+        parameters.errorCorrectionRate = 1.0
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        self._detector = cv2.aruco.ArucoDetector(dictionary(), parameters)
+
+    def detect(self, picture, camera, size):
+        """Detections as score_cli writes them: id, position m, orientation x y z w; size: the markers' width, m."""
+        corners, ids, _ = self._detector.detectMarkers(picture)
+        found = []
+        for quad, number in zip(corners, [] if ids is None else ids.ravel().tolist()):
+            good, turns, shifts, _ = cv2.solvePnPGeneric(pose.object_corners(size), quad.reshape(4, 2).astype(float),
+                                                         camera.matrix, camera.distortion,
+                                                         flags=cv2.SOLVEPNP_IPPE_SQUARE)
+            if good and np.isfinite(shifts[0]).all():
+                found.append({'id': number, 'position': shifts[0].ravel().tolist(),
+                              'orientation': pose.quaternion(cv2.Rodrigues(turns[0])[0]).tolist()})
+        return found

@@ -1,0 +1,217 @@
+"""The bench of the marker detector: score and time on frames with ground truth, beside ArUco and the real tracker.
+
+The frames are those of test/data/alvar, or of another folder with frames.json; answers of others that lie beside it
+(real_alvar.json, aruco.json) are scored, too. No node is needed. See suite_turtlesim for what a suite is.
+"""
+
+import json
+import os
+import time
+
+import cv2
+import numpy as np
+
+from alvar_core.detector import Detector
+from alvar_core.score import cameras_of, score
+from alvar_core.score_cli import detection_record
+from alvar_core.tracker import Tracker
+from aruco_baseline import ArucoBaseline
+from figures import OURS, Figure, Target, median, p95
+from processes import BenchError
+from suite_turtlesim import Measurement
+
+NEEDS_NODE = False
+FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'test', 'data', 'alvar')
+DIFFICULTIES = ('easy', 'medium', 'hard')
+PICTURES = {(640, 480): '640x480', (1280, 720): '1280x720'}
+STEP, STEPS = (2, 1), 6  # [px] how far a frame moves a step while tracking is measured; the first step is no sample
+FULL, QUICK = 1, 6  # every n-th frame is timed
+STORED = {'real': ('real_alvar.json', 'real tracker, stored'), 'aruco_stored': ('aruco.json', 'ArUco, stored')}
+TOOLS = {'ours': 'here', 'aruco': 'ArUco', **{key: words for key, (_, words) in STORED.items()}}
+
+
+class Frames:
+    """Frames with ground truth in a folder, pictures and cameras; BenchError if they cannot be read."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        try:
+            with open(os.path.join(folder, 'frames.json'), encoding='utf-8') as file:
+                self.truth = json.load(file)
+            self.cameras = cameras_of(self.truth)
+        except (OSError, ValueError, KeyError) as error:
+            raise BenchError(f'{folder} has no frames with ground truth: {error}.') from error
+        self.pictures = {}
+
+    def __iter__(self):
+        """Yield (entry of frames.json, grey picture, Camera)."""
+        for frame in self.truth['frames']:
+            path = os.path.join(self.folder, frame['file'])
+            picture = self.pictures.get(path)
+            if picture is None:
+                picture = self.pictures[path] = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+            if picture is None:
+                raise BenchError(f'{path} cannot be read as a picture.')
+            yield frame, picture, self.cameras[frame['camera']]
+
+    def stored(self, name):
+        """Results that lie beside the frames, or None."""
+        path = os.path.join(self.folder, name)
+        if not os.path.exists(path):
+            return None
+        with open(path, encoding='utf-8') as file:
+            return json.load(file)['frames']
+
+
+_frames = []
+
+
+def use_folder(folder):
+    """Measure on the frames of this folder; BenchError if it has none."""
+    _frames[:] = [Frames(folder)]
+
+
+def frames():
+    """The Frames under test."""
+    if not _frames:
+        use_folder(FOLDER)
+    return _frames[0]
+
+
+def scores(tool, results):
+    """{figure key: samples} of a tool's results."""
+    found = score(frames().truth, results)
+    out = {f'{tool}_{key}': [sum(getattr(each, key) for each in found.values())]
+           for key in ('flips', 'false', 'wrong', 'double')}
+    for name in DIFFICULTIES:
+        if name in found and found[name].matches:
+            out[f'{tool}_recall_{name}'] = [found[name].recall]
+            if found[name].found:
+                out[f'{tool}_position_{name}'] = [found[name].position(50)]
+                out[f'{tool}_rotation_{name}'] = [found[name].rotation(95)]
+    return out
+
+
+def _timed(samples, key, function, *arguments):
+    begun, cpu = time.perf_counter(), time.thread_time()
+    found = function(*arguments)
+    samples.setdefault(f'{key}_cpu', []).append(1e3 * (time.thread_time() - cpu))
+    samples.setdefault(key, []).append(1e3 * (time.perf_counter() - begun))
+    return found
+
+
+def _all_frames(tool, detect):
+    """Scores and times of detect(frame, picture, camera) on every frame."""
+    cv2.setNumThreads(1)
+    samples, results = {}, {}
+    for frame, picture, camera in frames():
+        detect(frame, picture, camera)  # what is needed once is no part of the time
+        size = PICTURES.get(picture.shape[::-1], 'other')
+        found = _timed(samples, f'{tool}_{size}', detect, frame, picture, camera)
+        results[frame['name']] = {'detections': found}
+    return {**samples, **scores(tool, results)}
+
+
+def single(_subject, _scale):
+    """Score and time of our detector, each frame on its own."""
+    detector = Detector(1.0)
+
+    def detect(frame, picture, camera):
+        detector.size = frame.get('marker_size_m') or 1.0
+        return [detection_record(found) for found in detector.detect(picture, camera)]
+    return _all_frames('ours', detect)
+
+
+def aruco(_subject, _scale):
+    """Score and time of OpenCV's detector."""
+    baseline = ArucoBaseline()
+    return _all_frames('aruco', lambda frame, picture, camera: baseline.detect(picture, camera,
+                                                                              frame.get('marker_size_m') or 1.0))
+
+
+def tracking(_subject, scale):
+    """Time of the tracker, and how many of the markers found singly it has, while each frame moves by some pixels."""
+    cv2.setNumThreads(1)
+    samples, seen, alone = {}, 0, 0
+    chosen = [each for each in frames() if each[0]['markers']][::scale]
+    for frame, picture, camera in chosen:
+        detector = Detector(frame.get('marker_size_m') or 1.0)
+        tracker, size = Tracker(detector), PICTURES.get(picture.shape[::-1], 'other')
+        for step in range(STEPS):
+            moved = np.roll(picture, (step * STEP[1], step * STEP[0]), (0, 1))
+            if step:
+                seen += len(_timed(samples, f'tracking_{size}', tracker.update, moved, camera))
+                alone += len(detector.detect(moved, camera))
+            else:
+                tracker.update(moved, camera)
+    return {**samples, 'tracking_found': [100.0 * seen / alone if alone else 100.0]}
+
+
+def stored(_subject, _scale):
+    """Scores of the answers of others that lie beside the frames."""
+    out = {}
+    for tool, (name, _) in STORED.items():
+        results = frames().stored(name)
+        if results:
+            out.update(scores(tool, results))
+            for frame, picture, _ in frames():
+                ms = results.get(frame['name'], {}).get('detect_ms')
+                if ms is not None:
+                    out.setdefault(f'{tool}_{PICTURES.get(picture.shape[::-1], "other")}', []).append(ms)
+    return out
+
+
+MEASUREMENTS = {
+    'single': Measurement(single, 'score and time, each frame on its own', in_process=True),
+    'tracking': Measurement(tracking, 'time with tracking', in_process=True),
+    'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
+    'stored': Measurement(stored, 'scores of stored answers', in_process=True),
+}
+
+
+def preface(pools):
+    """The scores of all tools beside each other, as text."""
+    pool = pools[OURS]
+    head = ('', 'recall %', 'position %, median', 'rotation deg, 95th', 'flips/false/wrong', *PICTURES.values())
+    rows = [head] + [_row(pool, tool, words) for tool, words in TOOLS.items() if f'{tool}_flips' in pool]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
+    lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
+    note = f"{frames().truth['set']}: {len(frames().truth['frames'])} frames; easy / medium / hard; ms median / 95th"
+    return '\n'.join([note, *lines, ''])
+
+
+def _row(pool, tool, words):
+    def three(key, form):
+        values = [pool.get(f'{tool}_{key}_{name}') for name in DIFFICULTIES]
+        return ' / '.join(form.format(median(value)) if value else '-' for value in values)
+
+    def time_of(size):
+        samples = pool.get(f'{tool}_{size}')
+        return f'{median(samples):.1f} / {p95(samples):.1f}' if samples else '-'
+    counts = ' / '.join(f"{median(pool[f'{tool}_{key}']):.0f}" for key in ('flips', 'false', 'wrong'))
+    return (words, three('recall', '{:.1f}'), three('position', '{:.2f}'), three('rotation', '{:.1f}'), counts,
+            *(time_of(size) for size in PICTURES.values()))
+
+
+def _score_figures():
+    goals = {'easy': (99.9, 0.2, 1.0), 'medium': (98.0, 0.5, 5.0), 'hard': (85.0, 0.9, 10.0)}
+    for name, (recall, position, rotation) in goals.items():
+        yield Figure(f'recall, {name}', f'ours_recall_{name}', '%', median, Target('at_least', recall))
+        yield Figure(f'position error, {name}, median', f'ours_position_{name}', '% of distance', median,
+                     Target('below', position))
+        yield Figure(f'rotation error, {name}, 95th percentile', f'ours_rotation_{name}', 'degrees', median,
+                     Target('below', rotation))
+    for key, words in (('flips', 'unflagged flips'), ('false', 'false positives'), ('wrong', 'wrong ids')):
+        yield Figure(words, f'ours_{key}', 'in all', max, Target('below', 1.0))
+
+
+def _time_figures():
+    for key, words, limits in (('ours', 'single', (5.0, 10.0)), ('tracking', 'with tracking', (2.5, 5.0))):
+        for size, limit in zip(PICTURES.values(), limits):
+            yield Figure(f'{words}, {size}, median', f'{key}_{size}', 'ms', median, Target('below', limit))
+            yield Figure(f'{words}, {size}, p95', f'{key}_{size}', 'ms', p95)
+            yield Figure(f'{words}, {size}, CPU, median', f'{key}_{size}_cpu', 'ms', median)
+    yield Figure('found while tracking, of those found singly', 'tracking_found', '%', median, Target('at_least', 99.0))
+
+
+FIGURES = (*_score_figures(), *_time_figures())

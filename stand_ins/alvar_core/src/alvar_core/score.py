@@ -1,0 +1,151 @@
+"""Score of marker detections against frames with ground truth.
+
+A detection of id i counts as found if the marker i of the frame (ids are unique) has its centre within a side, or a
+tenth of the picture's width, of where the detection's position projects to; without a position the id alone counts.  Of
+several the nearest counts, the others are doubles.  All others are wrong ids if they lie on a marker, else false
+positives.  Markers with `ignore` (cut by the picture's edge) count neither way.  A flip is a rotation error above FLIP.
+"""
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from alvar_core.camera import Camera
+
+FLIP = 30.0  # degrees
+ON_MARKER = 1.15  # times a marker's size: what is inside lies on it
+
+
+@dataclass
+class Match:
+    """A marker of a frame that counts, and the detection of it, None if missed."""
+
+    marker: dict
+    detection: dict = None
+
+    @property
+    def position_error(self):
+        """Position error, % of the distance."""
+        return 100 * math.dist(self.detection['position'], self.marker['position']) / self.marker['distance_m']
+
+    @property
+    def rotation_error(self):
+        """Rotation error, degrees."""
+        return rotation_between(self.detection['orientation'], self.marker['orientation'])
+
+    @property
+    def flipped(self):
+        """Whether the pose is that of the planar ambiguity's other solution, and the detection does not say so."""
+        return self.rotation_error > FLIP and not self.detection.get('ambiguous')
+
+
+@dataclass
+class Score:
+    """What was found of the markers of some frames."""
+
+    matches: list = field(default_factory=list)
+    false: int = 0
+    wrong: int = 0
+    double: int = 0
+
+    def add(self, other):
+        """Take another Score's counts in."""
+        self.matches += other.matches
+        self.false += other.false
+        self.wrong += other.wrong
+        self.double += other.double
+
+    @property
+    def found(self):
+        """The Matches with a detection that has a pose."""
+        return [m for m in self.matches if m.detection and m.detection.get('position')]
+
+    @property
+    def recall(self):
+        """Found markers, %; NaN without any marker."""
+        found = sum(m.detection is not None for m in self.matches)
+        return 100 * found / len(self.matches) if self.matches else math.nan
+
+    def position(self, percent):
+        """Percentile of the position errors, % of the distance."""
+        return _percentile([m.position_error for m in self.found], percent)
+
+    def rotation(self, percent):
+        """Percentile of the rotation errors, degrees."""
+        return _percentile([m.rotation_error for m in self.found], percent)
+
+    @property
+    def flips(self):
+        """Poses flipped and not flagged as ambiguous."""
+        return sum(m.flipped for m in self.found)
+
+
+def _percentile(values, percent):
+    return float(np.percentile(values, percent)) if values else math.nan
+
+
+def rotation_between(a, b):
+    """Angle between two quaternions (of any length above 0), degrees."""
+    norm = math.hypot(*a) * math.hypot(*b)
+    dot = abs(sum(x * y for x, y in zip(a, b)))
+    return math.degrees(2 * math.acos(min(1.0, dot / norm))) if norm else 180.0
+
+
+def _seen_at(camera, position):
+    """Real pixel of a position (3,) m, None behind the camera."""
+    if position[2] <= 1e-6:
+        return None
+    x, y = (f * p / position[2] + c for f, p, c in zip((camera.fx, camera.fy), position, (camera.cx, camera.cy)))
+    return tuple(float(v) for v in camera.to_real(x, y))
+
+
+def _lies_on(marker, at):
+    corners = np.array(marker['corners'])
+    grown = corners.mean(0) + (corners - corners.mean(0)) * ON_MARKER
+    side = np.roll(grown, -1, 0) - grown
+    turn = side[:, 0] * (at[1] - grown[:, 1]) - side[:, 1] * (at[0] - grown[:, 0])
+    return bool((turn >= 0).all() or (turn <= 0).all())
+
+
+def score_frame(frame, camera, width, detections):
+    """Score of one frame: its entry in frames.json, Camera, the picture's width px, detections as of score_cli."""
+    near = [[] for _ in frame['markers']]
+    score = Score()
+    for detection in detections:
+        at = _seen_at(camera, detection['position']) if detection.get('position') else None
+        for marker, group in zip(frame['markers'], near):
+            if marker['id'] != detection['id'] or detection.get('position') and at is None:
+                continue
+            corners = np.array(marker['corners'])
+            side = float(np.linalg.norm(np.roll(corners, -1, 0) - corners, axis=1).mean())
+            away = math.dist(at, _seen_at(camera, marker['position'])) if at else 0.0
+            if away <= max(side, width / 10) or marker['ignore']:
+                group.append((away, detection))
+                break
+        else:
+            on = at is not None and any(_lies_on(marker, at) for marker in frame['markers'])
+            score.wrong, score.false = score.wrong + on, score.false + (not on)
+    for marker, group in zip(frame['markers'], near):
+        if not marker['ignore']:
+            group.sort(key=lambda each: each[0])
+            score.matches.append(Match(marker, group[0][1] if group else None))
+            score.double += max(0, len(group) - 1)
+    return score
+
+
+def cameras_of(truth):
+    """{name: Camera} of a frames.json."""
+    return {name: Camera(c['K'], c['D'], (c['width'], c['height'])) for name, c in truth['cameras'].items()}
+
+
+def score(truth, results):
+    """{difficulty: Score} of results (score_cli's `frames`) on a frames.json; a frame without a result has nothing."""
+    cameras, out = cameras_of(truth), {}
+    for frame in truth['frames']:
+        found = results.get(frame['name'], {}).get('detections', [])
+        width = truth['cameras'][frame['camera']]['width']
+        out.setdefault(frame['difficulty'], Score()).add(score_frame(frame, cameras[frame['camera']], width, found))
+    return out
+
+
+__all__ = ['Match', 'Score', 'cameras_of', 'rotation_between', 'score', 'score_frame']
