@@ -12,10 +12,9 @@ SAME_QUAD = 0.25  # corners nearer than this part of the side
 MAX_ASPECT = 4.0  # longest to shortest side
 MIN_FILLED = 0.12  # share of the box that the outline encloses
 MIN_SIDE = 8  # px of the outline's box
-MEDIAN, OPENED = range(2)
-# Shrink, window px, darker than the window's mean by, cleaned: small and faint ones; what something thin touches; large
-# and faint ones in noise.
-PASSES = ((1.5, 13, 5, MEDIAN), (2, 21, 15, OPENED), (4, 9, 4, MEDIAN))
+# Shrink, window px, darker than the window's mean by: small and faint ones; what something thin touches; large and faint
+# ones in noise.
+PASSES = ((1.5, 13, 5), (2, 21, 15), (4, 9, 4))
 
 
 class Workspace:
@@ -34,14 +33,11 @@ class Workspace:
         return self._kept[key]
 
 
-def binary(smooth, window, offset, cleaned, workspace):
+def binary(smooth, window, offset, workspace):
     """Dark things (255) against the mean of their surroundings."""
     out = cv2.adaptiveThreshold(smooth, 255, cv2.ADAPTIVE_THRESH_MEAN_C, cv2.THRESH_BINARY_INV, window, offset,
                                 dst=workspace.picture('dark', *smooth.shape))
-    clean = workspace.picture('clean', *smooth.shape)
-    if cleaned == OPENED:
-        return cv2.morphologyEx(out, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8), dst=clean)
-    return cv2.medianBlur(out, 3, dst=clean)
+    return cv2.medianBlur(out, 3, dst=workspace.picture('clean', *smooth.shape))
 
 
 def candidates(smooth, passes=PASSES, workspace=None):
@@ -55,12 +51,12 @@ def candidates(smooth, passes=PASSES, workspace=None):
     return quads[(np.abs(area) >= MIN_SIDE * MIN_SIDE) & (square.min(1) * MAX_ASPECT ** 2 > square.max(1))]
 
 
-def _one_pass(smooth, workspace, shrink, window, offset, cleaned):
+def _one_pass(smooth, workspace, shrink, window, offset):
     if shrink > 1:
         size = int(smooth.shape[1] / shrink), int(smooth.shape[0] / shrink)
         way = cv2.INTER_AREA if shrink >= 2 else cv2.INTER_LINEAR
         smooth = cv2.resize(smooth, size, dst=workspace.picture('shrunk', *size[::-1]), interpolation=way)
-    dark = binary(smooth, window, offset, cleaned, workspace)
+    dark = binary(smooth, window, offset, workspace)
     outlines, tree = cv2.findContours(dark, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     if tree is None:
         return np.zeros((0, 4, 2))
@@ -129,12 +125,14 @@ def refined(smooth, quads):
 
     Corners of outlines are rough: blur, noise and what touches the square move them by a cell.
     """
+    if not len(quads):
+        return quads
     q = quads.astype(np.float32)
     side = q[:, [1, 2, 3, 0]] - q
     normal = side[..., ::-1] * np.float32([1, -1]) / np.sqrt((side * side).sum(-1, keepdims=True))
     reach = (REACH * np.sqrt(np.abs(homography.area(q))))[:, None]
     x, y = (((q[..., i, None] + ALONG * side[..., i, None])[..., None]
-             + ACROSS * (normal[..., i] * reach)[..., None, None]).reshape(len(q), -1) for i in (0, 1))
+             + ACROSS * (normal[..., i] * reach)[..., None, None]).reshape(4 * len(q), -1) for i in (0, 1))
     grey = cv2.remap(smooth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     grey = grey.reshape(-1, 4, len(ALONG), len(ACROSS)).astype(np.float32)
     rise = (grey[..., 2:] - grey[..., :-2]) * NEARER

@@ -127,8 +127,6 @@ class Detector:
 
     def examine(self, view, quads):
         """Return the Detections among candidate quads (N, 4, 2), real px, clockwise."""
-        if not len(quads):
-            return []
         quads = detect.refined(view.smooth, quads)
         if not len(quads):
             return []
