@@ -1,8 +1,11 @@
 """Detection in rendered pictures of known truth, in pictures without markers, and of bad input."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from alvar_core import detector, pose, render
+from alvar_core.camera import Camera, CameraError
 from alvar_core.detector import Detector
 
 SIZE = 0.1
@@ -130,17 +133,83 @@ def test_no_opencv_threads_are_needed_and_colour_is_taken():
     assert [d.id for d in Detector(SIZE).detect(picture.astype(np.uint16) * 256, camera)] == [9]
 
 
-@pytest.mark.parametrize('picture', [None, np.zeros((0, 0), np.uint8), np.zeros((4, 4), np.uint8),
-                                     np.zeros((480, 640), np.float32), np.zeros((480, 640, 2), np.uint8)])
-def test_unusable_pictures_are_refused(picture):
-    with pytest.raises(detector.PictureError):
+@pytest.mark.parametrize('seed, cells', [(20, 3), (21, 3), (22, 1), (23, 1)])
+def test_marker_of_another_margin_is_none(seed, cells):
+    picture, camera = scene(seed, [one(seed * 9, tilt=20)])
+    blank = np.full_like(picture, 160)
+    side = 120
+    tag = render.marker_picture(seed * 9, side, margin=cells)
+    blank[200:200 + side, 260:260 + side] = np.where(tag > 0, 200, 30)
+    blank[180:200, 240:400] = blank[320:340, 240:400] = blank[180:340, 240:260] = blank[180:340, 380:400] = 200
+    assert Detector(SIZE).detect(blank, camera) == []
+    assert [d.id for d in Detector(SIZE, margin=cells).detect(blank, camera)] == [seed * 9]
+
+
+def test_confidence_is_also_a_whole_number_of_percent():
+    found = Detector(SIZE).detect(*scene(13, [one(9)]))[0]
+    assert found.confidence_percent == round(100 * found.confidence) and isinstance(found.confidence_percent, int)
+    assert replace(found, confidence=1.004).confidence_percent == 100
+
+
+GREY = np.full((480, 640), 128, np.uint8)
+K = [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]
+
+
+@pytest.mark.parametrize('picture, text', [
+    (None, 'got NoneType'), (np.zeros((0, 0), np.uint8), r'got \(0, 0\)'), (np.zeros((4, 4), np.uint8), '16x16'),
+    (np.zeros(640, np.uint8), '16x16'), (np.zeros((480, 640), np.float32), 'got float32'),
+    (np.zeros((480, 640, 2), np.uint8), 'got 2'), (np.zeros((480, 640, 0), np.uint8), 'got 0'),
+    (np.zeros((480, 640), bool), 'got bool'), (GREY.tolist(), 'got list'),
+])
+def test_unusable_pictures_are_refused(picture, text):
+    with pytest.raises(detector.PictureError, match=text):
         Detector(SIZE).detect(picture, render.default_camera())
 
 
-@pytest.mark.parametrize('arguments', [(0,), (-1,), (float('nan'),), (0.1, 6), (0.1, 5, 0), (0.1, 5, 1.5)])
-def test_impossible_settings_are_refused(arguments):
-    with pytest.raises(ValueError):
+def test_picture_of_another_size_than_the_cameras_is_refused():
+    camera = Camera(K, size=(640, 480))
+    assert Detector(SIZE).detect(GREY, camera) == []
+    with pytest.raises(detector.PictureError, match='320x240 pixels, but the camera is calibrated for 640x480'):
+        Detector(SIZE).detect(GREY[::2, ::2], camera)
+
+
+@pytest.mark.parametrize('camera', [None, K, {'K': K}])
+def test_what_is_no_camera_is_refused(camera):
+    with pytest.raises(CameraError, match='a Camera is needed'):
+        Detector(SIZE).detect(GREY, camera)
+
+
+@pytest.mark.parametrize('matrix, text', [
+    ([0] * 9, 'calibrated'), (K[:8] + [float('nan')], 'nan'), ([float('inf')] + K[1:], 'inf'), ([-525] + K[1:], '-525'),
+    (K[:8], '8 numbers'), (None, '1 numbers'), (['a'] * 9, 'numbers are needed'), (K[:6] + [0, 0, 0], 'last row 0 0 1'),
+])
+def test_unusable_camera_matrices_are_refused(matrix, text):
+    with pytest.raises(CameraError, match=text):
+        Camera(matrix)
+
+
+@pytest.mark.parametrize('distortion', [[float('nan')] * 5, [0.1] * 9, ['a']])
+def test_unusable_distortion_is_refused(distortion):
+    with pytest.raises(CameraError, match='distortion D'):
+        Camera(K, distortion)
+
+
+@pytest.mark.parametrize('arguments, text', [
+    ((0,), 'marker size 0 m'), ((-1,), 'above 0'), ((float('nan'),), 'nan'), ((float('inf'),), 'inf'), ((None,), 'None'),
+    (('0.1',), "'0.1'"), ((0.1, 6), 'resolution 6'), ((0.1, 3), 'from 5'), ((0.1, None), 'None'), ((0.1, 5.5), '5.5'),
+    ((0.1, 5, 0), 'margin 0'), ((0.1, 5, 1.5), '1.5'), ((0.1, 5, float('nan')), 'nan'), ((0.1, 5, None), 'None'),
+    ((0.1, 5, 2, {7: -0.1}), 'size -0.1'),
+])
+def test_impossible_settings_are_refused(arguments, text):
+    with pytest.raises(ValueError, match=text):
         Detector(*arguments)
+
+
+def test_impossible_size_set_later_is_refused_and_changes_nothing():
+    found = Detector(SIZE)
+    with pytest.raises(ValueError, match='marker size 0 m'):
+        found.size = 0
+    assert found.size == SIZE
 
 
 @pytest.mark.parametrize('grey', [0, 128, 255])

@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from alvar_core import pose, render
-from alvar_core.detector import Detector
+from alvar_core import detect, pose, render
+from alvar_core.detector import Detector, PictureError
 from alvar_core.tracker import Tracker
 
 SIZE = 0.1
@@ -25,9 +25,9 @@ def ids(found):
 
 
 def started(placed, frames=4):
-    tracker = Tracker(Detector(SIZE))
+    tracker, grey = Tracker(Detector(SIZE)), picture(1, placed)
     for _ in range(frames):
-        assert ids(tracker.update(picture(1, placed), CAMERA)) == sorted(p.id for p in placed)
+        assert ids(tracker.update(grey, CAMERA)) == sorted(p.id for p in placed)
     return tracker
 
 
@@ -63,11 +63,44 @@ def test_covered_marker_is_not_reported_and_comes_back_at_once():
     assert ids(tracker.update(picture(1, [placed]), CAMERA)) == [1]
 
 
-def test_new_marker_is_seen_within_full_every_frames():
+@pytest.mark.parametrize('frames, distance', [(3, 0.8), (4, 0.4), (4, 0.8), (5, 0.4), (5, 0.8)])  # 66 or 131 px wide
+def test_new_marker_is_seen_in_the_next_frame(frames, distance):
+    tracker = started([one(1, position=(-0.15, 0, 0.6))], frames)
+    both = [one(1, position=(-0.15, 0, 0.6)), one(2, position=(0.2 * distance, 0.1 * distance, distance))]
+    assert ids(tracker.update(picture(1, both), CAMERA)) == [1, 2]
+
+
+def test_new_marker_that_is_hard_to_see_is_seen_when_the_search_is_through():
     tracker = started([one(1)], 4)
-    both = [one(1), one(2, position=(0.2, 0.1, 0.6))]
-    seen = [ids(tracker.update(picture(1, both), CAMERA)) for _ in range(tracker.full_every)]
-    assert seen[-1] == [1, 2]
+    both = [one(1), one(2, position=(0.55, 0.4, 2.6), tilt=10)]  # 20 px
+    grey = picture(1, both)
+    assert [ids(tracker.update(grey, CAMERA)) for _ in range(tracker.full_every)][-1] == [1, 2]
+
+
+@pytest.mark.parametrize('full_every', [1, 2, 3, 6])
+def test_every_pass_is_made_once_in_full_every_frames(full_every, monkeypatch):
+    tracker = Tracker(Detector(SIZE), full_every)
+    grey, made = picture(1, [one(1)]), []
+    tracker.update(grey, CAMERA)
+    found = detect.candidates
+    monkeypatch.setattr(detect, 'candidates', lambda smooth, passes, *more: (made.extend(passes),
+                                                                            found(smooth, passes, *more))[1])
+    for _ in range(full_every):
+        assert ids(tracker.update(grey, CAMERA)) == [1]
+    assert sorted(made) == sorted(detect.PASSES)
+
+
+@pytest.mark.parametrize('full_every', [0, -1, 1.5, None])
+def test_impossible_full_every_is_refused(full_every):
+    with pytest.raises(ValueError, match='full_every'):
+        Tracker(Detector(SIZE), full_every)
+
+
+def test_bad_picture_is_refused_and_forgets_nothing():
+    tracker = started([one(1)])
+    with pytest.raises(PictureError):
+        tracker.update(np.zeros((480, 640), np.float32), CAMERA)
+    assert len(tracker.tracks) == 1 and ids(tracker.update(picture(1, [one(1)]), CAMERA)) == [1]
 
 
 def test_fast_motion_is_followed():

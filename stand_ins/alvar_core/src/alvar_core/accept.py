@@ -9,6 +9,7 @@ CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)
 COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)
 CLEAR_LIKENESS, MIN_GAP, WIDE_GAP = 0.88, 0.03, 0.1
 MIN_KEPT = 0.7  # share of the samples that agree with the drawing
+MAX_RIM = 6  # cells of the rim that do not
 
 
 def accepted(f):
@@ -20,5 +21,5 @@ def accepted(f):
     else:
         asked = CLEAR if f['likeness'] > CLEAR_LIKENESS else UNLIKE
     surplus = f['gap'] / (1.03 - min(f['fit'], 1.0))
-    return (f['gap'] > MIN_GAP and f['kept'] > MIN_KEPT
+    return (f['gap'] > MIN_GAP and f['kept'] > MIN_KEPT and f['bad_rim'] <= MAX_RIM
             and f['fit'] > asked.fit and surplus > asked.surplus and f['detail'] > asked.detail)

@@ -36,9 +36,9 @@ class Tracker:
     """Detector over a sequence of pictures of one camera.  detector: Detector; full_every: frames, 1 or more."""
 
     def __init__(self, detector, full_every=3):
-        if full_every < 1:
+        if not isinstance(full_every, int) or full_every < 1:
             raise ValueError(f'full_every {full_every!r}: a whole number from 1 on is needed')
-        self.detector, self.full_every = detector, int(full_every)
+        self.detector, self.full_every = detector, full_every
         self.reset()
 
     def reset(self):
