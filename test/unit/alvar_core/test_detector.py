@@ -181,7 +181,7 @@ def test_what_is_no_camera_is_refused(camera):
 
 @pytest.mark.parametrize('matrix, text', [
     ([0] * 9, 'calibrated'), (K[:8] + [float('nan')], 'nan'), ([float('inf')] + K[1:], 'inf'), ([-525] + K[1:], '-525'),
-    (K[:8], '8 numbers'), (None, '1 numbers'), (['a'] * 9, 'numbers are needed'), (K[:6] + [0, 0, 0], 'last row 0 0 1'),
+    (K[:8], '8 numbers'), (None, '1 numbers'), (['a'] * 9, 'numbers are needed'), (K[:6] + [0, 0, 0], 'last row'),
 ])
 def test_unusable_camera_matrices_are_refused(matrix, text):
     with pytest.raises(CameraError, match=text):
@@ -196,7 +196,8 @@ def test_unusable_distortion_is_refused(distortion):
 
 @pytest.mark.parametrize('arguments, text', [
     ((0,), 'marker size 0 m'), ((-1,), 'above 0'), ((float('nan'),), 'nan'), ((float('inf'),), 'inf'), ((None,), 'None'),
-    (('0.1',), "'0.1'"), ((0.1, 6), 'resolution 6'), ((0.1, 3), 'from 5'), ((0.1, None), 'None'), ((0.1, 5.5), '5.5'),
+    (('0.1',), "'0.1'"), ((0.1, 6), 'resolution 6'), ((0.1, 3), 'from 5'), ((0.1, None), 'None'),
+    ((0.1, 5.5), '5.5'),
     ((0.1, 5, 0), 'margin 0'), ((0.1, 5, 1.5), '1.5'), ((0.1, 5, float('nan')), 'nan'), ((0.1, 5, None), 'None'),
     ((0.1, 5, 2, {7: -0.1}), 'size -0.1'),
 ])

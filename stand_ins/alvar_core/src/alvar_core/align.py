@@ -114,7 +114,9 @@ class Alignment:
         self.gain = self.dark = self.values = self.model = self.template = self.normal = None
 
     def take(self, keep):
-        """The same for some of the markers."""
+        """The same for some of the markers, given by indices in rising order."""
+        if len(keep) == len(self.h):
+            return self
         out = Alignment.__new__(Alignment)
         out.__dict__ = {k: v[keep] for k, v in self.__dict__.items()}
         return out

@@ -12,8 +12,8 @@ SAME_QUAD = 0.25  # corners nearer than this part of the side
 MAX_ASPECT = 4.0  # longest to shortest side
 MIN_FILLED = 0.12  # share of the box that the outline encloses
 MIN_SIDE = 8  # px of the outline's box
-# Shrink, window px, darker than the window's mean by: small and faint ones; what something thin touches; large and faint
-# ones in noise.
+# Shrink, window px, darker than the window's mean by: small and faint ones; what something thin touches; large and
+# faint ones in noise.
 PASSES = ((1.5, 13, 5), (2, 21, 15), (4, 9, 4))
 
 

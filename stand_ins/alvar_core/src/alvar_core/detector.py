@@ -106,6 +106,8 @@ class Detector:
         self.smooth_basis = np.linalg.qr(np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1))[0]
         half = self.cells / 2
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+        self.square_h = np.concatenate([self.square, np.ones((4, 1))], 1)[:, :, None]
+        self.square_steps = np.array([(homography.small(np.eye(8)) @ p - p)[..., 0].T for p in self.square_h])
 
     @property
     def size(self):
@@ -183,12 +185,13 @@ class Detector:
         state, black = state.take(good), black[good]
         readings = self._read(state, cov, likeness, looks and [looks[m] for m in good])
         inner = slice(self.margin, self.margin + self.resolution)
+        features = self._features(state, likeness)
         found, changed = [], []
         for m, r in enumerate(readings):
             if r is not None and (black[m, inner, inner] != r.white).all():
-                features = self._features(state, m, r, likeness[m], np.sqrt((cov[0][m] + cov[1][m]) / 2))
-                if accepted(features) and not self._of_other_margin(view, corners[m], features):
-                    found.append((m, r, features))
+                features[m].update(fit=r.fit, gap=r.gap)
+                if accepted(features[m]) and not self._of_other_margin(view, corners[m], features[m]):
+                    found.append((m, r, features[m]))
             elif r is not None and r.fit > READ_FIT:
                 changed.append(m)
         out = self._poses(view.camera, state, corners, found)
@@ -241,27 +244,25 @@ class Detector:
             energy = reading.without_noise((v * v) @ weight, state.own ** 2)
             return ((v * t) @ weight) / np.sqrt(energy * ((t * t) @ weight) + 1e-6)
 
-    def _detail(self, values, template, noise):
-        """Correlation of the data cells with their drawing, noise and anything smooth (squares of x, y) taken out."""
-        v, t = self.detail_basis_out(values), self.detail_basis_out(template)
-        return float(v @ t / np.sqrt(reading.without_noise(v @ v, len(v) * noise ** 2) * (t @ t) + 1e-6))
+    def _detail(self, state):
+        """Correlation (M,) of the data cells with their drawing, without noise and what is smooth (squares of x, y)."""
+        v, t = (part - (part @ self.smooth_basis) @ self.smooth_basis.T
+                for part in (state.values[:, self.detail], state.template[:, self.detail]))
+        energy = reading.without_noise((v * v).sum(1), len(self.detail) * state.own ** 2)
+        return (v * t).sum(1) / np.sqrt(energy * (t * t).sum(1) + 1e-6)
 
-    def detail_basis_out(self, values):
-        part = values[self.detail]
-        return part - self.smooth_basis @ (self.smooth_basis.T @ part)
-
-    def _features(self, state, m, r, likeness, sigma):
+    def _features(self, state, likeness):
+        """For each marker what accept.accepted() asks for, but for what was read: a list of dictionaries."""
         side, k = self.full.grid.count, self.full.grid.per_cell
         body = self.full.grid.body
-        relative = ((state.values[m] - state.model[m]) / state.gain[m]).reshape(side, side)[body, body]
-        bad = np.abs(relative.reshape(self.cells, k, self.cells, k).mean((1, 3))) > 0.4
+        relative = ((state.values - state.model) / state.gain).reshape(-1, side, side)[:, body, body]
+        bad = np.abs(relative.reshape(-1, self.cells, k, self.cells, k).mean((2, 4))) > 0.4
         inner = slice(self.margin, self.margin + self.resolution)
-        inside = int(bad[inner, inner].sum())
-        detail = self._detail(state.values[m], state.template[m], state.own[m])
-        return dict(detail=detail, sigma=float(sigma), fit=r.fit, gap=r.gap, likeness=float(likeness),
-                    contrast=float(state.contrast[m]),
-                    noise=float(state.noise[m]), bad_inside=inside, bad_rim=int(bad.sum()) - inside,
-                    blur=float(state.blur[m]), kept=float(state.weights[m].sum() / self.full.fixed_weight.sum()))
+        inside = bad[:, inner, inner].sum((1, 2))
+        columns = dict(likeness=likeness, detail=self._detail(state), bad_inside=inside,
+                       bad_rim=bad.sum((1, 2)) - inside, kept=state.weights.sum(1) / self.full.fixed_weight.sum(),
+                       contrast=state.contrast, noise=state.noise, blur=state.blur)
+        return [dict(zip(columns, row)) for row in zip(*(column.tolist() for column in columns.values()))]
 
     def _poses(self, camera, state, corners, found):
         if not found:
@@ -286,11 +287,10 @@ class Detector:
         return out
 
     def _corner_information(self, state):
-        eps = 1e-4
-        nudged = state.h[:, None] @ homography.small(np.eye(8) * eps)
-        corners = homography.apply(nudged.reshape(-1, 3, 3), self.square).reshape(-1, 8, 8)
-        base = homography.apply(state.h, self.square).reshape(-1, 1, 8)
-        jacobian = ((corners - base) / eps).transpose(0, 2, 1)
+        h = state.h[:, None]
+        p = h @ self.square_h  # (M, 4, 3, 1)
+        jacobian = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self.square_steps
+        jacobian = jacobian.reshape(-1, 8, 8)
         information = state.information()
         ridge = 1e-6 * np.trace(information, axis1=1, axis2=2)[:, None, None] / 8 * np.eye(8)
         noise = np.maximum(state.noise, 1.0)[:, None, None]

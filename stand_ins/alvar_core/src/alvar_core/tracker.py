@@ -18,6 +18,7 @@ from alvar_core.detector import best_of_overlapping
 
 MOTION_SIGMA = np.radians(12.0)  # how far a marker may turn between frames without being odd
 MEMORY_FRAMES, LOOKED_FOR_FRAMES = 10, 3
+WITHIN_REACH = 0.1  # of the side: a motion that the refinement of the corners makes up for
 EVIDENCE_DECAY, EVIDENCE_LIMIT = 0.9, 40.0
 
 
@@ -75,7 +76,7 @@ class Tracker:
             quads.append(last)
             if track.before is not None and track.missed == 0:
                 step = last - track.before
-                if np.abs(step).max() > 1.0:
+                if np.abs(step).max() > WITHIN_REACH * track.detection.side:
                     quads.append(last + step)
         return [q for q in quads if homography.area(q) > 0]
 

@@ -1,0 +1,83 @@
+"""The bench of the marker detector: OpenCV's detector as a baseline, scores, the table, wrong folders."""
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+import bench
+import suite_markers
+import suite_turtlesim
+from alvar_core import pose, render
+from aruco_baseline import ArucoBaseline
+from figures import OURS
+from processes import BenchError
+
+
+@pytest.fixture(autouse=True)
+def no_folder_is_left():
+    yield
+    suite_markers._frames.clear()
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with one easy frame: marker 42, 0.1 m wide, 0.6 m away."""
+    camera = render.default_camera()
+    placed = render.Placed(42, 0.1, render.facing(0.5, 0.7, 0.3), np.array([0.05, 0.0, 0.6]))
+    picture = render.picture_of(np.random.default_rng(1), camera, [placed], render.Scene())
+    cv2.imwrite(str(tmp_path / 'a.png'), picture)
+    marker = {'id': 42, 'position': placed.position.tolist(), 'orientation': pose.quaternion(placed.rotation).tolist(),
+              'corners': placed.corners.tolist(), 'distance_m': float(np.linalg.norm(placed.position)), 'ignore': False}
+    frame = {'name': 'a', 'file': 'a.png', 'camera': 'c', 'marker_size_m': 0.1, 'difficulty': 'easy',
+             'markers': [marker]}
+    camera = {'K': camera.matrix.ravel().tolist(), 'D': [], 'width': 640, 'height': 480}
+    (tmp_path / 'frames.json').write_text(json.dumps({'set': 'one', 'cameras': {'c': camera}, 'frames': [frame]}))
+    (tmp_path / 'real_alvar.json').write_text(json.dumps({'frames': {'a': {'detections': [], 'detect_ms': 7.0}}}))
+    return str(tmp_path)
+
+
+def test_measurements_score_and_time_each_tool(folder):
+    suite_markers.use_folder(folder)
+    pool = {}
+    for measurement in suite_markers.MEASUREMENTS.values():
+        pool.update(measurement.run(None, suite_markers.QUICK))
+    assert pool['ours_recall_easy'] == pool['aruco_recall_easy'] == [100] and pool['real_recall_easy'] == [0]
+    assert pool['ours_position_easy'][0] < 0.2 and pool['aruco_position_easy'][0] < 1.0
+    assert pool['ours_flips'] == pool['ours_false'] == pool['ours_wrong'] == [0]
+    assert len(pool['ours_640x480']) == 1 and len(pool['tracking_640x480']) == suite_markers.STEPS - 1
+    assert pool['tracking_found'] == [100] and pool['real_640x480'] == [7.0]
+    text = suite_markers.preface({OURS: pool})
+    assert [line.split('  ')[0] for line in text.splitlines()[2:5]] == ['here', 'ArUco', 'real tracker, stored']
+    used = {figure.key for figure in suite_markers.FIGURES if 'medium' not in figure.key and 'hard' not in figure.key
+            and '1280' not in figure.key}
+    assert used <= set(pool)
+
+
+def test_every_id_is_in_the_baselines_dictionary():
+    camera, baseline = render.default_camera(), ArucoBaseline()
+    for number in range(0, 256, 15):
+        blank = np.full((480, 640), 220, np.uint8)
+        blank[150:330, 200:380] = render.marker_picture(number, 180)
+        assert [found['id'] for found in baseline.detect(blank, camera, 0.1)] == [number]
+
+
+def test_folder_without_frames_is_refused(tmp_path):
+    with pytest.raises(BenchError, match='no frames with ground truth'):
+        suite_markers.use_folder(str(tmp_path))
+
+
+@pytest.mark.parametrize('arguments, text', [
+    (['turtlesim', 'frames'], 'takes no folder'), (['markers', '/nonexistent'], 'no frames with ground truth'),
+    (['markers', '--peer', 'x'], 'measures no node'),
+])
+def test_wrong_usage(arguments, text, capsys):
+    with pytest.raises(SystemExit) as ended:
+        bench.parse(arguments)
+    assert ended.value.code == 2 and text in capsys.readouterr().err
+
+
+def test_suites_have_what_the_bench_needs():
+    for suite in (suite_markers, suite_turtlesim):
+        assert suite.FIGURES and suite.FULL and suite.QUICK
+        assert all(callable(measurement.run) for measurement in suite.MEASUREMENTS.values())
