@@ -195,8 +195,8 @@ def test_unusable_distortion_is_refused(distortion):
 
 
 @pytest.mark.parametrize('arguments, text', [
-    ((0,), 'marker size 0 m'), ((-1,), 'above 0'), ((float('nan'),), 'nan'), ((float('inf'),), 'inf'), ((None,), 'None'),
-    (('0.1',), "'0.1'"), ((0.1, 6), 'resolution 6'), ((0.1, 3), 'from 5'), ((0.1, None), 'None'),
+    ((0,), 'marker size 0 m'), ((-1,), 'above 0'), ((float('nan'),), 'nan'), ((float('inf'),), 'inf'),
+    ((None,), 'None'), (('0.1',), "'0.1'"), ((0.1, 6), 'resolution 6'), ((0.1, 3), 'from 5'), ((0.1, None), 'None'),
     ((0.1, 5.5), '5.5'),
     ((0.1, 5, 0), 'margin 0'), ((0.1, 5, 1.5), '1.5'), ((0.1, 5, float('nan')), 'nan'), ((0.1, 5, None), 'None'),
     ((0.1, 5, 2, {7: -0.1}), 'size -0.1'),
