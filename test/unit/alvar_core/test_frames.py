@@ -7,9 +7,12 @@ import json
 import os
 import pathlib
 
+import cv2
 import pytest
 
 from alvar_core import score, score_cli
+from alvar_core.detector import Detector
+from alvar_core.tracker import Tracker
 
 HERE = pathlib.Path(__file__).resolve()
 PART = HERE.parents[2] / 'data' / 'alvar'
@@ -81,3 +84,19 @@ def test_scores_are_those_of_the_sets_own_scorer(answers):
         assert [m.position_error for m in ours.found] == pytest.approx([r['pos_err'] for r in rows if 'pos_err' in r])
         assert [m.rotation_error for m in ours.found] == pytest.approx([r['rot_err'] for r in rows if 'rot_err' in r],
                                                                        abs=1e-4)
+
+
+@pytest.mark.parametrize('repeats', [1, 3])
+def test_tracker_that_is_shown_another_scene_each_time_keeps_and_invents_nothing(repeats):
+    truth = truth_of(PART)
+    cameras, detector, results = score.cameras_of(truth), Detector(1.0), {}
+    trackers = {name: Tracker(detector) for name in cameras}
+    for frame in truth['frames']:
+        detector.size = frame['marker_size_m'] or 1.0
+        picture = cv2.imread(str(PART / frame['file']), cv2.IMREAD_GRAYSCALE)
+        for _ in range(repeats):
+            found = trackers[frame['camera']].update(picture, cameras[frame['camera']])
+        results[frame['name']] = {'detections': [score_cli.detection_record(d) for d in found]}
+    found = score.score(truth, results)
+    assert {(s.false, s.wrong, s.double, s.flips) for s in found.values()} == {(0, 0, 0, 0)}
+    assert found['easy'].recall >= (100 if repeats == trackers['vga'].full_every else 90)

@@ -61,7 +61,7 @@ class Tracker:
         passes = [p for k, p in enumerate(detect.PASSES) if not expected or k * self.full_every // count == phase]
         quads = detect.candidates(view.smooth, passes, self.detector.workspace)
         if expected:
-            quads = np.concatenate([expected, quads[~_inside(quads, expected)]])
+            quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
         found = self.detector.examine(view, quads)
         missing = [t.detection.corners for t in self.tracks
                    if t.missed < LOOKED_FOR_FRAMES and not any(d.id == t.detection.id for d in found)]
@@ -134,11 +134,12 @@ def _boxes(quads, width, height):
     return boxes
 
 
-def _inside(quads, expected):
-    """Which quads (N, 4, 2) have their centre in the inner half of an expected one."""
+def _alike(quads, expected):
+    """Which quads (N, 4, 2) lie where an expected one lies and are about as large: they would only be read twice."""
     expected = np.array(expected)
-    centre, reach = expected.mean(1), 0.25 * np.ptp(expected, 1)
-    return (np.abs(quads.mean(1)[:, None] - centre) < reach).all(2).any(1)
+    side, there = np.sqrt(np.abs(homography.area(quads)))[:, None], np.sqrt(homography.area(expected))
+    away = np.abs(quads.mean(1)[:, None] - expected.mean(1)).max(2)
+    return ((away < 0.1 * there) & (side < 1.2 * there) & (there < 1.2 * side)).any(1)
 
 
 def _nearest(tracks, detection):
