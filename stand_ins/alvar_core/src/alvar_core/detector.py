@@ -274,6 +274,8 @@ class Detector:
         eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
         corners = np.take_along_axis(corners[accepted], order[:, :, None], 1)
         information = np.array([i[np.ix_(e, e)] for i, e in zip(information, eight)])
+        for f, i in zip(features, information):
+            f['information'] = i
         sizes = [self.sizes.get(r.content.value, self.size) for r in readings]
         real = np.stack(camera.to_real(corners[..., 0], corners[..., 1]), -1)
         out = []

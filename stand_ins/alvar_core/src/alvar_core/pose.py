@@ -179,17 +179,17 @@ def _jacobian(turned, positions, camera):
     return out.reshape(len(x), 8, 6)
 
 
-def ambiguity(solutions):
+def ambiguity(solutions, degrees_of_freedom=DEGREES_OF_FREEDOM):
     """Return (share, ambiguous): how likely the second solution is against the first (0.5: both alike), and the flag.
 
     Solutions that differ by less than SAME_ROTATION are one and the same.
     """
     if len(solutions) < 2 or angle_between(solutions[0].rotation, solutions[1].rotation) < SAME_ROTATION:
         return 0.0, False
-    difference = scaled_difference(solutions)
+    difference = scaled_difference(solutions, degrees_of_freedom)
     return float(1 / (1 + np.exp(min(difference / 2, 50)))), bool(difference < AMBIGUOUS_CHI2)
 
 
-def scaled_difference(solutions):
+def scaled_difference(solutions, degrees_of_freedom=DEGREES_OF_FREEDOM):
     """How much worse (chi2) the second solution is, less when even the first fits badly: not all is noise then."""
-    return (solutions[1].chi2 - solutions[0].chi2) / max(1.0, solutions[0].chi2 / DEGREES_OF_FREEDOM)
+    return (solutions[1].chi2 - solutions[0].chi2) / max(1.0, solutions[0].chi2 / degrees_of_freedom)
