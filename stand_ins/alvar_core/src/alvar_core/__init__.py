@@ -1,1 +1,1 @@
-"""ALVAR markers without ROS: their code, finding them in pictures, their poses, and following them over frames."""
+"""ALVAR markers without ROS: their code, finding them in pictures, poses, bundles, and making them."""

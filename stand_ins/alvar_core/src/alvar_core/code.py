@@ -150,8 +150,11 @@ def _smallest(length, first, strong, resolution):
         for block in (8,) if n == 5 or strong else (8, 16):
             if data_bits(payload_cells(n, block), block) >= length:
                 return n, block
-    raise CodeError(f'{length} bits do not fit in a marker of resolution {list(wanted)[-1]}; a smaller number, a '
-                    'shorter text or a larger resolution is needed')
+    if resolution is None:
+        raise CodeError(f'{length} bits do not fit in a marker of resolution {MAX_RESOLUTION}, the largest: a shorter '
+                        'text is needed')
+    enough = _smallest(length, first, strong, None)[0]
+    raise CodeError(f'{length} bits do not fit in a marker of resolution {resolution}; resolution {enough} is enough')
 
 
 def _to_bits(value, count):
@@ -176,12 +179,14 @@ def _number_word(number, strong, resolution):
 
 def _text_word(text, strong, resolution):
     text = text.lower()
-    unknown = sorted(set(text) - set(LETTERS))
+    unknown = ''.join(sorted(set(text) - set(LETTERS)))
     if not text or unknown:
-        raise CodeError(f'marker text {text!r}: at least one letter, and only letters of {LETTERS} are possible')
+        raise CodeError(f"marker text {text!r}: {f'it holds {unknown!r}' if unknown else 'it is empty'}; at least one "
+                        f'letter is needed, and only these are possible: {LETTERS}')
     bits = [bit for letter in text for bit in _to_bits(LETTERS.index(letter), 6)]
     if resolution == 5:
-        raise CodeError('a marker of resolution 5 holds a number only; text needs 7 or more')
+        enough = _smallest(len(bits), 7, strong, None)[0]
+        raise CodeError(f'a marker of resolution 5 holds a number only; resolution {enough} is enough for {text!r}')
     n, block = _smallest(len(bits), 7, strong, resolution)
     cells = payload_cells(n, block)
     room = data_bits(cells, block)

@@ -15,7 +15,11 @@ SUPERSAMPLE = 3
 
 def marker_picture(value, side, margin=2, resolution=None, strong=False):
     """uint8 picture (side, side) of a marker's black square, no white around; value: id or text; side in px."""
-    cells = code.encode(value, strong=strong, resolution=resolution)
+    return picture_of_cells(code.encode(value, strong=strong, resolution=resolution), side, margin)
+
+
+def picture_of_cells(cells, side, margin=2):
+    """As marker_picture(), of data cells (n, n), true is white."""
     count = len(cells) + 2 * margin
     if side < count:
         raise ValueError(f'a marker of {count} cells does not fit in {side} px; at least one pixel a cell is needed')

@@ -1,0 +1,251 @@
+"""createMarker: its command line, that of ar_track_alvar's, and its questions.
+
+Options hold for the arguments after them; lengths are in units of so many pixels, at 96 pixels per inch.
+"""
+import math
+import os
+import sys
+
+from alvar_core import code, marker_files
+from alvar_core.marker_files import DPI, CreateError, Marker
+
+CM, INCH = DPI / 2.54, DPI  # pixels a unit
+SIDE = 9.0  # units
+MARGIN, MAX_MARGIN = 2, 10  # cells
+PAGES = ('a4', 'letter')
+
+HELP = f"""usage: createMarker [OPTION ...] ID ...
+
+Draws ALVAR markers for ar_track_alvar: MarkerData_ID.png in the current folder, for each ID one.
+
+  5                   the marker with the number 5 (0 to 255 on the usual 5x5 cells, higher ones take more)
+  -1 "hello world"    a marker with a text; -2 catalog.xml: with a file's name; -3 www.vtt.fi: with a URL
+  -s 5.0              markers of 5 x 5 units, their black square (default {SIDE:g})
+  -ucm, -uin, -u 96   units: centimetres (default), inches, or so many pixels ({DPI:g} pixels are an inch)
+  -m 2                cells of the black rim (default {MARGIN})
+  -r 7                data cells a row (odd, {code.MIN_RESOLUTION} to {code.MAX_RESOLUTION}; default: as few as will do)
+  -f                  the stronger code (Hamming(8,4)) for what does not fit into 5x5 cells
+  -xy 14 0            puts the markers after it that far right of and below the origin: all go into one picture
+                      MarkerData_8_9.png with a bundle file MarkerData_8_9.xml (in cm) for findMarkerBundlesNoKinect;
+                      the first one is the master and should be at 0 0
+  -p                  asks for ids and places; so does createMarker alone
+  -ar                 asks for an array of markers
+  --pdf OUT.pdf       a sheet to print instead of pictures: true sizes, ids, cut lines, and a ruler to check the print
+  --page a4|letter    its paper (default {PAGES[0]})
+  -h, --help          this text
+
+Options hold for what comes after them: createMarker -s 4.4 -xy 0 0 8 -xy 14 0 9
+A PNG holds its size: print it without scaling.  Give the tracker marker_size = the side of the black square in cm."""
+
+
+class CommandLine:
+    """The arguments, read one after the other: `markers` so far, and what holds for the next one."""
+
+    def __init__(self, arguments=()):
+        self.markers, self.pdf, self.page = [], None, PAGES[0]
+        self.prompt, self.array, self.help = not arguments, False, False
+        self.kind, self.strong, self.resolution, self.margin, self.at = code.NUMBER, False, None, MARGIN, None
+        self.unit, self.side = CM, SIDE
+        rest = iter([a for a in arguments if not (a.startswith('__') and ':=' in a)])  # those are roslaunch's
+        for argument in rest:
+            self._take(argument, rest)
+
+    def _take(self, argument, rest):
+        if argument in _SETTINGS:
+            for name, value in _SETTINGS[argument].items():
+                setattr(self, name, value)
+        elif argument in _READERS:
+            _READERS[argument](self, lambda what: _next(rest, argument, what))
+        elif argument == '-a':
+            raise CreateError('-a: ar_track_alvar reads no ARToolKit markers, so they are not made')
+        elif self.kind == code.NUMBER and argument.startswith('-') and not argument[1:2].isdigit():
+            raise CreateError(f'unknown option {argument}; createMarker --help lists them')
+        else:
+            self.add(argument)
+
+    def set_side(self, read):
+        self.side = number(read('a length in units'), '-s: marker size', 1e-3, 1e5)
+
+    def set_unit(self, read):
+        self.unit = number(read('pixels a unit'), '-u: pixels a unit', 1e-3, 1e5)
+
+    def set_margin(self, read):
+        value = number(read('a number of cells'), '-m: margin', 0, MAX_MARGIN)
+        if value != int(value):
+            raise CreateError(f'-m: margin {value:g}: a whole number of cells is needed, ar_track_alvar reads no other')
+        self.margin = int(value) or MARGIN
+
+    def set_resolution(self, read):
+        value = number(read('a number of cells'), '-r: marker resolution', 0, code.MAX_RESOLUTION)
+        try:
+            self.resolution = code.check_resolution(value) if value else None
+        except code.CodeError as error:
+            raise CreateError(f'-r: {error}') from None
+
+    def set_place(self, read):
+        self.at = tuple(number(read('x and y in units'), f'-xy: {axis}', -1e5, 1e5) for axis in 'xy')
+
+    def set_pdf(self, read):
+        self.pdf = read('the name of a PDF file')
+
+    def set_page(self, read):
+        self.page = read(' or '.join(PAGES)).lower()
+        if self.page not in PAGES:
+            raise CreateError(f'--page {self.page}: the pages are {", ".join(PAGES)}')
+
+    def add(self, text):
+        """Add a marker with an id or a text."""
+        if self.kind == code.NUMBER:
+            value = whole(text, 'marker')
+        else:
+            value = text.lower()
+        try:
+            cells = code.encode(value, self.kind, self.strong, self.resolution)
+        except code.CodeError as error:
+            raise CreateError(f'marker {text}: {error}') from None
+        metres = self.unit / DPI * 0.0254
+        at = self.at and (self.at[0] * metres, -self.at[1] * metres)
+        pixels = int(self.side * self.unit + 0.5)
+        self.markers.append(Marker(value, cells, self.margin, self.side * metres, at, pixels))
+
+
+_SETTINGS = {'-f': {'strong': True}, '-1': {'kind': code.STRING}, '-2': {'kind': code.FILE}, '-3': {'kind': code.HTTP},
+             '-uin': {'unit': INCH}, '-ucm': {'unit': CM}, '-p': {'prompt': True}, '-ar': {'array': True},
+             '-h': {'help': True}, '--help': {'help': True}}
+_READERS = {'-u': CommandLine.set_unit, '-s': CommandLine.set_side, '-r': CommandLine.set_resolution,
+            '-m': CommandLine.set_margin, '-xy': CommandLine.set_place, '--pdf': CommandLine.set_pdf,
+            '--page': CommandLine.set_page}
+
+
+def _next(rest, option, what):
+    for argument in rest:
+        return argument
+    raise CreateError(f'{option} needs {what} after it')
+
+
+def number(text, what, low, high):
+    """The number that a text is, from low to high, or a CreateError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not low <= value <= high:
+        raise CreateError(f'{what} {text!r}: a number from {low:g} to {high:g} is needed')
+    return value
+
+
+def whole(text, what):
+    """The whole number that a text is, or a CreateError."""
+    try:
+        return int(text)
+    except ValueError:
+        raise CreateError(f'{what} {text!r}: a whole number is needed'
+                          + ('; for a text put -1 before it' if what == 'marker' else '')) from None
+
+
+def ask(question, default, convert):
+    """The answer to a question, asked again while it will not do; the default for an empty one."""
+    while True:
+        text = input(f'{question} [{default}]: ').strip()
+        if not text:
+            return default
+        try:
+            return convert(text)
+        except CreateError as error:
+            print(f'  {error}')
+
+
+def ask_for_markers(line):
+    """Ask for ids and places until -1 or the end of the input; the places offered fill a square from a corner on."""
+    pitch, asked, marker_id = 2 * line.side, 0, 0
+    while True:
+        marker_id = ask('  marker id (use -1 to end)', marker_id, lambda text: whole(text, 'marker id'))
+        if marker_id < 0:
+            return
+        ring = math.isqrt(asked)
+        along = asked - ring * ring
+        x, y = pitch * min(ring, 2 * ring - along), pitch * min(ring, along)
+        line.at = (ask('  x position (in current units)', x, coordinate),
+                   ask('  y position (in current units)', y, coordinate))
+        try:
+            line.add(str(marker_id))
+            marker_files.check_places(line.markers)
+        except CreateError as error:
+            print(f'  {error}')
+            del line.markers[asked:]
+            continue
+        asked, marker_id = asked + 1, marker_id + 1
+
+
+def coordinate(text):
+    """The coordinate that a text is, or a CreateError."""
+    return number(text, 'position', -1e5, 1e5)
+
+
+def ask_for_array(line):
+    """Ask for rows and columns of markers with consecutive ids."""
+    def count(text):
+        return int(number(text, 'rows or columns', 1, 1000))
+
+    rows, columns = ask('Array rows : ', 1, count), ask('Array cols : ', 1, count)
+    down, right = ask('Rows distance : ', 2 * line.side, coordinate), ask('Cols distance : ', 2 * line.side, coordinate)
+    by_column = ask('Column major (1 or 0) : ', 1, lambda text: whole(text, 'column major'))
+    first = ask('First marker ID : ', 0, lambda text: whole(text, 'marker id'))
+    for place in range(rows * columns):
+        row, column = (place % rows, place // rows) if by_column else divmod(place, columns)
+        line.at = (column * right, row * down)
+        line.add(str(first + place))
+
+
+def converse(line):
+    """Ask for what -p and -ar want; the end of the input ends the questions."""
+    line.kind = code.NUMBER
+    print(f'{HELP}\n\nPrompt marker placements interactively')
+    print(f'  units: {line.unit / CM:g} cm {line.unit / INCH:g} inches\n  marker side: {line.side:g} units')
+    try:
+        (ask_for_markers if line.prompt else ask_for_array)(line)
+    except EOFError:
+        print()
+
+
+def save(name, data):
+    """Write a file, or raise a CreateError."""
+    print(f'Saving: {name}')
+    try:
+        with open(name, 'wb') as file:
+            file.write(data)
+    except OSError as error:
+        raise CreateError(f'{os.path.abspath(name)} could not be written: {error.strerror}; change to a folder of your '
+                          'own with room in it') from None
+
+
+def run(arguments):
+    """Do what the arguments say.  Raises CreateError."""
+    line = CommandLine(arguments)
+    if line.help:
+        print(HELP)
+        return
+    if line.prompt or line.array:
+        converse(line)
+    markers = line.markers
+    if not markers:
+        raise CreateError('no marker is named; createMarker 5 draws the one with the number 5, --help tells more')
+    if line.pdf is None:
+        made = marker_files.files(markers)
+    else:
+        from alvar_core import sheet  # needs cairo, the pictures do not
+        made = sheet.files(markers, line.pdf, line.page)
+    for name, data in made:
+        save(name, data)
+
+
+def main(arguments=None):
+    """Entry of the command; returns the exit status."""
+    try:
+        run(sys.argv[1:] if arguments is None else arguments)
+    except CreateError as error:
+        print(f'createMarker: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
