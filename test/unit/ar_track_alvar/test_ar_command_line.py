@@ -2,7 +2,7 @@
 import pytest
 from rospy.client import load_command_line_node_params
 
-from ar_track_alvar.command_line import UsageError, ros_arguments
+from ar_track_alvar.command_line import UsageError, bundle_arguments, ros_arguments
 
 SHORT = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', '/map']
 
@@ -27,6 +27,24 @@ def test_numbers_stay_numbers(word, value):
 
 def test_a_frame_may_look_like_a_number():
     assert load_command_line_node_params(ros_arguments(SHORT[:5] + ['007']))['output_frame'] == '007'
+
+
+def test_bundle_files_come_after_the_frame():
+    arguments = bundle_arguments([*SHORT, '/a/b.xml', 'with blank.xml', '7'])
+    assert load_command_line_node_params(arguments) == {
+        'marker_size': 4.4, 'max_new_marker_error': 0.08, 'max_track_error': 0.2, 'output_frame': '/map',
+        'bundle_files': "/a/b.xml 'with blank.xml' 7"}
+    assert load_command_line_node_params(bundle_arguments([*SHORT, '7']))['bundle_files'] == '7'
+
+
+@pytest.mark.parametrize('words, said', [
+    (SHORT, '6 arguments are given, at least 7 are needed'),
+    ([], '0 arguments are given, at least 7 are needed'),
+    (['big', *SHORT[1:], 'a.xml'], "MARKER_SIZE is 'big'; a number is needed"),
+])
+def test_bundles_need_files(words, said):
+    with pytest.raises(UsageError, match=said):
+        bundle_arguments(words)
 
 
 @pytest.mark.parametrize('words, said', [

@@ -1,0 +1,103 @@
+"""findMarkerBundlesNoKinect: sets of markers fixed to each other, one pose for each set."""
+import os
+import shlex
+
+import cv2
+import rospy
+
+from alvar_core import bundles
+from alvar_core.bundle_pose import BundleTracker
+from ar_track_alvar import command_line, conversions, settings
+from ar_track_alvar.conversions import MarkerPose
+from ar_track_alvar.node import MarkerNode
+from kinematic_ros import params
+
+MASTER, OTHERS = ('main_shapes', (1.0, 0.0, 0.0, 1.0)), ('basic_shapes', (0.0, 1.0, 0.0, 0.7))  # in rviz
+ODD_PICTURES = 5  # in a row in which a marker contradicts its bundle, before it is said
+EXAMPLE = f'{command_line.EXAMPLE} _bundle_files:="FILE.xml OTHER.xml"'
+
+
+class BundleNode(MarkerNode):
+    """Publishes the poses of bundles under the ids of their masters; the markers themselves are for rviz alone."""
+
+    def __init__(self, settings, known):
+        """settings: Settings; known: the alvar_core.bundles.Bundles to look for."""
+        super().__init__(settings, sizes_of(known))
+        self._bundles = BundleTracker(known)
+        self._masters = {bundle.master for bundle in known}
+        self._odd = {}  # (source, id) of a marker -> pictures in a row in which it contradicted its bundle
+
+    def to_publish(self, detections):
+        """Return the MarkerPoses of the bundles of which a marker is there, and for rviz those of other markers."""
+        found = self._bundles.update(detections, self.camera)
+        self._notice_odd(found)
+        others = [self._marker_pose(d.id, d, False, OTHERS) for d in detections if d.id not in self._masters]
+        return others + [self._marker_pose(one.bundle.master, one, True, MASTER) for one in found]
+
+    def _marker_pose(self, number, found, reported, look):
+        return MarkerPose(number, found.rotation, found.position, conversions.confidence(found), self.size_of(number),
+                          reported, *look)
+
+    def _notice_odd(self, found):
+        """Warn of markers that are not where their bundle's file says."""
+        odd = {(one.bundle.source, number) for one in found for number in set(one.rejected) - set(one.used)}
+        self._odd = {key: self._odd.get(key, 0) + 1 for key in odd}
+        for (source, number), pictures in self._odd.items():
+            if pictures >= ODD_PICTURES:
+                self._complain(('odd', source, number), f'Marker {number} is not where {source} says (or has another '
+                              'size); it is left out. Was it moved, or is there a second one of its number?')
+
+
+def sizes_of(known):
+    """Return {id: width of the square, m} of the markers of all bundles; of one in several the first one's."""
+    sizes = {}
+    for bundle in known:
+        sizes.update({number: size for number, size in bundle.sizes.items() if number not in sizes})
+    return sizes
+
+
+def read_bundles(names):
+    """Return the Bundles of files (names separated by blanks, quoted as in a shell) and log what is odd about them."""
+    try:
+        paths = shlex.split(names)
+    except ValueError as error:
+        raise _wrong(f'is {names!r}: {error}; names with blanks are quoted as in a shell') from None
+    if not paths:
+        raise _wrong('has to be set: the XML files of the bundles, separated by blanks; there are some in the folder '
+                     'bundles of this package, and createMarker writes such files')
+    try:
+        known = [bundles.read(os.path.abspath(path)) for path in paths]
+    except bundles.BundleError as error:
+        raise _wrong(f'is {names!r}: {error}') from None
+    for bundle in known:
+        sizes = sorted(set(f'{100 * size:.3g}' for size in bundle.sizes.values()))
+        rospy.loginfo('Bundle %d of %s: markers %s, %s cm wide', bundle.master, bundle.source,
+                      ' '.join(map(str, bundle.ids)), ', '.join(sizes))
+        for note in bundle.notes:
+            rospy.logwarn('Bundle file %s: %s', bundle.source, note)
+    _note_shared(known)
+    return known
+
+
+def _note_shared(known):
+    owners = {}
+    for bundle in known:
+        for number in bundle.ids:
+            owners.setdefault(number, []).append(bundle.source)
+    for number, sources in owners.items():
+        if len(sources) > 1:
+            rospy.logwarn('Marker %d belongs to %s; where it is seen, it counts for each of them. Give every marker '
+                          'to one bundle only', number, ' and '.join(sources))
+
+
+def _wrong(text):
+    return params.ParameterError(f'parameter {rospy.resolve_name("~bundle_files")} {text}')
+
+
+def main():
+    """Run findMarkerBundlesNoKinect."""
+    cv2.setNumThreads(1)
+    command_line.init_node('findMarkerBundlesNoKinect', command_line.BUNDLE_USAGE, command_line.bundle_arguments,
+                           EXAMPLE)
+    known = read_bundles(params.text('~bundle_files', ''))
+    BundleNode(settings.read(), known).run()

@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""createMarker by rosrun, and findMarkerBundlesNoKinect: poses of bundles, what rviz gets, moved markers, bad files."""
+import os
+import sys
+import tempfile
+
+import cv2
+import numpy as np
+import roslib.packages
+from tf2_msgs.msg import TFMessage
+
+sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) for folder in ([], ['..'])]
+from ar_tools import FRAME, TRACKER, TrackerCase
+from rosgraph_msgs.msg import Log
+
+from alvar_core import bundles, render
+from rostest_tools import Process, run, until
+
+FOLDER = os.path.join(roslib.packages.get_pkg_dir('ar_track_alvar'), 'bundles')
+BOARD, POST = (os.path.join(FOLDER, name) for name in ('board.xml', 'post.xml'))
+EXECUTABLE = (roslib.packages.find_node('ar_track_alvar', 'findMarkerBundlesNoKinect') or [None])[0]
+ROTATION, POSITION = render.facing(0.5, 0.8, 0.3), np.array([-0.05, 0.03, 0.5])
+RED, GREEN = (1, 0, 0, 1), (0, 1, 0, 0.7)
+
+
+def placed(path, *numbers, moved=None, rotation=ROTATION, position=POSITION):
+    """Placed markers of a bundle file; ``moved`` is a centimetre and a half from where it belongs."""
+    bundle = bundles.read(path)
+    markers = []
+    for number in numbers:
+        turn, centre = bundles.marker_pose(bundle.corners[number])
+        centre = centre + ([0.015, 0, 0] if number == moved else [0, 0, 0])
+        markers.append(render.Placed(number, bundle.sizes[number], rotation @ turn, rotation @ centre + position))
+    return markers
+
+
+class BundleTest(TrackerCase):
+
+    def test_ar_create_marker(self):
+        """Pictures, a bundle and a sheet as typed; a wrong number ends with a text."""
+        with tempfile.TemporaryDirectory() as folder:
+            for words, code, said in (('5 6', 0, ''), ('-s 4.4 -xy 0 0 8 -xy 7 0 9', 0, ''),
+                                      ('--pdf sheet.pdf 5', 0, ''),
+                                      ('-r 5 300', 2, 'createMarker: marker 300: 9 bits do not fit in a marker of')):
+                process = Process('bash', '-c', f'cd "$0" && exec rosrun ar_track_alvar createMarker {words}', folder)
+                self.addCleanup(process.stop)
+                self.assertEqual(code, process.process.wait(20), process.output())
+                self.assertIn(said, process.output())
+            self.assertEqual(['MarkerData_5.png', 'MarkerData_6.png', 'MarkerData_8_9.png', 'MarkerData_8_9.xml',
+                              'sheet.pdf'], sorted(os.listdir(folder)))
+            self.assertEqual((340, 340), cv2.imread(os.path.join(folder, 'MarkerData_5.png'), 0).shape)
+            self.assertEqual((8, 9), bundles.read(os.path.join(folder, 'MarkerData_8_9.xml')).ids)
+
+    def test_ar_bundles(self):
+        """One pose for what is seen of a bundle, master or not; other markers are for rviz; a moved one is named."""
+        poses, cubes, tf, log = self.collected(), self.cubes(), self.collected('/tf', TFMessage), self.log()
+        stranger = render.Placed(77, 0.044, ROTATION, POSITION + [-0.1, -0.1, 0])
+        camera = self.camera().show(*placed(BOARD, 8, 9, 10, 11), stranger)
+        self.assert_poses(self.next_with(poses, 8), {8: placed(BOARD, 8)[0]})
+        until(lambda: tf.messages and len({(cube.ns, cube.id) for cube in cubes.messages}) == 5, 'tf and five cubes')
+        self.assertEqual({'ar_marker_8'}, {t.child_frame_id for message in tf.messages for t in message.transforms})
+        looks = {(cube.ns, cube.id): cube.color for cube in cubes.messages}
+        self.assertEqual({('main_shapes', 8), *(('basic_shapes', n) for n in (9, 10, 11, 77))}, set(looks))
+        for (space, _), colour in looks.items():
+            self.assertEqual(RED if space == 'main_shapes' else GREEN,
+                             tuple(round(part, 3) for part in (colour.r, colour.g, colour.b, colour.a)))
+        camera.show(*placed(BOARD, 9, 10, 11, moved=10))
+        log.wait(Log.WARN, 'Marker 10 is not where .*board.xml says .*')
+        self.assert_poses(poses.next(), {8: placed(BOARD, 8)[0]})
+        camera.show(stranger)
+        self.assertEqual(FRAME, self.next_with(poses).header.frame_id)
+
+    def test_ar_bundle_launch_file(self):
+        """All arguments of pr2_bundle_no_kinect.launch; two bundles, of one only the back is seen."""
+        away = ROTATION @ np.diag([-1.0, 1, -1])
+        back = np.array([0.1, 0.0, 0.5])
+        poses = self.collected()
+        self.camera(topic='/cam/image', info_topic='/cam/info').show(
+            *placed(BOARD, 9, 11), *placed(POST, 2, rotation=away, position=back))
+        message = self.next_with(poses, 0, 8)
+        self.assert_poses(message, {8: placed(BOARD, 8)[0],
+                                    0: placed(POST, 0, rotation=away, position=back)[0]})
+
+    def test_ar_bundle_command_line(self):
+        """The deprecated form; files and arguments that cannot be used end with a text."""
+        form = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', f'/{FRAME}']
+        cases = ((form, 1, '6 arguments are given, at least 7 are needed\nUsage: findMarkerBundlesNoKinect SIZE_CM'),
+                 ([f'_output_frame:={FRAME}'], 2, 'bundle_files has to be set: the XML files'),
+                 ([*form, BOARD, '/no.xml'], 2, 'bundle file /no.xml cannot be read: No such file or directory'),
+                 ([*form, os.path.abspath(__file__)], 2, 'ar_bundle_test.py is no XML: '))
+        processes = [Process(EXECUTABLE, *words, f'__name:=case{number}') for number, (words, _, _) in enumerate(cases)]
+        good = Process(EXECUTABLE, *form, BOARD, f'__name:={TRACKER[1:]}')
+        for process in (good, *processes):
+            self.addCleanup(process.stop)
+        self.camera(topic='/cam/image', info_topic='/cam/info').show(*placed(BOARD, 8, 10))
+        self.assert_poses(self.next_with(self.collected(), 8), {8: placed(BOARD, 8)[0]})
+        for process, (words, code, said) in zip(processes, cases):
+            until(lambda process=process: not process.runs(), f'the end with {words}')
+            self.assertEqual(code, process.process.returncode, process.output())
+            self.assertIn(said, process.output())
+            self.assertNotIn('Traceback', process.output())
+
+
+if __name__ == '__main__':
+    run(BundleTest)
