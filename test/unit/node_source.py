@@ -143,6 +143,8 @@ class Node:
         scope = vars(sys.modules[target.__module__]) if inspect.isclass(target) else target.__globals__
         tree = ast.parse(textwrap.dedent(inspect.getsource(target))).body[0]
         if inspect.isclass(target):
+            for base in target.__bases__:
+                self.follow(base, [], {})
             for part in tree.body:
                 first = getattr(part, 'name', '') == '__init__'
                 Walk(self, scope, bind(part, [UNKNOWN, *positional], named) if first else {}).generic_visit(part)

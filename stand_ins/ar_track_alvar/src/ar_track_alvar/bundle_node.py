@@ -2,12 +2,11 @@
 import os
 import shlex
 
-import cv2
 import rospy
 
 from alvar_core import bundles
 from alvar_core.bundle_pose import BundleTracker
-from ar_track_alvar import command_line, conversions, settings
+from ar_track_alvar import command_line, conversions, settings, start
 from ar_track_alvar.conversions import MarkerPose
 from ar_track_alvar.node import MarkerNode
 from kinematic_ros import params
@@ -96,8 +95,6 @@ def _wrong(text):
 
 def main():
     """Run findMarkerBundlesNoKinect."""
-    cv2.setNumThreads(1)
-    command_line.init_node('findMarkerBundlesNoKinect', command_line.BUNDLE_USAGE, command_line.bundle_arguments,
-                           EXAMPLE)
+    start.init_node('findMarkerBundlesNoKinect', command_line.BUNDLE_USAGE, command_line.bundle_arguments, EXAMPLE)
     known = read_bundles(params.text('~bundle_files', ''))
     BundleNode(settings.read(), known).run()

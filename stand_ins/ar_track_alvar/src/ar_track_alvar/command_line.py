@@ -2,15 +2,12 @@
 import json
 import math
 import shlex
-import sys
-
-import rospy
 
 EXAMPLE = '_marker_size:=10 _output_frame:=camera camera_image:=/camera/image_raw camera_info:=/camera/camera_info'
 USAGE = ('SIZE_CM MAX_NEW_MARKER_ERROR MAX_TRACK_ERROR IMAGE_TOPIC CAMERA_INFO_TOPIC OUTPUT_FRAME '
          '[MAX_FREQUENCY [MARKER_RESOLUTION [MARKER_MARGIN]]]')
-NEEDED = ('_marker_size', '_max_new_marker_error', '_max_track_error', 'camera_image', 'camera_info', '_output_frame')
 BUNDLE_USAGE = f'{USAGE[:USAGE.index(" [")]} BUNDLE_FILE...'
+NEEDED = ('_marker_size', '_max_new_marker_error', '_max_track_error', 'camera_image', 'camera_info', '_output_frame')
 OPTIONAL = ('_max_frequency', '_marker_resolution', '_marker_margin')
 
 
@@ -33,18 +30,6 @@ def bundle_arguments(words):
         raise UsageError(f'{len(words)} arguments are given, at least {len(NEEDED) + 1} are needed')
     files = json.dumps(shlex.join(words[len(NEEDED):]))
     return ros_arguments(words[:len(NEEDED)]) + [f'_bundle_files:={files}']
-
-
-def init_node(program, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):
-    """Initialise rospy, with the positional arguments of this process if it has any; exits where they are wrong."""
-    words = rospy.myargv()[1:]
-    try:
-        rospy.init_node('marker_detect', argv=sys.argv + (arguments_of(words) if words else []))
-    except UsageError as error:
-        sys.exit(f'{program}: {error}\nUsage: {program} {usage}\n'
-                 f'or, better, parameters and remappings: {program} {example}')
-    if words:
-        rospy.logwarn('Arguments without a name are deprecated; use parameters and remappings.')
 
 
 def _value(name, word):

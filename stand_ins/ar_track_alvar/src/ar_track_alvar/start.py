@@ -1,0 +1,20 @@
+"""What the trackers' main()s share."""
+import sys
+
+import cv2
+import rospy
+
+from ar_track_alvar.command_line import EXAMPLE, USAGE, UsageError, ros_arguments
+
+
+def init_node(program, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):
+    """Initialise rospy, with the positional arguments of this process if it has any; exits where they are wrong."""
+    cv2.setNumThreads(1)  # the pictures are small: more threads only take more time
+    words = rospy.myargv()[1:]
+    try:
+        rospy.init_node('marker_detect', argv=sys.argv + (arguments_of(words) if words else []))
+    except UsageError as error:
+        sys.exit(f'{program}: {error}\nUsage: {program} {usage}\n'
+                 f'or, better, parameters and remappings: {program} {example}')
+    if words:
+        rospy.logwarn('Arguments without a name are deprecated; use parameters and remappings.')
