@@ -145,8 +145,9 @@ def whole(text, what):
 
 def ask(question, default, convert):
     """The answer to a question, asked again while it will not do; the default for an empty one."""
+    shown = f'{default:g}' if isinstance(default, float) else default
     while True:
-        text = input(f'{question} [{default}]: ').strip()
+        text = input(f'{question} [{shown}]: ').strip()
         if not text:
             return default
         try:
