@@ -31,25 +31,26 @@ class Backdrop:
         horizon = sky + (255.0 - sky) * HORIZON_WHITE
         return np.where(down >= 0.0, ground, horizon + (sky * ZENITH_TONE - horizon) * np.sqrt(up))
 
-    def draw(self, canvas, pose, first_floor_row):
-        """Fill the RGBA canvas (height, width, 4); above first_floor_row [px] there is no floor to be seen."""
+    def draw(self, canvas, pose, floor_from):
+        """Fill the RGBA canvas (height, width, 4); above floor_from (width,) [px] a column shows no floor."""
         np.copyto(canvas, self._plain)
-        if self._patterns and pose.z > 0.0:
-            lowest = self._camera.height
-            for halved in range(LEVELS):
-                depth = self._depth_of(halved, pose.z)
-                first = max(int(math.ceil(self._camera.cy + self._camera.focal * pose.z / depth)),
-                            int(first_floor_row), 0)
-                if first < lowest:
-                    self._draw_rows(canvas, pose, first, lowest, halved, depth)
-                    lowest = first
+        if not self._patterns or pose.z <= 0.0:
+            return
+        end, highest = self._camera.height, max(int(floor_from.min()), 0)
+        for halved in range(LEVELS):
+            depth = self._depth_of(halved, pose.z)
+            first = max(int(math.ceil(self._camera.cy + self._camera.focal * pose.z / depth)), highest)
+            if first < end:
+                columns = np.flatnonzero(floor_from < end)
+                self._draw_part(canvas, pose, (first, end, int(columns[0]), int(columns[-1]) + 1), halved, depth)
+                end = first
 
     def _depth_of(self, halved, height):
         """Return the depth [m] up to which a floor picture is fine enough."""
         return (2 ** halved * SHARPNESS / textures.FLOOR_RESOLUTION * self._camera.focal * math.sqrt(height)) ** (2 / 3)
 
-    def _draw_rows(self, canvas, pose, first, end, halved, depth):
-        camera = self._camera
+    def _draw_part(self, canvas, pose, part, halved, depth):
+        camera, (first, end, left, right) = self._camera, part
         aside = max(-camera.right[0], camera.right[-1])
         reach = PERIOD * math.ceil(depth * math.hypot(1.0, aside) / PERIOD + 1.0)
         picture = textures.floor(self._colour, halved, reach)
@@ -58,8 +59,8 @@ class Backdrop:
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         # In units of the row's depth, z = focal * height / (row - cy): world = camera + z * (forward + slope * right).
         to_world = np.array([[sin * pose.z, x, cos * pose.z], [-cos * pose.z, y, sin * pose.z], [0.0, 1.0, 0.0]])
-        to_slopes = np.array([[1.0, 0.0, -camera.cx], [0.0, 1.0, first - camera.cy], [0.0, 0.0, camera.focal]])
+        to_slopes = np.array([[1.0, 0.0, left - camera.cx], [0.0, 1.0, first - camera.cy], [0.0, 0.0, camera.focal]])
         to_picture = np.array([[resolution, 0.0, -0.5], [0.0, resolution, -0.5], [0.0, 0.0, 1.0]])
-        cv2.warpPerspective(picture, to_picture @ to_world @ to_slopes, (camera.width, end - first),
-                            dst=canvas[first:end], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        cv2.warpPerspective(picture, to_picture @ to_world @ to_slopes, (right - left, end - first),
+                            dst=canvas[first:end, left:right], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
                             borderMode=cv2.BORDER_REPLICATE)

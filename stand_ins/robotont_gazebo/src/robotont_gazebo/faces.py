@@ -5,7 +5,7 @@ import cv2
 import numpy as np
 
 from robotont_gazebo import textures
-from robotont_gazebo.sight import FRONT, LEFT_OF_X, LEFT_OF_Y, RIGHT_OF_X, RIGHT_OF_Y, ROUND, in_frame_of
+from robotont_gazebo.sight import FRONT, LEFT_OF_X, LEFT_OF_Y, RIGHT_OF_X, RIGHT_OF_Y, ROUND, in_frame_at
 
 LIGHT = (0.16, 0.10)  # how much brighter faces towards +x and +y are
 UPRIGHT, TOP_SHADE, UNDER_SHADE = 0.81, 1.0, 0.55  # brightness of upright faces on average, upper and lower ends
@@ -97,33 +97,33 @@ class FacePainter:
             return
         pattern = self._pattern[which]
         mipmap = pattern if isinstance(pattern, textures.Mipmap) else textures.wall(*pattern)
-        picture, along, up = mipmap.at(*map(int, level))
-        to_picture = np.array([[along, 0.0, textures.PAD - 0.5], [0.0, up, textures.PAD - 0.5], [0.0, 0.0, 1.0]])
+        picture, along, up = mipmap.at(int(level[0]), int(level[1]))
         camera = self._camera
-        to_slopes = np.array([[1.0, 0.0, left - camera.cx], [0.0, 1.0, top - camera.cy], [0.0, 0.0, camera.focal]])
-        to_face = self._to_face(pose, *which, mipmap.height)
-        cv2.warpPerspective(picture, to_picture @ to_face @ to_slopes, (right - left, bottom - top),
-                            dst=drawn[top:bottom, left:right], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-                            borderMode=cv2.BORDER_CONSTANT)
+        x, y, z = left - camera.cx, top - camera.cy, camera.focal  # a ray through the part's pixel (0, 0)
+        rows = [(a, b, a * x + b * y + c * z) for a, b, c in self._to_face(pose, *which, mipmap.height)]
+        offset = textures.PAD - 0.5
+        to_picture = np.array([[along * s + offset * w for s, w in zip(rows[0], rows[2])],
+                               [up * t + offset * w for t, w in zip(rows[1], rows[2])], rows[2]])
+        cv2.warpPerspective(picture, to_picture, (right - left, bottom - top), dst=drawn[top:bottom, left:right],
+                            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_CONSTANT)
 
     def _to_face(self, pose, index, face, height):
-        """Return the map (3, 3) from (x, y, z) of a ray in the optical frame to (along, down, 1) [m] on a face.
+        """Return the map (3 rows of 3) from (x, y, z) of a ray in the optical frame to (along, down, 1) [m] on a face.
 
         Along from its left edge, down from `height` [m] above its foot.
         """
-        solids = self._solids
-        ox, oy, fx, fy, rx, ry = in_frame_of(solids, index, pose)
-        half_x, half_y = solids.half_x[index], solids.half_y[index]
-        if face >= LEFT_OF_Y:  # the face's own frame: n out of the face towards the viewer's far side, t to the right
+        box = self._solids.shapes[index]
+        half_x, half_y = box.length / 2.0, box.width / 2.0
+        ox, oy, fx, fy, rx, ry = in_frame_at(box.x, box.y, math.cos(box.yaw), math.sin(box.yaw), pose)
+        if face >= LEFT_OF_Y:
             ox, oy, fx, fy, rx, ry, half_x, half_y = oy, -ox, fy, -fx, ry, -rx, half_y, half_x
         if face in (RIGHT_OF_X, RIGHT_OF_Y):
             ox, oy, fx, fy, rx, ry = -ox, -oy, -fx, -fy, -rx, -ry
-        # Now the viewer looks along +x at x = -half_x, and to the right is -y. 1 / z is linear in the slopes.
-        gap = -half_x - ox
-        inverse = np.array([rx, 0.0, fx]) / gap
-        along = (half_y - oy) * inverse - np.array([ry, 0.0, fy])
-        down = (solids.bottom[index] + height - pose.z) * inverse + np.array([0.0, 1.0, 0.0])
-        return np.array([along, down, inverse])
+        # Now the viewer looks along +x at the face x = -half_x, -y is to the right, and 1 / depth is linear in the ray.
+        inverse = rx / (-half_x - ox), 0.0, fx / (-half_x - ox)
+        aside, above = half_y - oy, box.bottom + height - pose.z
+        return ((aside * inverse[0] - ry, 0.0, aside * inverse[2] - fy),
+                (above * inverse[0], 1.0, above * inverse[2]), inverse)
 
 
 def _runs(keys):

@@ -33,7 +33,7 @@ class Renderer:
         """Return what is seen from (x, y, z, yaw) [m, rad] of the camera: (height, width, 3) uint8 RGB, a new array."""
         pose = require_pose(camera_pose)
         seen = self._look(pose)
-        self._backdrop.draw(self._canvas, pose, seen.horizon)
+        self._backdrop.draw(self._canvas, pose, seen.floor_from)
         for layer in reversed(seen.layers()):
             edges = Edges(layer, self.camera.height)
             self._painter.draw(self._scratch, pose, layer, edges)

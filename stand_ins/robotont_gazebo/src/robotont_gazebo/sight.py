@@ -24,7 +24,7 @@ class Sight(NamedTuple):
 
     solid: index; kind: FRONT, TOP, UNDER; face: LEFT_OF_X ... ROUND; upper, lower: rows between which it is seen, not
     yet cut off by nearer layers; depth: of the upright face; incidence: of the ray and the face, |cosine| / z;
-    horizon: the row [px] above which there is no floor to be seen in any column.
+    floor_from (width,), of all layers: the row [px] above which a column shows no floor.
     """
 
     solid: np.ndarray
@@ -34,11 +34,11 @@ class Sight(NamedTuple):
     lower: np.ndarray
     depth: np.ndarray
     incidence: np.ndarray
-    horizon: float
+    floor_from: np.ndarray
 
     def layers(self):
         """Return one Sight for each layer, the nearest first, with arrays (width,)."""
-        return [Sight(*layer, self.horizon) for layer in zip(*self[:-1])]
+        return [Sight(*layer, self.floor_from) for layer in zip(*self[:-1])]
 
 
 class Solids:
@@ -72,13 +72,17 @@ def _numbers(shape):
     return 0, shape.x, shape.y, 1.0, 0.0, 0.0, 0.0, shape.radius, shape.bottom, end
 
 
-def in_frame_of(solids, index, pose):
-    """Return camera position (ox, oy), forward (fx, fy) and right (rx, ry) in the own frames of the solids `index`."""
-    cos, sin = solids.cos[index], solids.sin[index]
-    dx, dy = pose.x - solids.x[index], pose.y - solids.y[index]
+def in_frame_at(x, y, cos, sin, pose):
+    """Return camera position (ox, oy), forward (fx, fy), right (rx, ry) in frames at (x, y), turned by cos and sin."""
+    dx, dy = pose.x - x, pose.y - y
     forward, side = math.cos(pose.yaw), math.sin(pose.yaw)
     fx, fy = cos * forward + sin * side, cos * side - sin * forward
     return cos * dx + sin * dy, cos * dy - sin * dx, fx, fy, fy, -fx
+
+
+def _in_frames_of(solids, index, pose):
+    place = solids.x[index], solids.y[index], solids.cos[index], solids.sin[index]
+    return (part[:, None] for part in in_frame_at(*place, pose))
 
 
 def _in_view(solids, camera, pose):
@@ -102,7 +106,7 @@ class _Crossings(NamedTuple):
 
 
 def _cross_boxes(solids, index, camera, pose):
-    ox, oy, fx, fy, rx, ry = (part[:, None] for part in in_frame_of(solids, index, pose))
+    ox, oy, fx, fy, rx, ry = _in_frames_of(solids, index, pose)
     dx, dy = _no_zero(fx + rx * camera.right), _no_zero(fy + ry * camera.right)
     half_x, half_y = solids.half_x[index, None], solids.half_y[index, None]
     middle_x, reach_x = -ox / dx, half_x / np.abs(dx)
@@ -115,7 +119,7 @@ def _cross_boxes(solids, index, camera, pose):
 
 
 def _cross_cylinders(solids, index, camera, pose):
-    ox, oy, fx, fy, rx, ry = (part[:, None] for part in in_frame_of(solids, index, pose))
+    ox, oy, fx, fy, rx, ry = _in_frames_of(solids, index, pose)
     dx, dy = fx + rx * camera.right, fy + ry * camera.right
     square = dx * dx + dy * dy
     middle = -(ox * dx + oy * dy) / square
@@ -134,8 +138,9 @@ def _cross(solids, camera, pose):
     """Return the indices of solids that are met, boxes first, and their _Crossings."""
     index = _in_view(solids, camera, pose)
     boxes, cylinders = index[solids.box[index]], index[~solids.box[index]]
-    parts = [_cross_boxes(solids, boxes, camera, pose), _cross_cylinders(solids, cylinders, camera, pose)]
-    crossings = _Crossings(*(np.concatenate(part) for part in zip(*parts)))
+    crossings = _cross_boxes(solids, boxes, camera, pose)
+    if len(cylinders):
+        crossings = _Crossings(*map(np.concatenate, zip(crossings, _cross_cylinders(solids, cylinders, camera, pose))))
     met = np.flatnonzero(((crossings.enter < crossings.leave) & (crossings.leave > NEAR)).any(1))
     return np.concatenate([boxes, cylinders])[met], _Crossings(*(part[met] for part in crossings))
 
@@ -196,10 +201,12 @@ def _stretches(k, others, near, leave, hit, key):
     start, start_key = near[k], key[k] + 0.5 * TIE
     while np.isfinite(start_key).any():
         end, next_key = np.maximum(leave[k], start), np.full(len(start), np.inf)
-        for other in others:
-            inside = hit[other] & (near[other] > start) & (near[other] < end)
-            end = np.where(inside, near[other], end)
-            next_key = np.where(inside, key[other] + 0.75 * TIE, next_key)
+        if len(others):
+            begin = np.where(hit[others] & (near[others] > start) & (near[others] < end), near[others], np.inf)
+            first = begin.argmin(0), np.arange(len(start))
+            inside = np.isfinite(begin[first])
+            end = np.where(inside, begin[first], end)
+            next_key = np.where(inside, key[others][first] + 0.75 * TIE, next_key)
         yield start, end, start_key
         start, start_key = end, next_key
 
@@ -226,4 +233,4 @@ def _layers(camera, pieces):
     return Sight(laid(pieces.solid[piece], -1), laid(pieces.kind[piece], FRONT), laid(pieces.face.take(source), ROUND),
                  *(laid(part.take(source), empty) for part, empty in
                    ((pieces.upper, 0.0), (pieces.lower, 0.0), (pieces.depth, 1.0), (pieces.incidence, 1.0))),
-                 float(floor_from.min(initial=camera.height)))
+                 floor_from)
