@@ -302,10 +302,11 @@ class Detector:
 
 
 def best_of_overlapping(found):
-    """Of Detections that lie on each other the one with the highest confidence."""
+    """Of Detections that lie on each other the one with the highest confidence; cells of a marker are no marker."""
     kept = []
     for d in sorted(found, key=lambda d: -d.confidence):
-        if all(math.dist(d.centre, k.centre) > 0.4 * d.side for k in kept):
+        if all(math.dist(d.centre, k.centre) > 0.4 * d.side
+               and cv2.pointPolygonTest(k.corners.astype(np.float32), tuple(map(float, d.centre)), False) < 0 for k in kept):
             kept.append(d)
     return kept
 
