@@ -1,24 +1,33 @@
 #!/usr/bin/env python3
-"""The course's special challenge: draw a square, another shape or four given positions by topics alone."""
+"""The course's special challenge: draw a square, another shape or four given positions by topics alone.
+
+A turtle does it, or the robot of the last part.
+"""
 import rospy
 
 from kinematic_core.turtle_world import ARENA_SIZE
 from kinematic_ros import params, reachability
 from turtle_robotont import node_params, shapes
-from turtle_robotont.turtle_driver import TurtleDriver, run
+from turtle_robotont.driver import run
+from turtle_robotont.robot_driver import RobotDriver
+from turtle_robotont.turtle_driver import TurtleDriver
 from turtle_robotont.turtle_tasks import draw_shape
 
 
 def main():
     rospy.init_node('drive_shape')
-    driver = TurtleDriver(node_params.turtle())
+    robot = params.boolean('~robot', False)
+    driver = RobotDriver() if robot else TurtleDriver(node_params.turtle())
     shape = params.text('~shape', 'square', choices=shapes.SHAPES)
-    size = params.number('~size', shapes.DEFAULT_SIZE, minimum=shapes.SMALLEST, maximum=ARENA_SIZE, unit='m')
-    corners = node_params.points('~corners', shapes.DEFAULT_CORNERS)
-    limits = node_params.limits(speed=2.0)
+    size = params.number('~size', shapes.ROBOT_SIZE if robot else shapes.DEFAULT_SIZE,
+                         minimum=shapes.SMALLEST, maximum=ARENA_SIZE, unit='m')
+    corners = node_params.points('~corners', shapes.ROBOT_CORNERS if robot else shapes.DEFAULT_CORNERS,
+                                 bounded=not robot)
+    strafe = params.boolean('~strafe', False)
+    limits = node_params.limits(driver.vehicle.limits.speed, driver.vehicle.limits.turn_speed)
     params.log_effective()
     reachability.watch()
-    draw_shape(driver, shape, size, corners, limits)
+    draw_shape(driver, shape, size, corners, limits, strafe)
 
 
 if __name__ == '__main__':

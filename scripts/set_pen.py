@@ -3,7 +3,7 @@
 import rospy
 
 from kinematic_ros import params
-from turtle_robotont.turtle_driver import run
+from turtle_robotont.driver import run
 from turtle_robotont.turtle_tasks import set_pen
 
 

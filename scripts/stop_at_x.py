@@ -5,7 +5,8 @@ import rospy
 from kinematic_core.turtle_world import ARENA_SIZE
 from kinematic_ros import params, reachability
 from turtle_robotont import node_params
-from turtle_robotont.turtle_driver import TurtleDriver, run
+from turtle_robotont.driver import run
+from turtle_robotont.turtle_driver import TurtleDriver
 from turtle_robotont.turtle_tasks import stop_at_x
 
 

@@ -4,7 +4,8 @@ import rospy
 
 from kinematic_ros import params, reachability
 from turtle_robotont import node_params
-from turtle_robotont.turtle_driver import TurtleDriver, run
+from turtle_robotont.driver import run
+from turtle_robotont.turtle_driver import TurtleDriver
 from turtle_robotont.turtle_tasks import teleport_tour
 
 POSITIONS = [[2.0, 2.0], [9.0, 2.0], [9.0, 9.0], [2.0, 9.0]]  # [m]

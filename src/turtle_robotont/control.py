@@ -1,19 +1,17 @@
-"""Driving a turtle to where it shall be: pure logic, one ``step(pose, dt)`` a pose, no clock and no ROS.
+"""Driving a turtle or a robot to where it shall be: pure logic, one ``step(pose, dt)`` a pose, no clock and no ROS.
 
 ======================  ====================================================================================
 quantity                unit, range, frame
 ======================  ====================================================================================
-pose.x, pose.y          m, 0 .. ARENA_SIZE, origin in the arena's lower left corner, y up
+pose.x, pose.y          m, of a turtle 0 .. ARENA_SIZE from the arena's lower left corner, of a robot in odom
 pose.theta, headings    rad, [-pi, pi), counter-clockwise from +x
 pose.*_velocity         m/s (never negative) and rad/s, as turtlesim/Pose reports them
-Command.linear          m/s, forward
-Command.angular         rad/s, counter-clockwise
-dt                      s of turtle time since the pose before; 0.016 where no pose was missed
+dt                      s of simulated or measured time since the pose before
 ======================  ====================================================================================
 
 The way a drive goes: turn on the spot towards the goal, drive there while steering, turn to the final heading,
-then stand still and look whether the turtle really is there. The gains leave room for a transport delay of
-three poses (48 ms) between a command and the pose that shows it.
+then stand still and look whether the vehicle really is there. The drives of turtle_robotont.strafing keep their
+heading instead.
 """
 import enum
 import math
@@ -23,17 +21,12 @@ from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput
 from kinematic_core.turtle_world import ARENA_SIZE
 from turtle_robotont.shapes import distance
+from turtle_robotont.vehicle import LIMITS, STOP, TURTLE, Command
 
-ACCELERATION = 8.0  # [m/s^2] at setting off and at slowing down
-APPROACH_GAIN = 7.0  # [1/s] speed for each metre left, close to the goal; times the delay it stays below 1/e
-TURN_DECELERATION = 24.0  # [rad/s^2]
-TURN_GAIN = 7.0  # [1/s] turning speed for each radian left, close to the heading
-STEER_GAIN = 4.0  # [1/s] the same while driving
-STEER_FADE = 0.1  # [m] closer than this the goal's direction says little, and steering fades out
 TURNED_ENOUGH = 0.05  # [rad] off the goal's direction: drive, and steer the rest
 TURN_AGAIN = 0.5  # [rad] off the goal's direction: stop and turn
 RADIUS_GAIN = 2.0  # [1/m] heading correction for each metre off the circle
-STANDING = 1e-3  # [m/s or rad/s] slower than this is standing
+STEER_FADE = 0.1  # [m] closer than this the goal's direction says little, and steering fades out
 
 STUCK_AFTER = 2.0  # [s] without any movement although commanded
 MOVED = 1e-3  # [m or rad] is a movement
@@ -41,16 +34,6 @@ JUMP = 0.1  # [m] more than the turtle can have driven: somebody teleported it
 JUMPS_FORGIVEN = 3
 DEADLINE_FACTOR = 2.0  # a drive may take this many times as long as at its top speeds
 DEADLINE_EXTRA = 5.0  # [s] and this on top
-
-
-class Command(NamedTuple):
-    """A velocity: linear [m/s], angular [rad/s]."""
-
-    linear: float
-    angular: float
-
-
-STOP = Command(0.0, 0.0)
 
 
 class Goal(NamedTuple):
@@ -61,18 +44,6 @@ class Goal(NamedTuple):
     theta: float = None
 
 
-class Limits(NamedTuple):
-    """The top speeds of a drive: speed [m/s] and turn_speed [rad/s], both above 0."""
-
-    speed: float = 2.0
-    turn_speed: float = 5.0
-
-    def apply(self, command):
-        """Return the command cut to the limits; the last thing that happens to it."""
-        return Command(max(-self.speed, min(self.speed, command.linear)),
-                       max(-self.turn_speed, min(self.turn_speed, command.angular)))
-
-
 class Tolerance(NamedTuple):
     """How far off its goal a turtle may stand: position [m], heading [rad]."""
 
@@ -80,7 +51,7 @@ class Tolerance(NamedTuple):
     heading: float = 0.01
 
 
-LIMITS, TOLERANCE = Limits(), Tolerance()
+TOLERANCE = Tolerance()
 
 
 class State(enum.Enum):
@@ -120,9 +91,9 @@ def approach_speed(left, top_speed, deceleration, gain):
     return min(top_speed, speed)
 
 
-def turn_speed(heading_error, limits):
-    """Return the angular velocity [rad/s] that turns a turtle on the spot by heading_error [rad]."""
-    speed = approach_speed(abs(heading_error), limits.turn_speed, TURN_DECELERATION, TURN_GAIN)
+def turn_speed(heading_error, limits, vehicle=TURTLE):
+    """Return the angular velocity [rad/s] that turns a vehicle on the spot by heading_error [rad]."""
+    speed = approach_speed(abs(heading_error), limits.turn_speed, vehicle.turn_deceleration, vehicle.turn_gain)
     return math.copysign(speed, heading_error)
 
 
@@ -155,13 +126,13 @@ class Drive:
         raise NotImplementedError
 
 
-class _Leg(Drive):
+class Leg(Drive):
     """A drive to one goal. It fails when the turtle does not move, takes too long or is moved by somebody else."""
 
-    def __init__(self, goal, limits, tolerance, way, turns=2.0 * math.pi):
+    def __init__(self, goal, limits, tolerance, vehicle, way, turns=2.0 * math.pi):
         """``way`` [m] and ``turns`` [rad] are the longest it may have to go; the deadline follows from them."""
         super().__init__(goal)
-        self.limits, self.tolerance = limits, tolerance
+        self.limits, self.tolerance, self.vehicle = limits, tolerance, vehicle
         self._allowed = DEADLINE_EXTRA + DEADLINE_FACTOR * (way / limits.speed + turns / limits.turn_speed)
         self._time = 0.0
         self._speed = self._top_speed = 0.0
@@ -177,9 +148,9 @@ class _Leg(Drive):
             self._supervise(pose)
         if self.finished:
             return STOP
-        self._top_speed = self._speed + ACCELERATION * dt
+        self._top_speed = self._speed + self.vehicle.acceleration * dt
         command = self.limits.apply(self._decide(pose))
-        self._speed = command.linear
+        self._speed = math.hypot(command.linear, command.lateral)
         return command
 
     def _decide(self, pose):
@@ -188,11 +159,12 @@ class _Leg(Drive):
 
     def _approach_speed(self, top_speed):
         """Return the speed [m/s] for the way left, gathered gently from the last one."""
-        return min(self._top_speed, approach_speed(self.distance_left, top_speed, ACCELERATION, APPROACH_GAIN))
+        return min(self._top_speed, approach_speed(self.distance_left, top_speed, self.vehicle.acceleration,
+                                                   self.vehicle.approach_gain))
 
     def _settle(self, pose, there):
         """Stand still; then arrive, or go on when the turtle is not there after all."""
-        if pose.linear_velocity < STANDING and abs(pose.angular_velocity) < STANDING:
+        if max(pose.linear_velocity, abs(pose.angular_velocity)) < self.vehicle.standing:
             self.state = State.ARRIVED if there else State.TURNING
         return STOP
 
@@ -201,18 +173,18 @@ class _Leg(Drive):
         return distance(self._before, pose) > JUMP + 2.0 * reach
 
     def _on_jump(self, before, pose):
-        self.end(State.FAILED, f'somebody moved the turtle from ({before.x:.2f}, {before.y:.2f}) to '
+        self.end(State.FAILED, f'somebody moved the {self.vehicle.name} from ({before.x:.2f}, {before.y:.2f}) to '
                                f'({pose.x:.2f}, {pose.y:.2f}) while it drove')
 
     def _supervise(self, pose):
         if self._time > self._allowed:
             self.end(State.FAILED, f'not there after {self._allowed:.1f} s, {self.distance_left:.2f} m left; '
-                                   'is another node driving the same turtle?')
+                                   f'is another node driving the same {self.vehicle.name}?')
         elif self._moves(pose):
             self._anchor, self._anchored_at = pose, self._time
         elif self._time - self._anchored_at > STUCK_AFTER:
-            self.end(State.FAILED, f'the turtle has not moved for {STUCK_AFTER:.0f} s although it was told to, '
-                                   f'{self.distance_left:.2f} m left; is another node sending it commands?')
+            self.end(State.FAILED, f'the {self.vehicle.name} has not moved for {STUCK_AFTER:.0f} s although it was '
+                                   f'told to, {self.distance_left:.2f} m left; is another node sending it commands?')
 
     def _moves(self, pose):
         anchor = self._anchor
@@ -220,11 +192,11 @@ class _Leg(Drive):
                 or abs(wrap_angle(pose.theta - anchor.theta)) > MOVED)
 
 
-class GoTo(_Leg):
+class GoTo(Leg):
     """Drive to a goal, straight and forward. After a jump (teleport) it starts anew from where the turtle is."""
 
-    def __init__(self, pose, goal, limits=LIMITS, tolerance=TOLERANCE, jumps_forgiven=JUMPS_FORGIVEN):
-        super().__init__(goal, limits, tolerance, distance(pose, goal))
+    def __init__(self, pose, goal, limits=LIMITS, tolerance=TOLERANCE, jumps_forgiven=JUMPS_FORGIVEN, vehicle=TURTLE):
+        super().__init__(goal, limits, tolerance, vehicle, distance(pose, goal))
         self._jumps_left = jumps_forgiven
 
     def _on_jump(self, before, pose):
@@ -247,7 +219,7 @@ class GoTo(_Leg):
         self.heading_left = 0.0 if goal.theta is None else wrap_angle(goal.theta - pose.theta)
         if self.state is State.ALIGNING:
             if abs(self.heading_left) > self.tolerance.heading / 2.0:
-                return Command(0.0, turn_speed(self.heading_left, self.limits))
+                return Command(0.0, turn_speed(self.heading_left, self.limits, self.vehicle))
             self.state = State.SETTLING
         return self._settle(pose, self.distance_left <= self.tolerance.position
                             and abs(self.heading_left) <= self.tolerance.heading)
@@ -263,18 +235,18 @@ class GoTo(_Leg):
         elif abs(bearing_error) < TURNED_ENOUGH:
             self.state = State.DRIVING
         if self.state is State.TURNING:
-            return Command(0.0, turn_speed(bearing_error, self.limits))
+            return Command(0.0, turn_speed(bearing_error, self.limits, self.vehicle))
         speed = self._approach_speed(self.limits.speed)
-        steering = STEER_GAIN * bearing_error * min(1.0, self.distance_left / STEER_FADE)
+        steering = self.vehicle.steer_gain * bearing_error * min(1.0, self.distance_left / STEER_FADE)
         return Command(speed, steering)
 
 
-class CircleDrive(_Leg):
+class CircleDrive(Leg):
     """Drive once round a circle to the left, from where the turtle stands and in the direction it faces."""
 
-    def __init__(self, pose, radius, limits=LIMITS, tolerance=TOLERANCE):
+    def __init__(self, pose, radius, limits=LIMITS, tolerance=TOLERANCE, vehicle=TURTLE):
         """``radius`` [m]; the centre lies to the left of the turtle."""
-        super().__init__(Goal(pose.x, pose.y, pose.theta), limits, tolerance, 2.0 * math.pi * radius)
+        super().__init__(Goal(pose.x, pose.y, pose.theta), limits, tolerance, vehicle, 2.0 * math.pi * radius)
         self.radius = radius
         self.centre = Goal(pose.x - radius * math.sin(pose.theta), pose.y + radius * math.cos(pose.theta))
         self.state = State.DRIVING
@@ -296,10 +268,14 @@ class CircleDrive(_Leg):
             self.state = State.SETTLING
         if self.state is State.SETTLING:
             return self._settle(pose, True)
+        return self._follow(pose, bearing, too_far_out)
+
+    def _follow(self, pose, bearing, too_far_out):
+        """Return the Command that keeps to the circle."""
         top_speed = min(self.limits.speed, self.radius * self.limits.turn_speed / 2.0)  # leaves room for steering
         speed = self._approach_speed(top_speed)
         fade = min(1.0, self.distance_left / STEER_FADE)
-        return Command(speed, speed / self.radius + STEER_GAIN * self.heading_left * fade)
+        return Command(speed, speed / self.radius + self.vehicle.steer_gain * self.heading_left * fade)
 
 
 class Path(Drive):

@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 from kinematic_core.checks import InvalidInput
 from turtle_robotont import checks, shapes
-from turtle_robotont.control import LIMITS, CircleDrive, Drive, Goal, GoTo, Path
+from turtle_robotont.control import CircleDrive, Drive, Goal, GoTo, Path
+from turtle_robotont.strafing import StrafeCircle, StrafeTo
+from turtle_robotont.vehicle import TURTLE
 
 
 class Drawing(NamedTuple):
@@ -27,30 +29,43 @@ class Drawing(NamedTuple):
         return worst, shapes.distance(track[-1], self.begin)
 
 
-def plan(shape, start, size=shapes.DEFAULT_SIZE, corners=(), limits=LIMITS):
-    """Return the Drawing of a shape for a turtle that stands at the pose ``start``.
+def plan(shape, start, size=shapes.DEFAULT_SIZE, corners=(), limits=None, vehicle=TURTLE, strafe=False):
+    """Return the Drawing of a shape for a vehicle that stands at the pose ``start``.
 
-    ``size`` [m] counts for a square, triangle and circle, ``corners`` (pairs [x, y], m) for 'corners'.
-    Raises InvalidInput when the shape is unknown or any part of it would leave the arena.
+    ``size`` [m] counts for a square, triangle and circle, ``corners`` (pairs [x, y], m) for 'corners'; ``limits``: the
+    vehicle's own by default. With ``strafe`` it keeps its heading, otherwise it turns into every direction it drives.
+    Raises InvalidInput when the shape is unknown or any part of it would leave the vehicle's arena.
     """
     if shape not in shapes.SHAPES:
         raise InvalidInput(f'there is no shape {shape!r}; choose one of {", ".join(shapes.SHAPES)}')
+    limits = limits or vehicle.limits
     if shape == 'corners':
         points = shapes.points_from(corners)
-        shapes.require_fit(points)
-        return _polyline([*points, points[0]], points[0], start, limits, None)
-    shapes.require_shape_fits(shape, size, start)
+        if vehicle.arena is not None:
+            shapes.require_fit(points)
+        return _polyline([*points, points[0]], points[0], start, _leg_maker(start, limits, vehicle, strafe), None)
+    shapes.require_size(size)
+    if vehicle.arena is not None:
+        shapes.require_shape_fits(shape, size, start)
     begin = shapes.Point(start.x, start.y)
     if shape == 'circle':
-        drive = CircleDrive(start, size / 2.0, limits)
+        drive = (StrafeCircle if strafe else CircleDrive)(start, size / 2.0, limits, vehicle=vehicle)
         return Drawing(drive, begin, [], shapes.circle_centre(size, start), size / 2.0)
-    return _polyline(shapes.polygon(shapes.SIDES[shape], size, start), begin, start, limits, start.theta)
+    return _polyline(shapes.polygon(shapes.SIDES[shape], size, start), begin,
+                     start, _leg_maker(start, limits, vehicle, strafe), start.theta)
 
 
-def _polyline(corners, begin, start, limits, last_heading):
+def _leg_maker(start, limits, vehicle, strafe):
+    """Return the function (begin, goal) that makes the drive of one side."""
+    if strafe:
+        return lambda begin, goal: StrafeTo(begin, goal._replace(theta=start.theta), limits, vehicle=vehicle)
+    return lambda begin, goal: GoTo(begin, goal, limits, jumps_forgiven=0, vehicle=vehicle)
+
+
+def _polyline(corners, begin, start, leg, last_heading):
     legs, before = [], start
     for corner in corners:
         heading = last_heading if len(legs) == len(corners) - 1 else None
-        legs.append(GoTo(before, Goal(corner.x, corner.y, heading), limits, jumps_forgiven=0))
+        legs.append(leg(before, Goal(corner.x, corner.y, heading)))
         before = corner
     return Drawing(Path(legs), begin, corners)

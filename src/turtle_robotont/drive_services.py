@@ -12,10 +12,10 @@ from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput
 from turtle_robotont import drawing, turtle_tasks
 from turtle_robotont.control import TOLERANCE, GoTo, State, require_goal
+from turtle_robotont.driver import DriveError
 from turtle_robotont.node_params import FASTEST, SLOWEST
 from turtle_robotont.shapes import DEFAULT_SIZE, distance
 from turtle_robotont.srv import DrawShape, DrawShapeResponse, DriveTo, DriveToRequest, DriveToResponse
-from turtle_robotont.turtle_driver import DriveError
 
 MODES = ('drive', 'teleport', 'log')
 FINEST, COARSEST = 0.002, 1.0  # [m] tolerances that can be asked for

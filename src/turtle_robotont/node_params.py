@@ -5,7 +5,8 @@ import rospy
 from kinematic_core.checks import InvalidInput
 from kinematic_ros import params
 from turtle_robotont import shapes
-from turtle_robotont.control import LIMITS, Limits
+from turtle_robotont.follow import Settings
+from turtle_robotont.vehicle import LIMITS, ROBOT, Limits
 
 SLOWEST, FASTEST = 0.05, 10.0  # [m/s] speeds that can be asked for
 
@@ -19,17 +20,19 @@ def turtle():
     return name
 
 
-def limits(speed):
-    """Return the Limits in ~speed [m/s], by default ``speed``, and ~turn_speed [rad/s]."""
+def limits(speed, turn_speed=None):
+    """Return the Limits in ~speed [m/s] and ~turn_speed [rad/s], by default these, or a turtle's."""
     return Limits(params.number('~speed', speed, minimum=SLOWEST, maximum=FASTEST, unit='m/s'),
-                  params.number('~turn_speed', LIMITS.turn_speed, minimum=0.1, maximum=10.0, unit='rad/s'))
+                  params.number('~turn_speed', turn_speed or LIMITS.turn_speed, minimum=0.1, maximum=10.0,
+                                unit='rad/s'))
 
 
-def points(name, default):
-    """Return the Points [m] in the parameter ``name``: a list of pairs [x, y] inside the arena."""
+def points(name, default, bounded=True):
+    """Return the Points [m] in the parameter ``name``: a list of pairs [x, y], if ``bounded`` inside the arena."""
     try:
         result = shapes.points_from(params.numbers(name, default, unit='m'))
-        shapes.require_fit(result)
+        if bounded:
+            shapes.require_fit(result)
         return result
     except InvalidInput as error:
         raise params.ParameterError(f'parameter {rospy.resolve_name(name)}: {error}') from None
@@ -42,3 +45,20 @@ def colour(name, default):
         raise params.ParameterError(f'parameter {rospy.resolve_name(name)} is {values}; it must be three whole numbers '
                                     f'from 0 to 255. Set it with _{name.lstrip("~")}:="{default}"')
     return tuple(int(value) for value in values)
+
+
+def follow_settings(distance):
+    """Return the Settings in ~distance [m], by default ``distance``, ~strafe, ~lost_after [s] and the limits."""
+    return Settings(params.number('~distance', distance, minimum=0.1, maximum=20.0, unit='m'),
+                    params.boolean('~strafe', False),
+                    params.number('~lost_after', 0.5, minimum=0.1, maximum=5.0, unit='s'),
+                    limits(ROBOT.limits.speed, ROBOT.limits.turn_speed))
+
+
+def marker_ids(name, default):
+    """Return the parameter ``name`` as a list of at least one marker id, whole numbers from 0."""
+    values = params.numbers(name, default)
+    if not values or not all(isinstance(value, float) and value.is_integer() and value >= 0.0 for value in values):
+        raise params.ParameterError(f'parameter {rospy.resolve_name(name)} is {values}; it must be a list of ids, '
+                                    f'whole numbers from 0. Set it with _{name.lstrip("~")}:="{default}"')
+    return [int(value) for value in values]

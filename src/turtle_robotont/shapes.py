@@ -1,4 +1,4 @@
-"""Shapes that a turtle can draw: where their corners lie and whether they fit into the arena.
+"""Shapes that a turtle or a robot can draw: where their corners lie and whether they fit into the turtles' arena.
 
 Positions are in metres, 0 .. ARENA_SIZE, origin in the lower left corner, y up; headings in rad, counter-clockwise
 from +x. A square, triangle or circle begins where the turtle stands, sets off in the direction that it faces, lies
@@ -14,6 +14,8 @@ SIDES = {'square': 4, 'triangle': 3}
 SHAPES = ('square', 'triangle', 'circle', 'corners')
 DEFAULT_SIZE = 2.0  # [m]
 DEFAULT_CORNERS = [[4.0, 4.0], [7.0, 4.0], [7.0, 7.0], [4.0, 7.0]]  # [m]
+ROBOT_SIZE = 0.5  # [m] has room where a Robotont starts in its maze
+ROBOT_CORNERS = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]]  # [m] in odom
 CIRCLE_ENDS = ('right end', 'upper end', 'left end', 'lower end')
 SMALLEST = 0.1  # [m] size that can be told from a dot
 STEEP = 1e-6  # a heading whose cosine is smaller leads to no x

@@ -9,8 +9,8 @@ from turtlesim.srv import SetPen, TeleportAbsolute
 
 from turtle_robotont import drawing
 from turtle_robotont.control import Goal, GoTo, State, require_goal
+from turtle_robotont.driver import DriveError
 from turtle_robotont.shapes import distance, point_at_x
-from turtle_robotont.turtle_driver import DriveError
 
 SERVICE_TIMEOUT = 10.0  # [s]
 TELEPORT_TIMEOUT = 2.0  # [s] until a teleport shows in the pose
@@ -28,10 +28,10 @@ def stop_at_x(driver, x, limits):
     rospy.loginfo('Stopped at x = %.4f m, y = %.4f m: error %.4f m', pose.x, pose.y, abs(pose.x - x))
 
 
-def draw_shape(driver, shape, size, corners, limits):
-    """Draw a shape; parameters as in turtle_robotont.drawing.plan."""
+def draw_shape(driver, shape, size, corners, limits, strafe=False):
+    """Draw a shape with a turtle or a robot; parameters as in turtle_robotont.drawing.plan."""
     pose = driver.ready()
-    plan = drawing.plan(shape, pose, size, corners, limits)
+    plan = drawing.plan(shape, pose, size, corners, limits, driver.vehicle, strafe)
     rospy.loginfo('Drawing: %s, beginning at (%.2f, %.2f)', shape, *plan.begin)
     ride = driver.drive(plan.drive)
     require_arrived(plan.drive, ride)

@@ -6,7 +6,8 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from turtle_robotont import shapes
-from turtle_robotont.control import ENDED, LIMITS, State
+from turtle_robotont.control import ENDED, State
+from turtle_robotont.vehicle import LIMITS
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 

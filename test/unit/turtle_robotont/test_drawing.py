@@ -5,7 +5,8 @@ import pytest
 
 from kinematic_core.checks import InvalidInput
 from turtle_robotont import checks, drawing
-from turtle_robotont.control import Goal, Limits, State
+from turtle_robotont.control import Goal, State
+from turtle_robotont.vehicle import Limits
 
 CORNER_TOLERANCE = 0.05  # [m] what the course's shapes are held to; the control keeps within a fifth of it
 STRAIGHT_TOLERANCE = 0.03  # [m] off the lines between the corners

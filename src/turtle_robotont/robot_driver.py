@@ -1,0 +1,49 @@
+"""A robot with odometry as a vehicle that a node drives."""
+import math
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from kinematic_core.turtle_world import Pose
+from kinematic_ros.topics import LatestPublisher
+from turtle_robotont.driver import Driver
+from turtle_robotont.msg import DriveStatus
+from turtle_robotont.vehicle import ROBOT
+
+UNIT_TOLERANCE = 0.01  # by which the length of a quaternion may differ from 1
+
+
+class RobotDriver(Driver):
+    """Drives a robot by ``odom`` and ``cmd_vel``; tells of it on ``drive_status``. Poses are those in odom's frame."""
+
+    pose_timeout = 0.5  # [s] the time after which a Robotont itself stops without commands
+
+    def __init__(self):
+        super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
+                         rospy.Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
+        self._stamp = None  # [s] of the last odometry that was taken
+        rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
+
+    def _on_odometry(self, odometry):
+        stamp = odometry.header.stamp.to_sec() or rospy.get_time()
+        before, self._stamp = self._stamp, stamp
+        if before is not None and stamp <= before:
+            rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after {before:.3f} s, that '
+                                        'of the message before; left out. Do two nodes publish it? (rostopic info)')
+            return
+        self._take(pose_of(odometry), 0.0 if before is None else stamp - before)
+
+    def _no_pose(self, timeout):
+        return (f'no odometry on {self.pose_topic} for {timeout:g} s; is the robot or its simulator running? '
+                '(rostopic hz; another topic: odom:=NAME)')
+
+
+def pose_of(odometry):
+    """Return the Pose of a nav_msgs/Odometry; its theta is NaN when the orientation is no rotation."""
+    q, twist = odometry.pose.pose.orientation, odometry.twist.twist
+    theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    if not abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < UNIT_TOLERANCE:
+        theta = math.nan
+    position = odometry.pose.pose.position
+    return Pose(position.x, position.y, theta, math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)

@@ -1,0 +1,68 @@
+"""An omnidirectional robot on ideal odometry, with the delay and the acceleration that a real base has."""
+import collections
+import math
+
+from kinematic_core.turtle_world import Pose
+from turtle_robotont.vehicle import STOP, Command
+
+STEP = 0.01  # [s] of the simulation
+ODOMETRY_STEPS = 3  # steps between two messages of odometry: 33 Hz
+ACCELERATION, TURN_ACCELERATION = 2.0, 8.0  # [m/s^2], [rad/s^2] of the base
+TIME_LIMIT = 120.0  # [s] that no drive of these tests takes
+
+
+class Robot:
+    """A body that follows velocities (Command) ``delay`` steps late; x, y [m], theta [rad] in odom."""
+
+    def __init__(self, start=(0.0, 0.0, 0.0), delay=5):
+        self.x, self.y, self.theta = start
+        self.velocity, self.time = STOP, 0.0
+        self._on_the_way = collections.deque([STOP] * delay)
+        self._wanted = STOP
+
+    @property
+    def pose(self):
+        """Return the pose as odometry tells it."""
+        return Pose(self.x, self.y, self.theta, math.hypot(self.velocity.linear, self.velocity.lateral),
+                    self.velocity.angular)
+
+    def command(self, command):
+        """Take a velocity, which counts from now on."""
+        self._wanted = command
+
+    def step(self):
+        """Move on by STEP."""
+        self._on_the_way.append(self._wanted)
+        wanted = self._on_the_way.popleft()
+        limits = Command(ACCELERATION * STEP, TURN_ACCELERATION * STEP, ACCELERATION * STEP)
+        self.velocity = Command(*(now + max(-limit, min(limit, goal - now))
+                                  for now, goal, limit in zip(self.velocity, wanted, limits)))
+        heading = self.theta + self.velocity.angular * STEP / 2.0
+        ahead, left = self.velocity.linear * STEP, self.velocity.lateral * STEP
+        self.x += ahead * math.cos(heading) - left * math.sin(heading)
+        self.y += ahead * math.sin(heading) + left * math.cos(heading)
+        self.theta += self.velocity.angular * STEP
+        self.time += STEP
+
+    def seen_from(self, x, y):
+        """Return where a point of odom lies: (ahead, left) [m] of the robot."""
+        dx, dy = x - self.x, y - self.y
+        return (dx * math.cos(self.theta) + dy * math.sin(self.theta),
+                dy * math.cos(self.theta) - dx * math.sin(self.theta))
+
+
+def drive(robot, drive):
+    """Let a Drive of turtle_robotont drive the robot to its end; return (track, commands)."""
+    track, commands = [robot.pose], []
+    while not drive.finished:
+        assert robot.time < TIME_LIMIT, drive.state
+        commands.append(drive.step(robot.pose, ODOMETRY_STEPS * STEP))
+        robot.command(commands[-1])
+        for _ in range(ODOMETRY_STEPS):
+            robot.step()
+        track.append(robot.pose)
+    for _ in range(30):
+        robot.command(STOP)
+        robot.step()
+        track.append(robot.pose)
+    return track, commands
