@@ -18,7 +18,7 @@ README = READMES[REPOSITORY]
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
                  for path in folder.iterdir() if path.is_file() and path.name != 'demo.py')  # that is ./run demo
 LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch')])
-MADE_BY_RUNNING = {'output/'}
+MADE_BY_RUNNING = {'output/', 'camera.yaml', 'frames.json'}
 PARAMETER_COLUMNS = ['parameter', 'type', 'default', 'range', 'meaning']
 NAME_COLUMNS = ['name', 'kind', 'type', 'meaning']
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Real
 
+import cv2
 import numpy as np
 
 from alvar_core import align, code, detect, homography, pose, reading
@@ -305,8 +306,9 @@ def best_of_overlapping(found):
     """Of Detections that lie on each other the one with the highest confidence; cells of a marker are no marker."""
     kept = []
     for d in sorted(found, key=lambda d: -d.confidence):
-        if all(math.dist(d.centre, k.centre) > 0.4 * d.side
-               and cv2.pointPolygonTest(k.corners.astype(np.float32), tuple(map(float, d.centre)), False) < 0 for k in kept):
+        centre = tuple(map(float, d.centre))
+        if all(math.dist(centre, k.centre) > 0.4 * d.side
+               and cv2.pointPolygonTest(k.corners.astype(np.float32), centre, False) < 0 for k in kept):
             kept.append(d)
     return kept
 

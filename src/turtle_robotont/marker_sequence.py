@@ -1,0 +1,232 @@
+"""The short picture sequence of the AR part: five markers swing in a room, one is covered for a while. ROS-free.
+
+The camera is a webcam's with some distortion; the markers have the ids 1 to 5 and the size that the course prints.
+``render`` leaves the pictures, camera.yaml as ROS's camera_calibration writes it, and frames.json with what is true:
+for each frame the markers with id, corners [px], position [m] and orientation (x y z w) in the camera's optical frame;
+``ignore`` marks one that is covered in part, a covered one is not listed. The motion repeats after the last frame.
+"""
+import json
+import math
+import os
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from alvar_core import pose, render
+
+FRAMES = 72
+RATE = 10.0  # [Hz] of the pictures
+MARKER_SIZE = 0.068  # [m] of the black square
+WIDTH, HEIGHT = 640, 480  # [px]
+MARKERS = (1, 2, 3, 4, 5)
+COVERED = 3  # the marker that is covered
+COVER_FRAMES = (26, 46)  # begin and end of the cover's way across
+CARD, COVER = 11.0 / 9.0, 2.2  # sides of a marker's white card and of the cover, in marker sides
+FINE = 2  # pixels of the drawn picture to one of the camera's, each way
+MARGIN = 48  # [px] more is drawn on each side, where the distorted camera looks
+CELL = 12  # [px] of a marker's texture
+NOISE = 1.5  # standard deviation of a pixel
+ROOM = {'left': -1.6, 'right': 1.5, 'ceiling': -1.1, 'floor': 0.95, 'wall': 3.2}  # [m] in the optical frame
+
+
+class Pose(NamedTuple):
+    """Where a marker is: rotation (3, 3) and position [m] (3,) in the optical frame."""
+
+    rotation: np.ndarray
+    position: np.ndarray
+
+
+def poses(frame):
+    """Return {id: Pose} of all markers in a frame, 0 to FRAMES - 1."""
+    turn = 2.0 * math.pi * frame / FRAMES
+    sin, cos = math.sin(turn), math.cos(turn)
+    return {  # rocks; comes near; rolls, and is covered; passes by; turns aside
+        1: Pose(render.facing(0.6 + 0.2 * sin, turn, 0.2 * cos),
+                np.array([-0.25 + 0.05 * cos, -0.13 + 0.05 * sin, 0.75])),
+        2: Pose(render.facing(0.35, 0.5, 0.1 * sin), np.array([-0.03, 0.01, 0.9 + 0.4 * cos])),
+        3: Pose(render.facing(0.45, 2.0, turn), np.array([0.22, -0.13, 0.7])),
+        4: Pose(render.facing(0.5, 1.2, -0.3 * sin), np.array([0.27 * sin, 0.17, 0.75])),
+        5: Pose(render.facing(0.75 * math.sin(2.0 * turn), math.pi / 2.0, 0.1), np.array([0.25, 0.02, 0.65])),
+    }
+
+
+def cover_centre(frame):
+    """Return where the cover's middle is in a frame, in marker sides to the right of the covered marker, or None."""
+    begin, end = COVER_FRAMES
+    if not begin <= frame < end:
+        return None
+    across = 6.0 * (frame + 0.5 - begin) / (end - begin) - 3.0
+    return across ** 3 / 9.0  # slowly over the marker
+
+
+def visible(frame, marker_id):
+    """Return 'seen', 'part' or 'covered': how much of a marker can be seen in a frame."""
+    centre = cover_centre(frame) if marker_id == COVERED else None
+    if centre is None or abs(centre) > (COVER + CARD) / 2.0 + CARD:
+        return 'seen'
+    return 'covered' if abs(centre) < COVER / 2.0 - math.sqrt(0.5) else 'part'
+
+
+class Stage:
+    """The camera, the empty room as it sees it, and the maps from what is drawn to the camera's pixels."""
+
+    def __init__(self):
+        self.camera = render.default_camera(WIDTH, HEIGHT, distorted=True)
+        self._to_canvas = np.array([[FINE, 0, FINE * (MARGIN + 0.5) - 0.5], [0, FINE, FINE * (MARGIN + 0.5) - 0.5],
+                                    [0, 0, 1]]) @ self.camera.matrix
+        fine = np.stack(np.meshgrid(np.arange(WIDTH * FINE), np.arange(HEIGHT * FINE)), -1)
+        at = ((self.camera.to_ideal((fine + 0.5) / FINE - 0.5) + MARGIN + 0.5) * FINE - 0.5).astype(np.float32)
+        self._maps = cv2.convertMaps(at[..., 0], at[..., 1], cv2.CV_16SC2)
+        self._room = self._draw_room()
+        self._textures = {marker_id: _texture(marker_id) for marker_id in MARKERS}
+        self._noise = np.random.default_rng(7).normal(0.0, NOISE, (HEIGHT + 64, WIDTH + 64, 1)).astype(np.float32)
+
+    def picture(self, frame):
+        """Return the picture of a frame, (HEIGHT, WIDTH, 3) uint8 BGR."""
+        canvas = self._room.copy()
+        for marker_id, where in sorted(poses(frame).items(), key=lambda one: -one[1].position[2]):
+            self._paste(canvas, self._textures[marker_id], where, MARKER_SIZE * CARD)
+        centre = cover_centre(frame)
+        if centre is not None:
+            where = poses(frame)[COVERED]
+            flat = Pose(render.facing(0.0, 0.0, 0.0), where.position + [centre * MARKER_SIZE, 0.0, -0.02])
+            self._paste(canvas, _paper(), flat, MARKER_SIZE * COVER)
+        fine = cv2.remap(canvas, *self._maps, cv2.INTER_LINEAR)
+        picture = cv2.resize(fine, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA).astype(np.float32)
+        top, left = frame * 29 % 64, frame * 47 % 64
+        return cv2.convertScaleAbs(picture + self._noise[top:top + HEIGHT, left:left + WIDTH])
+
+    def truth(self, frame):
+        """Return the entries of frames.json for the markers of a frame."""
+        entries = []
+        for marker_id, (rotation, position) in poses(frame).items():
+            if visible(frame, marker_id) != 'covered':
+                corners = render.project(self.camera, rotation, position, pose.object_corners(MARKER_SIZE))
+                entries.append({'id': marker_id, 'size_m': MARKER_SIZE, 'corners': corners.round(3).tolist(),
+                                'position': position.round(6).tolist(),
+                                'orientation': [round(float(v), 7) for v in pose.quaternion(rotation)],
+                                'distance_m': round(float(np.linalg.norm(position)), 4),
+                                'ignore': visible(frame, marker_id) == 'part'})
+        return entries
+
+    def _paste(self, canvas, texture, where, side):
+        """Draw a square texture with a side [m] where its Pose says."""
+        half, count = side / 2.0, len(texture)
+        plane = np.column_stack([where.rotation[:, 0], where.rotation[:, 1], where.position])
+        scale = np.array([[side / count, 0, side / count / 2 - half], [0, -side / count, half - side / count / 2],
+                          [0, 0, 1]])
+        _warp(canvas, texture, self._to_canvas @ plane @ scale)
+
+    def _draw_room(self):
+        """Return the room without markers: back wall, side walls, ceiling and floor, each a plain texture."""
+        canvas = np.zeros(((HEIGHT + 2 * MARGIN) * FINE, (WIDTH + 2 * MARGIN) * FINE, 3), np.uint8)
+        rng, r = np.random.default_rng(3), ROOM
+        x, y, z = np.eye(3)
+        far, height, depth = r['right'] - r['left'], r['floor'] - r['ceiling'], r['wall'] - 0.3
+        near = z * 0.3
+        for texture, origin, across, down in (
+                (_wall(rng, far, height), x * r['left'] + y * r['ceiling'] + z * r['wall'], x, y),
+                (_plain(rng, (150, 165, 172), depth, height), x * r['left'] + y * r['ceiling'] + near, z, y),
+                (_plain(rng, (165, 178, 184), depth, height), x * r['right'] + y * r['ceiling'] + near, z, y),
+                (_plain(rng, (208, 212, 214), far, depth), x * r['left'] + y * r['ceiling'] + near, x, z),
+                (_planks(rng, far, depth), x * r['left'] + y * r['floor'] + near, x, z)):
+            pixel = np.diag([1.0 / PER_METRE, 1.0 / PER_METRE, 1.0])
+            _warp(canvas, texture, self._to_canvas @ np.column_stack([across, down, origin]) @ pixel)
+        return canvas
+
+
+PER_METRE = 100  # [px] of the room's textures
+
+
+def _plain(rng, colour, width, height):
+    """Return a texture in one colour with slow changes of light, width x height [m]."""
+    light = rng.normal(0.0, 7.0, (4, 5)).astype(np.float32)
+    size = round(width * PER_METRE), round(height * PER_METRE)
+    light = cv2.resize(light, size, interpolation=cv2.INTER_CUBIC)[..., None]
+    return np.clip(np.array(colour, np.float32) + light, 0, 255).astype(np.uint8)
+
+
+def _wall(rng, width, height):
+    """Return the back wall: a window, a picture, a shelf, a skirting board."""
+    wall = _plain(rng, (186, 200, 204), width, height)
+
+    def rectangle(left, top, right, bottom, colour, thickness=-1):
+        a, b = (round(v * PER_METRE) for v in (left, top)), (round(v * PER_METRE) for v in (right, bottom))
+        cv2.rectangle(wall, tuple(a), tuple(b), colour, thickness)
+    rectangle(0.3, 0.3, 1.3, 1.2, (235, 225, 205))
+    rectangle(0.3, 0.3, 1.3, 1.2, (110, 130, 140), 6)
+    rectangle(0.79, 0.3, 0.81, 1.2, (110, 130, 140))
+    rectangle(1.9, 0.4, 2.6, 0.9, (120, 90, 70))
+    cv2.circle(wall, (225, 65), 16, (70, 150, 200), -1)
+    rectangle(1.6, 1.5, 2.9, 1.55, (70, 100, 130))
+    for number, colour in enumerate([(60, 60, 150), (120, 90, 50), (80, 130, 70), (50, 110, 160), (130, 70, 110)]):
+        rectangle(1.8 + 0.12 * number, 1.22 + 0.03 * (number % 3), 1.9 + 0.12 * number, 1.5, colour)
+    rectangle(0.0, height - 0.1, width, height, (120, 135, 145))
+    return wall
+
+
+def _planks(rng, width, depth):
+    """Return the floor: planks that run towards the wall."""
+    floor = _plain(rng, (86, 122, 158), width, depth)
+    for left in range(0, floor.shape[1], 18):
+        floor[:, left:left + 18] = cv2.add(floor[:, left:left + 18], float(rng.uniform(-14.0, 14.0)))
+        floor[:, left] = floor[:, left] // 2
+    return floor
+
+
+def _texture(marker_id):
+    """Return a card with a marker, one cell of white around."""
+    black = cv2.resize(render.marker_picture(marker_id, 9), None, fx=CELL, fy=CELL, interpolation=cv2.INTER_NEAREST)
+    card = np.pad(black, CELL, constant_values=255)
+    return cv2.cvtColor(cv2.convertScaleAbs(card, alpha=0.78, beta=26), cv2.COLOR_GRAY2BGR)
+
+
+def _paper():
+    """Return a sheet of coloured paper."""
+    return np.full((64, 64, 3), (96, 148, 96), np.uint8)
+
+
+def _warp(canvas, texture, homography):
+    """Draw a texture on the canvas; homography: from the texture's pixels to the canvas's."""
+    height, width = texture.shape[:2]
+    edge = np.float32([[-0.5, -0.5], [width - 0.5, -0.5], [width - 0.5, height - 0.5], [-0.5, height - 0.5]])
+    corners = cv2.perspectiveTransform(edge[None], homography)[0]
+    low = np.clip(np.floor(corners.min(0)).astype(int), 0, canvas.shape[1::-1])
+    high = np.clip(np.ceil(corners.max(0)).astype(int) + 1, 0, canvas.shape[1::-1])
+    part = canvas[low[1]:high[1], low[0]:high[0]]
+    moved = np.array([[1, 0, -low[0]], [0, 1, -low[1]], [0, 0, 1]]) @ homography
+    drawn = cv2.warpPerspective(texture, moved, tuple(int(v) for v in high - low), flags=cv2.INTER_LINEAR,
+                                borderMode=cv2.BORDER_REPLICATE)
+    mask = np.zeros(part.shape[:2], np.uint8)
+    cv2.fillConvexPoly(mask, ((corners - low) * 16).round().astype(np.int32), 255, shift=4, lineType=cv2.LINE_AA)
+    share = mask[..., None] * np.float32(1.0 / 255.0)
+    part[:] = (drawn * share + part * (1.0 - share) + 0.5).astype(np.uint8)
+
+
+def render_to(folder):
+    """Write the sequence into a folder, which must exist; raise OSError."""
+    stage, frames = Stage(), []
+    for number in range(FRAMES):
+        name = f'frame_{number:03d}'
+        if not cv2.imwrite(os.path.join(folder, f'{name}.jpg'), stage.picture(number), [cv2.IMWRITE_JPEG_QUALITY, 92]):
+            raise OSError(f'{folder}/{name}.jpg could not be written')
+        frames.append({'name': name, 'file': f'{name}.jpg', 'camera': 'webcam', 'marker_size_m': MARKER_SIZE,
+                       'kind': 'markers', 'difficulty': 'easy', 'markers': stage.truth(number)})
+    matrix, distortion = stage.camera.matrix.ravel().tolist(), stage.camera.distortion[:5].tolist()
+    with open(os.path.join(folder, 'frames.json'), 'w', encoding='utf-8') as file:
+        json.dump({'set': 'marker_sequence', 'rate': RATE, 'marker': {'data_cells': 5, 'margin_cells': 2},
+                   'cameras': {'webcam': {'width': WIDTH, 'height': HEIGHT, 'K': matrix, 'D': distortion,
+                                          'distortion_model': 'plumb_bob'}}, 'frames': frames}, file)
+    with open(os.path.join(folder, 'camera.yaml'), 'w', encoding='utf-8') as file:
+        file.write(calibration_yaml(matrix, distortion))
+
+
+def calibration_yaml(matrix, distortion):
+    """Return the text of a calibration file; matrix: 9 numbers row by row [px], distortion: 5 numbers, plumb_bob."""
+    projection = [*matrix[0:3], 0.0, *matrix[3:6], 0.0, *matrix[6:9], 0.0]
+    rows = [('camera_matrix', 3, 3, matrix), ('distortion_coefficients', 1, 5, distortion),
+            ('rectification_matrix', 3, 3, np.eye(3).ravel().tolist()), ('projection_matrix', 3, 4, projection)]
+    text = f'image_width: {WIDTH}\nimage_height: {HEIGHT}\ncamera_name: head_camera\ndistortion_model: plumb_bob\n'
+    return text + ''.join(f'{name}:\n  rows: {height}\n  cols: {width}\n  data: {data}\n'
+                          for name, height, width, data in rows)
