@@ -16,7 +16,7 @@ def main():
     log_rate = params.number('~log_rate', 1.0, minimum=0.0, maximum=1000.0, unit='Hz')
     markers = node_params.marker_ids('~markers', [1, 2, 3, 4, 5])
     settings = node_params.follow_settings(distance=1.0)
-    search_speed = params.number('~search_speed', 0.8, minimum=-3.0, maximum=3.0, unit='rad/s')
+    search_speed = params.number('~search_speed', 1.0, minimum=-3.0, maximum=3.0, unit='rad/s')
     rate = params.number('~rate', 20.0, minimum=2.0, maximum=100.0, unit='Hz')
     params.log_effective()
     tour = Tour(markers, settings, search_speed)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The whole turtle part of the course, played and measured: what ./run demo shows."""
+"""The whole course, played and measured: what ./run demo shows."""
 from turtle_robotont.demo import main
 
 if __name__ == '__main__':

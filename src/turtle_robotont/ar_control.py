@@ -33,7 +33,7 @@ class MarkerListener:
         self._heard = time.monotonic()
         self._topic = rospy.resolve_name(TOPIC)
         rospy.loginfo('Subscribing to %s', self._topic)
-        rospy.Subscriber(TOPIC, AlvarMarkers, self._on_markers, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber(TOPIC, AlvarMarkers, self._on_markers, tcp_nodelay=True)
         threading.Thread(target=self._watch, name='watch', daemon=True).start()
 
     def _on_markers(self, message):
@@ -60,8 +60,8 @@ class MarkerListener:
         """Say what to do while no message comes; on wall time, which goes on when a simulator's does not."""
         while not rospy.is_shutdown():
             if time.monotonic() - self._heard > SILENT_AFTER:
-                rospy.logwarn('%s The tracker: roslaunch turtle_robotont camera_ar_track.launch',
-                              waiting_text(self._topic, AlvarMarkers._type, TOPIC))
+                rospy.logwarn('%s (Camera and tracker: roslaunch turtle_robotont camera_ar_track.launch)',
+                              waiting_text(self._subscriber, TOPIC))
                 self._heard = time.monotonic() + REMIND - SILENT_AFTER
             time.sleep(0.5)
 

@@ -174,12 +174,17 @@ def _call(stage, service, *arguments):
 
 
 class Step(NamedTuple):
-    """A step of the course: its title, what is asked, what is typed, and the function that plays and measures it."""
+    """A step of the course: its title, what is asked, what is typed, and the function that plays and measures it.
+
+    turtle: it is a turtle's, which is brought back to the middle before and shown in a picture after it; the others
+    leave pictures with ``Stage.keep``.
+    """
 
     title: str
     asked: str
     typed: str
     play: Callable
+    turtle: bool = True
 
 
 STEPS = (

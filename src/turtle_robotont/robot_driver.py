@@ -7,6 +7,7 @@ from nav_msgs.msg import Odometry
 
 from kinematic_core.turtle_world import Pose
 from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.waiting import waiting_text
 from turtle_robotont.driver import Driver
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.vehicle import ROBOT
@@ -23,7 +24,7 @@ class RobotDriver(Driver):
         super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
                          rospy.Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
         self._stamp = None  # [s] of the last odometry that was taken
-        rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
 
     def _on_odometry(self, odometry):
         stamp = odometry.header.stamp.to_sec() or rospy.get_time()
@@ -35,8 +36,8 @@ class RobotDriver(Driver):
         self._take(pose_of(odometry), 0.0 if before is None else stamp - before)
 
     def _no_pose(self, timeout):
-        return (f'no odometry on {self.pose_topic} for {timeout:g} s; is the robot or its simulator running? '
-                '(rostopic hz; another topic: odom:=NAME)')
+        text = f'no odometry on {self.pose_topic} for {timeout:g} s; is the robot or its simulator running?'
+        return f'{text} {waiting_text(self._subscriber, "odom")}' if self._stamp is None else text
 
 
 def pose_of(odometry):

@@ -16,6 +16,7 @@ import subprocess
 import threading
 import time
 
+import cv2
 import rosgraph
 import roslib.packages
 import rospy
@@ -133,6 +134,7 @@ class Stage:
         """``output``: the folder for pictures; what the nodes print goes into its subfolder log."""
         self.output, self._log = output, os.path.join(output, 'log')
         self._processes = []
+        self._kept = []  # pictures of the present step, (height, width, 3) uint8 BGR
         self.seen = None  # the Observer, once open
 
     def open(self):
@@ -206,6 +208,20 @@ class Stage:
         """Call a service; return its answer."""
         rospy.wait_for_service(service, PATIENCE)
         return rospy.ServiceProxy(service, service_type)(*request)
+
+    def keep(self, picture):
+        """Keep a picture, (height, width, 3) uint8 BGR, of the present step."""
+        self._kept.append(picture)
+
+    def kept(self, name):
+        """Save the pictures kept as ``name``.png, ``name``_2.png and so on, and forget them; return their paths."""
+        paths = [os.path.join(self.output, f'{name}{f"_{number}" if number > 1 else ""}.png')
+                 for number in range(1, len(self._kept) + 1)]
+        for path, picture in zip(paths, self._kept):
+            if not cv2.imwrite(path, picture):
+                raise StageError(f'{path} could not be written')
+        self._kept.clear()
+        return paths
 
     def picture(self, name):
         """Save the simulator's picture as ``name``.png; return its path, or None where the simulator has none."""

@@ -10,8 +10,9 @@ from turtle_robotont.follow import State as Following
 from turtle_robotont.vehicle import STOP, Command
 
 FRESH = 0.3  # [s] a marker seen that long ago is in view: two messages of a tracker at 8 Hz
+AHEAD = 0.2  # [rad] off the marker is enough ahead to drive while turning the rest
 FACING = 0.05  # [rad] off counts as facing the marker
-NEAR = 0.03  # [m] off the distance counts as there
+NEAR = 0.05  # [m] off the distance counts as there
 MOST_TURNS = 2.0  # full turns without seeing the marker: it cannot be seen from here
 
 
@@ -28,7 +29,7 @@ class State(enum.Enum):
 class Tour:
     """Goes up to markers one after the other; ``state``, ``status`` (a text) and ``reached`` say how far it is."""
 
-    def __init__(self, markers, settings=None, search_speed=0.8):
+    def __init__(self, markers, settings=None, search_speed=1.0):
         """``markers``: their ids in order; ``search_speed`` [rad/s], positive: to the left."""
         self._rest = list(markers)
         self._settings = settings or Settings(distance=1.0)
@@ -107,7 +108,7 @@ class Tour:
         if self._unseen > self._settings.lost_after:
             self._start_search(math.copysign(self._search_speed, self._bearing))
             return STOP
-        if abs(self._bearing) < FACING:
+        if abs(self._bearing) < AHEAD:
             self.state = State.APPROACHING
         return self._settings.limits.apply(Command(0.0, TURN_GAIN * self._bearing))
 

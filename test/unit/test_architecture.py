@@ -11,8 +11,8 @@ import pytest
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 STAND_INS = REPOSITORY / 'stand_ins'
 COURSE = REPOSITORY / 'src' / 'turtle_robotont'
-NODE_LAYER = ['ar_control', 'course', 'course_nodes', 'demo', 'drive_services', 'driver', 'node_params',
-              'robot_driver', 'stage', 'turtle_driver', 'turtle_tasks']  # only these may import ROS
+NODE_LAYER = ['ar_control', 'course', 'course_markers', 'course_nodes', 'demo', 'drive_services', 'driver',
+              'node_params', 'robot_driver', 'stage', 'turtle_driver', 'turtle_tasks']  # only these may import ROS
 STAND_IN_LOGIC = {'ar_track_alvar': ['command_line', 'debug_picture', 'gates'],
                   'robotont_gazebo': ['backdrop', 'camera', 'colours', 'faces', 'frames', 'layers', 'overhead',
                                       'renderer', 'sdf', 'sight', 'textures', 'worlds'],

@@ -14,7 +14,7 @@ sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 from robot_loop import STEP, Robot
 from test_follow import Camera
 
-DISTANCE_TOLERANCE = 0.06  # [m] of 1 m: what is near enough, and what is left of the speed
+DISTANCE_TOLERANCE = 0.08  # [m] of 1 m: what is near enough, and what is left of the speed
 DT = 0.05  # [s]
 
 

@@ -5,8 +5,9 @@ import rosgraph
 import rospy
 
 
-def waiting_text(topic, data_type, name):
-    """Return a text about a topic (resolved name) that brings nothing; ``name``: its name before remapping."""
+def waiting_text(subscriber, name):
+    """Return a text about a rospy.Subscriber that gets nothing; ``name``: what its topic is called unremapped."""
+    topic, data_type = subscriber.resolved_name, subscriber.type
     try:
         master = rosgraph.Master(rospy.get_name())
         types = dict(master.getTopicTypes())
