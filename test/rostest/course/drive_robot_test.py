@@ -80,6 +80,22 @@ class DriveRobotTest(RobotCase):
         self.assertRegex(said, r'\[FATAL\].*no odometry on /odom for 0\.5 s; is the robot or its simulator running')
         until(lambda: velocities.messages[-1] == STOP, 'a last Twist of zeros')
 
+    def test_drive_robot_stale_odometry(self):
+        """Somebody else sends odometry that is long past: left out with one warning, and the square is driven."""
+        stale = rospy.Publisher('odom', Odometry, queue_size=10)
+        self.addCleanup(stale.unregister)
+        message = Odometry()
+        message.header.stamp, message.pose.pose.position.x = rospy.Time(1.0), 50.0
+        message.pose.pose.orientation.w = 1.0
+        timer = rospy.Timer(rospy.Duration(0.05), lambda _: stale.publish(message))
+        self.addCleanup(timer.shutdown)
+        robot = self.robot(START)
+        until(lambda: robot.track, 'odometry')
+        said = self.ended(self.start('drive_shape.py', '_robot:=true', '_strafe:=true'), deadline=SHAPE_DEADLINE)
+        self.assertIn('Drawn in', said)
+        self.assertLess(math.dist(robot.track[-1][:2], START[:2]), CORNER_TOLERANCE)
+        self.assertRegex(said, r'/odom: the time 1\.000 s is not after .*left out')
+
     def test_drive_robot_without_robot(self):
         """Exit code 1 after the 10 s that a node waits; where there is odometry instead."""
         other = rospy.Publisher('robot7/odom', Odometry, queue_size=1)

@@ -51,14 +51,15 @@ class Robot:
                 dy * math.cos(self.theta) - dx * math.sin(self.theta))
 
 
-def drive(robot, drive):
-    """Let a Drive of turtle_robotont drive the robot to its end; return (track, commands)."""
+def drive(robot, drive, disturb=lambda robot: None):
+    """Let a Drive drive the robot to its end, ``disturb(robot)`` before each step; return (track, commands)."""
     track, commands = [robot.pose], []
     while not drive.finished:
         assert robot.time < TIME_LIMIT, drive.state
         commands.append(drive.step(robot.pose, ODOMETRY_STEPS * STEP))
         robot.command(commands[-1])
         for _ in range(ODOMETRY_STEPS):
+            disturb(robot)
             robot.step()
         track.append(robot.pose)
     for _ in range(30):

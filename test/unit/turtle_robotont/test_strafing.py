@@ -57,7 +57,20 @@ def test_robot_draws_within_2_cm(shape, size, start, limits, strafe, delay):
     assert any(command.lateral for command in commands) is strafe
 
 
-def test_strafing_holds_the_heading_against_a_push():
+def test_robot_that_was_pushed_off_its_side_comes_back_to_it():
+    robot = Robot()
+    side = StrafeTo(robot.pose, Goal(2.0, 0.0, 0.0))
+
+    def push(robot):
+        if robot.time == pytest.approx(1.5):
+            robot.y += 0.1
+    track, _ = drive(robot, side, push)
+    pushed = next(pose.x for pose in track if pose.y > 0.09)
+    assert side.state is State.ARRIVED
+    assert max(abs(pose.y) for pose in track if pose.x > pushed + 0.5) < 0.01
+
+
+def test_strafing_turns_back_to_its_heading():
     robot = Robot((0.0, 0.0, 0.3))
     side = StrafeTo(robot.pose, Goal(0.0, 1.0, 0.0))
     drive(robot, side)

@@ -77,6 +77,19 @@ def test_marker_that_is_lost_on_the_way_is_searched_where_it_went():
     assert said[-1].angular < 0.0, 'it was to the right'
 
 
+def test_marker_that_is_lost_while_turning_to_it_is_searched_where_it_went():
+    tour = Tour([1])
+    for _ in range(4):
+        tour.see([Sighting(1, 1.0, -1.0, 0.0)])
+        tour.step(DT)
+    assert tour.state is State.FACING
+    said = []
+    for _ in range(20):
+        tour.see([])
+        said.append(tour.step(DT))
+    assert STOP in said and tour.state is State.SEARCHING and said[-1].angular < 0.0
+
+
 def test_limits_hold():
     robot, limits = Robot(), Limits(0.2, 0.3)
     tour, commands = Tour([1], Settings(distance=1.0, limits=limits), search_speed=5.0), []
