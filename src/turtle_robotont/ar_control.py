@@ -60,7 +60,7 @@ class MarkerListener:
         """Say what to do while no message comes; on wall time, which goes on when a simulator's does not."""
         while not rospy.is_shutdown():
             if time.monotonic() - self._heard > SILENT_AFTER:
-                rospy.logwarn('%s (Camera and tracker: roslaunch turtle_robotont camera_ar_track.launch)',
+                rospy.logwarn('no markers on %s (camera and tracker: roslaunch turtle_robotont camera_ar_track.launch)',
                               waiting_text(self._subscriber, TOPIC))
                 self._heard = time.monotonic() + REMIND - SILENT_AFTER
             time.sleep(0.5)

@@ -78,7 +78,7 @@ class ArControlTest(RobotCase):
         process = self.start(NODE)
         self.tracker('laptop/ar_pose_marker', subscribers=0)
         said = process.wait_for_output(r'\[WARN\].*').group()
-        self.assertIn('Nothing comes on /ar_pose_marker: nobody publishes it', said)
+        self.assertIn('no markers on /ar_pose_marker: nobody publishes it', said)
         self.assertRegex(said, r'/laptop/ar_pose_marker \(by /ar_control_silence\)')
         self.assertIn('ar_pose_marker:=/laptop/ar_pose_marker', said)
         self.assertIn('camera_ar_track.launch', said)

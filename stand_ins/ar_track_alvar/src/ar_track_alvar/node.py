@@ -15,7 +15,7 @@ from std_msgs.msg import Bool
 from alvar_core.camera import CameraError
 from alvar_core.detector import Detector, PictureError
 from alvar_core.tracker import Tracker
-from ar_track_alvar import conversions, debug_picture, inputs
+from ar_track_alvar import conversions, debug_picture
 from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
 from ar_track_alvar.diagnostics import Statistics
 from ar_track_alvar.gates import ErrorGate, RateGate
@@ -25,6 +25,7 @@ from ar_track_alvar.settings import AUTO, RECTIFIED
 from kinematic_ros import images, params
 from kinematic_ros.registration import keep_registered
 from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.waiting import COMPRESSED, waiting_text
 
 BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once: one of 1280x720 in colour
 SILENCE = 5.0  # [s] without a picture or camera_info before it is said
@@ -150,7 +151,7 @@ class MarkerNode:
 
     def _subscribe(self):
         if self.settings.image_transport == 'compressed':
-            return rospy.Subscriber(self._topic + inputs.COMPRESSED, CompressedImage, self._take_picture, queue_size=1,
+            return rospy.Subscriber(self._topic + COMPRESSED, CompressedImage, self._take_picture, queue_size=1,
                                     buff_size=BUFFER, tcp_nodelay=True)
         return rospy.Subscriber('camera_image', Image, self._take_picture, queue_size=1, buff_size=BUFFER,
                                 tcp_nodelay=True)
@@ -216,10 +217,10 @@ class MarkerNode:
                 info, info_came, picture_came = self._info, self._info_came, self._picture_came
             if now - picture_came > SILENCE:
                 self._complain('picture', f'no picture has come for {now - picture_came:.0f} s',
-                               lambda: inputs.waiting_text(self._subscriber, 'camera_image'))
+                               lambda: waiting_text(self._subscriber, 'camera_image'))
             elif info is None and now - info_came > SILENCE:
                 self._complain('camera_info', f'no camera_info has come for {now - info_came:.0f} s',
-                               lambda: inputs.waiting_text(self._info_subscriber, 'camera_info'))
+                               lambda: waiting_text(self._info_subscriber, 'camera_info'))
         elapsed, self._reported = now - self._reported, now
         self._diagnostics.publish(self._statistics.report(rospy.get_name(), elapsed, self.settings.enabled,
                                                           rospy.Time.now()))

@@ -4,6 +4,8 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
+COMPRESSED = '/compressed'  # what image_transport puts behind a picture's topic
+
 
 def waiting_text(subscriber, name):
     """Return a text about a rospy.Subscriber that gets nothing; ``name``: what its topic is called unremapped."""
@@ -11,23 +13,25 @@ def waiting_text(subscriber, name):
     try:
         master = rosgraph.Master(rospy.get_name())
         types = dict(master.getTopicTypes())
-        publishers = {key: nodes for key, nodes in master.getSystemState()[0] if nodes}
+        publishers = {key: [node for node in nodes if node != rospy.get_name()]
+                      for key, nodes in master.getSystemState()[0]}
     except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
-        return f'Nothing comes on {topic}; the ROS master does not answer either.'
+        return f'{topic}: the ROS master does not answer.'
     return text_about(topic, data_type, name, types, publishers)
 
 
 def text_about(topic, data_type, name, types, publishers):
-    """Return the same from {topic: type} and {topic: nodes that publish it}."""
-    own = publishers.get(topic, ())
+    """Return the same from {topic: type} and {topic: other nodes that publish it}."""
+    own = publishers.get(topic)
     if not own:
-        said = f'Nothing comes on {topic}: nobody publishes it.'
+        said = f'{topic}: nobody publishes it.'
     elif types.get(topic) not in (data_type, '*'):
-        said = f'Nothing comes on {topic}: {", ".join(own)} publishes it as {types.get(topic)}, not as {data_type}.'
+        said = f'{topic}: {", ".join(own)} publishes it as {types.get(topic)}, not as {data_type}.'
     else:
-        said = f'Nothing comes on {topic}, though {", ".join(own)} publishes it.'
-    others = sorted(key for key in publishers if types.get(key) == data_type and key != topic)
+        said = f'{topic}: {", ".join(own)} publishes it, but nothing comes: does it get what it needs itself?'
+    others = sorted(key for key, nodes in publishers.items() if nodes and types.get(key) == data_type and key != topic)
     if not others:
-        return said
+        return f'{said} There is no other topic of type {data_type}.'
     listed = ', '.join(f'{key} (by {", ".join(publishers[key])})' for key in others)
-    return f'{said} There is {listed} of the type {data_type}; remap with {name}:={others[0]} .'
+    base = others[0][:-len(COMPRESSED)] if others[0].endswith(COMPRESSED) else others[0]  # what image_transport remaps
+    return f'{said} Topics of type {data_type}: {listed}; remap with {name}:={base}'
