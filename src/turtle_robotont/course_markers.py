@@ -4,6 +4,7 @@ Each is judged by what is true: by the sequence's frames.json, and by where the 
 
 Threads: rospy calls the recorders' callbacks in threads of its own; they only append.
 """
+import contextlib
 import json
 import math
 import os
@@ -26,7 +27,7 @@ from turtle_robotont.course import Check, Step, at_most, near
 from turtle_robotont.marker_sequence import FRAMES, MARKERS
 from turtle_robotont.robot_driver import pose_of
 from turtle_robotont.shapes import Point
-from turtle_robotont.stage import StageError
+from turtle_robotont.stage import REST_TIMEOUT, StageError
 
 START_TIMEOUT = 20.0  # [s] until the first message; the first time the sequence is rendered before
 POSITION_ERROR = 0.01  # of the distance, of the median marker; the camera has distortion
@@ -117,7 +118,8 @@ def maze(stage):
         node = stage.start('roslaunch', 'turtle_robotont', 'ar_maze.launch', 'sim:=false')
         views = watch_maze(node)
         took = time.monotonic() - began
-        time.sleep(0.2)
+        with contextlib.suppress(StageError):
+            stage.until(lambda: checks.rests(poses.entries), 'the robot moves', REST_TIMEOUT)
     finally:
         poses.end()
         world.end()

@@ -6,9 +6,10 @@ import sys
 
 import course_texts
 import rospy
+from nav_msgs.msg import Odometry
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from rostest_tools import DEADLINE, MIDDLE, PEN, Process, SimulatorCase, run, skip, until
+from rostest_tools import DEADLINE, MIDDLE, PEN, Collected, Process, SimulatorCase, run, skip, until
 
 BLUE, BLACK = (0, 0, 255), (0, 0, 0)
 LOGGED = 2e-6  # [m] what a position printed with six places may be off
@@ -137,8 +138,32 @@ class CourseTest(SimulatorCase):
             self.assertEqual(PEN, self.color())
 
 
+class RobotCourseTest(CourseTest):
+    simulator = None
+
+    def test_course_ar_control(self):
+        """ar_control_node.py, put together of the page's pieces: prints the markers and drives the robot at 1 Hz.
+
+        The loop is said in words only: a Twist that goes forward, published and printed once a second.
+        """
+        pieces = course_texts.snippets(course_texts.text(2), 'import Twist', 'import AlvarMarkers',
+                                       'def ar_message_handler', 'init_node', 'rospy.Publisher')
+        loop = ('velocity = Twist()\nvelocity.linear.x = 0.2\nrate = rospy.Rate(1)\nwhile not rospy.is_shutdown():\n'
+                '    velocity_pub.publish(velocity)\n    rospy.loginfo(velocity)\n    rate.sleep()\n')
+        source = '\n'.join(['#!/usr/bin/env python', 'import rospy', *pieces, loop])
+        environment, _ = self.package('ar_control_robotont', ar_control_node=source)
+        start = rospy.wait_for_message('/odom', Odometry, 2.0 * DEADLINE).pose.pose.position
+        program = self.start('rosrun', 'ar_control_robotont', 'ar_control_node.py', **environment)
+        for marker in range(1, 6):
+            program.wait_for_output(f'Detected marker with ID {marker}', 2.0 * DEADLINE)
+        program.wait_for_output(r'(?s)(linear:.*x: 0\.2.*){3}')
+        odometry = Collected('/odom', Odometry)
+        until(lambda: odometry.messages and odometry.messages[-1].pose.pose.position.x > start.x + 0.15,
+              'a robot that drives forward')
+
+
 if __name__ == '__main__':
     if course_texts.FOLDER.is_dir():
-        run(CourseTest)
+        run(CourseTest, RobotCourseTest)
     else:
         skip(course_texts.MISSING)

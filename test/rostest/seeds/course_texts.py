@@ -4,6 +4,7 @@ The texts are printed slides and a web page: programs have lost their indentatio
 typographic quotes. What is done to them here is what a student does who types them in: nothing else is changed.
 """
 import re
+import textwrap
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parents[3].parent / 'shared' / 'seeds'
@@ -16,7 +17,7 @@ QUOTES = str.maketrans({'\u2018': "'", '\u2019': "'", '\u201c': '"', '\u201d': '
 
 
 def text(number):
-    """Return the course text with a number, 0 or 1, with plain quotes."""
+    """Return the course text with a number, 0 to 2, with plain quotes."""
     path, = FOLDER.glob(f'{number:03d}_*.txt')
     return path.read_text(encoding='utf-8').translate(QUOTES)
 
@@ -41,6 +42,12 @@ def commands(course, program):
     lines = course.splitlines()
     return [(line[2:], lines[number + 1:]) for number, line in enumerate(lines)
             if line.startswith(f'$ {program} ') and '[' not in line]
+
+
+def snippets(course, *beginnings):
+    """Return the code of a web page that begins with each of these, one after the other, without its margin."""
+    blocks = [textwrap.dedent(block).strip() for block in re.findall(r'(?m)(?:^ {4}.*\n)+', course)]
+    return [next(block for block in blocks if re.search(beginning, block)) for beginning in beginnings]
 
 
 def without_slides(lines):
