@@ -10,15 +10,18 @@ import shutil
 import sys
 import tempfile
 
+from alvar_core import camera, code, render
 from turtle_robotont import marker_sequence
 
 
 def cached(ros_home):
     """Return the folder with the sequence below ``ros_home``, rendering it if it is not there; raise OSError."""
-    with open(marker_sequence.__file__, 'rb') as file:
-        version = hashlib.sha256(file.read()).hexdigest()[:12]
+    version = hashlib.sha256()
+    for module in (marker_sequence, render, code, camera):
+        with open(module.__file__, 'rb') as file:
+            version.update(file.read())
     parent = os.path.join(ros_home, 'turtle_robotont')
-    folder = os.path.join(parent, f'marker_sequence_{version}')
+    folder = os.path.join(parent, f'marker_sequence_{version.hexdigest()[:12]}')
     if os.path.exists(folder):
         return folder
     os.makedirs(parent, exist_ok=True)
