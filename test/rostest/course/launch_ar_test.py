@@ -8,6 +8,7 @@ import sys
 
 import rosgraph
 from ar_track_alvar_msgs.msg import AlvarMarkers
+from nav_msgs.msg import Odometry
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from robot_tools import RobotCase
@@ -15,6 +16,7 @@ from robot_tools import RobotCase
 from rostest_tools import Collected, Process, run, until
 
 POSITION_TOLERANCE = 0.015  # of the distance: of a marker seen from the side
+CORNER_TOLERANCE = 0.02  # [m]
 LAUNCH_DEADLINE = 30.0  # [s] the sequence lasts 7 and is rendered in 2
 
 
@@ -47,6 +49,21 @@ class LaunchArTest(RobotCase):
         twist = velocities.next(lambda twist: twist.linear.x > 0.05, 'a robot told to go ahead')
         self.assertLess(twist.linear.x, 0.1 + 1e-9)
         self.assertLess(twist.angular.z, 0.0, 'the marker is to the right')
+
+    def test_launch_drive_robot_shape(self):
+        """The simulator with it, faster than real time: the robot passes the corners, and all ends by itself."""
+        truth = Collected('/robotont_gazebo/ground_truth', Odometry)
+        launch = Process('roslaunch', 'turtle_robotont', 'drive_robot_shape.launch', 'rate:=4', 'shape:=triangle',
+                         'size:=0.4', 'strafe:=true', 'turn_speed:=0.5')
+        self.addCleanup(launch.stop)
+        self.assertIn('Drawn in', self.ended(launch, deadline=LAUNCH_DEADLINE))
+        way = [(message.pose.pose.position.x, message.pose.pose.position.y) for message in truth.messages]
+        self.assertEqual((-2.0, 0.0), way[0])
+        for corner in ((-1.6, 0.0), (-1.8, 0.2 * math.sqrt(3.0)), (-2.0, 0.0)):
+            near = [number for number, place in enumerate(way) if math.dist(place, corner) < CORNER_TOLERANCE]
+            self.assertTrue(near, f'{corner} missed by {min(math.dist(place, corner) for place in way):.3f} m')
+            way = way[near[0]:]
+        self.assertLess(max(abs(message.pose.pose.orientation.z) for message in truth.messages), 0.02, 'no turning')
 
     def test_launch_ar_nodes(self):
         """source:=simulator brings no camera of its own and listens to the robot's."""

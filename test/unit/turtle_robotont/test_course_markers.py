@@ -1,12 +1,13 @@
 """turtle_robotont.course_markers: what the demo makes of a tracker's messages, and its contact sheet."""
 import types
 
+import cv2
 import numpy as np
 import pytest
 
 from turtle_robotont import course_markers
 from turtle_robotont.course_markers import compared, sequence_checks, sheet
-from turtle_robotont.stage import StageError
+from turtle_robotont.stage import Stage, StageError
 
 TRUTH = {77: {'markers': [{'id': 1, 'position': [0.0, 0.0, 2.0], 'distance_m': 2.0, 'ignore': False},
                           {'id': 3, 'position': [0.0, 1.0, 0.0], 'distance_m': 1.0, 'ignore': True},
@@ -64,3 +65,19 @@ def test_world_of_another_simulator_is_named(monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'robotont_gazebo', None)
     with pytest.raises(StageError, match='worlds of the stand-in'):
         course_markers.world_plan('{}')
+
+
+def test_pictures_that_a_step_keeps_are_saved_under_its_name_once(tmp_path):
+    stage = Stage(str(tmp_path))
+    for grey in (10, 200):
+        stage.keep(np.full((4, 6, 3), grey, np.uint8))
+    assert stage.kept('2_maze') == [str(tmp_path / '2_maze.png'), str(tmp_path / '2_maze_2.png')]
+    assert [cv2.imread(str(path)).mean() for path in sorted(tmp_path.iterdir())] == [10.0, 200.0]
+    assert stage.kept('3_other') == []
+
+
+def test_picture_that_cannot_be_written_is_named(tmp_path):
+    stage = Stage(str(tmp_path / 'missing'))
+    stage.keep(np.zeros((4, 6, 3), np.uint8))
+    with pytest.raises(StageError, match=r'missing/1_a\.png could not be written'):
+        stage.kept('1_a')
