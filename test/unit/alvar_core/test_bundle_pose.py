@@ -91,6 +91,27 @@ def test_markers_on_two_sides_of_a_post():
     check(found, rotation)
 
 
+def test_several_of_many_were_moved():
+    places = {n: (0.07 * (n % 4), 0.07 * (n // 4), 0) for n in range(12)}
+    wall = bundles.Bundle('wall', 0, tuple(places), {n: pose.object_corners(SIDE) + at for n, at in places.items()})
+    position = np.array([-0.12, -0.1, 0.7])
+    markers = [placed(wall, n, position=position, moved=(0.01 * (n in (1, 6)), -0.012 * (n in (6, 11)), 0))
+               for n in places]
+    found = bundle_pose.solve(wall, seen(markers), CAMERA)
+    check(found, position=position)
+    assert set(found.rejected) == {1, 6, 11} and len(found.used) == 9
+
+
+def test_places_measured_with_a_ruler_will_do():
+    rng = np.random.default_rng(1)
+    rough = bundles.Bundle('rough', 8, FLAT.ids, {n: corners + [*rng.uniform(-7e-4, 7e-4, 2), 0]
+                                                  for n, corners in FLAT.corners.items()})  # [m]
+    found = bundle_pose.solve(rough, seen([placed(FLAT, n) for n in PLACES]), CAMERA)
+    assert found.rejected == () and not found.ambiguous
+    turn, shift = off(found)
+    assert turn < 2 * DEGREE and shift < 0.01  # 0.7 mm of 90 mm are 0.8 %
+
+
 def test_no_marker_no_pose():
     assert bundle_pose.solve(FLAT, [], CAMERA) is None
     assert bundle_pose.solve(POST, seen([placed(FLAT, 8)]), CAMERA) is None

@@ -14,6 +14,7 @@ AGREES_PX, AGREES_SHARE = 1.0, 0.05
 SOFT_SHARES = (0.6, 0.3, 0.15, 0.08, 0.05, 0.05)  # parts of the side: the same while the pose is found, step by step
 FILE_ERROR = 0.002  # parts of the side: how exactly the places of the markers are known at best
 FINAL_STEPS = 4
+MOST_HYPOTHESES = 8
 MEMORY_FRAMES = 10
 
 
@@ -116,14 +117,17 @@ class _View:
         self.information = np.array([_information(d, s) for d, s in zip(seen, self.side)])
 
     def hypotheses(self):
-        """The bundle's pose after each marker alone, from both of its solutions."""
+        """The bundle's pose after each marker alone, from both of its solutions; of many the MOST_HYPOTHESES best."""
         rotations, positions = [], []
         for detection, place in zip(self.seen, self.places):
             turn, centre = bundles.marker_pose(place)
             for solution in detection.solutions or [detection]:
                 rotations.append(solution.rotation @ turn.T)
                 positions.append(solution.position - rotations[-1] @ centre)
-        return np.array(rotations), np.array(positions)
+        rotations, positions = np.array(rotations), np.array(positions)
+        good = (1 / (1 + (self.errors(rotations, positions) / (SOFT_SHARES[0] * self.side)) ** 2)).sum(1)
+        best = np.argsort(-good, kind='stable')[:MOST_HYPOTHESES]
+        return rotations[best], positions[best]
 
     def _residuals(self, rotations, positions):
         """Reprojection errors (B, 8K) px and their derivatives (B, 8K, 6) by a small turn and a shift."""
