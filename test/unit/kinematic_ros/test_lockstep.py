@@ -75,6 +75,9 @@ class Scene:
         self.books = []
         monkeypatch.setattr(lockstep, '_books', lambda: list(self.books))
         monkeypatch.setattr(rospy, 'is_shutdown', lambda: False)
+        self.parameters = {}
+        monkeypatch.setattr(rospy, 'has_param', self.parameters.__contains__)
+        monkeypatch.setattr(rospy, 'set_param', self.parameters.__setitem__)
         self.lockstep = Lockstep(self.publisher, PATIENCE, STEP)
         self.wait()  # the master settles
 
