@@ -10,6 +10,8 @@ COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)
 CLEAR_LIKENESS, MIN_GAP, WIDE_GAP = 0.88, 0.03, 0.1
 MIN_KEPT = 0.7  # share of the samples that agree with the drawing
 MAX_RIM = 6  # cells of the rim that do not
+# Of the contrast: darker than paper, all along a side, it is a part of something larger, but for a high likeness.
+MIN_OUTSIDE, WHOLE_LIKENESS = -0.3, 0.92
 
 
 def accepted(f):
@@ -22,4 +24,5 @@ def accepted(f):
         asked = CLEAR if f['likeness'] > CLEAR_LIKENESS else UNLIKE
     surplus = f['gap'] / (1.03 - min(f['fit'], 1.0))
     return (f['gap'] > MIN_GAP and f['kept'] > MIN_KEPT and f['bad_rim'] <= MAX_RIM
+            and (f['outside'] > MIN_OUTSIDE or f['likeness'] > WHOLE_LIKENESS)
             and f['fit'] > asked.fit and surplus > asked.surplus and f['detail'] > asked.detail)

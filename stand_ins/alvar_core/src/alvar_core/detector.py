@@ -106,6 +106,9 @@ class Detector:
         x, y = g.x[self.detail], g.y[self.detail]
         self.smooth_basis = np.linalg.qr(np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1))[0]
         half = self.cells / 2
+        ring = (g.reach > 0) & (g.reach < 1 / PER_CELL)
+        sides = np.array([ring & beyond for beyond in (g.x < -half, g.x > half, g.y < -half, g.y > half)])
+        self.sides = (sides / sides.sum(1, keepdims=True)).T.astype(np.float32)  # means along the sides, just outside
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         self.square_h = np.concatenate([self.square, np.ones((4, 1))], 1)[:, :, None]
         self.square_steps = np.array([(homography.small(np.eye(8)) @ p - p)[..., 0].T for p in self.square_h])
@@ -256,12 +259,14 @@ class Detector:
         """For each marker what accept.accepted() asks for, but for what was read: a list of dictionaries."""
         side, k = self.full.grid.count, self.full.grid.per_cell
         body = self.full.grid.body
-        relative = ((state.values - state.model) / state.gain).reshape(-1, side, side)[:, body, body]
-        bad = np.abs(relative.reshape(-1, self.cells, k, self.cells, k).mean((2, 4))) > 0.4
+        relative = (state.values - state.model) / state.gain
+        cells = relative.reshape(-1, side, side)[:, body, body]
+        bad = np.abs(cells.reshape(-1, self.cells, k, self.cells, k).mean((2, 4))) > 0.4
         inner = slice(self.margin, self.margin + self.resolution)
         inside = bad[:, inner, inner].sum((1, 2))
-        columns = dict(likeness=likeness, detail=self._detail(state), bad_inside=inside,
-                       bad_rim=bad.sum((1, 2)) - inside, kept=state.weights.sum(1) / self.full.fixed_weight.sum(),
+        columns = dict(likeness=likeness, outside=(relative @ self.sides).min(1), detail=self._detail(state),
+                       bad_inside=inside, bad_rim=bad.sum((1, 2)) - inside,
+                       kept=state.weights.sum(1) / self.full.fixed_weight.sum(),
                        contrast=state.contrast, noise=state.noise, blur=state.blur)
         return [dict(zip(columns, row)) for row in zip(*(column.tolist() for column in columns.values()))]
 

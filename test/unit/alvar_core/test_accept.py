@@ -1,0 +1,23 @@
+"""What makes a marker of a candidate: a clear one, and what each weakness of it costs."""
+import pytest
+
+from alvar_core.accept import accepted
+
+CLEAR = dict(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, kept=0.85, bad_inside=0, bad_rim=0)
+
+
+@pytest.mark.parametrize('features, expected', [
+    ({}, True),
+    ({'gap': 0.02}, False),  # another word is as good
+    ({'fit': 0.85}, False), ({'detail': 0.8}, False), ({'kept': 0.6}, False),
+    ({'fit': 0.9, 'gap': 0.06}, False),  # surplus 0.06 / 0.13 = 0.46
+    ({'fit': 0.9, 'gap': 0.08}, True),  # 0.62
+    ({'fit': 0.9, 'gap': 0.08, 'likeness': 0.85}, False), ({'fit': 0.9, 'gap': 0.12, 'likeness': 0.85}, True),
+    ({'fit': 0.9, 'gap': 0.08, 'bad_rim': 3}, False), ({'fit': 0.9, 'gap': 0.12, 'bad_rim': 3}, True),
+    ({'bad_rim': 7}, False),
+    ({'fit': 0.9, 'gap': 0.11, 'bad_inside': 2, 'detail': 0.8}, True),  # a cover that no other word explains
+    ({'outside': -0.4, 'likeness': 0.9}, False), ({'outside': -0.4}, True),  # a part of a marker; one touched by a bar
+    ({'fit': 1.04}, True),
+])
+def test_candidate_is_accepted(features, expected):
+    assert bool(accepted({**CLEAR, **features})) is expected
