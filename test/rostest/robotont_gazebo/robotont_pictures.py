@@ -14,7 +14,8 @@ from robotont_tools import RobotontCase, used
 
 from alvar_core.camera import Camera
 from alvar_core.detector import Detector
-from rostest_tools import node_api, run, until
+from kinematic_ros.msg import ClockStatus
+from rostest_tools import node_api, registered_names, run, until
 
 MARKER_SIZE = 0.28  # [m]
 CAMERA_X, CAMERA_HEIGHT = -0.115, 0.2155  # [m] of the camera in base_footprint
@@ -80,6 +81,17 @@ class PicturesTest(RobotontCase):
         self.assertTrue(np.allclose(cloud[700, :, 1], CAMERA_HEIGHT, atol=1e-3))
         aligned = self.message('camera/aligned_depth_to_color/image_raw', Image)
         self.assertEqual(aligned.data, self.message('camera/depth/image_rect_raw', Image).data)
+
+    def test_robotont_lockstep_leaves_no_picture_out(self):
+        images = self.collected('camera/color/image_raw', Image)
+        start = len(images.messages)
+        stamps = [message.header.stamp.to_sec() for message in images.some(start, 31)]
+        for earlier, later in zip(stamps, stamps[1:]):
+            self.assertAlmostEqual(1.0 / 30.0, later - earlier, delta=1e-6)
+        status = self.message('~clock_status', ClockStatus)
+        self.assertTrue(status.lockstep)
+        # it would never be at rest: roscpp looks at /clock a thousand times a second
+        self.assertNotIn('/clock', registered_names('/robot_state_publisher')[1])
 
     def test_robotont_camera_rests_without_subscribers(self):
         images = self.collected('camera/color/image_raw', Image)

@@ -5,10 +5,12 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+import rospy
 
 from kinematic_core.omni import WHEEL_ANGLES, WHEEL_DISTANCE, WHEEL_RADIUS, WHEELS
+from kinematic_core.planar import Pose
 from robotont_description.urdf import MODELS, describe
-from robotont_gazebo import frames
+from robotont_gazebo import frames, messages
 from robotont_gazebo.node import MODELS as SIMULATED_MODELS
 
 URDF = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_description' / 'urdf'
@@ -73,7 +75,24 @@ def test_wheels_are_where_the_kinematics_have_them(wheel, angle):
     assert placed[:3, 2] == pytest.approx(-outwards, abs=LENGTH_TOLERANCE)  # the axis points to the middle
     rim = robot('robotont_gazebo_basic').find(f"link[@name='rim_{wheel}_link']/visual/geometry/cylinder")
     assert float(rim.get('radius')) == WHEEL_RADIUS
-    assert f'rim_{wheel}_joint' in frames.frames('').wheels
+    assert f'rim_{wheel}_joint' in frames.frames('').joints
+
+
+@pytest.mark.parametrize('turn', [0.0, 0.7, -4.0])
+def test_wheels_turn_as_the_urdf_says(turn):
+    sent = messages.transforms(rospy.Time(), frames.frames(''), Pose(), (turn,) * 3).transforms[1:]
+    about_axis = np.array([[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], [0, 0, 1.0]])
+    for transform in sent:
+        placed = place(robot('robotont_gazebo_basic'), transform.child_frame_id, 'base_link')
+        at, q = transform.transform.translation, transform.transform.rotation
+        assert placed[:3, 3] == pytest.approx([at.x, at.y, at.z], abs=LENGTH_TOLERANCE)
+        assert placed[:3, :3] @ about_axis == pytest.approx(rotation_of(q.x, q.y, q.z, q.w), abs=1e-6)
+
+
+def rotation_of(x, y, z, w):
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
 def test_sensors_are_where_the_simulator_has_them():

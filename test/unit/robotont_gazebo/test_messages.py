@@ -41,12 +41,13 @@ def test_variances_grow_with_noise(distance, noise, expected):
     assert messages.odometry_variances(distance, noise) == pytest.approx(expected)
 
 
-def test_transform():
-    (transform,) = messages.transform(STAMP, 'r/odom', 'r/base_footprint', POSE).transforms
-    assert (transform.header.stamp, transform.header.frame_id, transform.child_frame_id) == (
-        STAMP, 'r/odom', 'r/base_footprint')
-    assert (transform.transform.translation.x, transform.transform.translation.y) == (1.0, -2.0)
-    assert transform.transform.rotation.w == pytest.approx(HALF)
+def test_transforms():
+    base, *wheels = messages.transforms(STAMP, frames('r/'), POSE, (0.1, 0.2, 0.3)).transforms
+    assert (base.header.stamp, base.header.frame_id, base.child_frame_id) == (STAMP, 'r/odom', 'r/base_footprint')
+    assert (base.transform.translation.x, base.transform.translation.y) == (1.0, -2.0)
+    assert base.transform.rotation.w == pytest.approx(HALF)
+    assert [wheel.child_frame_id for wheel in wheels] == ['r/rim_back_link', 'r/rim_right_link', 'r/rim_left_link']
+    assert {(wheel.header.stamp, wheel.header.frame_id) for wheel in wheels} == {(STAMP, 'r/base_link')}
 
 
 def test_scan_is_the_facts_pages():
@@ -58,9 +59,10 @@ def test_scan_is_the_facts_pages():
 
 
 def test_names_of_frames_begin_with_the_prefix():
-    assert frames('') == ('odom', 'base_footprint', 'camera_depth_optical_frame', 'hokuyo_link',
+    assert frames('') == ('odom', 'base_footprint', 'base_link', 'camera_depth_optical_frame', 'hokuyo_link',
+                          ('rim_back_link', 'rim_right_link', 'rim_left_link'),
                           ('rim_back_joint', 'rim_right_joint', 'rim_left_joint'))
-    assert frames('r/').odom == 'r/odom' and frames('r/').wheels[0] == 'r/rim_back_joint'
+    assert frames('r/').odom == 'r/odom' and frames('r/').joints[0] == 'r/rim_back_joint'
 
 
 @pytest.mark.parametrize('pose, distance, expected', [

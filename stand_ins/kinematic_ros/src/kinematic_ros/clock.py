@@ -57,6 +57,8 @@ USE_SIM_TIME = '/use_sim_time'
 def init_simulator(name):
     """Initialise rospy for a simulator: the source of /clock must not wait for it. Call SimulatorClock next."""
     rospy.init_node(name, disable_rostime=True)
+    if rospy.is_shutdown():
+        raise rospy.exceptions.ROSInitException('it was ended before a master answered')
 
 
 def seeded_random():

@@ -17,6 +17,7 @@ from kinematic_core.checks import InvalidInput
 from kinematic_core.floor_plan import EMPTY
 from kinematic_core.planar import Pose
 from kinematic_ros import params, reachability
+from kinematic_ros.registration import keep_registered
 from robotont_gazebo import camera, worlds
 from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, ahead, frames
@@ -131,4 +132,5 @@ def main():
     rospy.init_node(NAME)
     reachability.watch()
     CameraNode()
+    keep_registered()
     rospy.spin()

@@ -6,7 +6,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from kinematic_core.omni import WHEEL_DISTANCE
+from kinematic_core.omni import WHEEL_ANGLES, WHEEL_DISTANCE
+from robotont_gazebo.frames import AXLE_HEIGHT
 
 POSE_VARIANCE = 1e-5  # [m^2] of x and y where the odometry makes no errors, as Gazebo's plugin has it
 YAW_VARIANCE = 1e-3  # [rad^2]
@@ -32,12 +33,30 @@ def odometry_variances(distance, noise):
     return POSE_VARIANCE + grown, YAW_VARIANCE + grown / WHEEL_DISTANCE ** 2
 
 
-def transform(stamp, frame, child, pose):
-    """Return a TFMessage with one transform."""
+def transforms(stamp, frames, pose, angles):
+    """Return a TFMessage of a frames.Frames: the base at a Pose in odom, the wheels turned by ``angles`` [rad]."""
+    base = TransformStamped(child_frame_id=frames.footprint)
+    base.header.stamp, base.header.frame_id = stamp, frames.odom
+    _set_pose(base.transform.translation, base.transform.rotation, pose)
+    return TFMessage([base, *(_wheel(stamp, frames.base, name, *wheel)
+                              for name, *wheel in zip(frames.wheels, WHEEL_ANGLES, angles))])
+
+
+def _wheel(stamp, frame, child, place, angle):
+    """Return the transform of a wheel at the angle ``place`` [rad] of the base; its own z axis points to the middle.
+
+    The rotation is that of the URDF: by place - 90 degrees about z, by 90 degrees about the new x, by ``angle`` about
+    the new z.
+    """
     message = TransformStamped(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, frame
-    _set_pose(message.transform.translation, message.transform.rotation, pose)
-    return TFMessage([message])
+    translation, rotation = message.transform.translation, message.transform.rotation
+    translation.x, translation.y = WHEEL_DISTANCE * math.cos(place), WHEEL_DISTANCE * math.sin(place)
+    translation.z = AXLE_HEIGHT
+    half, half_angle, scale = 0.5 * place - 0.25 * math.pi, 0.5 * angle, math.sqrt(0.5)
+    rotation.w, rotation.x = scale * math.cos(half + half_angle), scale * math.cos(half - half_angle)
+    rotation.y, rotation.z = scale * math.sin(half - half_angle), scale * math.sin(half + half_angle)
+    return message
 
 
 def joint_states(stamp, names, angles, speeds):

@@ -104,15 +104,15 @@ class RobotontNode:
         world, frame, stamp = self._world, self._frames, self._stamp
         odometry = world.odometry
         if self._transform.wanted():
-            self._transform.publish(messages.transform(stamp, frame.odom, frame.base, odometry.pose))
+            self._transform.publish(messages.transforms(stamp, frame, odometry.pose, world.wheel_angles))
         if self._odometry.wanted():
             variances = messages.odometry_variances(odometry.distance, odometry.noise)
-            self._odometry.publish(messages.odometry(stamp, frame.odom, frame.base, odometry.pose, odometry.twist,
-                                                     variances))
+            self._odometry.publish(messages.odometry(stamp, frame.odom, frame.footprint, odometry.pose,
+                                                     odometry.twist, variances))
         if self._truth.wanted():
-            self._truth.publish(messages.odometry(stamp, 'world', frame.base, world.pose, world.twist))
+            self._truth.publish(messages.odometry(stamp, 'world', frame.footprint, world.pose, world.twist))
         if self._joints.wanted():
-            self._joints.publish(messages.joint_states(stamp, frame.wheels, world.wheel_angles, world.wheel_speeds))
+            self._joints.publish(messages.joint_states(stamp, frame.joints, world.wheel_angles, world.wheel_speeds))
 
     @contextlib.contextmanager
     def _change(self):
