@@ -10,11 +10,11 @@ from rosgraph import Master
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+from kinematic_ros.msg import ClockStatus
 from robotont_tools import RobotontCase, used
 
 from alvar_core.camera import Camera
 from alvar_core.detector import Detector
-from kinematic_ros.msg import ClockStatus
 from rostest_tools import node_api, registered_names, run, until
 
 MARKER_SIZE = 0.28  # [m]
