@@ -36,12 +36,18 @@ def commands(observed, wanted):
     fields = {'linear.x': 'linear_x', 'linear.y': 'linear_y', 'angular.z': 'angular_z'}
     right = [all(within(getattr(command, fields[name]), span) for name, span, _ in parts) for command in given]
     rate = 1.0 / max(statistics.median(b.t - a.t for a, b in zip(given, given[1:])), 1e-6)
-    share = sum(right) / len(right) * (1.0 if within(rate, wanted.rate) else 0.5)
+    share = sum(right) / len(right) * _nearness(rate, wanted.rate)
     usual = SimpleNamespace(**{field: statistics.median(getattr(command, field) for command in given)
                                for field in fields.values()})
     seen = ', '.join([f'{name} {getattr(usual, fields[name]):.2f} {unit}' for name, _, unit in parts]
                      + [f'{rate:.1f} Hz', f'{sum(right)} of {len(right)} commands as asked'])
     return Result(share, f'velocity commands: {asked}', seen)
+
+
+def _nearness(value, span):
+    """Return 1 inside a span of positive numbers, outside the quotient of the value and the limit that it breaks."""
+    low, high = span
+    return 1.0 if within(value, span) else value / low if value < low else high / value
 
 
 @check(length=('length', ...))

@@ -7,6 +7,7 @@ import re
 from turtle_robotont.grading.judging import Result, check
 from turtle_robotont.grading.quantities import NUMBER
 
+EARLY = 0.1  # [s] a line may seem to come before what it tells of
 NEAR = 1.0  # [s] at most between a message and the line that prints it
 
 
@@ -62,7 +63,7 @@ def answers(observed, wanted):
 
 def _holds(line, call, tolerance):
     numbers = numbers_in(line.text)
-    return line.t >= call.t and all(any(abs(number - value) <= tolerance for number in numbers)
+    return line.t >= call.t - EARLY and all(any(abs(number - value) <= tolerance for number in numbers)
                                     for value in call.request)
 
 
@@ -73,7 +74,7 @@ def prints_markers(observed, wanted):
     expected = found = 0
     lines = [(line.t, numbers_in(line.text)) for line in observed.lines]
     for shown in observed.shown:
-        near = [numbers for t, numbers in lines if -0.1 <= t - shown.t <= NEAR]
+        near = [numbers for t, numbers in lines if -EARLY <= t - shown.t <= NEAR]
         for marker, position in shown.markers.items():
             value, tolerance = (marker, 0.0) if wanted.what == 'id' else (position[0], wanted.tolerance)
             expected += 1
@@ -87,8 +88,8 @@ def prints_no_marker(observed, wanted):
     """It says so when no marker is seen, and only then."""
     matching = [line.t for line in observed.lines if re.search(wanted.pattern, line.text)]
     empty = [shown.t for shown in observed.shown if not shown.markers]
-    said = sum(any(-0.1 <= t - begin <= NEAR for t in matching) for begin in empty)
-    wrong = sum(not any(-0.1 <= t - begin <= NEAR for begin in empty) for t in matching)
+    said = sum(any(-EARLY <= t - begin <= NEAR for t in matching) for begin in empty)
+    wrong = sum(not any(-EARLY <= t - begin <= NEAR for begin in empty) for t in matching)
     share = said / len(empty) if empty else 0.0
     return Result(share * (1.0 if wrong <= 0.1 * len(matching) else 0.5), 'a line that says so when there is no marker',
                   f'said {said} of {len(empty)} times' + (f', {wrong} times wrongly' if wrong else ''))

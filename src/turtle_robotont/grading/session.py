@@ -6,6 +6,7 @@ the machine. A program that looks at the wall clock, or never rests, is observed
 
 Threads: the main thread watches; the stimuli and rospy's callbacks run in their own and only append to lists.
 """
+import contextlib
 import json
 import os
 import random
@@ -22,6 +23,7 @@ from kinematic_ros.msg import ClockStatus
 from kinematic_ros.srv import Step
 from std_srvs.srv import Trigger
 
+from kinematic_core.pacing import BEGIN
 from kinematic_core.turtle_world import DT
 from turtle_robotont.grading import judging, sandbox, verdict
 from turtle_robotont.grading.observed import Event, Observed
@@ -37,7 +39,7 @@ AFTER_END = 2.5  # [s] of simulated time that are still observed when the progra
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
 SLOWEST_PACE = 0.8  # of real time: below it a program on the wall clock cannot be judged
 SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
-PORTS = range(30000, 60000)
+PORTS = range(20000, 32000)  # below those that Linux gives to clients
 
 
 class SessionError(RuntimeError):
@@ -61,19 +63,18 @@ class Session:
             self.speed, self.lockstep = 1.0, False
         self._random = random.Random(seed)
         self.observed = Observed()
-        self._looked, self._watching = 0.0, False
+        self._looked, self._heard = 0.0, 0
+        self._students = set()  # names of nodes
         self.busy = ''  # the nodes that never rested, where lockstep had to go on without them
 
     def run(self):
         """Grade; return the Verdict. Raise SessionError."""
-        port = free_port()
-        os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost')
+        os.environ['ROS_HOSTNAME'] = 'localhost'
         os.environ.pop('ROS_IP', None)
         with sandbox.Sandbox(self._folder, {}) as box:
             for name in ('ROS_HOME', 'ROS_LOG_DIR', 'TMPDIR'):
                 os.environ[name] = box.environment[name]
-            master = box.start(['rosmaster', '--core', '-p', str(port)], log='master.txt')
-            self._until(rosgraph.is_master_online, master, 'master')
+            self._start_master(box)
             rospy.set_param('/use_sim_time', True)
             rospy.init_node(NODE[1:], disable_signals=True, disable_rostime=True)  # it polls: no part of the lockstep
             try:
@@ -82,14 +83,29 @@ class Session:
                 rospy.signal_shutdown('graded')
         return verdict.decide(self.exercise, self.observed)
 
+    def _start_master(self, box):
+        """Start a master on a port that is its own: another program may take a free one before it does."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            port = free_port()
+            uri = f'http://localhost:{port}'
+            master = box.start(['rosmaster', '--core', '-p', str(port)], log='master.txt')
+            while time.monotonic() < end and master.poll() is None and not _port_was_taken(box):
+                with contextlib.suppress(OSError, xmlrpc.client.Error):
+                    if xmlrpc.client.ServerProxy(uri).getPid(NODE)[2] == master.pid:
+                        os.environ['ROS_MASTER_URI'] = box.environment['ROS_MASTER_URI'] = uri
+                        return
+                time.sleep(POLL)
+        raise SessionError(f'there was no master within {PATIENCE:g} s; see master.txt')
+
     def _observe(self, box):
         simulator = box.start(self._simulator_command(box), log='simulator.txt')
         reader = self._truth(box)
         step, resume = rospy.ServiceProxy(f'{self._simulator}/step', Step), f'{self._simulator}/resume'
-        self._until(lambda: self._offers(resume), simulator, 'simulator')
+        self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # the last that it offers
         rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
         try:
-            student = sandbox.Student(box, self._command, lambda: reader.now)
+            student = sandbox.Student(box, self._command, reader.read)
         except sandbox.CommandError as error:
             self.observed.trouble = str(error)
             return
@@ -115,15 +131,15 @@ class Session:
         if not self.exercise.stimuli:
             return None
         command = [sys.executable, '-m', told.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
-                   str(self.seed), str(reader.zero * DT)]
+                   str(self.seed), str(BEGIN / 1e9 + (reader.zero + 1) * DT)]  # tick 0 is the first step
         doing = sandbox.Student(box, command, lambda: 0.0)
         self._until(lambda: doing.lines, doing.process, 'stimuli')
         return doing
 
     def _watch(self, reader, student, simulator, stimuli):
         """Follow the run until the time is over, or more of it would change nothing."""
-        self._watching = True
-        limit = time.monotonic() + 3.0 * self.exercise.time / self.speed + SLACK
+        begin = time.monotonic()
+        limit = begin + 3.0 * self.exercise.time / self.speed + SLACK
         ended_at = None
         while reader.now < self.exercise.time:
             time.sleep(POLL)
@@ -140,7 +156,7 @@ class Session:
                 break
             if simulator.poll() is not None:
                 raise SessionError(f'the simulator ended with exit code {simulator.returncode}')
-            if time.monotonic() > limit:
+            if time.monotonic() > limit or self.busy:
                 self.observed.kept_up = False
                 break
             if time.monotonic() > self._looked + LOOK_PERIOD:
@@ -148,12 +164,15 @@ class Session:
                 self._look_at_names()
                 if self._settled(stimuli):
                     break
-        self._watching = False
+        if not self.lockstep and reader.now < SLOWEST_PACE * (time.monotonic() - begin) - POLL:
+            self.observed.kept_up = False
 
     def _listen(self, stimuli):
         """Take in what the stimuli have done since the last time."""
         if stimuli:
-            for line in stimuli.lines[1 + len(self.observed.calls) + len(self.observed.shown):]:
+            new = stimuli.lines[self._heard:]
+            self._heard += len(new)
+            for line in new:
                 told(line.text, self.observed)
 
     def _settled(self, stimuli):
@@ -180,9 +199,8 @@ class Session:
 
     def _on_status(self, status):
         if status.late_steps:
-            self.observed.kept_up, self.busy = False, status.busy
-        elif self._watching and not self.lockstep and 0.0 < status.pace < SLOWEST_PACE:
             self.observed.kept_up = False
+            self.busy = ', '.join(sorted(set(status.busy.split(', ')) & self._students))
 
     def _offers(self, service):
         try:
@@ -202,8 +220,8 @@ class Session:
     def _student_is_there(self):
         """Return whether a node of the student's has come, and has a subscription of /clock if it is Python."""
         state = rosgraph.Master(NODE).getSystemState()
-        nodes = {node for kind in state for _, users in kind for node in users}
-        return bool(nodes - self._own())
+        self._students = {node for kind in state for _, users in kind for node in users} - self._own()
+        return bool(self._students)
 
     def _own(self):
         return {NODE, STIMULI, self._simulator, '/rosout'}
@@ -218,6 +236,7 @@ class Session:
         for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
             for name, nodes in names:
                 others = set(nodes) - own
+                self._students |= others
                 if others:
                     self.observed.connections.add((name, role))
                 if others and role == 'publishes' and name in FAKES:
@@ -230,6 +249,12 @@ def _done(stimuli):
 
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
          '/clock': 'fake_clock'}
+
+
+def _port_was_taken(box):
+    """Return whether a master has found its port taken, which leaves it alive and deaf."""
+    with open(os.path.join(box.folder, 'master.txt'), encoding='utf-8', errors='replace') as log:
+        return 'already in use' in log.read()
 
 
 def free_port():

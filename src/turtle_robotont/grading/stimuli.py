@@ -10,6 +10,7 @@ import json
 import random
 import sys
 import threading
+import time
 
 import rosgraph
 import roslib.message
@@ -135,7 +136,9 @@ def _offered(service):
 
 
 def told(line, observed):
-    """Take a line that a stimuli node has printed into an Observed."""
+    """Take a line that a stimuli node has printed into an Observed; those that rospy has logged are left out."""
+    if not line.startswith('["'):
+        return
     kind, *values = json.loads(line)
     if kind == 'Call':
         call = Call(*values)
@@ -149,6 +152,8 @@ def main():
     """Run the stimuli node: arguments are its name, the stimuli as JSON, the seed and the time zero [s]."""
     name, stimuli, seed, zero = sys.argv[1:5]
     rospy.init_node(name)
+    while rospy.get_rostime().is_zero():  # nothing has come on /clock yet
+        time.sleep(POLL)
     doing = Stimuli(json.loads(stimuli), int(seed), float(zero), sys.stdout)
     print(json.dumps({'ready': True}), flush=True)
     try:

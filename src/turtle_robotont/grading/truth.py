@@ -6,6 +6,7 @@ node that sent it; it is read along while it grows. The Robotont's simulator is 
 import csv
 import math
 import os
+import threading
 
 from kinematic_core.turtle_world import DT
 from turtle_robotont.grading.observed import Command, Event, Sample
@@ -21,6 +22,7 @@ class RecordingReader:
         """``own_node``: whose commands and calls are the grader's stimuli and not the student's."""
         self._path, self._observed, self._own = path, observed, own_node
         self._file, self._rest, self._columns = None, '', None
+        self._lock = threading.Lock()
         self.zero = 0  # [ticks]
         self.tick = 0  # the last one read
 
@@ -30,7 +32,12 @@ class RecordingReader:
         return (self.tick - self.zero) * DT
 
     def read(self):
-        """Take in what has been written since the last call."""
+        """Take in what has been written since the last call; return ``now``. Any thread may call it."""
+        with self._lock:
+            self._read()
+            return self.now
+
+    def _read(self):
         if self._file is None:
             if not os.path.exists(self._path):
                 return
@@ -44,9 +51,11 @@ class RecordingReader:
                 self._take(row)
 
     def close(self):
-        """Close the file."""
-        if self._file:
-            self._file.close()
+        """Take in no more."""
+        with self._lock:
+            if self._file:
+                self._file.close()
+            self._path, self._file = '', None
 
     def _take(self, row):
         def field(name):
