@@ -6,10 +6,11 @@ import argparse
 import os
 import random
 import sys
+import traceback
 
 import rospkg
 
-from turtle_robotont.grading import exercise, report, sandbox, verdict
+from turtle_robotont.grading import exercise, grade_all, report, sandbox, verdict
 from turtle_robotont.grading.observed import Observed
 from turtle_robotont.grading.session import Session, SessionError
 
@@ -19,7 +20,11 @@ USAGE = 2
 
 def main(arguments=None):
     """Grade as the command line says; return the exit code."""
-    options = _parse(sys.argv[1:] if arguments is None else arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if '--all' in arguments[:_cut(arguments)]:
+        return grade_all.main([argument for argument in arguments if argument != '--all'],
+                              [sys.executable, os.path.abspath(sys.argv[0])], exercises())
+    options = _parse(arguments)
     try:
         chosen = exercise.load(_find(options.exercise))
     except (exercise.ExerciseError, OSError) as error:
@@ -52,7 +57,7 @@ def main(arguments=None):
 
 
 def _grade(chosen, command, seed, folder, options):
-    """Return (Session or None, Verdict)."""
+    """Return (Session or None, Verdict); raise OSError when the folder cannot be used."""
     try:
         session = Session(chosen, command, seed, folder, options.speed, options.real_time)
     except sandbox.CommandError as error:
@@ -61,6 +66,12 @@ def _grade(chosen, command, seed, folder, options):
         return session, session.run()
     except SessionError as error:
         return session, verdict.Verdict(verdict.UNDECIDED, 0.0, [], [str(error)])
+    except OSError:
+        raise
+    except Exception as error:  # whatever it is, it is not the student's fault; Python's exit code 1 would say so
+        traceback.print_exc()
+        said = f'the grader itself failed: {type(error).__name__}: {error}'
+        return session, verdict.Verdict(verdict.UNDECIDED, 0.0, [], [said])
 
 
 def exercises():
@@ -83,7 +94,8 @@ def _find(name):
 def _parse(arguments):
     parser = argparse.ArgumentParser(
         prog='./run grade',
-        usage='%(prog)s EXERCISE [--seed N] [--speed X | --real-time] [--output FOLDER] -- COMMAND ...',
+        usage='%(prog)s EXERCISE [--seed N] [--speed X | --real-time] [--output FOLDER] -- COMMAND ...\n'
+        '       %(prog)s --all FOLDER ...   grades a class; %(prog)s --all --help tells more',
         description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch line): starts "
         'a master, a simulator and the program, watches, and says what was asked, what was seen and the score.',
         epilog='Exit code: 0 passed, 1 failed, 2 wrong usage, 3 undecided.')
@@ -93,10 +105,14 @@ def _parse(arguments):
     parser.add_argument('--real-time', action='store_true', help='for programs that follow the wall clock')
     parser.add_argument('--busy', help=argparse.SUPPRESS)  # the nodes that never rested in the first try
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
-    # argparse's own remainder would take the options as a part of the command
-    cut = arguments.index('--') if '--' in arguments else len(arguments)
+    cut = _cut(arguments)
     options = parser.parse_args(arguments[:cut])
     options.command = arguments[cut + 1:]
     if options.speed is not None and not 1.0 <= options.speed <= exercise.FASTEST:
         parser.error(f'--speed {options.speed:g}: it must be 1 to {exercise.FASTEST}')
     return options
+
+
+def _cut(arguments):
+    """Return where the command begins; argparse's own remainder would take the options as a part of it."""
+    return arguments.index('--') if '--' in arguments else len(arguments)

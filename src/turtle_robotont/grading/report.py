@@ -1,4 +1,5 @@
 """A verdict for people and for machines: text, result.json, junit.xml and a picture of the path against the target."""
+import contextlib
 import json
 import os
 import textwrap
@@ -37,12 +38,12 @@ def write(folder, exercise, observed, decided, command, seed):
               'outcome': decided.outcome, 'score': decided.score, 'objections': decided.objections,
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code}
-    _replace(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
-    _replace(os.path.join(folder, 'junit.xml'), junit([(exercise, command, decided, observed.seconds)]))
-    _replace(os.path.join(folder, 'output.txt'), ''.join(f'{line.t:8.2f}  {line.text}\n' for line in observed.lines))
+    replace(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
+    replace(os.path.join(folder, 'junit.xml'), junit([(exercise, command, decided, observed.seconds)]))
+    replace(os.path.join(folder, 'output.txt'), ''.join(f'{line.t:8.2f}  {line.text}\n' for line in observed.lines))
     encoded, png = cv2.imencode('.png', picture(exercise, observed))
     assert encoded
-    _replace(os.path.join(folder, 'path.png'), png.tobytes())
+    replace(os.path.join(folder, 'path.png'), png.tobytes())
 
 
 def junit(graded):
@@ -54,13 +55,13 @@ def junit(graded):
     for exercise, command, decided, seconds in graded:
         case = ElementTree.SubElement(suite, 'testcase', classname=exercise.name, time=f'{seconds:.3f}',
                                       name=' '.join(command) or exercise.name)
-        said = _printable(text(exercise, decided))
+        said = printable(text(exercise, decided))
         if decided.outcome == verdict.PASSED:
             ElementTree.SubElement(case, 'system-out').text = said
         else:
             kind = 'failure' if decided.outcome == verdict.FAILED else 'error'
             first = (decided.objections or [f'{decided.score:g} of 100'])[0]
-            ElementTree.SubElement(case, kind, message=_printable(first)).text = said
+            ElementTree.SubElement(case, kind, message=printable(first)).text = said
     return ElementTree.tostring(suite, encoding='unicode', xml_declaration=True) + '\n'
 
 
@@ -102,14 +103,19 @@ def _view(exercise, points):
     return (low + high - size) / 2.0, (PICTURE - 2 * MARGIN) / size
 
 
-def _printable(words):
+def printable(words):
     """Return a text without the control characters that XML forbids."""
     return ''.join(char if char in '\n\t' or char >= ' ' else '?' for char in words)
 
 
-def _replace(path, content):
+def replace(path, content):
     """Write a file as a whole or not at all."""
     temporary = f'{path}.part'
-    with open(temporary, 'wb') as file:
-        file.write(content if isinstance(content, bytes) else content.encode('utf-8', 'replace'))
-    os.replace(temporary, path)
+    try:
+        with open(temporary, 'wb') as file:
+            file.write(content if isinstance(content, bytes) else content.encode('utf-8', 'replace'))
+        os.replace(temporary, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.remove(temporary)
+        raise

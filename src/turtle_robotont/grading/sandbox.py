@@ -1,32 +1,26 @@
 """Runs a student's program so that nothing of it remains: own folders, limited output, everything ended afterwards.
 
-A program may start others, detach them, ignore signals and print for ever. Every process that it starts carries the
-environment variable MARK, and this process becomes the parent of those whose own parent ends (PR_SET_CHILD_SUBREAPER,
-prctl(2)): ``close`` ends what has the mark or descends from here, until there is none left.
+A program may start others, detach them, ignore signals and print for ever: ``close`` ends what has the environment
+variable MARK or descends from here, until there is none left (see processes.py).
 
 Threading contract: a thread reads the output; ``lines`` only grows, and is to be copied before it is walked through.
 """
-import contextlib
-import ctypes
 import os
 import re
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 import threading
-import time
 import uuid
 
+from turtle_robotont.grading import processes
 from turtle_robotont.grading.observed import Line
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
 PLACES = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
-PR_SET_CHILD_SUBREAPER = 36
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
-END_TIMEOUTS = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))  # [s] each
-POLL = 0.02  # [s]
+END_TIMEOUTS = processes.GENTLY
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
 ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # what rospy puts before a logged text
 
@@ -50,7 +44,7 @@ class Sandbox:
         self._started = []
         for name in ('ROSCONSOLE_FORMAT', 'ROSCONSOLE_CONFIG_FILE', 'ROS_NAMESPACE', 'DISPLAY'):
             self.environment.pop(name, None)
-        ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+        processes.adopt_orphans()
 
     def start(self, command, log=None):
         """Start a command in a session of its own; return its Popen. ``log``: a file for its output, else a pipe."""
@@ -67,15 +61,7 @@ class Sandbox:
 
     def close(self):
         """End everything, gently at first; whatever tries to remain is killed."""
-        for sign, timeout in END_TIMEOUTS:
-            end = time.monotonic() + timeout
-            told = set()
-            while self._alive() and time.monotonic() < end:
-                for pid in self._alive() - told:  # those too that were started meanwhile
-                    with contextlib.suppress(ProcessLookupError):
-                        os.kill(pid, sign)
-                    told.add(pid)
-                time.sleep(POLL)
+        processes.end(self._alive, END_TIMEOUTS)
         for process in self._started:
             process.poll()
         for folder in PLACES.values():
@@ -83,33 +69,7 @@ class Sandbox:
 
     def _alive(self):
         """Return the ids of the processes to end: those with the mark, and all that descend from this one."""
-        own, marked, parents = {os.getpid()}, set(), {}
-        for entry in os.listdir('/proc'):
-            if not entry.isdigit() or int(entry) in own:
-                continue
-            try:
-                with open(f'/proc/{entry}/stat', 'rb') as file:
-                    state, parent = file.read().rsplit(b')', 1)[1].split()[:2]
-                if state == b'Z':
-                    self._reap(int(entry), int(parent))
-                    continue
-                parents[int(entry)] = int(parent)
-                with open(f'/proc/{entry}/environ', 'rb') as file:
-                    if f'{MARK}={self._mark}'.encode() in file.read().split(b'\0'):
-                        marked.add(int(entry))
-            except (OSError, IndexError):
-                continue  # it has ended, or belongs to somebody else
-        while True:
-            children = {pid for pid, parent in parents.items() if parent in own} - own
-            if not children:
-                return marked | own - {os.getpid()}
-            own |= children
-
-    def _reap(self, pid, parent):
-        """Take the exit code of an orphan that became a child of this process: nobody else will."""
-        if parent == os.getpid() and pid not in {process.pid for process in self._started}:
-            with contextlib.suppress(ChildProcessError):
-                os.waitpid(pid, os.WNOHANG)
+        return processes.related(f'{MARK}={self._mark}', os.getpid(), {process.pid for process in self._started})
 
     def __enter__(self):
         return self

@@ -1,0 +1,70 @@
+"""Finding and ending processes that were started by somebody else's program, however they try to remain. Linux.
+
+Every process inherits the environment, so a mark in it is found in all that a program starts; and this process becomes
+the parent of those whose own parent ends (PR_SET_CHILD_SUBREAPER, prctl(2)), so that even what clears its environment
+and detaches still descends from here.
+"""
+import contextlib
+import ctypes
+import os
+import signal
+import time
+
+PR_SET_CHILD_SUBREAPER = 36
+GENTLY = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))  # signal, patience [s]
+POLL = 0.02  # [s]
+
+
+def adopt_orphans():
+    """Become the parent of all descendants whose own parent ends."""
+    ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def related(mark, root, kept=()):
+    """Return the ids of the processes with ``mark`` (NAME=VALUE) in their environment, and of all below ``root``.
+
+    Orphans of this process that have ended are put to rest, but for those ``kept``: somebody waits for their exit code.
+    """
+    below, marked, parents = {root}, set(), {}
+    for entry in map(int, filter(str.isdigit, os.listdir('/proc'))):
+        if entry == os.getpid():
+            continue
+        try:
+            with open(f'/proc/{entry}/stat', 'rb') as file:
+                state, parent = file.read().rsplit(b')', 1)[1].split()[:2]
+            if state == b'Z':
+                _reap(entry, int(parent), kept)
+                continue
+            parents[entry] = int(parent)
+            with open(f'/proc/{entry}/environ', 'rb') as file:
+                if mark.encode() in file.read().split(b'\0'):
+                    marked.add(entry)
+        except (OSError, IndexError):
+            continue  # it has ended, or belongs to somebody else
+    while True:
+        children = {pid for pid, parent in parents.items() if parent in below} - below
+        if not children:
+            return marked | below - {root}
+        below |= children
+
+
+def end(find, stages=GENTLY):
+    """End all processes whose ids ``find()`` returns, and those that come up meanwhile; the ``stages`` get rougher."""
+    for sign, patience in stages:
+        deadline, told = time.monotonic() + patience, set()
+        while True:
+            alive = find()
+            if not alive or time.monotonic() >= deadline:
+                break
+            for pid in alive - told:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, sign)
+            told |= alive
+            time.sleep(POLL)
+
+
+def _reap(pid, parent, kept):
+    """Take the exit code of an orphan that became a child of this process: nobody else will."""
+    if parent == os.getpid() and pid not in kept:
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(pid, os.WNOHANG)
