@@ -5,7 +5,7 @@ set -eu
 
 export repo=$1 ws=$2
 shift 2
-export results rostest_seconds=180 check_seconds=60
+export results rostest_seconds=180 grading_seconds=240 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 3 / 2))}  # a rostest mostly waits
@@ -16,6 +16,8 @@ all_cases() {
   cd "$repo"
   find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
+  find test/data/submissions -type f -printf 'grading\t%p\n' | sort
+  printf 'grading\tsame_ten_times\n'
   find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
   for manifest in package.xml stand_ins/*/package.xml; do printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"; done
   printf 'ruff\tcheck\n'
@@ -52,6 +54,7 @@ end_leftovers() {
 case_command() {
   case $1 in
     rostest) timeout -s INT -k 20 "$rostest_seconds" rostest --results-base-dir "$3/xml" "$repo/$2" ;;
+    grading) timeout -s INT -k 20 "$grading_seconds" python3 "$repo/test/check_grading.py" "$2" "$3/files" ;;
     roslaunch-check) timeout "$check_seconds" rosrun roslaunch roslaunch-check -o "$3/roslaunch-check.xml" "$repo/$2" ;;
     catkin_lint)
       # The root package holds the stand-ins' scripts too, which the stand-ins install themselves.

@@ -1,0 +1,130 @@
+"""Grades one of the sample submissions and checks verdict, reasons, and that nothing is left behind.
+
+usage: check_grading.py SUBMISSION FOLDER     such as test/data/submissions/stop_at_x/right_if_else.py
+       check_grading.py same_ten_times FOLDER
+
+The submission's first lines say what has to come out: `# expected: passed`, or `# expected: failed: TEXT`, where TEXT
+is a part of the reasons. same_ten_times grades one submission ten times, four at once, by ./run grade --all, and wants
+ten equal verdicts. FOLDER takes all files. Exit code 0 when all is as it should be, else a text says what is not.
+"""
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import uuid
+from pathlib import Path
+
+from turtle_robotont.grading import processes, submissions
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+GRADER = [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py')]
+MARK = 'TURTLE_ROBOTONT_CHECK'
+SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
+TIMEOUT = 150  # [s]; the grader's own limits are shorter
+GRADED = {'result.json', 'junit.xml', 'path.png', 'output.txt'}
+OF_A_SESSION = {'master.txt', 'simulator.txt', 'stimuli.txt', 'record.csv'}
+REPEATED, TIMES, AT_ONCE = 'square_by_topics/right_four_positions.py', 10, 4
+EXIT_CODES = {'passed': 0, 'failed': 1}
+
+
+def expectation(path):
+    """Return (outcome, part of the reasons) that a sample announces."""
+    head = path.read_text(encoding='utf-8').split('\n')[:2]
+    found = re.search(r'expected: (passed|failed: (\S.*?))(?: -->)?$', '\n'.join(head), re.MULTILINE)
+    assert found, f'{path} says nothing of what is expected in its first two lines'
+    return found.group(1).partition(':')[0], found.group(2) or ''
+
+
+def run(arguments, folder):
+    """Run the grader with places of its own; return (exit code, output, what it has left behind as texts)."""
+    shutil.rmtree(folder, ignore_errors=True)
+    places = {name: folder / name.lower() for name in ('HOME', 'TMPDIR', 'WORK')}
+    for place in places.values():
+        place.mkdir(parents=True)
+    mark = uuid.uuid4().hex
+    environment = {**os.environ, MARK: mark, 'HOME': str(places['HOME']), 'TMPDIR': str(places['TMPDIR']),
+                   'PYTHONDONTWRITEBYTECODE': '1'}
+    environment.pop('ROS_LOG_DIR', None)
+    environment.pop('ROS_HOME', None)
+    processes.adopt_orphans()
+    done = subprocess.run([*GRADER, *arguments], cwd=places['WORK'], env=environment, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT, check=False)
+    alive = processes.related(f'{MARK}={mark}', os.getpid())
+    left = [f'process {pid}' for pid in alive]
+    processes.end(lambda: processes.related(f'{MARK}={mark}', os.getpid()))
+    left += [str(path) for place in places.values() for path in place.rglob('*')]
+    return done.returncode, done.stdout.decode('utf-8', 'replace'), left
+
+
+def check_submission(path, folder):
+    """Return what is wrong with the grading of a sample."""
+    outcome, text = expectation(path)
+    _, found = submissions.find_flat(str(path.parent), path.parent.name)
+    command = next(submission.command for submission in found if submission.student == path.stem)
+    code, said, left = run([path.parent.name, '--seed', str(SEED), '--output', str(folder / 'out'), '--', *command],
+                           folder)
+    print(said)
+    if not (folder / 'out' / 'result.json').is_file():
+        return [f'there is no result.json; exit code {code}']
+    result = json.loads((folder / 'out' / 'result.json').read_text(encoding='utf-8'))
+    reasons = ' '.join([*result['objections'],
+                        *(f'{reason["asked"]}; {reason["seen"]}' for reason in result['reasons'])])
+    wrong = [f'{name} was left behind' for name in left]
+    wrong += [f'{name} is in the output folder' for name in
+              set(os.listdir(folder / 'out')) - GRADED - OF_A_SESSION]
+    wrong += [f'{name} is missing' for name in GRADED - set(os.listdir(folder / 'out'))]
+    if result['outcome'] != outcome:
+        wrong.append(f'it is {result["outcome"]}, expected is {outcome}')
+    if code != EXIT_CODES[outcome]:
+        wrong.append(f'the exit code is {code}, expected is {EXIT_CODES[outcome]}')
+    if outcome == 'passed' and result['score'] != 100.0:
+        wrong.append(f'the score is {result["score"]}, expected is 100')
+    if text not in reasons:
+        wrong.append(f'the reasons do not hold {text!r}: {reasons}')
+    return wrong
+
+
+def check_repeats(path, folder):
+    """Return what differs when a class of equal submissions is graded at once."""
+    group = folder.parent / f'{folder.name}_class'
+    shutil.rmtree(group, ignore_errors=True)
+    for number in range(TIMES):
+        student = group / f'student{number}'
+        student.mkdir(parents=True)
+        shutil.copy(path, student / f'{path.parent.name}.py')
+    code, said, left = run(['--all', str(group), '--seed', str(SEED), '--jobs', str(AT_ONCE),
+                            '--output', str(folder / 'out')], folder)
+    print(said)
+    wrong = [f'{name} was left behind' for name in left] + ([f'the exit code is {code}'] if code else [])
+    results = [json.loads(file.read_text(encoding='utf-8')) for file in sorted(folder.glob('out/*/*/result.json'))]
+    verdicts = {json.dumps([result['outcome'], result['score'], result['objections'],
+                            [reason['points'] for reason in result['reasons']]]) for result in results}
+    if len(results) != TIMES or len(verdicts) != 1:
+        wrong.append(f'{len(results)} results, {len(verdicts)} different verdicts:\n' + '\n'.join(verdicts))
+    with open(folder / 'out' / 'scores.csv', encoding='utf-8', newline='') as file:
+        rows = list(csv.reader(file))
+    if [row[1] for row in rows[1:]] != ['100'] * TIMES:
+        wrong.append(f'the table is {rows}')
+    return wrong
+
+
+def main(arguments):
+    """Check as the command line says; return the exit code."""
+    if len(arguments) != 2:
+        print(__doc__, file=sys.stderr)
+        return 2
+    name, folder = arguments[0], Path(arguments[1]).absolute()
+    if name == 'same_ten_times':
+        wrong = check_repeats(REPOSITORY / 'test' / 'data' / 'submissions' / REPEATED, folder)
+    else:
+        wrong = check_submission(REPOSITORY / name, folder)
+    for text in wrong:
+        print(f'WRONG: {text}')
+    return 1 if wrong else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,13 @@
+#!/usr/bin/env python3
+# expected: failed: it must be so, but is not: a line with the id
+import rospy
+from ar_track_alvar_msgs.msg import AlvarMarkers
+
+
+def callback(message):
+    rospy.loginfo('No AR markers detected.')
+
+
+rospy.init_node('marker_subscriber')
+rospy.Subscriber('ar_pose_marker', AlvarMarkers, callback)
+rospy.spin()

@@ -1,0 +1,6 @@
+#!/usr/bin/env python3
+# expected: failed: it subscribes
+import rospy
+
+rospy.init_node('marker_subscriber')
+rospy.spin()

@@ -1,0 +1,2 @@
+# expected: passed
+rosrun turtle_robotont pose_subscriber.py

@@ -1,0 +1,2 @@
+# expected: passed
+rosrun turtle_robotont velocity_publisher.py

@@ -1,0 +1,14 @@
+#!/usr/bin/env python3
+# expected: failed: 1.0 Hz
+import rospy
+from geometry_msgs.msg import Twist
+
+rospy.init_node('circle')
+pub = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
+twist = Twist()
+twist.linear.x = 0.5
+twist.angular.z = 0.2
+while not rospy.is_shutdown():
+    pub.publish(twist)
+    rospy.loginfo('sent %.1f %.1f', twist.linear.x, twist.angular.z)
+    rospy.sleep(1.0)

@@ -1,0 +1,11 @@
+#!/usr/bin/env python3
+# expected: failed: 3: (3.0, 3.0), (7.0, 3.0), (7.0, 7.0)
+import rospy
+from turtlesim.srv import TeleportAbsolute
+
+rospy.init_node('teleporter')
+rospy.wait_for_service('/turtle1/teleport_absolute')
+teleport = rospy.ServiceProxy('/turtle1/teleport_absolute', TeleportAbsolute)
+for x, y in [(3, 3), (7, 3), (7, 7), (3, 3)]:
+    teleport(x, y, 0.0)
+    rospy.sleep(0.5)

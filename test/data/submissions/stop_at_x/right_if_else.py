@@ -1,0 +1,30 @@
+#!/usr/bin/env python3
+# expected: passed
+import rospy
+from geometry_msgs.msg import Twist
+from turtlesim.msg import Pose
+
+x = None
+
+
+def callback(pose):
+    global x
+    x = pose.x
+
+
+rospy.init_node('stop_at_10')
+rospy.Subscriber('/turtle1/pose', Pose, callback)
+pub = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
+
+rate = rospy.Rate(20)
+while not rospy.is_shutdown():
+    twist = Twist()
+    if x is not None and x < 10.0:
+        twist.linear.x = 1.0
+    else:
+        twist.linear.x = 0.0
+    pub.publish(twist)
+    try:
+        rate.sleep()
+    except rospy.ROSInterruptException:
+        pass

@@ -1,0 +1,2 @@
+# expected: passed
+rosrun turtle_robotont stop_at_x.py
