@@ -23,8 +23,8 @@ from kinematic_ros.msg import ClockStatus
 from kinematic_ros.srv import Step
 from std_srvs.srv import Trigger
 
+from kinematic_core import robot_world, turtle_world
 from kinematic_core.pacing import BEGIN
-from kinematic_core.turtle_world import DT
 from turtle_robotont.grading import judging, sandbox, verdict
 from turtle_robotont.grading.observed import Event, Observed
 from turtle_robotont.grading.stimuli import told
@@ -100,7 +100,7 @@ class Session:
 
     def _observe(self, box):
         simulator = box.start(self._simulator_command(box), log='simulator.txt')
-        reader = self._truth(box)
+        reader = RecordingReader(self._record, self._dt, self.observed, STIMULI)
         step, resume = rospy.ServiceProxy(f'{self._simulator}/step', Step), f'{self._simulator}/resume'
         self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # the last that it offers
         rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
@@ -131,7 +131,7 @@ class Session:
         if not self.exercise.stimuli:
             return None
         command = [sys.executable, '-m', told.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
-                   str(self.seed), str(BEGIN / 1e9 + (reader.zero + 1) * DT)]  # tick 0 is the first step
+                   str(self.seed), str(BEGIN / 1e9 + (reader.zero + 1) * reader.dt)]  # tick 0 is the first step
         doing = sandbox.Student(box, command, lambda: 0.0)
         self._until(lambda: doing.lines, doing.process, 'stimuli')
         return doing
@@ -187,15 +187,15 @@ class Session:
         self._record = os.path.join(box.folder, 'record.csv')
         start = {axis: self._random.uniform(*limits) for axis, limits in self.exercise.start.items()}
         common = [f'_rate:={self.speed:g}', '_clock:=true', '_paused:=true', f'_lockstep:={str(self.lockstep).lower()}']
+        common.append(f'_record:={self._record}')
         if self.exercise.simulator == 'turtlesim':
-            self._simulator = '/turtlesim'
+            self._simulator, self._dt = '/turtlesim', turtle_world.DT
             x, y = (start.get(axis, self._random.uniform(4.0, 7.0)) for axis in 'xy')
             return [_executable('turtlesim', 'turtlesim_node'), *common, '_window:=false',
-                    f'_start:=[{x:.4f}, {y:.4f}, {start["theta"]:.4f}]', f'_record:={self._record}']
-        raise SessionError(f'there is no simulator {self.exercise.simulator}')
-
-    def _truth(self, box):
-        return RecordingReader(self._record, self.observed, STIMULI)
+                    f'_start:=[{x:.4f}, {y:.4f}, {start["theta"]:.4f}]']
+        self._simulator, self._dt = '/robotont_gazebo', robot_world.DT
+        return [_executable('robotont_gazebo', 'robotont_gazebo'), *common, '_model:=robotont_gazebo_basic',
+                f'_x:={start.get("x", 0.0):.4f}', f'_y:={start.get("y", 0.0):.4f}', f'_yaw:={start["theta"]:.4f}']
 
     def _on_status(self, status):
         if status.late_steps:

@@ -1,14 +1,13 @@
 """What truly happened in a simulator, read from it and not from what anybody published.
 
-turtlesim writes a recording (package turtlesim, recording.py), in which every command and service call stands with the
-node that sent it; it is read along while it grows. The Robotont's simulator is followed through its ground truth.
+Both simulators write a recording (kinematic_core.recorder), in which every command and service call stands with the
+node that sent it; it is read along while it grows.
 """
 import csv
 import math
 import os
 import threading
 
-from kinematic_core.turtle_world import DT
 from turtle_robotont.grading.observed import Command, Event, Sample
 
 TURTLE = 'turtle1'
@@ -18,9 +17,9 @@ OWN = 'start', 'timeout'  # events that no node asked for
 class RecordingReader:
     """Reads a growing recording into an Observed, times counted from the tick ``zero``."""
 
-    def __init__(self, path, observed, own_node):
-        """``own_node``: whose commands and calls are the grader's stimuli and not the student's."""
-        self._path, self._observed, self._own = path, observed, own_node
+    def __init__(self, path, dt, observed, own_node):
+        """``dt`` [s]: a tick. ``own_node``: whose commands and calls are the grader's stimuli and not the student's."""
+        self._path, self.dt, self._observed, self._own = path, dt, observed, own_node
         self._file, self._rest, self._columns = None, '', None
         self._lock = threading.Lock()
         self.zero = 0  # [ticks]
@@ -29,7 +28,7 @@ class RecordingReader:
     @property
     def now(self):
         """Simulated time [s] since ``zero``."""
-        return (self.tick - self.zero) * DT
+        return (self.tick - self.zero) * self.dt
 
     def read(self):
         """Take in what has been written since the last call; return ``now``. Any thread may call it."""

@@ -25,6 +25,11 @@ class SubscriptionListener(rospy.SubscribeListener):
         self._on_subscribe()
 
 
+def caller(message):
+    """Return the name of the node that sent a message or a service request; '' where rospy does not know it."""
+    return (getattr(message, '_connection_header', None) or {}).get('callerid', '')
+
+
 class LatestPublisher(rospy.Publisher):
     """A rospy.Publisher that writes at once, on the caller's thread, and never waits for a subscriber.
 

@@ -20,11 +20,12 @@ from tf2_msgs.msg import TFMessage
 from kinematic_core.checks import InvalidInput
 from kinematic_core.omni import Limits
 from kinematic_core.planar import Pose
+from kinematic_core.recorder import Recorder
 from kinematic_core.robot_world import DT, RobotWorld
 from kinematic_ros import params, reachability
 from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
 from kinematic_ros.registration import keep_registered
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, caller
 from robotont_gazebo import messages, worlds
 from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import LIDAR_X, LIDAR_Z, ahead, frames
@@ -52,6 +53,7 @@ class RobotontNode:
         self._frames = frames(params.text('~frame_prefix', ''))
         numbers = seeded_random()
         self._world = _read_world(numbers.getrandbits(64))
+        self._recorder = _recorder()
         self._scanner = None
         if model == LIDAR_MODEL:
             from kinematic_core import rays  # numpy is loaded only where it is needed
@@ -79,6 +81,7 @@ class RobotontNode:
         with self._lock:
             world = self._world
             world.step()
+            self._record()
             self._look_at_time()
             if world.timed_out and not self._told_of_watchdog:
                 self._told_of_watchdog = True
@@ -90,6 +93,19 @@ class RobotontNode:
             if self._scanner and world.steps % SCAN_STEPS == 0 and self._scan.wanted():
                 ranges = self._scanner.scan(*ahead(world.pose, LIDAR_X), world.pose.yaw)
                 self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
+
+    def _note(self, event, *values, request):
+        """Record what takes effect now; the lock is held."""
+        if self._recorder:
+            self._recorder.note(event, *values, caller=caller(request))
+
+    def _record(self):
+        if self._recorder:
+            try:
+                self._recorder.tick(self._world.steps - 1, [f'{value:.9g}' for value in self._world.pose])
+            except OSError as error:
+                rospy.logerr('The recording ends here, after %d ticks: %s', self._world.steps - 1, error)
+                self._recorder = None
 
     def _look_at_time(self):
         """Take the stamp of this step; where time jumps back, the robot stops: its commands were of another time."""
@@ -127,7 +143,9 @@ class RobotontNode:
     def _command(self, twist):
         try:
             with self._lock:
-                self._world.command(twist.linear.x, twist.linear.y, twist.angular.z)
+                velocity = twist.linear.x, twist.linear.y, twist.angular.z
+                self._world.command(*velocity)
+                self._note('cmd', *velocity, request=twist)
         except InvalidInput as refusal:
             now = time.monotonic()  # rospy's throttle counts ROS time
             if now - self._warned >= WARNING_PERIOD:
@@ -138,6 +156,7 @@ class RobotontNode:
     def _set_pose(self, request):
         with self._change():
             self._world.place(request.x, request.y, request.yaw)
+            self._note('teleport_absolute', request.x, request.y, request.yaw, request=request)
         return SetPoseResponse()
 
     def _move_marker(self, request):
@@ -147,6 +166,16 @@ class RobotontNode:
                 self._scanner.look_at(self._world.plan)
             self._plan.publish(worlds.to_json(self._world.plan))
         return MoveMarkerResponse()
+
+
+def _recorder():
+    """Return the Recorder that ~record asks for, or None."""
+    path = params.text('~record', '')
+    try:
+        return Recorder(path, Pose._fields[:2] + ('theta',)) if path else None
+    except OSError as error:
+        raise params.ParameterError(f'parameter {rospy.resolve_name("~record")} is {path!r}: {error}; it must be a '
+                                    'file that can be written, or empty') from None
 
 
 def _read_world(seed):

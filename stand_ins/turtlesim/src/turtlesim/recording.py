@@ -6,13 +6,11 @@ and here ``callers``. Pose and colour sensor are those of turtle1 after the tick
 units of turtlesim's messages; events of other turtles begin with their name: ``turtle2/cmd 1 0 0``. ``callers`` are
 the nodes that asked for the events, in the same order.
 """
-import csv
-
+from kinematic_core import recorder
 from kinematic_core.turtle_world import BACKGROUND, Pose, float32
 
 TURTLE = 'turtle1'
 COLOUR = ('r', 'g', 'b')
-COLUMNS = ('tick', 'event', *Pose._fields, *COLOUR, 'callers')
 EMPTY = ('',) * (len(Pose._fields) + len(COLOUR))
 
 
@@ -45,36 +43,19 @@ EVENTS = {  # name: what it does to (DrawnWorld, turtle, its values)
 }
 
 
-class Recorder:
-    """Writes one recording. Not thread-safe: whoever shares the world locks it for both."""
+class Recorder(recorder.Recorder):
+    """Writes the recording of a DrawnWorld."""
 
     def __init__(self, path):
         """Begin the file; raise OSError when that cannot be."""
-        self._file = open(path, 'w', buffering=1, newline='', encoding='utf-8')  # whole lines, for those who read along
-        self._writer = csv.writer(self._file, lineterminator='\n')
-        self._writer.writerow(COLUMNS)
-        self._events = []  # [turtle, name, values, caller] since the last tick
+        super().__init__(path, (*Pose._fields, *COLOUR))
 
     def note(self, event, *values, turtle=TURTLE, caller=''):
         """Keep an event, of EVENTS, for the next tick."""
-        if event == 'cmd' and self._events and self._events[-1][:2] == [turtle, 'cmd']:
-            self._events.pop()  # has no effect: the last command counts
-        self._events.append([turtle, event, values, caller])
+        super().note(event if turtle == TURTLE else f'{turtle}/{event}', *values, caller=caller)
 
     def tick(self, number, readings):
         """Write the row of a tick from what DrawnWorld.step returned; raise OSError when it cannot be written."""
-        events = ';'.join(' '.join((name if turtle == TURTLE else f'{turtle}/{name}', *map(_text, values)))
-                          for turtle, name, values, _ in self._events)
-        callers = ';'.join(caller for _, _, _, caller in self._events)
-        self._events = []
         reading = next((reading for reading in readings if reading[0].name == TURTLE), None)
-        fields = EMPTY if reading is None else (*(f'{float32(value):.9g}' for value in reading[0].pose()), *reading[1])
-        self._writer.writerow((number, events, *fields, callers))
-
-    def close(self):
-        """End the file."""
-        self._file.close()
-
-
-def _text(value):
-    return repr(value) if isinstance(value, float) else str(value)
+        pose = () if reading is None else [f'{float32(value):.9g}' for value in reading[0].pose()]
+        super().tick(number, EMPTY if reading is None else (*pose, *reading[1]))

@@ -11,6 +11,7 @@ import rospy
 
 from kinematic_core.checks import InvalidInput
 from kinematic_core.turtle_world import BACKGROUND, START
+from kinematic_ros.topics import caller
 from turtlesim.drawn_world import DrawnWorld
 from turtlesim.recording import TURTLE, Recorder
 
@@ -70,8 +71,7 @@ class SharedWorld(DrawnWorld):
         ``request`` is the message or service request that asked for it.
         """
         if self._recorder is not None:
-            header = getattr(request, '_connection_header', None) or {}
-            self._recorder.note(event, *values, turtle=turtle, caller=header.get('callerid', ''))
+            self._recorder.note(event, *values, turtle=turtle, caller=caller(request))
 
     def _record(self, readings):
         try:
