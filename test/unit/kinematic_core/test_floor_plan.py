@@ -38,7 +38,8 @@ def test_good_shape_passes(shape):
     (BOX._replace(colour='red'), "wall: colour is 'red'; it must be three whole numbers"),
     (BOX._replace(name=''), "'': a name must be a text"),
     (POST._replace(radius=0.0), 'post: radius is 0; it must be more than 0'),
-    (PANEL._replace(marker_id=-1), 'marker1: marker_id is -1; it must be a whole number of at least 0'),
+    (PANEL._replace(marker_id=-1), 'marker1: marker_id is -1; it must be a whole number from 0 to 4294967295'),
+    (PANEL._replace(marker_id=2 ** 32), 'marker1: marker_id is 4294967296; it must be'),
     (PANEL._replace(marker_id=1.5), 'marker1: marker_id is 1.5; it must be a whole number'),
     (PANEL._replace(marker_size=0.41), 'marker1: marker_size is 0.41; the panel has only 0.4 m'),
 ])

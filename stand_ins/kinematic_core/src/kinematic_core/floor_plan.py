@@ -15,6 +15,7 @@ PANEL_SIZE = 0.40  # [m] the white square
 PANEL_MARKER_SIZE = 0.28  # [m] the marker's black square in its middle
 PANEL_BOTTOM = 0.05  # [m]
 PANEL_THICKNESS = 0.01  # [m] behind the face
+LARGEST_ID = 2 ** 32 - 1  # that a marker of ALVAR can have
 LARGEST = 1000.0  # [m] of any coordinate or size of a plan
 TOUCHING = 0.01  # [m] by which shapes may reach into each other and still count as side by side
 
@@ -128,8 +129,9 @@ def _check_shape(shape):
         elif field == 'colour':
             _check_colour(f'{shape.name}: colour', value)
         elif field == 'marker_id':
-            if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-                raise InvalidInput(f'{shape.name}: marker_id is {value!r}; it must be a whole number of at least 0')
+            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LARGEST_ID:
+                raise InvalidInput(f'{shape.name}: marker_id is {value!r}; it must be a whole number from 0 to '
+                                   f'{LARGEST_ID}')
         else:
             _check_length(shape.name, field, value)
     if isinstance(shape, Panel) and shape.marker_size > shape.size:

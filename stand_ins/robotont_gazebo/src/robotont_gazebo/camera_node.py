@@ -14,7 +14,6 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
 from kinematic_core.checks import InvalidInput
-from kinematic_core.floor_plan import EMPTY
 from kinematic_core.planar import Pose
 from kinematic_ros import params, reachability
 from kinematic_ros.registration import keep_registered
@@ -41,7 +40,7 @@ class CameraNode:
         self._frame = frames(params.text('~frame_prefix', '')).camera
         self._received = 0
         self._renderer = None
-        self._plan = self._rendered_plan = EMPTY
+        self._plan = self._rendered_plan = None  # until the simulator has told what stands where
         self._info = camera_info(self._frame, camera.PinholeCamera(*self._size, self._fov))
         self._colour = rospy.Publisher('camera/color/image_raw', Image, queue_size=1)
         self._colour_info = rospy.Publisher('camera/color/camera_info', CameraInfo, queue_size=1)
@@ -69,7 +68,7 @@ class CameraNode:
         for publisher in (self._colour_info, self._depth_info):
             if _wanted(publisher):
                 publisher.publish(self._info)
-        if not (wants_colour or wants_depth or wants_points):
+        if self._plan is None or not (wants_colour or wants_depth or wants_points):
             return
         renderer, place = self._current_renderer(), camera_place(truth.pose.pose)
         colour = renderer.render(place) if wants_colour or wants_points else None
@@ -85,7 +84,7 @@ class CameraNode:
 
     def _current_renderer(self):
         plan = self._plan
-        if self._renderer is None or plan is not self._rendered_plan:
+        if plan is not self._rendered_plan:
             self._renderer, self._rendered_plan = Renderer(plan, *self._size, self._fov), plan
         return self._renderer
 
