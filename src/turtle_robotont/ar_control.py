@@ -4,6 +4,7 @@ Threads: rospy calls ``_on_markers`` in a thread of its own, timers the rest; a 
 velocity is published by a timer and, once at the end, by rospy's shutdown hook, in the main thread, which does
 nothing but spin and so never holds that lock.
 """
+import math
 import threading
 import time
 
@@ -29,7 +30,7 @@ class MarkerListener:
         """``axes``: one of sightings.AXES; ``log_rate`` [Hz]: at most so many messages printed, 0: every one."""
         self._axes, self._on_sightings = axes, on_sightings
         self._period = 1.0 / log_rate if log_rate > 0.0 else 0.0
-        self._printed = -self._period
+        self._printed = -math.inf
         self._heard = time.monotonic()
         self._topic = rospy.resolve_name(TOPIC)
         rospy.loginfo('Subscribing to %s', self._topic)
@@ -38,12 +39,11 @@ class MarkerListener:
 
     def _on_markers(self, message):
         self._heard = time.monotonic()
-        seen = [(marker, where) for marker, where in ((marker, self._where(marker, message.header.frame_id))
-                                                      for marker in message.markers) if where is not None]
+        places = [self._where(marker, message.header.frame_id) for marker in message.markers]
         if self._heard - self._printed >= self._period:
             self._printed = self._heard
-            print_markers([marker for marker, _ in seen])
-        self._on_sightings([where for _, where in seen])
+            print_markers([marker for marker, place in zip(message.markers, places) if place is not None])
+        self._on_sightings([place for place in places if place is not None])
 
     def _where(self, marker, frame_id):
         """Return the Sighting of an AlvarMarker, or None where there is none."""

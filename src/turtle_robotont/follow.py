@@ -44,12 +44,12 @@ class Follower:
         self._command = STOP
 
     def see(self, sightings):
-        """Take all Sightings of one message, which may be none."""
+        """Take all Sightings of one message, which may be none; of two with the id that it follows the nearest."""
         self._unheard = 0.0
-        for sighting in sightings:
-            if sighting.id == self.marker_id:
-                self.sighting, self._unseen = sighting, 0.0
-                self.state = State.FOLLOWING
+        mine = [sighting for sighting in sightings if sighting.id == self.marker_id]
+        if mine:
+            self.sighting, self._unseen = min(mine, key=lambda sighting: sighting.distance), 0.0
+            self.state = State.FOLLOWING
 
     def step(self, dt):
         """Return the Command after dt [s] more, or None when there is nothing to say."""

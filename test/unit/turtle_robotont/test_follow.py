@@ -84,6 +84,13 @@ def test_lost_marker_stops_the_robot_once(others, why):
     assert follower.state is State.LOST and why in follower.status
 
 
+def test_nearest_of_two_with_one_id_is_followed():
+    follower = Follower(1)
+    near = Sighting(1, 1.0, 0.2, 0.0)
+    follower.see([Sighting(1, 3.0, 0.0, 0.0), near, Sighting(2, 0.5, 0.0, 0.0), Sighting(1, 1.5, -1.0, 0.0)])
+    assert follower.sighting == near
+
+
 def test_marker_that_comes_back_is_followed_from_standing():
     follower = Follower(1)
     follower.see([Sighting(1, 2.0, 0.0, 0.0)])
