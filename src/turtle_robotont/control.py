@@ -31,6 +31,7 @@ STEER_FADE = 0.1  # [m] closer than this the goal's direction says little, and s
 STUCK_AFTER = 2.0  # [s] without any movement although commanded
 MOVED = 1e-3  # [m or rad] is a movement
 JUMP = 0.1  # [m] more than the turtle can have driven: somebody teleported it
+START_DELAY = 1.0  # [s] at most from planning a drive to its first step, in which the vehicle may still have moved
 JUMPS_FORGIVEN = 3
 DEADLINE_FACTOR = 2.0  # a drive may take this many times as long as at its top speeds
 DEADLINE_EXTRA = 5.0  # [s] and this on top
@@ -129,19 +130,19 @@ class Drive:
 class Leg(Drive):
     """A drive to one goal. It fails when the turtle does not move, takes too long or is moved by somebody else."""
 
-    def __init__(self, goal, limits, tolerance, vehicle, way, turns=2.0 * math.pi):
-        """``way`` [m] and ``turns`` [rad] are the longest it may have to go; the deadline follows from them."""
+    def __init__(self, begin, goal, limits, tolerance, vehicle, way, turns=2.0 * math.pi):
+        """``begin``: where it was planned from; ``way`` [m] and ``turns`` [rad]: the longest it may have to go."""
         super().__init__(goal)
         self.limits, self.tolerance, self.vehicle = limits, tolerance, vehicle
         self._allowed = DEADLINE_EXTRA + DEADLINE_FACTOR * (way / limits.speed + turns / limits.turn_speed)
         self._time = 0.0
         self._speed = self._top_speed = 0.0
-        self._before = None
+        self._begin, self._before = begin, None
         self._anchor, self._anchored_at = None, 0.0
 
     def step(self, pose, dt):
-        if self._before is not None and self._jumped(pose, dt):
-            self._on_jump(self._before, pose)
+        if self._jumped(pose, dt):
+            self._on_jump(self._before or self._begin, pose)
         self._before = pose
         self._time += dt
         if not self.finished:
@@ -169,6 +170,8 @@ class Leg(Drive):
         return STOP
 
     def _jumped(self, pose, dt):
+        if self._before is None:
+            return distance(self._begin, pose) > JUMP + self.limits.speed * START_DELAY
         reach = max(self.limits.speed, self._before.linear_velocity, pose.linear_velocity) * dt
         return distance(self._before, pose) > JUMP + 2.0 * reach
 
@@ -196,7 +199,7 @@ class GoTo(Leg):
     """Drive to a goal, straight and forward. After a jump (teleport) it starts anew from where the turtle is."""
 
     def __init__(self, pose, goal, limits=LIMITS, tolerance=TOLERANCE, jumps_forgiven=JUMPS_FORGIVEN, vehicle=TURTLE):
-        super().__init__(goal, limits, tolerance, vehicle, distance(pose, goal))
+        super().__init__(pose, goal, limits, tolerance, vehicle, distance(pose, goal))
         self._jumps_left = jumps_forgiven
 
     def _on_jump(self, before, pose):
@@ -246,7 +249,7 @@ class CircleDrive(Leg):
 
     def __init__(self, pose, radius, limits=LIMITS, tolerance=TOLERANCE, vehicle=TURTLE):
         """``radius`` [m]; the centre lies to the left of the turtle."""
-        super().__init__(Goal(pose.x, pose.y, pose.theta), limits, tolerance, vehicle, 2.0 * math.pi * radius)
+        super().__init__(pose, Goal(pose.x, pose.y, pose.theta), limits, tolerance, vehicle, 2.0 * math.pi * radius)
         self.radius = radius
         self.centre = Goal(pose.x - radius * math.sin(pose.theta), pose.y + radius * math.cos(pose.theta))
         self.state = State.DRIVING

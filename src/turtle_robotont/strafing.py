@@ -21,8 +21,7 @@ class StrafeTo(Leg):
     """Move along the straight line from a begin to a goal, whose theta is the heading to keep all the way."""
 
     def __init__(self, begin, goal, limits=ROBOT.limits, tolerance=TOLERANCE, vehicle=ROBOT):
-        super().__init__(goal, limits, tolerance, vehicle, distance(begin, goal))
-        self._begin = begin
+        super().__init__(begin, goal, limits, tolerance, vehicle, distance(begin, goal))
         self.state = State.DRIVING
 
     def _decide(self, pose):

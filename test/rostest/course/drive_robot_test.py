@@ -87,11 +87,12 @@ class DriveRobotTest(RobotCase):
         message = Odometry()
         message.header.stamp, message.pose.pose.position.x = rospy.Time(1.0), 50.0
         message.pose.pose.orientation.w = 1.0
+        robot = self.robot(START)
+        process = self.start('drive_shape.py', '_robot:=true', '_strafe:=true')
+        process.wait_for_output('Drawing: square')
         timer = rospy.Timer(rospy.Duration(0.05), lambda _: stale.publish(message))
         self.addCleanup(timer.shutdown)
-        robot = self.robot(START)
-        until(lambda: robot.track, 'odometry')
-        said = self.ended(self.start('drive_shape.py', '_robot:=true', '_strafe:=true'), deadline=SHAPE_DEADLINE)
+        said = self.ended(process, deadline=SHAPE_DEADLINE)
         self.assertIn('Drawn in', said)
         self.assertLess(math.dist(robot.track[-1][:2], START[:2]), CORNER_TOLERANCE)
         self.assertRegex(said, r'/odom: the time 1\.000 s is not after .*left out')

@@ -78,6 +78,17 @@ def test_strafing_turns_back_to_its_heading():
     assert (robot.x, robot.y, robot.theta) == pytest.approx((0.0, 1.0, 0.0), abs=CORNER_TOLERANCE)
 
 
+@pytest.mark.parametrize('strafe', [False, True])
+@pytest.mark.parametrize('shape', ['square', 'circle'])
+def test_shape_planned_from_a_pose_that_was_not_the_robots_is_not_begun(shape, strafe):
+    """Two nodes publish odometry: planned from the one, driven by the other."""
+    plan = drawing.plan(shape, Robot((50.0, 0.0, 0.0)).pose, 0.5, vehicle=ROBOT, strafe=strafe)
+    track, commands = drive(Robot(), plan.drive)
+    assert plan.drive.state is State.FAILED
+    assert 'moved the robot from (50.00, 0.00) to (0.00, 0.00)' in plan.drive.reason
+    assert set(commands) == {Command(0.0, 0.0)}
+
+
 def test_stuck_robot_is_named():
     side, pose = StrafeTo(Goal(0.0, 0.0), Goal(1.0, 0.0, 0.0)), Robot().pose
     for _ in range(100):
