@@ -12,7 +12,8 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from rostest_tools import DEADLINE, MIDDLE, Collected, SimulatorCase, node_api, proxy, registered_names, run, until
 
 TURTLE = {'turtle1/set_pen', 'turtle1/teleport_absolute', 'turtle1/teleport_relative'}
-OWN = {'get_loggers', 'set_logger_level', 'snapshot'}
+OWN = {'get_loggers', 'set_logger_level', 'snapshot', 'pause', 'resume', 'step'}
+OWN_TOPICS = {'clock_status', 'image_raw', 'image_raw/compressed'}
 
 
 def names(space, relative):
@@ -27,8 +28,8 @@ class NamespaceTest(SimulatorCase):
         self.pose()
         self.snapshot()
         published, subscribed, services = registered_names('/lab/turtlesim')
-        self.assertEqual({'/rosout', *names('/lab/', ('turtle1/pose', 'turtle1/color_sensor', 'turtlesim/image_raw',
-                                                     'turtlesim/image_raw/compressed'))}, published)
+        self.assertEqual({'/rosout', *names('/lab/', ('turtle1/pose', 'turtle1/color_sensor')),
+                          *names('/lab/turtlesim/', OWN_TOPICS)}, published)
         self.assertEqual({'/lab/turtle1/cmd_vel'}, subscribed)
         self.assertEqual(names('/lab/', {'clear', 'reset', 'spawn', 'kill', *TURTLE}) | names('/lab/turtlesim/', OWN),
                          services)
@@ -62,8 +63,7 @@ class RemapTest(SimulatorCase):
         drive(x=1.0)
         poses.next(lambda pose: pose.x > MIDDLE, 'a turtle that obeys /steer')
         published, subscribed, services = registered_names('/sim2')
-        self.assertEqual({'/rosout', '/where', '/turtle1/color_sensor', '/sim2/image_raw',
-                          '/sim2/image_raw/compressed'}, published)
+        self.assertEqual({'/rosout', '/where', '/turtle1/color_sensor', *names('/sim2/', OWN_TOPICS)}, published)
         self.assertEqual({'/steer'}, subscribed)
         self.assertEqual({'/wipe', '/hop', '/reset', '/spawn', '/kill', '/turtle1/set_pen',
                           '/turtle1/teleport_absolute', *names('/sim2/', OWN)}, services)

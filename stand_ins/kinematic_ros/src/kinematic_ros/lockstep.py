@@ -18,6 +18,7 @@ LONGEST_PAUSE = 1e-3  # [s]
 SETTLING = 0.12  # [s] of rest asked for after a registration: the master's threads that tell others look every 0.1 s
 WORK = 100_000  # [ns] that a thread of the master runs at least for a registration; its threads that poll run less
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # rospy asks the master for it at every line that it logs
+NOBODY = 'the simulator itself, or connections that are being made'  # where no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
 
 
@@ -60,7 +61,7 @@ class Lockstep:
             seen = looked
             if now - begin >= patience:
                 self.late += 1
-                self.restless = self._names() or self.restless or 'the simulator itself'
+                self.restless = self._names() or self.restless or NOBODY
                 return False
             if seen is None or pause > FIRST_PAUSE or needed:
                 time.sleep(pause)
