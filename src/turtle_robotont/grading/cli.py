@@ -1,10 +1,13 @@
 """``./run grade EXERCISE -- COMMAND``: the command line of the grader.
 
 Exit codes: 0 passed, 1 failed, 2 wrong usage or exercise file, 3 undecided (could not keep up, no port, ...).
+
+It is a test for rostest, too: ``<test pkg="turtle_robotont" type="grade.py" args="EXERCISE -- COMMAND" .../>``.
 """
 import argparse
 import os
 import random
+import shutil
 import sys
 import traceback
 
@@ -16,15 +19,18 @@ from turtle_robotont.grading.session import Session, SessionError
 
 CODES = {verdict.PASSED: 0, verdict.FAILED: 1, verdict.UNDECIDED: 3}
 USAGE = 2
+GTEST_OUTPUT = '--gtest_output=xml:'
 
 
 def main(arguments=None):
     """Grade as the command line says; return the exit code."""
-    arguments = sys.argv[1:] if arguments is None else arguments
+    arguments, junit = _without_rostest(sys.argv[1:] if arguments is None else arguments)
+    del sys.argv[1:]  # rospy would take the command's names for this node's
     if '--all' in arguments[:_cut(arguments)]:
         return grade_all.main([argument for argument in arguments if argument != '--all'],
                               [sys.executable, os.path.abspath(sys.argv[0])], exercises())
     options = _parse(arguments)
+    options.junit = junit or options.junit
     try:
         chosen = exercise.load(_find(options.exercise))
     except (exercise.ExerciseError, OSError) as error:
@@ -40,11 +46,14 @@ def main(arguments=None):
             print(f'{session.busy} never rests (is there a rate.sleep() in its loop?): graded again in real time.')
             sys.stdout.flush()
             os.execv(sys.executable, [sys.executable, sys.argv[0], options.exercise, '--seed', str(seed),
-                                      '--output', folder, '--real-time', '--busy', session.busy, '--', *command])
+                                      '--output', folder, *(['--junit', options.junit] if options.junit else []),
+                                      '--real-time', '--busy', session.busy, '--', *command])
         elif decided.outcome == verdict.UNDECIDED and options.busy:
             decided = decided._replace(outcome=verdict.FAILED, objections=[
                 f'{options.busy} never rests and leaves the simulator no time; is there a rate.sleep() in its loop?'])
         report.write(folder, chosen, session.observed if session else Observed(), decided, command, seed)
+        if options.junit:
+            shutil.copy(os.path.join(folder, 'junit.xml'), options.junit)
     except OSError as error:
         print(f'./run grade: {folder} cannot be written: {error.strerror}. Give another one with --output',
               file=sys.stderr)
@@ -104,6 +113,7 @@ def _parse(arguments):
     parser.add_argument('--speed', type=float, help="times real time, 1 to 20; by default the exercise's")
     parser.add_argument('--real-time', action='store_true', help='for programs that follow the wall clock')
     parser.add_argument('--busy', help=argparse.SUPPRESS)  # the nodes that never rested in the first try
+    parser.add_argument('--junit', metavar='FILE', help='where junit.xml is written a second time')
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
     cut = _cut(arguments)
     options = parser.parse_args(arguments[:cut])
@@ -111,6 +121,15 @@ def _parse(arguments):
     if options.speed is not None and not 1.0 <= options.speed <= exercise.FASTEST:
         parser.error(f'--speed {options.speed:g}: it must be 1 to {exercise.FASTEST}')
     return options
+
+
+def _without_rostest(arguments):
+    """Return (arguments, FILE) without what rostest adds at their end: --gtest_output=xml:FILE, __name:=, __log:=."""
+    arguments, junit = list(arguments), None
+    while arguments and arguments[-1].startswith((GTEST_OUTPUT, '__name:=', '__log:=')):
+        last = arguments.pop()
+        junit = last[len(GTEST_OUTPUT):] if last.startswith(GTEST_OUTPUT) else junit
+    return arguments, junit
 
 
 def _cut(arguments):

@@ -70,13 +70,14 @@ class Session:
     def run(self):
         """Grade; return the Verdict. Raise SessionError."""
         os.environ['ROS_HOSTNAME'] = 'localhost'
-        os.environ.pop('ROS_IP', None)
+        for name in ('ROS_IP', 'ROS_NAMESPACE'):
+            os.environ.pop(name, None)
         with sandbox.Sandbox(self._folder, {}) as box:
             for name in ('ROS_HOME', 'ROS_LOG_DIR', 'TMPDIR'):
                 os.environ[name] = box.environment[name]
             self._start_master(box)
             rospy.set_param('/use_sim_time', True)
-            rospy.init_node(NODE[1:], disable_signals=True, disable_rostime=True)  # it polls: no part of the lockstep
+            rospy.init_node(NODE[1:], argv=[], disable_signals=True, disable_rostime=True)  # it polls: no part of the lockstep
             try:
                 self._observe(box)
             finally:
