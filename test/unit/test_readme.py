@@ -15,10 +15,11 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 READMES = {path.parent: path.read_text(encoding='utf-8')
            for path in (REPOSITORY / 'README.md', *sorted(REPOSITORY.glob('stand_ins/*/README.md')))}
 README = READMES[REPOSITORY]
+OF_RUN = 'demo.py', 'grade.py'  # ./run demo and ./run grade
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
-                 for path in folder.iterdir() if path.is_file() and path.name != 'demo.py')  # that is ./run demo
+                 for path in folder.iterdir() if path.is_file() and path.name not in OF_RUN)
 LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch')])
-MADE_BY_RUNNING = {'output/', 'camera.yaml', 'frames.json'}
+MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'junit.xml', 'output/', 'camera.yaml', 'frames.json'}
 PARAMETER_COLUMNS = ['parameter', 'type', 'default', 'range', 'meaning']
 NAME_COLUMNS = ['name', 'kind', 'type', 'meaning']
 

@@ -77,7 +77,8 @@ class Session:
                 os.environ[name] = box.environment[name]
             self._start_master(box)
             rospy.set_param('/use_sim_time', True)
-            rospy.init_node(NODE[1:], argv=[], disable_signals=True, disable_rostime=True)  # it polls: no part of the lockstep
+            # it polls: no part of the lockstep; the command's remaps are not its own
+            rospy.init_node(NODE[1:], argv=[], disable_signals=True, disable_rostime=True)
             try:
                 self._observe(box)
             finally:

@@ -1,0 +1,2 @@
+# expected: passed
+rosrun turtle_robotont ar_control_node.py
