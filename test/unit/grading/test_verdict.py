@@ -109,6 +109,8 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('publish_circle', lambda turtle: circle(turtle, angular=-0.2), 'angular.z -0.20 rad/s'),
     ('publish_circle', lambda turtle: circle(turtle, seconds=10.0), 'of the way lies on a circle'),
     ('publish_circle', lambda turtle: circle(turtle, linear=2.0, angular=0.8), 'linear.x 2.00 m/s'),
+    ('publish_circle', lambda turtle: circle(turtle, rate=2.0), '2.0 Hz, 66 of 66 commands as asked'),
+    ('publish_circle', lambda turtle: circle(turtle, rate=62.0), 'Hz'),
     ('print_poses', lambda turtle: subscribed(turtle).wait(10.0), 'none with 2 numbers'),
     ('print_poses', lambda turtle: turtle.drive(10.0, 0.6, 0.5, say=lambda pose: 'x: 5.54 y: 5.54'), '0 of 100 lines'),
     ('print_poses', lambda turtle: turtle.drive(10.0, 0.6, 0.5, say=lambda pose: f'x: {pose.y} y: {pose.x}'),

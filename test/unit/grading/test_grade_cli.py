@@ -1,0 +1,88 @@
+"""The grader's command line and the small parts of a session that need no ROS to run."""
+import json
+import socket
+import sys
+
+import pytest
+
+from turtle_robotont.grading import cli, session
+from turtle_robotont.grading.observed import Call, Observed, Shown
+from turtle_robotont.grading.stimuli import told
+
+OF_ROSTEST = ['--gtest_output=xml:/r/x.xml', '__name:=stop', '__log:=/r/stop.log']
+
+
+@pytest.mark.parametrize('arguments, rest, junit', [
+    (['stop_at_x', '--', 'a.py', '_x:=3'], ['stop_at_x', '--', 'a.py', '_x:=3'], None),
+    (['stop_at_x', '--', 'a.py', '_x:=3', *OF_ROSTEST], ['stop_at_x', '--', 'a.py', '_x:=3'], '/r/x.xml'),
+    (['stop_at_x', '--', 'a.py', '__name:=mine', 'last', *OF_ROSTEST],
+     ['stop_at_x', '--', 'a.py', '__name:=mine', 'last'], '/r/x.xml'),
+    ([], [], None),
+])
+def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):
+    assert cli._without_rostest(arguments) == (rest, junit)
+
+
+@pytest.mark.parametrize('arguments, said', [
+    (['no_such_exercise', '--', 'a.py'], "there is no exercise 'no_such_exercise', neither a file nor one"),
+    (['stop_at_x', '--speed', '21', '--', 'a.py'], '--speed 21: it must be 1 to 20'),
+    (['stop_at_x', '--seed', 'x', '--', 'a.py'], "--seed: invalid int value: 'x'"),
+])
+def test_wrong_usage_is_explained(monkeypatch, capsys, arguments, said):
+    monkeypatch.setattr(sys, 'argv', ['grade.py', *arguments])
+    try:
+        code = cli.main()
+    except SystemExit as end:
+        code = end.code
+    assert code == cli.USAGE and said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('program, said', [
+    (['none.py'], 'none.py does not exist'), ([], 'there is no command'),
+    (['broken.py'], 'broken.py, line 1: SyntaxError'),
+])
+def test_a_program_that_cannot_run_fails_with_the_reason(tmp_path, monkeypatch, capsys, program, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'broken.py').write_text('print 1\n')
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--junit', 'second.xml', '--', *program])
+    assert cli.main() == 1
+    result = json.loads((tmp_path / 'output' / 'grades' / 'stop_at_x' / 'result.json').read_text())
+    assert result['outcome'] == 'failed' and said in result['objections'][0]
+    assert said.replace("'", '') in capsys.readouterr().out
+    assert (tmp_path / 'second.xml').read_bytes() == \
+        (tmp_path / 'output' / 'grades' / 'stop_at_x' / 'junit.xml').read_bytes()
+
+
+def test_a_grader_that_fails_decides_nothing(tmp_path, monkeypatch, capsys):
+    def crash(_):
+        raise RuntimeError('out of luck')
+    (tmp_path / 'a.py').write_text('')
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(session.Session, 'run', crash)
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--', 'a.py'])
+    assert cli.main() == 3
+    assert 'UNDECIDED' in capsys.readouterr().out
+
+
+def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
+    (tmp_path / 'file').write_text('')
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', f'{tmp_path}/file/x', '--', 'none.py'])
+    assert cli.main() == cli.USAGE
+    assert 'file/x cannot be written: Not a directory. Give another one with --output' in capsys.readouterr().err
+
+
+def test_a_port_is_free(monkeypatch):
+    with socket.socket() as taken:
+        taken.bind(('localhost', 0))
+        monkeypatch.setattr(session, 'PORTS', range(taken.getsockname()[1], taken.getsockname()[1] + 1))
+        with pytest.raises(session.SessionError, match='there is no free port from'):
+            session.free_port()
+
+
+def test_stimuli_are_told_and_what_rospy_logs_is_left_out():
+    observed = Observed()
+    for line in ('{"ready": true}', '[ERROR] [12.5]: md5sum mismatch', '["Call", 1.5, "/s", [1.0, 2.0], true, ""]',
+                 '["Shown", 2.0, {"7": [0.1, 0.2, 0.3]}]', ''):
+        told(line, observed)
+    assert observed.calls == [Call(1.5, '/s', (1.0, 2.0), True, '')]
+    assert observed.shown == [Shown(2.0, {7: (0.1, 0.2, 0.3)})]
