@@ -1,6 +1,7 @@
 """``./run grade EXERCISE -- COMMAND``: the command line of the grader.
 
-Exit codes: 0 passed, 1 failed, 2 wrong usage or exercise file, 3 undecided (could not keep up, no port, ...).
+Exit codes: 0 passed, 1 failed, 2 wrong usage or exercise file, 3 undecided (could not keep up, no port, ...),
+130 interrupted.
 
 It is a test for rostest, too: ``<test pkg="turtle_robotont" type="grade.py" args="EXERCISE -- COMMAND" .../>``.
 """
@@ -13,12 +14,12 @@ import traceback
 
 import rospkg
 
-from turtle_robotont.grading import exercise, grade_all, report, sandbox, verdict
+from turtle_robotont.grading import exercise, grade_all, processes, report, sandbox, verdict
 from turtle_robotont.grading.observed import Observed
 from turtle_robotont.grading.session import Session, SessionError
 
 CODES = {verdict.PASSED: 0, verdict.FAILED: 1, verdict.UNDECIDED: 3}
-USAGE = 2
+USAGE, INTERRUPTED = 2, 130
 GTEST_OUTPUT = '--gtest_output=xml:'
 
 
@@ -39,6 +40,7 @@ def main(arguments=None):
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
     command = options.command
+    processes.make_interruptible()
     try:
         os.makedirs(folder, exist_ok=True)
         session, decided = _grade(chosen, command, seed, folder, options)
@@ -54,6 +56,9 @@ def main(arguments=None):
         report.write(folder, chosen, session.observed if session else Observed(), decided, command, seed)
         if options.junit:
             shutil.copy(os.path.join(folder, 'junit.xml'), options.junit)
+    except KeyboardInterrupt:
+        print('./run grade: interrupted; everything that was started is ended', file=sys.stderr)
+        return INTERRUPTED
     except OSError as error:
         print(f'./run grade: {folder} cannot be written: {error.strerror}. Give another one with --output',
               file=sys.stderr)

@@ -7,16 +7,14 @@ results could not be written, 3 some are undecided (and none failed), 130 interr
 import argparse
 import errno
 import os
-import signal
 import sys
 import tempfile
 
 from tqdm import tqdm
 
-from turtle_robotont.grading import class_report, classroom, exercise, submissions, verdict
+from turtle_robotont.grading import class_report, classroom, exercise, processes, submissions, verdict
 
 OUTPUT = os.path.join('output', 'grades')
-WAYS_OUT = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 EXTRA = 60.0  # [s] that a grading may take beyond its exercise in real time, before it is ended from outside
 INTERRUPTED = 130
 
@@ -45,8 +43,7 @@ def main(arguments, grader, exercises):
     options = parser().parse_args(arguments)
     if options.jobs < 1:
         parser().error(f'--jobs is {options.jobs}; it must be 1 or more')
-    for sign in WAYS_OUT:
-        signal.signal(sign, _interrupt)
+    processes.make_interruptible()
     try:
         return _run(options, grader, exercises)
     except (GradeAllError, submissions.SubmissionsError, exercise.ExerciseError) as error:
@@ -139,9 +136,3 @@ def _advice(error):
     if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EEXIST, errno.ENOENT):
         return f'{text}. Write elsewhere with --output DIR'
     return text
-
-
-def _interrupt(_number, _frame):
-    for sign in WAYS_OUT:
-        signal.signal(sign, signal.SIG_IGN)  # the way out is not interrupted again
-    raise KeyboardInterrupt

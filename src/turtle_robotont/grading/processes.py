@@ -12,12 +12,23 @@ import time
 
 PR_SET_CHILD_SUBREAPER = 36
 GENTLY = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))  # signal, patience [s]
+WAYS_OUT = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 POLL = 0.02  # [s]
 
 
 def adopt_orphans():
     """Become the parent of all descendants whose own parent ends."""
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def make_interruptible():
+    """Let all usual ways to end this process raise KeyboardInterrupt, once: the way out is not interrupted again."""
+    def interrupt(_number, _frame):
+        for sign in WAYS_OUT:
+            signal.signal(sign, signal.SIG_IGN)
+        raise KeyboardInterrupt
+    for sign in WAYS_OUT:
+        signal.signal(sign, interrupt)
 
 
 def related(mark, root, kept=()):

@@ -5,11 +5,17 @@ import sys
 
 import pytest
 
-from turtle_robotont.grading import cli, session
+from turtle_robotont.grading import cli, processes, session
 from turtle_robotont.grading.observed import Call, Observed, Shown
 from turtle_robotont.grading.stimuli import told
 
 OF_ROSTEST = ['--gtest_output=xml:/r/x.xml', '__name:=stop', '__log:=/r/stop.log']
+
+
+@pytest.fixture(autouse=True)
+def signals_stay(monkeypatch):
+    """Leave the signals to pytest."""
+    monkeypatch.setattr(processes, 'make_interruptible', lambda: None)
 
 
 @pytest.mark.parametrize('arguments, rest, junit', [
@@ -53,15 +59,19 @@ def test_a_program_that_cannot_run_fails_with_the_reason(tmp_path, monkeypatch, 
         (tmp_path / 'output' / 'grades' / 'stop_at_x' / 'junit.xml').read_bytes()
 
 
-def test_a_grader_that_fails_decides_nothing(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize('error, code, said', [
+    (RuntimeError('out of luck'), 3, 'UNDECIDED'), (session.SessionError('no port'), 3, 'UNDECIDED'),
+    (KeyboardInterrupt(), 130, 'interrupted; everything that was started is ended'),
+])
+def test_a_grader_that_fails_decides_nothing(tmp_path, monkeypatch, capsys, error, code, said):
     def crash(_):
-        raise RuntimeError('out of luck')
+        raise error
     (tmp_path / 'a.py').write_text('')
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(session.Session, 'run', crash)
     monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--', 'a.py'])
-    assert cli.main() == 3
-    assert 'UNDECIDED' in capsys.readouterr().out
+    assert cli.main() == code
+    assert said in ''.join(capsys.readouterr())
 
 
 def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
