@@ -13,6 +13,7 @@ STAND_INS = REPOSITORY / 'stand_ins'
 COURSE = REPOSITORY / 'src' / 'turtle_robotont'
 NODE_LAYER = ['ar_control', 'course', 'course_markers', 'course_nodes', 'demo', 'drive_services', 'driver',
               'node_params', 'robot_driver', 'stage', 'turtle_driver', 'turtle_tasks']  # only these may import ROS
+GRADING_NODES = ['cli', 'session', 'stimuli']  # of turtle_robotont.grading, likewise
 STAND_IN_LOGIC = {'ar_track_alvar': ['command_line', 'debug_picture', 'gates'],
                   'robotont_gazebo': ['backdrop', 'camera', 'colours', 'faces', 'frames', 'layers', 'overhead',
                                       'renderer', 'sdf', 'sight', 'textures', 'worlds'],
@@ -127,6 +128,13 @@ def test_course_logic_never_imports_ros_nor_the_node_layer(path):
     assert foreign(path, {*CORES, 'turtle_robotont', *PICTURES}) == set()
     layers = {f'turtle_robotont.{module}' for module in (*NODE_LAYER, 'msg', 'srv')}
     assert {name for name in imports_of(path) if '.'.join(name.split('.')[:2]) in layers} == set()
+
+
+@each(sorted(path for path in (COURSE / 'grading').glob('*.py') if path.stem not in GRADING_NODES))
+def test_grading_never_imports_ros_but_in_its_nodes(path):
+    assert foreign(path, {*CORES, 'turtle_robotont', 'tqdm', 'yaml', *PICTURES}) == set()
+    nodes = {f'turtle_robotont.grading.{module}' for module in GRADING_NODES}
+    assert {name for name in imports_of(path) if '.'.join(name.split('.')[:3]) in nodes} == set()
 
 
 def test_list_of_the_node_layer_is_up_to_date():
