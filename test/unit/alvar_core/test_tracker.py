@@ -131,6 +131,17 @@ def test_motion_settles_the_ambiguity():
     assert flips == 0 and flips <= flips_alone
 
 
+@pytest.mark.parametrize('away, back', [(0.25, 0.25), (0.25, 0.0), (-0.25, 0.25)])
+def test_marker_that_jumps_away_and_on_is_followed(away, back):
+    """Too far to be the same one: two of the id are remembered then, and either may be seen next."""
+    tracker = started([one(1)])
+    for x in (away, away, back, back):
+        there = one(1, position=(x, 0, 0.6))
+        found = tracker.update(picture(1, [there]), CAMERA)
+        assert ids(found) == [1]
+        assert np.abs(found[0].position - there.position).max() < 0.02 * 0.6  # 2 %
+
+
 def test_another_picture_size_starts_anew():
     tracker = started([one(1)])
     assert tracker.update(np.full((240, 320), 128, np.uint8), CAMERA) == []

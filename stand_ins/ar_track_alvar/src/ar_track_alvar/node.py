@@ -115,7 +115,9 @@ class MarkerNode:
         while not rospy.is_shutdown():
             try:
                 self._turn()
-            except Exception:  # a fault in one picture must not end the tracker
+            except Exception:  # a fault in one picture must neither end the tracker nor come again with the next
+                if self._tracker is not None:
+                    self._start_anew()
                 if not rospy.is_shutdown():
                     self._complain('fault', f'A picture could not be searched:\n{traceback.format_exc()}')
 
