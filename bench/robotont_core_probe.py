@@ -66,7 +66,7 @@ def main():
     lens, tracker = Camera(small.camera.matrix()), Tracker(Detector(MARKER_SIZE))
 
     def look(pose):
-        tracker.update(cv2.cvtColor(small.render(eye(pose)), cv2.COLOR_RGB2BGR), lens)
+        tracker.update(cv2.cvtColor(small.render(eye(pose)), cv2.COLOR_RGB2GRAY), lens)
     look(START)
     found = {
         'kinematics': times_real_time(plan, seconds, 1, None),

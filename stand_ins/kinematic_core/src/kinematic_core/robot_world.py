@@ -96,13 +96,13 @@ class RobotWorld:
         InvalidInput if it is not finite or absurd; the robot then stops, as the sender's intention is unknown.
         """
         try:
-            require_sane('the velocity', **{'linear.x': x, 'linear.y': y, 'angular.z': turn})
             speed = math.hypot(x, y)
-            if speed > FASTEST_COMMAND:
+            if FASTEST_COMMAND < speed < math.inf:
                 raise InvalidInput(f'the velocity: linear is {speed:g} m/s; allowed is at most {FASTEST_COMMAND:g}')
-            if abs(turn) > FASTEST_TURN:
+            if FASTEST_TURN < abs(turn) < math.inf:
                 raise InvalidInput(f'the velocity: angular.z is {turn:g} rad/s; allowed is -{FASTEST_TURN:g} to '
                                    f'{FASTEST_TURN:g}')
+            require_sane('the velocity', **{'linear.x': x, 'linear.y': y, 'angular.z': turn})
         except InvalidInput:
             self.stop()
             raise

@@ -62,6 +62,13 @@ class CameraNode:
         self._received += 1
         if (self._received - 1) % self._every:
             return
+        try:
+            self._show(truth)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():  # then rospy has closed the topics while a picture was rendered
+                raise
+
+    def _show(self, truth):
         wants_colour, wants_points = _wanted(self._colour), _wanted(self._points)
         wants_depth = any(map(_wanted, self._depths))
         self._info.header.stamp = truth.header.stamp
