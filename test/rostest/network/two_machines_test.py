@@ -48,7 +48,7 @@ class Machine:
 
 
 class TwoMachinesCase(unittest.TestCase):
-    """A simulator on the robot, with a cable to the laptop; a subclass says which simulator and which node drives it."""
+    """A simulator on the robot, with a cable to the laptop; a subclass says which simulator."""
 
     simulator = ()  # the command
     topic = position = speed = ''  # where it says how it moves, and the fields there, in the words of rostopic echo -p

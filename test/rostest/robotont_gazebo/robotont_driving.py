@@ -56,7 +56,7 @@ class DrivingTest(RobotontCase):
         truth = self.collected('~ground_truth', Odometry)
         for bad, said in (((math.nan, 0.0, 0.0), 'linear.x is nan; it must be a finite number'),
                           ((0.0, math.inf, 0.0), 'linear.y is inf; it must be a finite number'),
-                          ((0.0, 0.0, 1e9), 'angular.z is 1e+09; allowed is -1e+06 to 1e+06'),
+                          ((0.0, 0.0, 1e9), 'angular.z is 1e+09 rad/s; allowed is -50 to 50'),
                           ((30.0, 40.0, 0.0), 'linear is 50 m/s; allowed is at most 10')):
             self.drive_until(lambda: not stands(truth.messages[-1]), 'a robot that moves', 0.1, 0.0, 0.3)
 
