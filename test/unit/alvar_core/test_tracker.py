@@ -53,6 +53,13 @@ def test_removed_marker_is_gone_in_the_next_frame(frames):
     assert tracker.update(picture(1, []), CAMERA) == []
 
 
+def test_of_two_markers_with_one_id_any_may_go():
+    places = [one(1, position=(x, 0, 0.6)) for x in (-0.15, 0.15)]
+    for stays in places:
+        found = started(places).update(picture(1, [stays]), CAMERA)
+        assert ids(found) == [1] and abs(found[0].position[0] - stays.position[0]) < 0.01
+
+
 def test_covered_marker_is_not_reported_and_comes_back_at_once():
     placed = one(1)
     tracker = started([placed])

@@ -22,7 +22,7 @@ WITHIN_REACH = 0.1  # of the side: a motion that the refinement of the corners m
 EVIDENCE_DECAY, EVIDENCE_LIMIT = 0.9, 40.0
 
 
-@dataclass(eq=False)
+@dataclass(eq=False)  # each is itself: several may have one id, and arrays cannot be compared
 class Track:
     """A marker being followed: its last Detection, corners one frame earlier, frames since, rotation, evidence."""
 
