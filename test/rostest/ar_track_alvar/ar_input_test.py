@@ -38,7 +38,7 @@ class InputTest(TrackerCase):
         self.assert_poses(self.next_with(poses, *PLACED))
 
     def test_ar_bad_camera_info(self):
-        """K of zeros, NaN, another size: refused with the reason, nothing is published; then all is well again."""
+        """K of zeros, NaN, another size: each refused with its reason, nothing is published; then all is well again."""
         camera, poses = self.camera().show(*PLACED.values()), self.collected()
         self.assert_poses(self.next_with(poses, *PLACED))
         log, good = self.log(), camera.info
@@ -53,7 +53,7 @@ class InputTest(TrackerCase):
             status = self.status(lambda status, said=said: said.split(' is ')[0].split('.*')[0] in status.message, said)
             self.assertRegex(status[''], f'^/camera_info: {said}')
             self.assertTrue(stays_away(poses), said)
-        log.wait(Log.WARN, '/camera_info: K is .*')
+            log.wait(Log.WARN, f'/camera_info: {said}.*')
         camera.info = good
         self.assert_poses(self.next_with(poses, *PLACED))
 

@@ -1,5 +1,6 @@
 """ar_track_alvar.conversions: cameras from CameraInfo, messages from poses."""
 import io
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -159,8 +160,15 @@ def test_the_cube_of_a_marker():
     message = conversions.rviz_marker_of(MARKER, HEADER)
     assert (message.type, message.action, message.ns, message.id) == (Marker.CUBE, Marker.ADD, 'basic_shapes', 7)
     assert numbers(message.scale) == pytest.approx([0.05, 0.05, 0.01])
-    assert message.lifetime.to_sec() == 1.0 and message.color.a > 0.5
+    assert message.lifetime.to_sec() == 1.0
     assert numbers(message.pose.position) == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize('number, colour', [(0, (0, 0, 1)), (1, (1, 0, 0)), (2, (0, 1, 0)), (3, (0, 0.5, 0.5)),
+                                            (4, (0.5, 0.5, 0)), (5, (0.5, 0, 0.5)), (70000, (0.5, 0, 0.5))])
+def test_the_cubes_have_the_colours_of_the_original(number, colour):
+    message = conversions.rviz_marker_of(replace(MARKER, id=number), HEADER)
+    assert (message.color.r, message.color.g, message.color.b, message.color.a) == (*colour, 1.0)
 
 
 def test_the_pose_in_another_frame():

@@ -17,6 +17,8 @@ LARGEST_ID = 2 ** 32 - 1  # AlvarMarker.id is a uint32
 MARKER_FRAME = 'ar_marker_'  # and the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz
 THICKNESS = 0.2  # of a cube, in parts of its width
+COLOURS = ((0.0, 0.0, 1.0, 1.0), (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.5, 0.5, 1.0),
+           (0.5, 0.5, 0.0, 1.0), (0.5, 0.0, 0.5, 1.0))  # r, g, b, a: of the ids 0 to 4 and of all others
 MODELS = {'plumb_bob': Camera, 'rational_polynomial': Camera, 'equidistant': FisheyeCamera, 'fisheye': FisheyeCamera}
 
 
@@ -25,7 +27,8 @@ class MarkerPose:
     """What is published of a marker, or of a bundle of them.
 
     rotation (3, 3) and position (3,) m: in the camera's optical frame; confidence: 0 to 100; size: m, of the cube in
-    rviz; reported: in ar_pose_marker and tf, or in rviz only; namespace, colour (r, g, b, a 0 to 1): in rviz.
+    rviz; reported: in ar_pose_marker and tf, or in rviz only; namespace, colour (r, g, b, a 0 to 1; None: that of
+    the id): in rviz.
     """
 
     id: int
@@ -35,7 +38,7 @@ class MarkerPose:
     size: float
     reported: bool = True
     namespace: str = 'basic_shapes'
-    colour: tuple = (0.2, 0.6, 1.0, 0.9)
+    colour: tuple = None
 
 
 def confidence(detection):
@@ -123,7 +126,7 @@ def rviz_marker_of(marker, header):
                      type=Marker.CUBE, action=Marker.ADD, lifetime=genpy.Duration.from_sec(LIFETIME))
     message.pose = _pose(marker.rotation, marker.position)
     message.scale = Vector3(marker.size, marker.size, THICKNESS * marker.size)
-    message.color = ColorRGBA(*marker.colour)
+    message.color = ColorRGBA(*(marker.colour or COLOURS[min(marker.id, len(COLOURS) - 1)]))
     return message
 
 

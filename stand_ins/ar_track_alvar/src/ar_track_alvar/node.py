@@ -3,6 +3,7 @@
 Threading contract: rospy's threads only leave the newest picture, camera_info and settings behind, under
 ``_condition``; one worker thread does everything else: it searches, publishes, and reports on itself.
 """
+import math
 import threading
 import time
 import traceback
@@ -30,6 +31,7 @@ from kinematic_ros.waiting import COMPRESSED, waiting_text
 BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once: one of 1280x720 in colour
 SILENCE = 5.0  # [s] without a picture or camera_info before it is said
 THROTTLE = 10.0  # [s] between two warnings of a kind
+NEWS = 1.0  # [s] the same, where the second one names another fault of the input
 REPORT = 1.0  # [s] between two reports on /diagnostics
 FULL_SEARCH = 10.0  # [Hz] whole pictures are searched at least so often, where there are so many
 JUMP_BACK = 1.0  # [s] a stamp that is so much older than the last one means that time began anew
@@ -50,7 +52,7 @@ class MarkerNode:
         self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateGate(settings.max_frequency), ErrorGate()
-        self._said = {}  # kind of warning -> when it may be said again [s, monotonic]
+        self._said = {}  # kind of warning -> (when it was said [s, monotonic], text)
         self._topic = rospy.resolve_name('camera_image')
         self._picture_came = self._info_came = self._reported = time.monotonic()
         self._reconfigured = True
@@ -171,7 +173,7 @@ class MarkerNode:
         except (CameraError, PictureError, images.ImageError) as error:
             self._statistics.refused += 1
             topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
-            self._complain(type(error), f'{topic}: {error}')
+            self._complain('input', f'{topic}: {error}', pause=NEWS)
             return
         numbered, others = conversions.numbered(found)
         for content in others:
@@ -227,10 +229,14 @@ class MarkerNode:
         self._diagnostics.publish(self._statistics.report(rospy.get_name(), elapsed, self.settings.enabled,
                                                           rospy.Time.now()))
 
-    def _complain(self, kind, text, more=lambda: ''):
-        """Note a trouble; log it, with more(), unless one of its kind was logged in the last THROTTLE seconds."""
+    def _complain(self, kind, text, more=lambda: '', pause=THROTTLE):
+        """Note a trouble; log it, with more(), unless one of its kind was logged in the last THROTTLE seconds.
+
+        pause [s]: the same for one that differs from the one logged last.
+        """
         now = time.monotonic()
         self._statistics.trouble(text)
-        if now >= self._said.get(kind, 0.0):
-            self._said[kind] = now + THROTTLE
+        said, before = self._said.get(kind, (-math.inf, ''))
+        if now >= said + (THROTTLE if text == before else pause):
+            self._said[kind] = now, text
             rospy.logwarn('%s', '. '.join(filter(None, (text, more()))))
