@@ -219,6 +219,7 @@ class UsbCamTest(SimulatorCase):
         node.wait_for_output(f'(?s){path} is left out: .*{self.folder}: none of the 1 pictures can be read')
         other = self.put('b.png', plain(2, width=80))
         images.next(lambda image: image.width == 80, 'the other picture')
+        self.assertEqual(1, node.output().count(f'{path} is left out: '))
         self.put('a.png', 3)
         node.wait_for_output(f'{other} is left out: it has 80x48 pixels, those before 64x48')
         images.messages.clear()

@@ -42,6 +42,7 @@ class UsbCamNode:
                                   params.number('~horizontal_fov', 0.0, 0.0, 179.0, 'degrees'))
         params.log_effective()
         self._trouble, self._trouble_end = None, 0.0
+        self._said = {}  # warning -> when it may be said again [s, monotonic]
         self._capture = None
         listener = SubscriptionListener(lambda: self._capture and self._capture.wake())
         self._image = rospy.Publisher('~image_raw', Image, listener, tcp_nodelay=True, queue_size=1)
@@ -108,7 +109,10 @@ class UsbCamNode:
                       rospy.resolve_name('~start_capture'))
 
     def _warn(self, text):
-        rospy.logwarn('%s', text)
+        now = time.monotonic()
+        if now >= self._said.get(text, 0.0):  # a source that cannot be used is opened again and again
+            self._said[text] = now + REPEAT
+            rospy.logwarn('%s', text)
 
     def _start(self, _):
         self._capture.start()
