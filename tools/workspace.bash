@@ -13,7 +13,7 @@ debian_ros_packages=(
   ros-sensor-msgs libsensor-msgs-dev python3-sensor-msgs
   ros-nav-msgs libnav-msgs-dev python3-nav-msgs ros-visualization-msgs libvisualization-msgs-dev python3-visualization-msgs
   ros-diagnostic-msgs libdiagnostic-msgs-dev python3-diagnostic-msgs
-  python3-tf2-ros python3-tf ros-tf2-msgs libtf2-msgs-dev
+  python3-tf2-ros python3-tf ros-tf2-msgs libtf2-msgs-dev libtf-dev tf-tools tf2-tools python3-message-filters
   python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev ros-robot-state-publisher
 )
 command_packages=()

@@ -2,6 +2,7 @@
 """Poses of rendered markers: in the camera's frame, in other frames, as tf, as cubes, from the launch file."""
 import os
 import sys
+import time
 
 import numpy as np
 import rospy
@@ -12,7 +13,7 @@ from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
 sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) for folder in ([], ['..'])]
 from ar_tools import FRAME, PLACED, SIZE, TrackerCase
-from rosgraph_msgs.msg import Log
+from rosgraph_msgs.msg import Clock, Log
 
 from kinematic_ros import images
 from rostest_tools import run, until
@@ -86,6 +87,19 @@ class PosesTest(TrackerCase):
                 return poses.messages and poses.messages[-1].markers and poses.messages[-1].header.stamp.secs == seconds
             until(known, f'poses of the time {seconds}')
             self.assert_poses(poses.messages[-1], PLACED, (QUARTER, np.array([x, 2.0, 3.0])), 'map')
+
+    def test_ar_simulated_time(self):
+        """max_frequency counts in ROS time: at ten times real time 2 Hz are every picture of a camera's 20."""
+        poses, camera = self.collected(), self.camera().show(*PLACED.values())
+        clock, begun = rospy.Publisher('/clock', Clock, queue_size=1), time.monotonic()
+
+        def enough():
+            clock.publish(rospy.Time.from_sec(100.0 + 10.0 * (time.monotonic() - begun)))
+            return len(poses.messages) > 15
+        until(enough, 'poses')
+        stamps = [message.header.stamp.to_sec() for message in poses.messages[5:]]
+        self.assertLess(np.median(np.diff(stamps)), 2.5)  # [s]; by wall time 5
+        camera.stop()
 
     def test_ar_missing_transform(self):
         """A frame that does not exist: empty messages and one warning with those that do; poses as soon as it does."""

@@ -33,6 +33,10 @@ def test_after_a_pause_no_more_than_one_is_made_up_for():
     assert passed(8.0, times) == [0.0, 10.0, 10.01]
 
 
+def test_time_that_jumps_back_begins_anew():
+    assert passed(1.0, [100.0, 100.1, 100.5, 101.2, 50.0, 50.5, 51.0]) == [100.0, 100.1, 101.2, 50.0, 51.0]
+
+
 def test_a_new_rate_takes_effect():
     gate = RateGate(1.0)
     assert [gate.open(t) for t in (0.0, 0.01, 0.02, 0.5)] == [True, True, False, False]

@@ -5,7 +5,7 @@ from alvar_core import homography
 
 
 class RateGate:
-    """Lets through at most ``rate`` [Hz] on average; one that comes a bit early is not lost."""
+    """Lets through at most ``rate`` [Hz] on average; one that comes a bit early is not lost. Time may jump back."""
 
     def __init__(self, rate):
         self.rate = rate
@@ -13,10 +13,10 @@ class RateGate:
 
     def open(self, now):
         """Return whether something that comes ``now`` [s] may pass, and count it if so."""
-        if now < self._due:
-            return False
         period = 1.0 / self.rate
-        self._due = max(self._due, now - period) + period
+        if self._due - period <= now < self._due:  # earlier than that: time has jumped back
+            return False
+        self._due = min(max(self._due, now - period), now) + period
         return True
 
 

@@ -52,6 +52,7 @@ class MarkerNode:
         self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateGate(settings.max_frequency), ErrorGate()
+        self._simulated = not rospy.rostime.is_wallclock()
         self._said = {}  # kind of warning -> (when it was said [s, monotonic], text)
         self._topic = rospy.resolve_name('camera_image')
         self._picture_came = self._info_came = self._reported = time.monotonic()
@@ -94,7 +95,7 @@ class MarkerNode:
         now = time.monotonic()
         with self._condition:
             self._picture_came = now
-            if not self._rate.open(now):
+            if not self._rate.open(self._simulated and rospy.get_time() or now):
                 self._statistics.skipped += 1
                 return
             self._statistics.dropped += self._picture is not None
