@@ -65,12 +65,20 @@ def main(arguments=None):
     cv2.setNumThreads(options.threads)
     try:
         results = run(options.folder, max(1, options.repeat))
-    except (OSError, ValueError, KeyError) as error:
-        print(f'score_cli: {error}', file=sys.stderr)
-        return 1
-    with open(options.json, 'w') as file:
-        json.dump(results, file, indent=1)
+        with open(options.json, 'w') as file:
+            json.dump(results, file, indent=1)
+    except KeyError as error:
+        return _fail(f'{options.folder}/frames.json: there is no {error} where one is needed')
+    except OSError as error:
+        return _fail(f'{error.filename}: {error.strerror}')
+    except (ValueError, TypeError, AttributeError) as error:
+        return _fail(f'{options.folder}/frames.json: {error}')
     return 0
+
+
+def _fail(text):
+    print(f'./run markers: {text}', file=sys.stderr)
+    return 1
 
 
 if __name__ == '__main__':

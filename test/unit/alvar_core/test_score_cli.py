@@ -1,0 +1,28 @@
+"""./run markers: folders that cannot be used are named with what is wrong."""
+import json
+
+import pytest
+
+from alvar_core import score_cli
+
+CAMERAS = {'c': {'K': [500, 0, 320, 0, 500, 240, 0, 0, 1], 'D': []}}
+
+
+@pytest.mark.parametrize('content, said', [
+    (None, 'frames.json: No such file or directory'), ('no JSON', 'frames.json: Expecting value'),
+    ([], 'frames.json: '), ({'frames': []}, "there is no 'cameras'"),
+    ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'file': 'a.png', 'camera': 'c'}]}, 'a.png cannot be read'),
+    ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'camera': 'c'}]}, "there is no 'file'"),
+    ({'cameras': {'c': {'K': [0] * 9, 'D': []}}, 'frames': []}, 'camera matrix K is')])
+def test_what_is_wrong_with_a_folder(tmp_path, capsys, content, said):
+    if content is not None:
+        (tmp_path / 'frames.json').write_text(content if isinstance(content, str) else json.dumps(content))
+    assert score_cli.main([str(tmp_path), '--json', str(tmp_path / 'out.json')]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith('./run markers: ') and said in error and str(tmp_path) in error
+
+
+def test_results_that_cannot_be_written(tmp_path, capsys):
+    (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': []}))
+    assert score_cli.main([str(tmp_path), '--json', str(tmp_path / 'none' / 'out.json')]) == 1
+    assert f'{tmp_path}/none/out.json: No such file or directory' in capsys.readouterr().err
