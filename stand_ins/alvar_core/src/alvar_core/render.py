@@ -117,17 +117,32 @@ def _pattern(rng, picture, at, size, random_cells):
     picture[mask] = warped[mask]
 
 
-def _ideal_of_fine(camera, scene):
-    x = (np.arange(scene.width * SUPERSAMPLE) + 0.5) / SUPERSAMPLE - 0.5
-    y = (np.arange(scene.height * SUPERSAMPLE) + 0.5) / SUPERSAMPLE - 0.5
+def _window(fine, camera, placed, width):
+    """Slices (rows, columns) of the fine picture with all that a square `width` m wide in the marker's plane covers."""
+    rim = np.linspace(-0.5, 0.5, 9) * width
+    points = np.array([(x, y, 0) for x in rim for y in rim])
+    if ((points @ placed.rotation.T + placed.position)[:, 2] <= 0).any():
+        return slice(0, fine.shape[0]), slice(0, fine.shape[1])
+    real = (project(camera, placed.rotation, placed.position, points) + 0.5) * SUPERSAMPLE
+    low, high = real.min(0), real.max(0)
+    spare = 0.1 * (high - low).max() + 2
+    low = np.clip(low - spare, 0, fine.shape[::-1]).astype(int)
+    high = np.clip(high + spare, 0, fine.shape[::-1]).astype(int)
+    return slice(low[1], high[1]), slice(low[0], high[0])
+
+
+def _ideal_of(camera, rows, columns):
+    y, x = ((np.arange(part.start, part.stop) + 0.5) / SUPERSAMPLE - 0.5 for part in (rows, columns))
     grid = np.stack(np.meshgrid(x, y), -1)
-    return camera.to_ideal(grid) if camera.distorted else grid
+    return camera.to_ideal(grid) if camera.distorted and grid.size else grid
 
 
-def _paint(rng, fine, ideal, camera, placed, margin):
+def _paint(rng, picture, camera, placed, margin):
     cells = code.encode(placed.id)
     count = len(cells) + 2 * margin
     half = placed.size / 2
+    window = _window(picture, camera, placed, placed.size * (1 + 2 * placed.paper / count))
+    fine, ideal = picture[window], _ideal_of(camera, *window)
     h = np.column_stack([placed.rotation[:, 0], placed.rotation[:, 1], placed.position])
     rays = np.concatenate([camera.to_rays(ideal), np.ones(ideal.shape[:2] + (1,))], -1)
     p = rays @ np.linalg.inv(h).T
@@ -140,7 +155,7 @@ def _paint(rng, fine, ideal, camera, placed, margin):
     value = white[np.clip(row + 8, 0, count + 15).astype(int), np.clip(column + 8, 0, count + 15).astype(int)]
     fine[on_paper] = np.where(value, placed.white, placed.black)
     if placed.cover:
-        _cover(rng, fine, placed, camera)
+        _cover(rng, picture, placed, camera)
 
 
 def _cover(rng, fine, placed, camera):
@@ -174,10 +189,9 @@ def _light(rng, scene, fine):
 def picture_of(rng, camera, placed, scene, margin=2):
     """uint8 grey picture of Placed markers (their corners are filled in) seen by a camera."""
     fine = _background(rng, scene)
-    ideal = _ideal_of_fine(camera, scene)
     for marker in placed:
         marker.corners = project(camera, marker.rotation, marker.position, pose.object_corners(marker.size))
-        _paint(rng, fine, ideal, camera, marker, margin)
+        _paint(rng, fine, camera, marker, margin)
     fine = _light(rng, scene, fine).astype(np.float32)
     if scene.blur > 0:
         fine = cv2.GaussianBlur(fine, (0, 0), scene.blur * SUPERSAMPLE)
