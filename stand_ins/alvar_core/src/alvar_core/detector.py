@@ -7,7 +7,7 @@ from numbers import Real
 import cv2
 import numpy as np
 
-from alvar_core import align, code, detect, homography, pose, reading
+from alvar_core import align, code, detect, edges, homography, pose, reading
 from alvar_core.accept import accepted
 from alvar_core.camera import Camera, CameraError
 from alvar_core.view import PictureError, View, grey_picture
@@ -19,6 +19,8 @@ NEAR_FIT, MAX_EXAMINED = 0.64, 16
 # After alignment: below these, or with a blur above (cells), it is dropped; a new reading needs READ_FIT to go on.
 MIN_LIKENESS, MAX_BLUR_CELLS, READ_FIT = 0.65, 0.85, 0.72
 MIN_AREA, MAX_ERROR = 200.0, 0.05  # px^2; rms reprojection error of the best pose in parts of the side
+EDGES_SIDE, MAX_MOVE = 36.0, 0.2  # px, from where on edges are measured; cells that they may move a corner
+COARSE_ERROR = 0.05  # px of a corner, times the square of the px between two samples of the alignment
 READ_NOISE = 2 / 3  # of a picture's noise is left in values between its pixels
 SURE_DETAIL = 0.93  # no doubt about the margin
 SURE_FIT, SURE_GAP = 0.93, 0.12  # a first look that need not be repeated
@@ -98,6 +100,7 @@ class Detector:
         self.glance = reading.Glance(self.resolution, self.margin)
         self.ring = align.Aligner(self.cells, PER_CELL, inner=min(1.6, self.margin * 0.8))
         self.full = align.Aligner(self.cells, PER_CELL)
+        self.edges = edges.Edges(self.cells)
         self.reader = reading.Reader(self.full.grid, self.resolution, self.margin)
         if self.glance.seen is not None:
             self.black_words = np.array([reading.black_cells(word, self.margin) for word in self.glance.seen])
@@ -198,7 +201,7 @@ class Detector:
                     found.append((m, r, features[m]))
             elif r is not None and r.fit > READ_FIT:
                 changed.append(m)
-        out = self._poses(view.camera, state, corners, found)
+        out = self._poses(view, state, corners, found)
         if changed and looks:
             black = np.array([reading.black_cells(readings[m].white, self.margin) for m in changed])
             out += self._finish(view, state.h[changed], black, state.blur[changed], state.level[changed])
@@ -270,23 +273,23 @@ class Detector:
                        contrast=state.contrast, noise=state.noise, blur=state.blur)
         return [dict(zip(columns, row)) for row in zip(*(column.tolist() for column in columns.values()))]
 
-    def _poses(self, camera, state, corners, found):
+    def _poses(self, view, state, corners, found):
         if not found:
             return []
         accepted = [m for m, _, _ in found]
         readings, features = [r for _, r, _ in found], [f for _, _, f in found]
-        information = self._corner_information(state.take(accepted))
+        corners, information = self._measured(view, state.take(accepted), corners[accepted])
         order = np.array([[(k + r.content.turns) % 4 for k in range(4)] for r in readings])
         eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
-        corners = np.take_along_axis(corners[accepted], order[:, :, None], 1)
+        corners = np.take_along_axis(corners, order[:, :, None], 1)
         information = np.array([i[np.ix_(e, e)] for i, e in zip(information, eight)])
         for f, i in zip(features, information):
             f['information'] = i
         sizes = [self.sizes.get(r.content.value, self.size) for r in readings]
-        real = np.stack(camera.to_real(corners[..., 0], corners[..., 1]), -1)
+        real = np.stack(view.camera.to_real(corners[..., 0], corners[..., 1]), -1)
         out = []
         sides = np.sqrt(homography.area(real))
-        for m, solutions in enumerate(pose.solve(corners, sizes, camera, information)):
+        for m, solutions in enumerate(pose.solve(corners, sizes, view.camera, information)):
             if solutions and solutions[0].error < MAX_ERROR * sides[m]:
                 share, ambiguous = pose.ambiguity(solutions)
                 best = solutions[0]
@@ -294,17 +297,39 @@ class Detector:
                                      features[m]['likeness'], share, ambiguous, best.error, solutions, features[m]))
         return out
 
-    def _corner_information(self, state):
-        h = state.h[:, None]
+    def _measured(self, view, state, corners):
+        """Corners (M, 4, 2), ideal px, and their information (M, 8, 8): of the alignment, and of the edges if large."""
+        noise = np.maximum(state.noise, 1.0)[:, None, None]
+        spread = self._corner_spread(state.h, state.information()) * (1.5 * noise ** 2)
+        side = np.sqrt(homography.area(corners))
+        coarse = COARSE_ERROR * (side / self.cells / PER_CELL) ** 2
+        information = np.linalg.inv(spread + _floor(np.maximum(pose.MODEL_ERROR * 2.0 ** state.level, coarse)))
+        large = np.flatnonzero(side > EDGES_SIDE)
+        if len(large):
+            sigma = np.sqrt(state.blur[large]) * 2.0 ** state.level[large]
+            h, of_edges, good = self.edges.refine(view.pyramid, view.camera, state.h[large], sigma)
+            moved = homography.apply(h, self.square) - corners[large]
+            good &= np.abs(moved).max((1, 2)) < MAX_MOVE * side[large] / self.cells
+            large, moved = large[good], moved[good].reshape(-1, 8, 1)
+            of_edges = np.linalg.inv(self._corner_spread(h[good], of_edges[good]))
+            together = np.linalg.inv(information[large] + of_edges)
+            corners[large] += (together @ of_edges @ moved).reshape(-1, 4, 2)
+            information[large] = np.linalg.inv(together + _floor(np.full(len(large), pose.MODEL_ERROR)))
+        return corners, information
+
+    def _corner_spread(self, h, information):
+        """Covariance (M, 8, 8) of the corners, ideal px, from the information on small changes of h."""
+        h = h[:, None]
         p = h @ self.square_h  # (M, 4, 3, 1)
         jacobian = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self.square_steps
         jacobian = jacobian.reshape(-1, 8, 8)
-        information = state.information()
         ridge = 1e-6 * np.trace(information, axis1=1, axis2=2)[:, None, None] / 8 * np.eye(8)
-        noise = np.maximum(state.noise, 1.0)[:, None, None]
-        spread = jacobian @ np.linalg.inv(information + ridge) @ jacobian.transpose(0, 2, 1) * (1.5 * noise ** 2)
-        floor = (pose.MODEL_ERROR * 2.0 ** state.level)[:, None, None] ** 2
-        return np.linalg.inv(spread + np.eye(8) * floor)
+        return jacobian @ np.linalg.inv(information + ridge) @ jacobian.transpose(0, 2, 1)
+
+
+def _floor(sigma):
+    """Covariance (M, 8, 8) of corners that are wrong by sigma (M,) px each."""
+    return np.eye(8) * sigma[:, None, None] ** 2
 
 
 def best_of_overlapping(found):

@@ -1,0 +1,63 @@
+"""Large markers are as exact as their edges are sharp; what covers an edge does not move them."""
+import numpy as np
+import pytest
+
+from alvar_core import align, homography, pose, render
+from alvar_core.detector import Detector
+from alvar_core.edges import Edges
+
+SIZE = 0.1
+CORNER_TOLERANCE = 0.1  # px, median of several markers' worst corners
+POSITION_TOLERANCE = 0.0005  # of the distance
+ROTATION_TOLERANCE = np.radians(0.2)
+HALF = 4.5  # cells: half a side
+
+
+def near(rng, camera, side, tilt):
+    """A marker `side` px wide, the way it is turned and its place left to chance."""
+    distance = camera.fx * SIZE / side
+    room = max(0.0, (240 - 0.75 * side) / camera.fx * distance)
+    return render.Placed(int(rng.integers(256)), SIZE, render.facing(np.radians(tilt), *rng.uniform(0, 6.3, 2)),
+                         np.array([*rng.uniform(-room, room, 2), distance]))
+
+
+@pytest.mark.parametrize('distorted', [False, True])
+@pytest.mark.parametrize('side', [90, 130, 170, 230, 340])
+def test_large_markers_are_exact(side, distorted):
+    camera, detector, errors = render.default_camera(distorted=distorted), Detector(SIZE), []
+    for seed, (tilt, blur) in enumerate(((3, 0.4), (20, 0.6), (40, 1.0))):
+        rng = np.random.default_rng(10 * side + seed)
+        placed = near(rng, camera, side, tilt)
+        found, = detector.detect(render.picture_of(rng, camera, [placed], render.Scene(blur=blur)), camera)
+        assert found.id == placed.id
+        errors.append((np.abs(found.corners - placed.corners).max(),
+                       np.linalg.norm(found.position - placed.position) / np.linalg.norm(placed.position),
+                       pose.angle_between(found.rotation, placed.rotation)))
+    corner, position, rotation = np.median(errors, 0)
+    assert corner < CORNER_TOLERANCE
+    assert position < POSITION_TOLERANCE and rotation < ROTATION_TOLERANCE
+
+
+def aligned(covered):
+    """(Pyramid, camera, wrong start h, right h) of a marker 180 px wide; `covered`: share of its upper side."""
+    rng, camera = np.random.default_rng(3), render.default_camera()
+    placed = render.Placed(9, SIZE, render.facing(0.4, 1.0, 0.1), np.array([0, 0, camera.fx * SIZE / 180]))
+    picture = render.picture_of(rng, camera, [placed], render.Scene())
+    left, right = placed.corners[:2]
+    for share in np.linspace(0, covered, 200) if covered else ():
+        x, y = (left + share * (right - left)).astype(int)
+        picture[y - 12:y + 12, x - 1:x + 2] = 120
+    h = homography.from_square(placed.corners[None], HALF)
+    wrong = homography.from_square(placed.corners[None] + rng.uniform(-1.5, 1.5, (1, 4, 2)), HALF)
+    return align.Pyramid(picture), camera, wrong, h
+
+
+@pytest.mark.parametrize('covered, seen', [(0.0, True), (0.25, True), (0.8, False)])
+def test_covered_part_of_a_side_does_not_count_and_a_covered_side_is_told(covered, seen):
+    pyramid, camera, start, right = aligned(covered)
+    h, information, good = Edges(9).refine(pyramid, camera, start, np.array([1.0]))
+    assert good.tolist() == [seen]
+    assert (np.linalg.eigvalsh(information[0]) > 0).all()
+    if seen:
+        square = HALF * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        assert np.abs(homography.apply(h, square) - homography.apply(right, square)).max() < 0.15
