@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from alvar_core import align, homography, pose, render
+from alvar_core import align, pose, render
 from alvar_core.detector import Detector
 from alvar_core.edges import Edges
 
@@ -10,7 +10,6 @@ SIZE = 0.1
 CORNER_TOLERANCE = 0.1  # px, median of several markers' worst corners
 POSITION_TOLERANCE = 0.0005  # of the distance
 ROTATION_TOLERANCE = np.radians(0.2)
-HALF = 4.5  # cells: half a side
 
 
 def near(rng, camera, side, tilt):
@@ -38,8 +37,8 @@ def test_large_markers_are_exact(side, distorted):
     assert position < POSITION_TOLERANCE and rotation < ROTATION_TOLERANCE
 
 
-def aligned(covered):
-    """(Pyramid, camera, wrong start h, right h) of a marker 180 px wide; `covered`: share of its upper side."""
+def seen_near(covered):
+    """(Pyramid, camera, right corners) of a marker 180 px wide; `covered`: share of its upper side."""
     rng, camera = np.random.default_rng(3), render.default_camera()
     placed = render.Placed(9, SIZE, render.facing(0.4, 1.0, 0.1), np.array([0, 0, camera.fx * SIZE / 180]))
     picture = render.picture_of(rng, camera, [placed], render.Scene())
@@ -47,17 +46,27 @@ def aligned(covered):
     for share in np.linspace(0, covered, 200) if covered else ():
         x, y = (left + share * (right - left)).astype(int)
         picture[y - 12:y + 12, x - 1:x + 2] = 120
-    h = homography.from_square(placed.corners[None], HALF)
-    wrong = homography.from_square(placed.corners[None] + rng.uniform(-1.5, 1.5, (1, 4, 2)), HALF)
-    return align.Pyramid(picture), camera, wrong, h
+    return align.Pyramid(picture), camera, placed.corners
 
 
 @pytest.mark.parametrize('covered, seen', [(0.0, True), (0.25, True), (0.8, False)])
 def test_covered_part_of_a_side_does_not_count_and_a_covered_side_is_told(covered, seen):
-    pyramid, camera, start, right = aligned(covered)
-    h, information, good = Edges(9).refine(pyramid, camera, start, np.array([1.0]))
+    pyramid, camera, right = seen_near(covered)
+    start = right[None] + np.random.default_rng(4).uniform(-1.5, 1.5, (1, 4, 2))
+    corners, covariance, good = Edges(9).refine(pyramid, camera, start, np.array([1.0]))
     assert good.tolist() == [seen]
-    assert (np.linalg.eigvalsh(information[0]) > 0).all()
+    assert (np.linalg.eigvalsh(covariance[0]) > 0).all()
     if seen:
-        square = HALF * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        assert np.abs(homography.apply(h, square) - homography.apply(right, square)).max() < 0.15
+        assert np.abs(corners - right).max() < 0.15
+
+
+def test_covariance_is_as_large_as_the_errors_are():
+    camera, chi2 = render.default_camera(), []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        placed = near(rng, camera, 80, 20)
+        picture = render.picture_of(rng, camera, [placed], render.Scene(noise=4.0, blur=0.8))
+        corners, covariance, _ = Edges(9).refine(align.Pyramid(picture), camera, placed.corners[None], np.array([0.9]))
+        error = (corners - placed.corners).reshape(8)
+        chi2.append(error @ np.linalg.solve(covariance[0], error) / 8)
+    assert 0.3 < np.median(chi2) < 3.0

@@ -307,11 +307,11 @@ class Detector:
         large = np.flatnonzero(side > EDGES_SIDE)
         if len(large):
             sigma = np.sqrt(state.blur[large]) * 2.0 ** state.level[large]
-            h, of_edges, good = self.edges.refine(view.pyramid, view.camera, state.h[large], sigma)
-            moved = homography.apply(h, self.square) - corners[large]
+            sharp, of_edges, good = self.edges.refine(view.pyramid, view.camera, corners[large], sigma)
+            moved = sharp - corners[large]
             good &= np.abs(moved).max((1, 2)) < MAX_MOVE * side[large] / self.cells
             large, moved = large[good], moved[good].reshape(-1, 8, 1)
-            of_edges = np.linalg.inv(self._corner_spread(h[good], of_edges[good]))
+            of_edges = np.linalg.inv(of_edges[good])
             together = np.linalg.inv(information[large] + of_edges)
             corners[large] += (together @ of_edges @ moved).reshape(-1, 4, 2)
             information[large] = np.linalg.inv(together + _floor(np.full(len(large), pose.MODEL_ERROR)))

@@ -2,22 +2,23 @@
 
 The alignment (align.py) reads large markers at a fraction of the size, a few samples a cell, and is right to a part of
 that.  Here the grey is read across the four sides.  Where it turns from black to white is measured by the area under
-it, which noise and blur change little; the homography follows by robust least squares.  All of it works on a batch of
-M markers at once, in cells (see align.py) unless px are named.
+it, which noise and blur change little; a line through each side follows by robust least squares, and the corners are
+where they meet.  All of it works on a batch of M markers at once, in cells (see align.py) unless px are named; sides
+and corners are counted from the upper one and from its left end, clockwise.
 """
 import numpy as np
 
 from alvar_core import homography
 
-ALONG = np.linspace(-0.92, 0.92, 32)  # places along a side, in parts of half of it; corners are round
-ACROSS = np.linspace(-1, 1, 15)  # places across it, in parts of the reach
+ALONG = np.linspace(-0.9, 0.9, 22)  # places along a side, in parts of half of it; corners are round
+ACROSS = np.linspace(-1, 1, 13)  # places across it, in parts of the reach
 ENDS = 3  # of them at each end are taken for black and white
 REACH, SPREAD = 2.0, 2.0  # px and blurs that are read to each side of the edge
 WIDEST = 0.4  # cells: paper may end beyond
-ROUNDS = (0.15, 0.0)  # cells: at least so far in each round; the first one may start beside a sharp edge
+START = 0.15  # cells that the edge may be off at first; where that is beyond the reach it is read twice
 MIN_STEP = 0.5  # of the median contrast: less is no edge
 CUT, LEAST_CUT = 3.0, 0.4  # of the noise, px: what is further off is covered
-SOLVED = 4  # times, what is far off counting less each time
+FITS = 3  # what is far off counts less each time
 MIN_SEEN = 0.6  # share of each side that must be seen
 MIN_NOISE = 0.03  # px: rounding, pixels that are no points
 
@@ -26,65 +27,88 @@ class Edges:
     """The outer edges of markers of `cells` cells a side."""
 
     def __init__(self, cells):
-        half = cells / 2
-        along, edge = ALONG * half, np.full(len(ALONG), -half)
-        points, normals = [], []
-        sides = (along, edge, (0, -1)), (-edge, along, (1, 0)), (along, -edge, (0, 1)), (edge, along, (-1, 0))
-        for x, y, normal in sides:
-            points.append(np.stack([x, y], 1))
-            normals.append(np.tile(normal, (len(along), 1)))
-        self.points, self.normals = np.concatenate(points), np.concatenate(normals).astype(float)
-        x, y = self.points.T
-        zero, one = np.zeros_like(x), np.ones_like(x)
-        by_x = np.stack([one, x, y, zero, zero, zero, x * x, x * y], 1)  # as in homography.small
-        by_y = np.stack([zero, zero, zero, one, x, y, x * y, y * y], 1)
-        self.jacobian = by_x * self.normals[:, :1] + by_y * self.normals[:, 1:]
+        self.half = half = cells / 2
+        self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+        self.t = ALONG * half
+        self.normals = np.array([[0, -1], [1, 0], [0, 1], [-1, 0]], float)
+        along = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]], float)
+        self.points = half * self.normals[:, None] + self.t[:, None] * along[:, None]  # (4, K, 2)
+        ones = np.ones_like(self.t)
+        self.powers = np.stack([ones, self.t, self.t ** 2], 1)
+        # Corners (x, y of each: rows) move by the offsets and rises (columns) of the side that begins there and the
+        # one that ends there.
+        self.corners_of_lines = np.zeros((8, 8))
+        for corner in range(4):
+            for side, end in ((corner, -half), (corner - 1, half)):
+                for power in (0, 1):
+                    self.corners_of_lines[2 * corner:2 * corner + 2, 2 * (side % 4) + power] += \
+                        self.normals[side] * end ** power
 
-    def refine(self, pyramid, camera, h, sigma):
-        """Return (h, information, good) for h (M, 3, 3) and the picture's blur sigma (M,) px.
+    def refine(self, pyramid, camera, corners, sigma):
+        """Return (corners, covariance, good) of corners (M, 4, 2), ideal px, and the picture's blur sigma (M,) px.
 
-        information (M, 8, 8): on homography.small changes, noise included; good (M,): whether all sides are seen.
+        covariance (M, 8, 8): of the corners, px^2; good (M,): whether all sides are seen.
         """
-        good = np.ones(len(h), bool)
-        for least in ROUNDS:
-            across, px = self._spans(h, camera, sigma, least)
-            offset, weight = self._offsets(pyramid, camera, h, across)
-            step, information, seen = self._solve(offset, weight, px)
-            h = h @ homography.small(step)
-            h = h / h[:, 2:, 2:]
-            good &= seen
-        return h, information, good
+        side = corners[:, [1, 2, 3, 0]] - corners
+        length = np.sqrt((side * side).sum(2))
+        px = (length[:, [1, 2, 3, 0]] + length[:, [3, 0, 1, 2]]) / (4 * self.half)  # a cell, across the sides
+        across = np.minimum((REACH + SPREAD * sigma[:, None]) / px, WIDEST)
+        good = np.ones(len(corners), bool)
+        if (across < START).any():
+            corners, _, good = self._once(pyramid, camera, corners, np.maximum(across, START), px)
+        corners, covariance, seen = self._once(pyramid, camera, corners, across, px)
+        return corners, covariance, good & seen
 
-    def _spans(self, h, camera, sigma, least):
-        """How far to read (M, P), cells, and px a cell there, across the edge."""
-        ends = [np.stack(camera.to_real(*np.moveaxis(homography.apply(h, self.points + d * self.normals), 2, 0)), -1)
-                for d in (-0.2, 0.2)]
-        px = np.maximum(np.linalg.norm(ends[1] - ends[0], axis=2) / 0.4, 1e-3)
-        return np.minimum(np.maximum((REACH + SPREAD * sigma[:, None]) / px, least), WIDEST), px
+    def _once(self, pyramid, camera, corners, across, px):
+        h = homography.from_square(corners, self.half)
+        offset, enough = self._offsets(pyramid, camera, h, across)
+        lines, spread, seen = self._lines(offset, enough, px)
+        moved = self.square + (lines.reshape(-1, 8) @ self.corners_of_lines.T).reshape(-1, 4, 2)
+        blocks = np.zeros((len(h), 4, 2, 4, 2))
+        blocks[:, range(4), :, range(4)] = spread.transpose(1, 0, 2, 3)
+        to_px = self._px_of_corners(h) @ self.corners_of_lines
+        covariance = to_px @ blocks.reshape(-1, 8, 8) @ to_px.transpose(0, 2, 1)
+        return homography.apply(h, moved), covariance, seen
+
+    def _px_of_corners(self, h):
+        """(M, 8, 8): derivative of the corners, ideal px, by themselves in cells."""
+        p = np.concatenate([self.square, np.ones((4, 1))], 1) @ h.transpose(0, 2, 1)
+        w = p[:, :, 2:, None]
+        out = np.zeros((len(h), 4, 2, 4, 2))
+        each = (h[:, None, :2, :2] - (p[:, :, :2, None] / w) * h[:, None, 2:, :2]) / w
+        out[:, range(4), :, range(4)] = each.transpose(1, 0, 2, 3)
+        return out.reshape(-1, 8, 8)
 
     def _offsets(self, pyramid, camera, h, across):
-        """How far the edge is beyond the points (M, P), cells, and whether there is one."""
-        places = self.points[:, None] + (across[..., None] * ACROSS)[..., None] * self.normals[:, None]
-        p = homography.apply(h, places.reshape(len(h), -1, 2)).astype(np.float32)
+        """How far the edges are beyond the points (M, 4, K), cells, and whether there is one."""
+        out = (across[..., None] * ACROSS)[:, :, None, :, None] * self.normals[:, None, None]  # (M, 4, 1, S, 2)
+        p = homography.apply(h, (self.points[:, :, None] + out).reshape(len(h), -1, 2)).astype(np.float32)
         grey = pyramid.read(*camera.to_real(p[..., 0], p[..., 1]), np.zeros(len(h), int))
-        grey = grey.reshape(across.shape + (len(ACROSS),))
-        black, white = grey[..., :ENDS].mean(-1), grey[..., -ENDS:].mean(-1)
+        grey = grey.reshape(len(h), 4, len(ALONG), len(ACROSS))
+        black, white = grey[..., :ENDS].sum(-1) / ENDS, grey[..., -ENDS:].sum(-1) / ENDS
         step = white - black
-        enough = step > MIN_STEP * np.maximum(np.median(step, 1, keepdims=True), 8.0)
-        share = (grey - black[..., None]).mean(-1) / np.where(enough, step, 1.0)
-        return across * (1 - 2 * share) * len(ACROSS) / (len(ACROSS) - 1), enough.astype(float)
+        enough = step > MIN_STEP * np.maximum(_median(step.reshape(len(h), -1)), 8.0)[:, None, None]
+        share = (grey.sum(-1) / len(ACROSS) - black) / np.where(enough, step, 1.0)
+        return across[..., None] * (1 - 2 * share) * (len(ACROSS) / (len(ACROSS) - 1)), enough.astype(float)
 
-    def _solve(self, offset, enough, px):
-        """Small change of the homography (M, 8), its information (M, 8, 8), and whether all sides are seen (M,)."""
-        weight = enough
-        for _ in range(SOLVED):
-            jw = self.jacobian.T * (weight * px * px)[:, None]
-            normal = jw @ self.jacobian
-            ridge = (1e-9 * np.trace(normal, axis1=1, axis2=2) + 1e-9)[:, None, None] * np.eye(8)
-            step = np.linalg.solve(normal + ridge, jw @ offset[..., None])
-            residual = (offset - (self.jacobian @ step)[..., 0]) * px
-            noise = np.maximum(1.4826 * np.median(np.abs(residual), 1), MIN_NOISE)[:, None]
+    def _lines(self, offset, enough, px):
+        """Offset and rise (M, 4, 2) of each side, their covariance (M, 4, 2, 2), whether all sides are seen (M,)."""
+        weight, px = enough, px[..., None]
+        for _ in range(FITS):
+            s0, s1, s2 = np.moveaxis(weight @ self.powers, -1, 0)
+            y0, y1 = np.moveaxis((weight * offset) @ self.powers[:, :2], -1, 0)
+            det = np.maximum(s0 * s2 - s1 * s1, 1e-9)
+            lines = np.stack([y0 * s2 - y1 * s1, s0 * y1 - s1 * y0], -1) / det[..., None]
+            residual = np.abs(offset - lines @ self.powers[:, :2].T) * px
+            noise = np.maximum(1.4826 * _median(residual.reshape(len(offset), -1)), MIN_NOISE)[:, None, None]
             t = residual / np.maximum(CUT * noise, LEAST_CUT)
             weight = enough * np.maximum(1 - t * t, 0) ** 2
-        seen = (weight.reshape(len(offset), 4, -1) > 0.2).mean(2).min(1) > MIN_SEEN
-        return step[..., 0], normal / noise[..., None] ** 2, seen
+        seen = (weight > 0.2).mean(2).min(1) > MIN_SEEN
+        spread = np.stack([s2, -s1, -s1, s0], -1) * ((noise / px) ** 2 / det[..., None])
+        return lines, spread.reshape(-1, 4, 2, 2), seen
+
+
+def _median(values):
+    """Median of the rows of (M, P), nearly: without numpy's checks."""
+    middle = values.shape[1] // 2
+    return np.partition(values, middle, 1)[:, middle]
