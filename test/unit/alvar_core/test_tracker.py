@@ -84,6 +84,33 @@ def test_new_marker_that_is_hard_to_see_is_seen_when_the_search_is_through():
     assert [ids(tracker.update(grey, CAMERA)) for _ in range(tracker.full_every)][-1] == [1, 2]
 
 
+@pytest.mark.parametrize('frames', [3, 4, 5])
+def test_new_marker_that_is_hard_to_see_is_seen_in_the_next_frame_after_the_rest_was_searched(frames):
+    tracker = started([one(1)], frames)
+    both = picture(1, [one(1), one(2, position=(0.55, 0.4, 2.6), tilt=10)])  # 20 px
+    tracker.update(both, CAMERA)
+    tracker.search_rest()
+    assert ids(tracker.update(both, CAMERA)) == [1, 2]
+
+
+def test_what_the_rest_of_the_search_found_is_not_reported_when_it_is_gone():
+    tracker = started([one(1)], 4)
+    tracker.update(picture(1, [one(1), one(2, position=(0.2, 0.1, 0.8))]), CAMERA)
+    tracker.search_rest()
+    assert ids(tracker.update(picture(1, [one(1)]), CAMERA)) == [1]
+
+
+def test_searching_the_rest_twice_or_before_any_picture_does_nothing():
+    tracker = Tracker(Detector(SIZE))
+    tracker.search_rest()
+    grey = picture(1, [one(1)])
+    for _ in range(2):
+        assert ids(tracker.update(grey, CAMERA)) == [1]
+    tracker.search_rest()
+    tracker.search_rest()
+    assert ids(tracker.update(grey, CAMERA)) == [1]
+
+
 @pytest.mark.parametrize('full_every', [1, 2, 3, 6])
 def test_every_pass_is_made_once_in_full_every_frames(full_every, monkeypatch):
     tracker = Tracker(Detector(SIZE), full_every)

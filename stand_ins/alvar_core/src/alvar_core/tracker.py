@@ -3,8 +3,9 @@
 Each frame the markers last seen are looked for where they should be now: the cells are read afresh, so that a swapped,
 turned or covered marker is right in the very frame.  Around one that is not there it is searched at once.  The passes
 of the search of the whole picture (detect.PASSES) are spread over `full_every` frames; most new markers are found by
-any of them.  While nothing is followed all passes are made.  Of the two poses of the planar ambiguity the one that
-agrees with the motion so far is taken while the picture alone does not tell.
+any of them.  While nothing is followed all passes are made.  Who has time until the next picture calls search_rest():
+the passes left out are made then, and what they find is looked for in the next picture.  Of the two poses of the planar
+ambiguity the one that agrees with the motion so far is taken while the picture alone does not tell.
 
 Not thread safe: one thread calls update().
 """
@@ -45,9 +46,11 @@ class Tracker:
     def reset(self):
         """Forget everything."""
         self.tracks, self.frame, self.shape = [], 0, None
+        self._hints, self._rest = [], None  # corners to look at next; (view, passes not made) of the last picture
 
     def update(self, picture, camera):
         """Return the Detections of the next picture.  Raises PictureError."""
+        self._rest = None
         view = self.detector.view(picture, camera)
         if view.grey.shape != self.shape:
             self.reset()
@@ -55,10 +58,25 @@ class Tracker:
         self.frame += 1
         return self._follow(self._search(view))
 
+    def search_rest(self):
+        """Make the passes that the last update() left out; its picture must be unchanged.
+
+        What is found is not reported: it is looked for in the next picture.
+        """
+        (view, passes), self._rest = self._rest or (None, ()), None
+        if not passes:
+            return
+        quads = detect.candidates(view.smooth, passes, self.detector.workspace)
+        known = [t.detection.corners for t in self.tracks if t.missed == 0]
+        if known:
+            quads = quads[~_alike(quads, known)]
+        self._hints = [d.corners for d in self.detector.examine(view, quads)]
+
     def _search(self, view):
         expected = self._expected()
         phase, count = self.frame % self.full_every, len(detect.PASSES)
         passes = [p for k, p in enumerate(detect.PASSES) if not expected or k * self.full_every // count == phase]
+        self._rest = view, [p for p in detect.PASSES if p not in passes]
         quads = detect.candidates(view.smooth, passes, self.detector.workspace)
         if expected:
             quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
@@ -70,7 +88,7 @@ class Tracker:
 
     def _expected(self):
         """Corner quads where the markers should be now: as last seen, and moved on by their last motion."""
-        quads = []
+        quads, self._hints = self._hints, []
         for track in self.tracks:
             last = track.detection.corners
             quads.append(last)

@@ -33,7 +33,7 @@ SILENCE = 5.0  # [s] without a picture or camera_info before it is said
 THROTTLE = 10.0  # [s] between two warnings of a kind
 NEWS = 1.0  # [s] the same, where the second one names another fault of the input
 REPORT = 1.0  # [s] between two reports on /diagnostics
-FULL_SEARCH = 10.0  # [Hz] whole pictures are searched at least so often, where there are so many
+SLOW = 0.05  # [s] between pictures: from there on each one is searched wholly, the rest of it after the poses are out
 JUMP_BACK = 1.0  # [s] a stamp that is so much older than the last one means that time began anew
 
 
@@ -55,6 +55,7 @@ class MarkerNode:
         self._simulated = not rospy.rostime.is_wallclock()
         self._said = {}  # kind of warning -> (when it was said [s, monotonic], text)
         self._topic = rospy.resolve_name('camera_image')
+        self._last_arrival = -math.inf
         self._picture_came = self._info_came = self._reported = time.monotonic()
         self._reconfigured = True
         self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self._complain)
@@ -139,13 +140,16 @@ class MarkerNode:
         self._report.flush()
         if time.monotonic() >= self._reported + REPORT:
             self._look_after()
+        if picture is not None and self._tracker is not None:
+            self._use_spare_time(picture[0])
 
     def _apply_settings(self):
         settings = self.settings
         size = settings.marker_size / 100.0
         if self._tracker is None or self._tracker.detector.size != size:
-            self._tracker = Tracker(Detector(size, settings.marker_resolution, settings.marker_margin, self._sizes))
-        self._tracker.full_every = max(1, round(settings.max_frequency / FULL_SEARCH))
+            detector = Detector(size, settings.marker_resolution, settings.marker_margin, self._sizes)
+            # With simulated time what is found must not depend on how much time there is: all of each picture at once.
+            self._tracker = Tracker(detector) if rospy.rostime.is_wallclock() else Tracker(detector, full_every=1)
         if settings.enabled and self._subscriber is None:
             self._picture_came = time.monotonic()
             self._start_anew()
@@ -187,6 +191,12 @@ class MarkerNode:
         if self._debug.wanted():
             picture = debug_picture.draw(images.bgr(message).copy(), camera, found, detections, self.size_of)
             self._debug.publish(images.to_image(picture, header=message.header))
+
+    def _use_spare_time(self, arrival):
+        """Search the rest of the picture that came at ``arrival`` [s] if others come rarely and none waits."""
+        apart, self._last_arrival = arrival - self._last_arrival, arrival
+        if apart > SLOW and self._picture is None:
+            self._tracker.search_rest()
 
     def _camera_for(self, info, grey):
         """The Camera of the picture, made anew when camera_info (or the picture's size) changes."""
