@@ -154,8 +154,9 @@ def test_every_stand_in_with_nodes_is_in_the_readme():
 
 def test_commands_are_described():
     printed = subprocess.run(['bash', str(REPOSITORY / 'run'), 'help'], stdout=subprocess.PIPE, check=True, timeout=60)
-    commands = set(re.findall(r'^  ([a-z]+) ', printed.stdout.decode(), re.MULTILINE))
-    assert len(commands) > 5
+    listed = re.findall(r'^  ([a-z]+) ', printed.stdout.decode(), re.MULTILINE)
+    commands = set(listed)
+    assert len(commands) > 5 and len(listed) == len(commands)
     assert set(re.findall(r'^\| `\./run ([a-z]+)', README, re.MULTILINE)) == commands - {'help'}
     assert set(re.findall(r'\./run ([a-z]+)', README)) <= commands
 

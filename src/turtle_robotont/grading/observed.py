@@ -93,10 +93,6 @@ class Observed:
                 way.append((sample.x, sample.y))
         return way
 
-    def at(self, t):
-        """Return the Sample nearest to a time, or None."""
-        return min(self.track, key=lambda sample: abs(sample.t - t), default=None)
-
     def rest(self):
         """Return for how long [s] the turtle has not moved or turned at the end."""
         if not self.track:

@@ -15,6 +15,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyResponse
 
 from kinematic_ros import params
+from kinematic_ros.images import to_image
 from kinematic_ros.registration import keep_registered
 from kinematic_ros.topics import SubscriptionListener
 from usb_cam.camera_info import CameraInfos
@@ -127,9 +128,8 @@ class UsbCamNode:
 
 def image(bgr, header, mono):
     """Return a picture, (height, width, 3) uint8 BGR, as rgb8 or mono8 Image."""
-    height, width = bgr.shape[:2]
     pixels = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY if mono else cv2.COLOR_BGR2RGB)
-    return Image(header, height, width, 'mono8' if mono else 'rgb8', 0, pixels.strides[0], pixels.tobytes())
+    return to_image(pixels, 'mono8' if mono else 'rgb8', header)
 
 
 def compressed(bgr, header, mono, kind, quality):
