@@ -21,8 +21,10 @@ from turtle_robotont.control import State
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.vehicle import STOP
 
-READY_TIMEOUT = 10.0  # [s] wall time in which a vehicle must show itself
+READY_TIMEOUT = 10.0  # [s] in which a vehicle must show itself
 POLL = 0.02  # [s] between two looks for a subscriber
+SHORT_WAIT = 0.25  # [s] longer than the rest that a simulator in lockstep asks for
+SAY_AFTER = 5.0  # [s] without a pose while simulated time stands, after which the user is told
 STATUS_PERIOD = 0.1  # [s]
 POSES_KEPT = 1000  # that a busy machine may leave waiting
 
@@ -45,11 +47,12 @@ class Driver:
     ends, and when the node shuts down in the middle of one, the vehicle is stopped once and then left to others.
     """
 
-    pose_timeout = 1.0  # [s] wall time without a pose after which the vehicle counts as gone
+    pose_timeout = 1.0  # [s] without a pose after which the vehicle counts as gone; how it is counted: _await
 
     def __init__(self, vehicle, velocity, status, pose_topic):
         """``velocity`` and ``status``: the publishers of Twist and DriveStatus; ``pose_topic``: for texts."""
         self.vehicle, self.pose_topic = vehicle, rospy.resolve_name(pose_topic)
+        self._subscriber = None  # to the poses; the last that a subclass sets
         self._changed = threading.Condition()
         self._current, self._why = None, ''  # the Drive that may send commands, and why it was handed over
         self._waiting = collections.deque(maxlen=POSES_KEPT)  # (pose, dt) that the drive has not seen
@@ -79,9 +82,10 @@ class Driver:
         timeout = timeout or self.pose_timeout
         with self._changed:
             seen = self._count
-            self._changed.wait_for(lambda: self._count > seen, timeout)
-            if self._count == seen:
+            if not self._await(lambda: self._count > seen or rospy.is_shutdown(), timeout):
                 raise DriveError(self._no_pose(timeout))
+            if self._latest is None:
+                raise rospy.ROSInterruptException('shut down before there was a pose')
             if not _finite(self._latest):
                 raise DriveError(self._bad_pose(self._latest))
             return self._latest
@@ -94,7 +98,7 @@ class Driver:
             self._waiting.clear()
         while not drive.finished:
             with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._current is not drive, self.pose_timeout)
+                self._await(lambda: self._waiting or self._current is not drive, self.pose_timeout)
                 if self._current is drive:
                     track.extend(self._step(drive))
                 else:
@@ -112,6 +116,25 @@ class Driver:
             if self._current is not None:
                 self._hand_over(None, reason)
                 self._send(STOP)
+
+    def _await(self, happened, timeout):
+        """Wait until ``happened()``; return whether it did before ``timeout`` [s] had passed.
+
+        The time is counted in short waits, so that a machine which stands still for a moment uses up one of them only;
+        and it must have passed in ROS time as well, unless nobody publishes poses: a simulator may be slow, or paused.
+        """
+        begin, waited, said = rospy.get_time(), 0.0, False
+        while not self._changed.wait_for(happened, SHORT_WAIT):
+            waited, now = waited + SHORT_WAIT, rospy.get_time()
+            if not 0.0 < begin <= now:  # time has only begun, or was set back
+                begin = now
+            if waited >= timeout and (now - begin >= timeout or not self._subscriber.get_num_connections()):
+                return False
+            if waited >= SAY_AFTER and not said:
+                said = True
+                rospy.logwarn('No pose on %s, and the simulated time stands at %.3f s: is the simulator paused? '
+                              'Waiting.', self.pose_topic, now)
+        return True
 
     def _hand_over(self, drive, why):
         self._current, self._why = drive, why

@@ -17,7 +17,7 @@ class TurtleDriver(Driver):
         self.turtle = turtle
         super().__init__(TURTLE, LatestPublisher(f'{turtle}/cmd_vel', Twist),
                          rospy.Publisher(f'{turtle}/drive_status', DriveStatus, queue_size=10), f'{turtle}/pose')
-        rospy.Subscriber(f'{turtle}/pose', Pose, self._on_pose, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber(f'{turtle}/pose', Pose, self._on_pose, tcp_nodelay=True)
 
     def _on_pose(self, pose):
         self._take(pose, DT)  # the simulator leaves out no tick

@@ -13,7 +13,7 @@ STAND_INS = REPOSITORY / 'stand_ins'
 COURSE = REPOSITORY / 'src' / 'turtle_robotont'
 NODE_LAYER = ['ar_control', 'course', 'course_markers', 'course_nodes', 'demo', 'drive_services', 'driver',
               'node_params', 'robot_driver', 'stage', 'turtle_driver', 'turtle_tasks']  # only these may import ROS
-GRADING_NODES = ['cli', 'session', 'stimuli']  # of turtle_robotont.grading, likewise
+GRADING_NODES = ['cli', 'session', 'sources', 'stimuli']  # of turtle_robotont.grading, likewise
 STAND_IN_LOGIC = {'ar_track_alvar': ['command_line', 'debug_picture', 'gates'],
                   'robotont_gazebo': ['backdrop', 'camera', 'colours', 'faces', 'frames', 'layers', 'overhead',
                                       'renderer', 'sdf', 'sight', 'textures', 'worlds'],

@@ -15,7 +15,7 @@ from tqdm import tqdm
 from turtle_robotont.grading import class_report, classroom, exercise, processes, submissions, verdict
 
 OUTPUT = os.path.join('output', 'grades')
-EXTRA = 60.0  # [s] that a grading may take beyond its exercise in real time, before it is ended from outside
+EXTRA = 120.0  # [s] that a grading may take beyond its exercise in real time, before it is ended from outside
 INTERRUPTED = 130
 
 

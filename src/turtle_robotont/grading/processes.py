@@ -31,6 +31,33 @@ def make_interruptible():
         signal.signal(sign, interrupt)
 
 
+def guard(clean_up):
+    """Fork a guardian that calls ``clean_up()`` should this process be killed, by whatever signal.
+
+    Return (its process id, a function that takes it off duty and must be called in the end). To be called while this
+    process has one thread.
+    """
+    watched, held = os.pipe()
+    guardian = os.fork()
+    if not guardian:
+        try:
+            os.setsid()
+            for sign in WAYS_OUT:
+                signal.signal(sign, signal.SIG_IGN)
+            os.close(held)
+            if not os.read(watched, 1):  # the other end was closed by nobody but the kernel
+                clean_up()
+        finally:
+            os._exit(0)
+    os.close(watched)
+
+    def off_duty():
+        os.write(held, b'.')
+        os.close(held)
+        os.waitpid(guardian, 0)
+    return guardian, off_duty
+
+
 def related(mark, root, kept=()):
     """Return the ids of the processes with ``mark`` (NAME=VALUE) in their environment, and of all below ``root``.
 

@@ -1,7 +1,8 @@
 """Runs a student's program so that nothing of it remains: own folders, limited output, everything ended afterwards.
 
 A program may start others, detach them, ignore signals and print for ever: ``close`` ends what has the environment
-variable MARK or descends from here, until there is none left (see processes.py).
+variable MARK or descends from here, until there is none left (see processes.py). Should the grader itself be killed,
+its guardian ends what has MARK.
 
 Threading contract: a thread reads the output; ``lines`` only grows, and is to be copied before it is walked through.
 """
@@ -44,6 +45,8 @@ class Sandbox:
         self._started = []
         for name in ('ROSCONSOLE_FORMAT', 'ROSCONSOLE_CONFIG_FILE', 'ROS_NAMESPACE', 'DISPLAY'):
             self.environment.pop(name, None)
+        self._guardian = None  # its own process id
+        self._guardian, self._off_duty = processes.guard(self._end_all)
         processes.adopt_orphans()
 
     def start(self, command, log=None):
@@ -61,6 +64,10 @@ class Sandbox:
 
     def close(self):
         """End everything, gently at first; whatever tries to remain is killed."""
+        self._end_all()
+        self._off_duty()
+
+    def _end_all(self):
         processes.end(self._alive, END_TIMEOUTS)
         for process in self._started:
             process.poll()
@@ -69,7 +76,8 @@ class Sandbox:
 
     def _alive(self):
         """Return the ids of the processes to end: those with the mark, and all that descend from this one."""
-        return processes.related(f'{MARK}={self._mark}', os.getpid(), {process.pid for process in self._started})
+        kept = {process.pid for process in self._started} | {self._guardian}
+        return processes.related(f'{MARK}={self._mark}', os.getpid(), kept) - {self._guardian}
 
     def __enter__(self):
         return self
@@ -168,14 +176,3 @@ def _remarks(program, source):
     if not os.access(program, os.X_OK):
         remarks.append('it is not executable; rosrun needs: chmod +x FILE')
     return remarks
-
-
-def sleeps_in_wall_time(command):
-    """Return whether a Python program in a command looks at the wall clock, so that it cannot be simulated faster."""
-    for part in command:
-        if part.endswith('.py') and os.path.isfile(part):
-            with open(part, 'rb') as file:
-                if re.search(rb'^[^#\n]*\btime\.(sleep|time|monotonic|perf_counter)\b|^\s*from time import|'
-                             rb'\bdatetime\.(datetime\.)?now\b|\bthreading\.Timer\b', file.read(), re.MULTILINE):
-                    return True
-    return False

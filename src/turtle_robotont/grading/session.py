@@ -25,7 +25,8 @@ from std_srvs.srv import Trigger
 
 from kinematic_core import robot_world, turtle_world
 from kinematic_core.pacing import BEGIN
-from turtle_robotont.grading import judging, sandbox, verdict
+from kinematic_core.patience import Patience
+from turtle_robotont.grading import judging, sandbox, sources, verdict
 from turtle_robotont.grading.observed import Event, Observed
 from turtle_robotont.grading.stimuli import told
 from turtle_robotont.grading.truth import RecordingReader
@@ -37,7 +38,8 @@ PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
 START_PATIENCE = 10.0  # [s] of wall time in which a program should have registered with the master
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
-SLOWEST_PACE = 0.8  # of real time: below it a program on the wall clock cannot be judged
+SLOWEST_PACE = 0.95  # of real time: below it a program on the wall clock cannot be judged
+LAG = 0.1  # [s] of simulated time by which a recording may be behind
 SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
 PORTS = range(20000, 32000)  # below those that Linux gives to clients
 
@@ -55,9 +57,9 @@ class Session:
         self.speed = exercise.speed if speed is None else speed
         self.lockstep = True
         self._command, self.remarks = sandbox.runnable(command)
-        if sandbox.sleeps_in_wall_time(self._command):
-            self.remarks.append('it looks at the wall clock (time.sleep, time.time): it is graded in real time; '
-                                'rospy.sleep, rospy.Rate and rospy.Time follow the simulation')
+        if sources.looks_at_the_wall_clock(self._command):
+            self.remarks.append('it looks at the wall clock (time.sleep, time.time, wait_for_message): it is graded in '
+                                'real time; rospy.sleep, rospy.Rate and rospy.Time follow the simulation')
             real_time = True
         if real_time:
             self.speed, self.lockstep = 1.0, False
@@ -66,6 +68,7 @@ class Session:
         self._looked, self._heard = 0.0, 0
         self._students = set()  # names of nodes
         self.busy = ''  # the nodes that never rested, where lockstep had to go on without them
+        self.stood_still = False  # the simulation was too slow because the machine was
 
     def run(self):
         """Grade; return the Verdict. Raise SessionError."""
@@ -112,9 +115,8 @@ class Session:
             self.observed.trouble = str(error)
             return
         self.observed.lines = student.lines
-        begin = time.monotonic()
-        while not self._student_is_there() and student.exit_code() is None and \
-                time.monotonic() - begin < START_PATIENCE:
+        starting = Patience()
+        while not self._student_is_there() and student.exit_code() is None and starting.look() < START_PATIENCE:
             step(1)  # whoever waits for a service, a pose or a time gets it
             reader.read()
         reader.read()
@@ -140,8 +142,7 @@ class Session:
 
     def _watch(self, reader, student, simulator, stimuli):
         """Follow the run until the time is over, or more of it would change nothing."""
-        begin = time.monotonic()
-        limit = begin + 3.0 * self.exercise.time / self.speed + SLACK
+        watching, limit = Patience(), 3.0 * self.exercise.time / self.speed + SLACK
         ended_at = None
         while reader.now < self.exercise.time:
             time.sleep(POLL)
@@ -158,7 +159,7 @@ class Session:
                 break
             if simulator.poll() is not None:
                 raise SessionError(f'the simulator ended with exit code {simulator.returncode}')
-            if time.monotonic() > limit or self.busy:
+            if watching.look() > limit or self.busy:
                 self.observed.kept_up = False
                 break
             if time.monotonic() > self._looked + LOOK_PERIOD:
@@ -166,8 +167,9 @@ class Session:
                 self._look_at_names()
                 if self._settled(stimuli):
                     break
-        if not self.lockstep and reader.now < SLOWEST_PACE * (time.monotonic() - begin) - POLL:
-            self.observed.kept_up = False
+        missing = watching.look() + watching.lost - reader.now
+        if not self.lockstep and missing > (1.0 - SLOWEST_PACE) * reader.now + LAG:
+            self.observed.kept_up, self.stood_still = False, watching.lost > missing / 2.0
 
     def _listen(self, stimuli):
         """Take in what the stimuli have done since the last time."""

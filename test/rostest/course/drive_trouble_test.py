@@ -3,16 +3,19 @@
 import os
 import signal
 import sys
+import time
 
 import rospy
 from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Log
+from std_srvs.srv import Trigger
 from turtle_robotont.srv import DrawShape, DriveTo
 from turtlesim.srv import TeleportAbsolute
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import STOP, BackgroundCall, CourseCase
 
-from rostest_tools import DEADLINE, MIDDLE, Collected, own_simulator, proxy, run, until
+from rostest_tools import DEADLINE, MIDDLE, Collected, NodeLog, own_simulator, proxy, run, until
 
 FAR = (10.5, MIDDLE, 0.0, False, 1.0, 0.0)  # a request of drive_to that takes 5 s
 NEAR = (6.0, 6.0, 0.0, False, 2.0, 0.0)
@@ -102,6 +105,17 @@ class TroubleTest(CourseCase):
         until(lambda: commands.messages[-1] == STOP, 'a last Twist of zeros')
         self.assert_pose(self.pose(), MIDDLE, MIDDLE, 0.0)
 
+    def test_drive_paused(self):
+        """Simulated time stands for long: the drive waits, says once for what, and goes on when time does."""
+        call, log = self.drive(8.0, MIDDLE, 0.0, False, 1.0, 0.0), NodeLog('/goto_pose_server')
+        self.assertTrue(proxy('/turtlesim/pause', Trigger)().success)
+        log.wait(Log.WARN, r'No pose on /turtle1/pose, .* stands at \d+\.\d+ s: is the simulator paused\? Waiting\.')
+        self.assertTrue(call.is_alive())
+        self.assertTrue(proxy('/turtlesim/resume', Trigger)().success)
+        answer = call.ended()
+        self.assertTrue(answer.arrived, answer)
+        self.assert_at(self.pose(), 8.0, MIDDLE)
+
     def test_drive_waits_in_vain(self):
         """No turtle, or nobody who takes commands: answered after the 10 s in which somebody might have come."""
         for turtle in ('nobody', 'turtle1'):
@@ -139,6 +153,17 @@ class SimulatorGoneTest(TroubleTest):
         poses.next(lambda pose: pose.x > MIDDLE + 0.1, 'the turtle driving')
         self.own.process.send_signal(signal.SIGKILL)
         self.assertRegex(self.ended(process, code=1), r'\[FATAL\].*not there after .* s: ' + GONE)
+
+    def test_drive_machine_stands_still(self):
+        """Everything stands still for longer than a pose may take, and goes on: so does the drive."""
+        poses = self.poses()
+        process = self.start('drive_shape.py', '_size:=1.0')
+        poses.next(lambda pose: pose.x > MIDDLE + 0.1, 'the turtle driving')
+        for sign, lasting in ((signal.SIGSTOP, 2.0), (signal.SIGCONT, 0.0)):
+            for stopped in (process, self.own):
+                stopped.process.send_signal(sign)
+            time.sleep(lasting)  # a suspended machine: there is nothing to poll for
+        self.assertIn('Drawn in', self.ended(process))
 
 
 if __name__ == '__main__':

@@ -54,6 +54,13 @@ def think(pose):  # turns as it moves: each command depends on the very pose
 rospy.Subscriber('turtle1/pose', Pose, think, queue_size=1)
 rospy.spin()
 '''
+POLLER = '''
+import rospy
+from turtlesim.msg import Pose
+rospy.init_node('poller')
+while not rospy.is_shutdown():
+    rospy.wait_for_message('turtle1/pose', Pose)
+'''
 
 
 class TimeTest(SimulatorCase):
@@ -173,6 +180,15 @@ class TimeTest(SimulatorCase):
         status, _ = self.think(0.5, patience=0.1)
         self.assertGreater(status.late_steps, 0)
         self.assertEqual('/thinker', status.busy)
+
+    def test_turtlesim_lockstep_poller(self):
+        """A node that polls in wall time, as rospy.wait_for_message does, is waited for no longer than any other."""
+        simulator = self.start('_rate:=max', '_lockstep_wait:=60')
+        self.run_node(sys.executable, '-c', POLLER)
+        begin = self.status(lambda status: status.steps > 1)
+        status = self.status(lambda status: status.time > begin.time + 1.0)
+        self.assertEqual((0, True), (status.late_steps, status.lockstep))
+        self.assertNotIn('Lockstep', simulator.output())
 
     def test_turtlesim_use_sim_time_false(self):
         """Where nodes shall keep wall time, a simulator that publishes /clock says once what to type."""

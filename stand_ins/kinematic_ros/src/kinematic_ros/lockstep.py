@@ -11,12 +11,13 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
+from kinematic_core.patience import Patience
 from kinematic_core.rest import Gone, Threads
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
 LONGEST_PAUSE = 1e-3  # [s]
 SETTLING = 0.12  # [s] of rest asked for after a registration: the master's threads that tell others look every 0.1 s
-WORK = 100_000  # [ns] that a thread of the master runs at least for a registration; its threads that poll run less
+WORK = 100_000  # [ns] that a thread runs at least for a registration; threads that poll run less between two looks
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # rospy asks the master for it at every line that it logs
 NOBODY = 'the simulator itself, or connections that are being made'  # where no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
@@ -44,22 +45,25 @@ class Lockstep:
 
     def wait(self):
         """Wait for rest; return whether it came in time."""
-        begin = since = time.monotonic()
+        since, waiting = 0.0, Patience(time.monotonic)
         patience = self._step if self.restless else self._patience
-        pause, seen, needed, asked = FIRST_PAUSE, None, 0.0, False
+        pause, seen, before, needed, asked = FIRST_PAUSE, None, None, 0.0, False
         while not rospy.is_shutdown():
-            looked, now = self._look(), time.monotonic()
-            if looked is None or seen is None or looked[1:] != seen[1:] or _worked(seen[0], looked[0]):
-                since = now
-            elif now - since >= needed:
+            looked, now = self._look(), waiting.look()
+            if looked and needed:  # who polls in wall time wakes up now and then, for nothing
+                if before is None or _worked(_flat(before), _flat(looked)):
+                    since = now
+                before = looked
+            at_rest = looked and seen and looked[1:] == seen[1:] and not _worked(seen[0], looked[0])
+            if at_rest and now - since >= needed:
                 if asked or self.restless or not _worked(self._settled, looked[0]):
                     self._settled, self.restless = looked[0], ''
                     return True
                 asked, looked = True, None
                 if self._registered():
-                    needed = SETTLING
+                    needed, since = SETTLING, now
             seen = looked
-            if now - begin >= patience:
+            if now >= patience:
                 self.late += 1
                 self.restless = self._names() or self.restless or NOBODY
                 return False
@@ -119,8 +123,13 @@ class Lockstep:
         self._connections = connections
 
 
+def _flat(looked):
+    """Return {thread: how long it has run [ns]} of all processes in a look."""
+    return {thread: ran for runs in looked for thread, ran in (runs or {}).items()}
+
+
 def _worked(before, after):
-    """Return whether a thread of the master has done more than to look for work."""
+    """Return whether a thread has done more than to look for work."""
     return any(ran - before.get(thread, 0) > WORK for thread, ran in after.items())
 
 
