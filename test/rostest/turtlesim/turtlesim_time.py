@@ -186,9 +186,21 @@ class TimeTest(SimulatorCase):
         simulator = self.start('_rate:=max', '_lockstep_wait:=60')
         self.run_node(sys.executable, '-c', POLLER)
         begin = self.status(lambda status: status.steps > 1)
-        status = self.status(lambda status: status.time > begin.time + 1.0)
+        status = self.status(lambda status: status.time > begin.time + 0.15)
         self.assertEqual((0, True), (status.late_steps, status.lockstep))
         self.assertNotIn('Lockstep', simulator.output())
+
+    def test_turtlesim_node_behind(self):
+        """Without lockstep a node that gets no processor time is named and counted."""
+        simulator = self.start('_rate:=10')
+        node = self.run_node(DRIVE)
+        node.wait_for_output('Publish turtle velocity')
+        node.process.send_signal(signal.SIGSTOP)
+        status = self.status(lambda status: '/velocity_publisher' in status.busy)
+        node.process.send_signal(signal.SIGCONT)
+        self.assertGreater(status.late_steps, 0)
+        self.assertFalse(status.lockstep)
+        simulator.wait_for_output(r'/velocity_publisher\S* cannot follow: \d+\.\d s of simulated time behind /clock')
 
     def test_turtlesim_use_sim_time_false(self):
         """Where nodes shall keep wall time, a simulator that publishes /clock says once what to type."""

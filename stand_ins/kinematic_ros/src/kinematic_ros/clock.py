@@ -39,16 +39,19 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.pacing import Pacer
-from kinematic_ros import params
+from kinematic_ros import lag, params
 from kinematic_ros.lockstep import Lockstep
 from kinematic_ros.msg import ClockStatus
 from kinematic_ros.srv import Step, StepResponse
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, frame
 
 SLOWEST, FASTEST = 0.01, 1000.0  # simulated seconds a second that ~rate may ask for
 MOST_STEPS = 1_000_000  # of one call of ~step
 ENOUGH = 0.9  # share of the pace that was asked for, below which a warning says so
 STATUS_PERIOD = 1.0  # [s] of wall time
+LONGEST_LAG = 0.2  # [s] of simulated time that a node may be behind /clock without lockstep, before it is said
+LAG_PERIOD = 0.1  # [s] of wall time between two looks for that
+CLOCK_SIZE = len(frame(Clock()))  # [bytes]
 WARNING_PERIOD = 10.0  # [s] of wall time between two warnings of one kind
 ANSWER_POLL = 0.5  # [s] between two looks whether an answer can still be waited for
 USE_SIM_TIME = '/use_sim_time'
@@ -83,6 +86,7 @@ class SimulatorClock:
         self._stands = threading.Event()  # no step is being made nor due
         self._sets_sim_time = False
         self._lockstep = None
+        self._behind, self._late, self._lag_due = '', 0, 0.0  # nodes that were, in how many looks, and the next look
         self._status = rospy.Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
         self._status_due, self._reported = 0.0, None
         self._measured = time.monotonic(), 0  # wall time and steps at the last status
@@ -121,6 +125,8 @@ class SimulatorClock:
                 if self._lockstep:  # else chance would say which a node takes first, these messages or /clock
                     self._wait_for_nodes()
                 self._clock.publish(now)
+                if not self._lockstep:
+                    self._look_who_is_behind()
                 self._report()
             else:
                 step()
@@ -157,6 +163,20 @@ class SimulatorClock:
                        'depend on the machine; ~clock_status counts such steps.',
                        self._patience, self._lockstep.restless)
 
+    def _look_who_is_behind(self):
+        """Count and name nodes that have not read /clock for too long."""
+        now = time.monotonic()
+        if now < self._lag_due:
+            return
+        self._lag_due = now + LAG_PERIOD
+        most = LONGEST_LAG / self._pacer.step
+        behind = {node: number for node, number in lag.unread(self._clock, CLOCK_SIZE).items() if number > most}
+        if behind:
+            self._late, self._behind = self._late + 1, ', '.join(sorted(behind))
+            self._warn('behind', '%s cannot follow: %.1f s of simulated time behind /clock. The result may depend on '
+                       'the machine; _lockstep:=true waits for nodes, ~clock_status counts this in late_steps.',
+                       self._behind, max(behind.values()) * self._pacer.step)
+
     def _warn(self, kind, text, *values):
         """Log a warning, each kind at most once in WARNING_PERIOD of wall time; rospy's throttle counts ROS time."""
         now = time.monotonic()
@@ -167,7 +187,7 @@ class SimulatorClock:
     def _report(self):
         """Publish the status when something has changed, or when it is due."""
         now, pacer = time.monotonic(), self._pacer
-        late, busy = (self._lockstep.late, self._lockstep.restless) if self._lockstep else (0, '')
+        late, busy = (self._lockstep.late, self._lockstep.restless) if self._lockstep else (self._late, self._behind)
         changed = (pacer.paused, late > 0) != self._reported
         if not changed and (not self._publishes or now < self._status_due):
             return
