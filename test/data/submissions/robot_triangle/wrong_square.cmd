@@ -1,0 +1,2 @@
+# expected: failed: of the way lies on a triangle
+../robot_square/right_odometry.py
