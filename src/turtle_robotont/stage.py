@@ -11,7 +11,6 @@ import math
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import threading
 import time
@@ -25,7 +24,7 @@ from std_srvs.srv import Empty, Trigger
 from turtlesim.msg import Color, Pose
 
 from kinematic_core.turtle_world import ARENA_SIZE
-from turtle_robotont import checks
+from turtle_robotont import checks, ports
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle begins
 EXACT = 1e-3  # [m]
@@ -142,7 +141,7 @@ class Stage:
         os.makedirs(self._log, exist_ok=True)
         for old in glob.glob(os.path.join(self._log, '[0-9][0-9]_*.log')):
             os.remove(old)
-        port = _free_port()
+        port = ports.free_port()
         os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost', PYTHONUNBUFFERED='1')
         os.environ.pop('ROS_NAMESPACE', None)
         simulator = self.start('roslaunch', '-p', str(port), 'turtle_robotont', 'turtlesim.launch', 'window:=false')
@@ -234,12 +233,6 @@ class Stage:
         if not answer.success:
             raise StageError(answer.message)
         return shutil.move(answer.message, os.path.join(self.output, f'{name}.png'))
-
-
-def _free_port():
-    with socket.socket() as probe:
-        probe.bind(('localhost', 0))
-        return probe.getsockname()[1]
 
 
 def _end_with_parent():

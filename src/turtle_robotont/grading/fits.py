@@ -72,12 +72,6 @@ def fit(way, shape, tolerance):
     return best
 
 
-def compare(way, outline, tolerance):
-    """Return the Fit of a way to a given outline, a closed or open polyline (n, 2) [m]."""
-    even, outline = resample(way), resample(outline)
-    return _compare(even, outline, tolerance, 0.0) if len(even) and len(outline) else NO_FIT
-
-
 def _compare(way, outline, tolerance, size):
     distances = np.hypot(way[:, None, 0] - outline[None, :, 0], way[:, None, 1] - outline[None, :, 1])
     step = np.hypot(*(outline[1] - outline[0])) / 2.0  # between two points of the outline

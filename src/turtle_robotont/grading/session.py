@@ -10,11 +10,9 @@ import contextlib
 import json
 import os
 import random
-import socket
 import sys
 import time
 import xmlrpc.client
-from contextlib import closing
 
 import rosgraph
 import roslib.packages
@@ -26,6 +24,7 @@ from std_srvs.srv import Trigger
 from kinematic_core import robot_world, turtle_world
 from kinematic_core.pacing import BEGIN
 from kinematic_core.patience import Patience
+from turtle_robotont import ports
 from turtle_robotont.grading import judging, sandbox, sources, verdict
 from turtle_robotont.grading.observed import Event, Observed
 from turtle_robotont.grading.stimuli import told
@@ -41,7 +40,6 @@ ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score 
 SLOWEST_PACE = 0.95  # of real time: below it a program on the wall clock cannot be judged
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
 SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
-PORTS = range(20000, 32000)  # below those that Linux gives to clients
 
 
 class SessionError(RuntimeError):
@@ -92,7 +90,10 @@ class Session:
         """Start a master on a port that is its own: another program may take a free one before it does."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
-            port = free_port()
+            try:
+                port = ports.free_port()
+            except OSError as error:
+                raise SessionError(str(error)) from None
             uri = f'http://localhost:{port}'
             master = box.start(['rosmaster', '--core', '-p', str(port)], log='master.txt')
             while time.monotonic() < end and master.poll() is None and not _port_was_taken(box):
@@ -259,19 +260,6 @@ def _port_was_taken(box):
     """Return whether a master has found its port taken, which leaves it alive and deaf."""
     with open(os.path.join(box.folder, 'master.txt'), encoding='utf-8', errors='replace') as log:
         return 'already in use' in log.read()
-
-
-def free_port():
-    """Return a port of this machine that nobody listens on; raise SessionError when there is none."""
-    for _ in range(200):
-        port = random.SystemRandom().choice(PORTS)
-        with closing(socket.socket()) as probe:
-            try:
-                probe.bind(('localhost', port))
-                return port
-            except OSError:
-                continue
-    raise SessionError(f'there is no free port from {PORTS.start} to {PORTS.stop - 1} for a ROS master')
 
 
 def _executable(package, name):

@@ -59,13 +59,6 @@ def test_quality_falls_with_the_error():
     assert qualities == sorted(qualities, reverse=True) and qualities[0] > qualities[-1] + 0.4
 
 
-def test_an_outline_can_be_given():
-    square = polygon(4, 2.0)
-    assert fits.compare(square, square, TOLERANCE).quality == pytest.approx(1.0)
-    assert fits.compare([(x + 0.5, y) for x, y in square], square, TOLERANCE).quality < 0.5
-    assert fits.compare([], square, TOLERANCE).quality == 0.0
-
-
 def test_length_and_corners_of_a_way():
     way = [(0.0, 0.0), (1.0, 0.01), (2.0, 0.0), (2.0, 1.0)]
     assert fits.way_length(way) == pytest.approx(2.0 * math.hypot(1.0, 0.01) + 1.0)

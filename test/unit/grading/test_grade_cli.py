@@ -1,6 +1,5 @@
 """The grader's command line and the small parts of a session that need no ROS to run."""
 import json
-import socket
 import sys
 
 import pytest
@@ -79,14 +78,6 @@ def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', f'{tmp_path}/file/x', '--', 'none.py'])
     assert cli.main() == cli.USAGE
     assert 'file/x cannot be written: Not a directory. Give another one with --output' in capsys.readouterr().err
-
-
-def test_a_port_is_free(monkeypatch):
-    with socket.socket() as taken:
-        taken.bind(('localhost', 0))
-        monkeypatch.setattr(session, 'PORTS', range(taken.getsockname()[1], taken.getsockname()[1] + 1))
-        with pytest.raises(session.SessionError, match='there is no free port from'):
-            session.free_port()
 
 
 def test_stimuli_are_told_and_what_rospy_logs_is_left_out():

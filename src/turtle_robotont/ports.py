@@ -1,0 +1,18 @@
+"""A port for a ROS master of one's own."""
+import random
+import socket
+
+PORTS = range(20000, 32000)  # below those that Linux gives to clients
+
+
+def free_port():
+    """Return a port of this machine that nobody listens on; raise OSError when there is none."""
+    for _ in range(200):
+        port = random.SystemRandom().choice(PORTS)
+        with socket.socket() as probe:
+            try:
+                probe.bind(('localhost', port))
+                return port
+            except OSError:
+                continue
+    raise OSError(f'there is no free port from {PORTS.start} to {PORTS.stop - 1} for a ROS master')
