@@ -56,6 +56,23 @@ def test_number_refuses_the_rest(server, value):
         'Set it with _rate:=10.0 on the command line or rosparam set /sim/node/rate 10.0')
 
 
+@pytest.mark.parametrize('value, expected', [(60, 20.0), (0.1, 0.5), (-3, 0.5), (7, 7.0)])
+def test_number_that_clamps_takes_the_nearest_allowed_and_says_so(server, monkeypatch, value, expected):
+    said = []
+    monkeypatch.setattr(rospy, 'logwarn', lambda text, *arguments: said.append(text % arguments))
+    server[f'{NODE}/rate'] = value
+    same(params.number('~rate', 1.0, unit='Hz', clamp=True, **LIMITS), expected)
+    assert said == ([] if value == expected else [
+        f'parameter /sim/node/rate is {value}; it can be from 0.5 to 20 Hz and counts as {expected:g}'])
+    assert params._effective == {f'{NODE}/rate': f'{expected} Hz'}
+
+
+@pytest.mark.parametrize('value', [math.nan, math.inf, 'fast', True])
+def test_number_that_clamps_still_refuses_what_is_no_number(server, value):
+    server[f'{NODE}/rate'] = value
+    assert 'it must be a number from 0.5 to 20' in refusal(params.number, '~rate', 1.0, clamp=True, **LIMITS)
+
+
 @pytest.mark.parametrize('limits, allowed', [
     ({}, 'a number.'),
     ({'minimum': 0.1}, 'a number of at least 0.1.'),

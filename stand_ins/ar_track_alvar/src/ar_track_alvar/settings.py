@@ -32,14 +32,11 @@ def read():
     """Return the Settings; raises params.ParameterError."""
     settings = Settings(
         enabled=params.boolean('~enabled', DEFAULT['enabled']),
-        max_frequency=params.number('~max_frequency', DEFAULT['max_frequency'], LOW['max_frequency'],
-                                    HIGH['max_frequency'], unit='Hz'),
+        max_frequency=_clamped('max_frequency', unit='Hz'),
         marker_size=params.number('~marker_size', DEFAULT['marker_size'], LOW['marker_size'], HIGH['marker_size'],
                                   unit='cm'),
-        max_new_marker_error=params.number('~max_new_marker_error', DEFAULT['max_new_marker_error'],
-                                           LOW['max_new_marker_error'], HIGH['max_new_marker_error']),
-        max_track_error=params.number('~max_track_error', DEFAULT['max_track_error'], LOW['max_track_error'],
-                                      HIGH['max_track_error']),
+        max_new_marker_error=_clamped('max_new_marker_error'),
+        max_track_error=_clamped('max_track_error'),
         marker_resolution=params.integer('~marker_resolution', 5, MIN_RESOLUTION, MAX_RESOLUTION, unit='cells'),
         marker_margin=params.integer('~marker_margin', 2, 1, 10, unit='cells'),
         output_frame=params.text('~output_frame', '').lstrip('/'),
@@ -55,3 +52,8 @@ def read():
     except CodeError as error:
         raise params.ParameterError(f'parameter {rospy.resolve_name("~marker_resolution")}: {error}') from None
     return settings
+
+
+def _clamped(name, unit=''):
+    """Return a parameter that the original takes beyond its range, too: launch files with 60 Hz are about."""
+    return params.number(f'~{name}', DEFAULT[name], LOW[name], HIGH[name], unit=unit, clamp=True)

@@ -16,16 +16,24 @@ class ParameterError(ValueError):
     """A parameter has a value that it must not have; the text says which, what is allowed and what to type."""
 
 
-def number(name, default, minimum=-math.inf, maximum=math.inf, unit='', infinite=''):
-    """Return a parameter as a finite float within [minimum, maximum], in ``unit``; the word ``infinite``: math.inf."""
+def number(name, default, minimum=-math.inf, maximum=math.inf, unit='', infinite='', clamp=False):
+    """Return a parameter as a finite float within [minimum, maximum], in ``unit``; the word ``infinite``: math.inf.
+
+    ``clamp``: a value outside counts as the nearest one inside, with a warning, as dynamic_reconfigure has it.
+    """
     def convert(value):
         if infinite and value == infinite:
             return math.inf
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
             raise ValueError
-        if not minimum <= value <= maximum:
+        if minimum <= value <= maximum:
+            return float(value)
+        if not clamp:
             raise ValueError
-        return float(value)
+        nearest = float(min(max(value, minimum), maximum))
+        rospy.logwarn('parameter %s is %g; it can be%s %s and counts as %g', rospy.resolve_name(name), value,
+                      _range(minimum, maximum), unit, nearest)
+        return nearest
     word = f', or {infinite}' if infinite else ''
     return _read(name, default, convert, f'a number{_range(minimum, maximum)}{word}', unit)
 
