@@ -15,8 +15,8 @@ NODE_LAYER = ['ar_control', 'course', 'course_markers', 'course_nodes', 'demo', 
               'node_params', 'robot_driver', 'stage', 'turtle_driver', 'turtle_tasks']  # only these may import ROS
 GRADING_NODES = ['cli', 'session', 'sources', 'stimuli']  # of turtle_robotont.grading, likewise
 STAND_IN_LOGIC = {'ar_track_alvar': ['command_line', 'debug_picture', 'gates'],
-                  'robotont_gazebo': ['backdrop', 'camera', 'colours', 'faces', 'frames', 'layers', 'overhead',
-                                      'renderer', 'sdf', 'sight', 'textures', 'worlds'],
+                  'robotont_gazebo': ['backdrop', 'camera', 'colours', 'faces', 'frames', 'layers', 'meshes',
+                                      'overhead', 'renderer', 'sdf', 'sight', 'textures', 'worlds'],
                   'turtlesim': ['canvas', 'drawn_world', 'recording', 'replay', 'sprites'],
                   'usb_cam': ['calibration', 'capture', 'devices', 'pace', 'sources']}  # must do without ROS
 CORES = {'alvar_core', 'kinematic_core'}  # packages without ROS

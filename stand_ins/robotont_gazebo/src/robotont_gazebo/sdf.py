@@ -2,8 +2,8 @@
 
 Read are upright boxes and cylinders of links, static or not (nothing moves here), their poses nested as deep as they
 come, those of <state> before those of the models, colours of materials, the sky's colour, horizontal planes at the
-floor, and the AR panels of robotont_gazebo's models (meshes called Marker<id>.dae). Everything else that would stand
-in the way or be seen is left out and named in a warning.
+floor, meshes that are boxes, and the AR panels of robotont_gazebo's models (meshes called Marker<id>.dae). Everything
+else that would stand in the way or be seen is left out and named in a warning.
 """
 import math
 import os
@@ -14,6 +14,7 @@ import numpy as np
 
 from kinematic_core.checks import InvalidInput
 from kinematic_core.floor_plan import EMPTY, GREY, Box, Cylinder, Panel
+from robotont_gazebo import meshes
 from robotont_gazebo.colours import COLOURS
 
 UPRIGHT = 0.02  # [rad] by which a shape may lean and still count as upright: saved worlds have settled
@@ -34,7 +35,7 @@ def read(path):
     world = root.find('world') if root.tag == 'sdf' else None
     if world is None:
         raise InvalidInput(f'no SDF world: the file begins with <{root.tag}>, <sdf> with a <world> in it is needed')
-    reader = _Reader(world)
+    reader = _Reader(world, os.path.dirname(os.path.abspath(path)))
     plan = reader.plan()
     plan.check()
     overlaps = plan.overlaps()
@@ -47,8 +48,10 @@ def read(path):
 class _Reader:
     """Collects the shapes of a <world>."""
 
-    def __init__(self, world):
+    def __init__(self, world, folder):
+        """``folder``: where the file lies."""
         self.warnings = []
+        self._folder = folder
         self._shapes = {Box: [], Cylinder: [], Panel: []}
         self._names = set()
         self._colours = {}
@@ -112,7 +115,9 @@ class _Reader:
             self.warnings.append(f'{name}: <{geometry.tag}> is left out; boxes and upright cylinders can be read')
 
     def _read_box(self, box, pose, name, colour):
-        size = _numbers(f'{name}: box: size', box.findtext('size'), 3)
+        self._add_box(_numbers(f'{name}: box: size', box.findtext('size'), 3), pose, name, colour)
+
+    def _add_box(self, size, pose, name, colour):
         up = _upright_axis(pose)
         if up is None:
             self.warnings.append(f'{name}: the box leans and is left out')
@@ -140,16 +145,23 @@ class _Reader:
         elif colour != GREY:
             self._colours['ground_colour'] = colour
 
-    def _read_mesh(self, mesh, pose, name, _):
+    def _read_mesh(self, mesh, pose, name, colour):
         uri = (mesh.findtext('uri') or '').strip()
+        scale = _numbers(f'{name}: mesh: scale', mesh.findtext('scale') or '1 1 1', 3)
         marker = MARKER.search(uri)
-        if not marker or _upright_axis(pose) != 2:
-            self.warnings.append(f'{name}: <mesh> {uri} is left out')
+        if marker and _upright_axis(pose) == 2:
+            size, marker_size = (scale[2] * length for length in MARKER_MESH)
+            self._add(Panel(self._name(name.partition('/')[0]), int(marker.group(1)), pose[0, 3], pose[1, 3],
+                            math.atan2(pose[1, 0], pose[0, 0]), size, marker_size, max(0.0, pose[2, 3])))
             return
-        scale = _numbers(f'{name}: mesh: scale', mesh.findtext('scale') or '1 1 1', 3)[2]
-        size, marker_size = (scale * length for length in MARKER_MESH)
-        self._add(Panel(self._name(name.partition('/')[0]), int(marker.group(1)), pose[0, 3], pose[1, 3],
-                        math.atan2(pose[1, 0], pose[0, 0]), size, marker_size, max(0.0, pose[2, 3])))
+        try:
+            centre, size = meshes.read_box(meshes.find(uri, self._folder))
+        except InvalidInput as error:
+            self.warnings.append(f'{name}: <mesh> {uri} is left out: {error}')
+            return
+        to_centre = np.eye(4)
+        to_centre[:3, 3] = centre * scale
+        self._add_box(size * np.abs(scale), pose @ to_centre, name, colour)
 
     def _add(self, shape):
         self._shapes[type(shape)].append(type(shape)(*(float(value) if isinstance(value, np.floating) else value
