@@ -100,8 +100,9 @@ class Classroom:
                 os.remove(os.path.join(folder, name))
         if submission.trouble:
             return verdict.FAILED, 0.0, [submission.trouble]
-        command = [*self._grader, self._exercises[submission.exercise], '--output', os.path.abspath(folder), '--',
-                   *submission.command]
+        packages = [f'--packages={submission.packages}'] if submission.packages else []
+        command = [*self._grader, *packages, self._exercises[submission.exercise], '--output', os.path.abspath(folder),
+                   '--', *submission.command]
         with tempfile.TemporaryFile() as said:
             code = self._run(command, submission.folder, said, self._limit(submission.exercise))
             said.seek(0)

@@ -78,7 +78,7 @@ def main(arguments=None):
 def _grade_again(options, seed, folder, others):
     """Begin anew, as a program: there is one rospy node in a process's life."""
     sys.stdout.flush()
-    kept = [f'--{name}={value}' for name in ('junit', 'busy', 'speed')
+    kept = [f'--{name}={value}' for name in ('junit', 'busy', 'speed', 'packages')
             for value in [getattr(options, name)] if value is not None]
     os.execv(sys.executable, [sys.executable, sys.argv[0], options.exercise, f'--seed={seed}', f'--output={folder}',
                               *kept, *(['--real-time'] if options.real_time else []), *others, '--', *options.command])
@@ -87,7 +87,7 @@ def _grade_again(options, seed, folder, others):
 def _grade(chosen, command, seed, folder, options):
     """Return (Session or None, Verdict); raise OSError when the folder cannot be used."""
     try:
-        session = Session(chosen, command, seed, folder, options.speed, options.real_time)
+        session = Session(chosen, command, seed, folder, options.speed, options.real_time, options.packages)
     except sandbox.CommandError as error:
         return None, verdict.Verdict(verdict.FAILED, 0.0, [], [str(error)])
     try:
@@ -133,6 +133,9 @@ def _parse(arguments):
     parser.add_argument('--real-time', action='store_true', help='for programs that follow the wall clock')
     parser.add_argument('--busy', help=argparse.SUPPRESS)  # the nodes that never rested in the first try
     parser.add_argument('--repeats', type=int, default=REPEATS, help=argparse.SUPPRESS)  # that are left
+    parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
+                        help="where roslaunch and rosrun look for the program's packages, too; by default in the one "
+                        'in which its file lies')
     parser.add_argument('--junit', metavar='FILE', help='where junit.xml is written a second time')
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
     cut = _cut(arguments)
@@ -146,6 +149,8 @@ def _parse(arguments):
 def _without_rostest(arguments):
     """Return (arguments, FILE) without what rostest adds at their end: --gtest_output=xml:FILE, __name:=, __log:=."""
     arguments, junit = list(arguments), None
+    if not any(argument.startswith(GTEST_OUTPUT) for argument in arguments):
+        return arguments, junit  # a name or a log at the end is the program's
     while arguments and arguments[-1].startswith((GTEST_OUTPUT, '__name:=', '__log:=')):
         last = arguments.pop()
         junit = last[len(GTEST_OUTPUT):] if last.startswith(GTEST_OUTPUT) else junit

@@ -134,10 +134,10 @@ def runnable(command):
     if not command:
         raise CommandError('there is no command: type ./run grade EXERCISE -- COMMAND, such as -- publisher.py')
     program, *arguments = command
+    if program.endswith('.launch') and os.path.isfile(program):
+        program, arguments = 'roslaunch', command
     if not os.path.exists(program):
-        if '/' not in program and not program.endswith('.py') and shutil.which(program):
-            return command, []
-        raise CommandError(f'{program} does not exist (looked in {os.getcwd()})')
+        return _by_name(program, arguments)
     program = os.path.abspath(program)
     if os.path.isdir(program):
         raise CommandError(f'{program} is a folder; give the program in it')
@@ -153,6 +153,39 @@ def runnable(command):
                                f"the interpreter's name; type: sed -i 's/\\r$//' {shlex.quote(program)}")
         return [program, *arguments], []
     return [sys.executable, program, *arguments], _remarks(program, source)
+
+
+def _by_name(program, arguments):
+    """As runnable(), of a program that is no file here."""
+    if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
+        return runnable(arguments)
+    if '/' not in program and not program.endswith('.py') and shutil.which(program):
+        return [program, *from_here(program, arguments)], []
+    raise CommandError(f'{program} does not exist (looked in {os.getcwd()})')
+
+
+def package_of(command):
+    """Return the folder of the package that a file of a command lies in, or None."""
+    for part in command:
+        folder = os.path.dirname(os.path.abspath(part)) if os.path.isfile(part) else os.sep
+        while folder != os.path.dirname(folder):
+            if os.path.isfile(os.path.join(folder, 'package.xml')):
+                return folder
+            folder = os.path.dirname(folder)
+    return None
+
+
+def from_here(program, arguments, folder='.'):
+    """Return the arguments with full paths of those that are files in ``folder``, as they are used in another one.
+
+    rosrun's are names below a package; roslaunch's, too, unless the first one is a file.
+    """
+    def there(argument):
+        path = os.path.join(folder, argument)
+        return os.path.abspath(path) if os.path.isfile(path) else argument
+    if program == 'rosrun' or (program == 'roslaunch' and arguments and there(arguments[0]) == arguments[0]):
+        return list(arguments)
+    return [there(argument) for argument in arguments]
 
 
 def _is_python(source):

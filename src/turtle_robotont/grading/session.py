@@ -10,6 +10,7 @@ import contextlib
 import json
 import os
 import random
+import subprocess
 import sys
 import time
 import xmlrpc.client
@@ -32,6 +33,7 @@ from turtle_robotont.grading.truth import RecordingReader
 
 NODE, STIMULI = '/grader', '/grader_stimuli'
 POLL = 0.02  # [s] of wall time
+ENDING = 3.0  # [s] of wall time that a simulator may take to end when it is told to
 LOOK_PERIOD = 0.7  # [s] of wall time between two looks at the master and at the score
 PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
 START_PATIENCE = 10.0  # [s] of wall time in which a program should have registered with the master
@@ -49,12 +51,16 @@ class SessionError(RuntimeError):
 class Session:
     """A grading of ``command`` by an Exercise."""
 
-    def __init__(self, exercise, command, seed, folder, speed=None, real_time=False):
-        """``folder`` takes all files; ``speed``: times real time, by default the exercise's; ``real_time``: with 1."""
+    def __init__(self, exercise, command, seed, folder, speed=None, real_time=False, packages=None):
+        """``folder`` takes all files; ``speed``: times real time, by default the exercise's; ``real_time``: with 1.
+
+        ``packages``: folder with the program's packages, by default that of the package in which its file lies.
+        """
         self.exercise, self.seed, self._folder = exercise, seed, str(folder)
         self.speed = exercise.speed if speed is None else speed
         self.lockstep = True
         self._command, self.remarks = sandbox.runnable(command)
+        self._packages = packages or sandbox.package_of(self._command)
         if sources.looks_at_the_wall_clock(self._command):
             self.remarks.append('it looks at the wall clock (time.sleep, time.time, wait_for_message): it is graded in '
                                 'real time; rospy.sleep, rospy.Rate and rospy.Time follow the simulation')
@@ -73,7 +79,8 @@ class Session:
         os.environ['ROS_HOSTNAME'] = 'localhost'
         for name in ('ROS_IP', 'ROS_NAMESPACE'):
             os.environ.pop(name, None)
-        with sandbox.Sandbox(self._folder, {}) as box:
+        paths = [path for path in (self._packages, os.environ.get('ROS_PACKAGE_PATH')) if path]
+        with sandbox.Sandbox(self._folder, {'ROS_PACKAGE_PATH': os.pathsep.join(paths)}) as box:
             for name in ('ROS_HOME', 'ROS_LOG_DIR', 'TMPDIR'):
                 os.environ[name] = box.environment[name]
             self._start_master(box)
@@ -116,6 +123,19 @@ class Session:
             self.observed.trouble = str(error)
             return
         self.observed.lines = student.lines
+        try:
+            self._follow(box, reader, student, simulator, step, resume)
+        except (rospy.ServiceException, rospy.ROSException):
+            if not self._ended_by_student(simulator):
+                raise
+        self.observed.lines = list(student.lines)  # what it says when it is ended does not count
+        if student.dropped:
+            self.remarks.append(f'it printed {len(student.lines) + student.dropped} lines; the first '
+                                f'{len(student.lines)} were looked at')
+        reader.close()
+
+    def _follow(self, box, reader, student, simulator, step, resume):
+        """Let time begin when the program is there, and watch until it is over."""
         starting = Patience()
         while not self._student_is_there() and student.exit_code() is None and starting.look() < START_PATIENCE:
             step(1)  # whoever waits for a service, a pose or a time gets it
@@ -125,11 +145,25 @@ class Session:
         stimuli = self._start_stimuli(box, reader)
         rospy.ServiceProxy(resume, Trigger)()
         self._watch(reader, student, simulator, stimuli)
-        self.observed.lines = list(student.lines)  # what it says when it is ended does not count
-        if student.dropped:
-            self.remarks.append(f'it printed {len(student.lines) + student.dropped} lines; the first '
-                                f'{len(student.lines)} were looked at')
-        reader.close()
+
+    def _runs(self, simulator):
+        """Return whether the simulator runs, or False when the program ended it; raise SessionError when it crashed."""
+        if simulator.poll() is None:
+            return True
+        if self._ended_by_student(simulator):
+            return False
+        raise SessionError(f'the simulator ended with exit code {simulator.returncode}')
+
+    def _ended_by_student(self, simulator):
+        """Return whether simulator or grader were told to end, by rosnode kill or a node of their name; note it."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            simulator.wait(ENDING)
+        if simulator.poll() != 0 and not rospy.is_shutdown():
+            return False  # it crashed, or was killed
+        self.observed.trouble = (f'it ended the simulator or the grader, by rosnode kill or by a node of the same name '
+                                 f'({self._simulator}, {NODE}): give nodes names of their own, and leave the simulator '
+                                 'out of launch files, as one is running')
+        return True
 
     def _start_stimuli(self, box, reader):
         """Return the program of the stimuli, ready and waiting for time to pass, or None without any."""
@@ -145,7 +179,7 @@ class Session:
         """Follow the run until the time is over, or more of it would change nothing."""
         watching, limit = Patience(), 3.0 * self.exercise.time / self.speed + SLACK
         ended_at = None
-        while reader.now < self.exercise.time:
+        while reader.now < self.exercise.time and self._runs(simulator):
             time.sleep(POLL)
             reader.read()
             self._listen(stimuli)
@@ -158,8 +192,6 @@ class Session:
                                              f'{ended_at:.1f} s: {student.said_last()}')
             if ended_at is not None and reader.now > ended_at + AFTER_END and _done(stimuli):
                 break
-            if simulator.poll() is not None:
-                raise SessionError(f'the simulator ended with exit code {simulator.returncode}')
             if watching.look() > limit or self.busy:
                 self.observed.kept_up = False
                 break
@@ -192,7 +224,7 @@ class Session:
         self._record = os.path.join(box.folder, 'record.csv')
         start = {axis: self._random.uniform(*limits) for axis, limits in self.exercise.start.items()}
         common = [f'_rate:={self.speed:g}', '_clock:=true', '_paused:=true', f'_lockstep:={str(self.lockstep).lower()}']
-        common.append(f'_record:={self._record}')
+        common.append(f'_record:={json.dumps(self._record)}')  # YAML: a folder may be called "Team #1"
         if self.exercise.simulator == 'turtlesim':
             self._simulator, self._dt = '/turtlesim', turtle_world.DT
             x, y = (start.get(axis, self._random.uniform(4.0, 7.0)) for axis in 'xy')

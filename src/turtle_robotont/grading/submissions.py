@@ -16,6 +16,8 @@ import os
 import shlex
 from typing import NamedTuple
 
+from turtle_robotont.grading import sandbox
+
 COMMAND = '.cmd'
 TYPES = ('.py', '.launch', COMMAND)  # what is a program whatever its mode
 EXERCISE_TYPES = ('.yaml', '.yml')
@@ -34,6 +36,7 @@ class Submission(NamedTuple):
     command: tuple
     folder: str
     trouble: str = ''
+    packages: str = ''  # folder with the student's packages
 
 
 def exercises_in(folder):
@@ -51,7 +54,8 @@ def find(folder, names):
         for exercise in names:
             fitting = [path for path in programs if _key(path) == _key(exercise)]
             if fitting:
-                found.append(_choose(student, exercise, fitting))
+                own = os.path.abspath(os.path.join(folder, student))
+                found.append(_choose(student, exercise, fitting)._replace(packages=own))
         others += [os.path.relpath(path, folder) for path in programs if _key(path) not in map(_key, names)]
     if not found:
         there = others or [name for name in _listed(folder) if name not in students]
@@ -100,8 +104,9 @@ def _command(path, folder):
         lines = [line.strip() for line in file if line.strip() and not line.startswith('#')]
     if len(lines) != 1:
         raise ValueError(f'it holds {len(lines)} command lines; it must hold one')
-    beside = [(part, os.path.join(folder, part)) for part in shlex.split(lines[0])]
-    return tuple(there if os.path.isfile(there) else part for part, there in beside)
+    program, *arguments = shlex.split(lines[0])
+    beside = os.path.join(folder, program)
+    return (beside if os.path.isfile(beside) else program, *sandbox.from_here(program, arguments, folder))
 
 
 def _programs(folder):

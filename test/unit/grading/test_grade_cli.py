@@ -22,6 +22,8 @@ def signals_stay(monkeypatch):
     (['stop_at_x', '--', 'a.py', '_x:=3', *OF_ROSTEST], ['stop_at_x', '--', 'a.py', '_x:=3'], '/r/x.xml'),
     (['stop_at_x', '--', 'a.py', '__name:=mine', 'last', *OF_ROSTEST],
      ['stop_at_x', '--', 'a.py', '__name:=mine', 'last'], '/r/x.xml'),
+    (['stop_at_x', '--', 'rosrun', 'a', 'b', '__name:=mine'], ['stop_at_x', '--', 'rosrun', 'a', 'b', '__name:=mine'],
+     None),
     ([], [], None),
 ])
 def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):

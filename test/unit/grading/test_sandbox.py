@@ -143,6 +143,31 @@ def test_what_cannot_run_is_named(tmp_path, monkeypatch, text, name, mode, said)
     assert str(error.value).replace(f'{tmp_path}/', '').startswith(said)
 
 
+@pytest.mark.parametrize('command, started', [
+    (['python3', 'a.py', '_x:=1'], [sys.executable, '{}/a.py', '_x:=1']),
+    (['bash', 'a.sh', 'a.py', 'none.py'], ['bash', '{}/a.sh', '{}/a.py', 'none.py']),
+    (['a.launch', 'x:=1'], ['roslaunch', '{}/a.launch', 'x:=1']),
+    (['roslaunch', 'a.launch', 'x:=1'], ['roslaunch', '{}/a.launch', 'x:=1']),
+    (['roslaunch', 'package', 'a.launch'], ['roslaunch', 'package', 'a.launch']),
+    (['rosrun', 'package', 'a.py'], ['rosrun', 'package', 'a.py']),
+])
+def test_files_are_meant_where_they_were_typed(tmp_path, monkeypatch, command, started):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sandbox.shutil, 'which', lambda name: f'/usr/bin/{name}')
+    for name in ('a.py', 'a.sh', 'a.launch'):
+        write(tmp_path, '', name)
+    assert sandbox.runnable(command)[0] == [part.replace('{}', str(tmp_path)) for part in started]
+
+
+def test_the_package_of_a_file(tmp_path):
+    (tmp_path / 'mine' / 'scripts').mkdir(parents=True)
+    program = write(tmp_path / 'mine' / 'scripts', '')
+    assert sandbox.package_of(['rosrun', 'a', 'b']) is None
+    write(tmp_path / 'mine', '<package/>', 'package.xml')
+    assert sandbox.package_of([sys.executable, program]) == str(tmp_path / 'mine')
+    assert sandbox.package_of([program, 'x:=1']) == str(tmp_path / 'mine')
+
+
 def test_commands_folders_and_nothing(tmp_path):
     assert sandbox.runnable(['rosrun', 'a', 'b']) == (['rosrun', 'a', 'b'], []) or not os.path.exists('/usr/bin/rosrun')
     with pytest.raises(sandbox.CommandError, match='is a folder'):

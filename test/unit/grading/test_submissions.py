@@ -43,6 +43,7 @@ def test_a_class(tmp_path):
     students, found = submissions.find(folder, NAMES)
     assert students == ['anna', 'ben', 'carl']
     assert [one[:2] for one in found] == [('anna', 'black_path'), ('anna', 'stop_at_x'), ('ben', 'stop_at_x')]
+    assert [one.packages for one in found] == [f'{folder}/anna', f'{folder}/anna', f'{folder}/ben']
     assert submissions.exercises_in(folder) == {'exam': f'{folder}/exam.yaml'}
 
 

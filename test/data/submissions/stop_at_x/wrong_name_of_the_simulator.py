@@ -1,0 +1,6 @@
+#!/usr/bin/env python3
+# expected: failed: it ended the simulator or the grader, by rosnode kill or by a node of the same name
+import rospy
+
+rospy.init_node('turtlesim')
+rospy.spin()
