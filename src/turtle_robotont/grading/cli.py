@@ -48,10 +48,10 @@ def main(arguments=None):
         os.makedirs(folder, exist_ok=True)
         begin = time.monotonic()
         session, decided = _grade(chosen, command, seed, folder, options)
-        if decided.outcome == verdict.UNDECIDED and session.busy and session.lockstep:
+        if session and session.busy and session.lockstep:
             print(f'{session.busy} never rests (is there a rate.sleep() in its loop?): graded again in real time.')
             _grade_again(options, seed, folder, ['--real-time', '--busy', session.busy])
-        if decided.outcome == verdict.UNDECIDED and options.busy and not session.stood_still:
+        if decided.outcome == verdict.UNDECIDED and options.busy and session.flooded:
             decided = decided._replace(outcome=verdict.FAILED, objections=[
                 f'{options.busy} never rests and leaves the simulator no time; is there a rate.sleep() in its loop?'])
         slow = decided.outcome == verdict.UNDECIDED and not session.observed.kept_up

@@ -86,6 +86,13 @@ def related(mark, root, kept=()):
         below |= children
 
 
+def processor_time(pid):
+    """Return the processor time [s] that a process has used so far."""
+    with open(f'/proc/{pid}/stat', 'rb') as file:
+        fields = file.read().rsplit(b')', 1)[1].split()
+    return sum(map(int, fields[11:13])) / os.sysconf('SC_CLK_TCK')  # utime and stime, proc(5)
+
+
 def end(find, stages=GENTLY):
     """End all processes whose ids ``find()`` returns, and those that come up meanwhile; the ``stages`` get rougher."""
     for sign, patience in stages:

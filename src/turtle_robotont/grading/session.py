@@ -26,7 +26,7 @@ from kinematic_core import robot_world, turtle_world
 from kinematic_core.pacing import BEGIN
 from kinematic_core.patience import Patience
 from turtle_robotont import ports
-from turtle_robotont.grading import judging, sandbox, sources, verdict
+from turtle_robotont.grading import judging, processes, sandbox, sources, verdict
 from turtle_robotont.grading.observed import Event, Observed
 from turtle_robotont.grading.stimuli import told
 from turtle_robotont.grading.truth import RecordingReader
@@ -39,7 +39,9 @@ PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
 START_PATIENCE = 10.0  # [s] of wall time in which a program should have registered with the master
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
-SLOWEST_PACE = 0.95  # of real time: below it a program on the wall clock cannot be judged
+SLOWEST_PACE = 0.8  # of real time: below it a program that never rests cannot be judged
+SLOWEST_WALL_PACE = 0.95  # likewise one that looks at the wall clock
+FLOODED = 0.5  # share of the wall time that a simulator computes, which by itself takes a twentieth
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
 SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
 
@@ -61,7 +63,9 @@ class Session:
         self.lockstep = True
         self._command, self.remarks = sandbox.runnable(command)
         self._packages = packages or sandbox.package_of(self._command)
+        self._slowest_pace = SLOWEST_PACE
         if sources.looks_at_the_wall_clock(self._command):
+            self._slowest_pace = SLOWEST_WALL_PACE
             self.remarks.append('it looks at the wall clock (time.sleep, time.time, wait_for_message): it is graded in '
                                 'real time; rospy.sleep, rospy.Rate and rospy.Time follow the simulation')
             real_time = True
@@ -72,7 +76,7 @@ class Session:
         self._looked, self._heard = 0.0, 0
         self._students = set()  # names of nodes
         self.busy = ''  # the nodes that never rested, where lockstep had to go on without them
-        self.stood_still = False  # the simulation was too slow because the machine was
+        self.flooded = False  # the simulator was busy with what the nodes sent it
 
     def run(self):
         """Grade; return the Verdict. Raise SessionError."""
@@ -178,6 +182,7 @@ class Session:
     def _watch(self, reader, student, simulator, stimuli):
         """Follow the run until the time is over, or more of it would change nothing."""
         watching, limit = Patience(), 3.0 * self.exercise.time / self.speed + SLACK
+        used = processes.processor_time(simulator.pid)
         ended_at = None
         while reader.now < self.exercise.time and self._runs(simulator):
             time.sleep(POLL)
@@ -200,9 +205,11 @@ class Session:
                 self._look_at_names()
                 if self._settled(stimuli):
                     break
+        with contextlib.suppress(OSError):  # it may have ended
+            self.flooded = processes.processor_time(simulator.pid) - used > FLOODED * watching.look()
         missing = watching.look() + watching.lost - reader.now
-        if not self.lockstep and missing > (1.0 - SLOWEST_PACE) * reader.now + LAG:
-            self.observed.kept_up, self.stood_still = False, watching.lost > missing / 2.0
+        if not self.lockstep and missing > (1.0 - self._slowest_pace) * reader.now + LAG:
+            self.observed.kept_up = False
 
     def _listen(self, stimuli):
         """Take in what the stimuli have done since the last time."""

@@ -11,6 +11,7 @@ import roslib.packages
 import rospkg
 
 WALL_CLOCK = re.compile(rb'^[^#\n]*\btime\.(sleep|time|monotonic|perf_counter)\b|^\s*from time import|'
+                        rb'^\s*import ([\w.]+(?: as \w+)?\s*,\s*)*time as\b|'
                         rb'^[^#\n]*\b(wait_for_message|datetime\.now|threading\.Timer)\b', re.MULTILINE)
 
 

@@ -39,14 +39,9 @@ def decide(exercise, observed):
     objections = judging.fouls(observed, exercise.allows)
     if observed.trouble:
         objections.insert(0, observed.trouble)
-    if not observed.kept_up and not objections:
+    score = 0.0 if objections else round(sum(reason.points for reason in reasons), 1)
+    if not observed.kept_up and not objections and score < 100.0:  # what is all right did not come from lost time
         return Verdict(UNDECIDED, 0.0, reasons, ['the machine or the node could not keep up with the simulation; '
                                                  'grade it again, or with a lower --speed'])
-    score = 0.0 if objections else round(sum(reason.points for reason in reasons), 1)
     passed = not objections and not missing and score >= exercise.pass_score
     return Verdict(PASSED if passed else FAILED, score, reasons, objections or missing)
-
-
-def settled(exercise, observed):
-    """Return whether nothing that still comes can change the verdict: trouble, a shortcut, or the node has ended."""
-    return bool(observed.trouble or judging.fouls(observed, exercise.allows) or observed.exit_code is not None)

@@ -29,7 +29,7 @@ def package(tmp_path, monkeypatch):
     ('import time\ntime.sleep(1)\n', True), ('from time import sleep\n', True), ('start = time.time()\n', True),
     ('rospy.sleep(1)\nrospy.Time.now()\n', False), ('# time.sleep(1)\n', False), ('now = datetime.now()\n', True),
     ('now = datetime.datetime.now()\n', True), ('pose = rospy.wait_for_message("pose", Pose)\n', True),
-    ('rospy.wait_for_service("reset")\n', False),
+    ('rospy.wait_for_service("reset")\n', False), ('import math, time as t\n', True), ('import time\n', False),
 ])
 def test_programs_on_wall_time_are_recognised(package, tmp_path, text, wall):
     path = package(text)

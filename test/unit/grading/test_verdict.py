@@ -204,11 +204,13 @@ def test_what_cannot_work_scores_nothing():
     assert (decided.outcome, decided.score, decided.objections) == ('failed', 0.0, ['SyntaxError in line 3'])
 
 
-def test_a_run_that_could_not_keep_up_is_undecided():
-    def act(turtle):
-        circle(turtle).observed.kept_up = False
-    decided = graded('publish_circle', act)
+def test_a_run_that_could_not_keep_up_is_undecided_unless_all_is_right():
+    def act(turtle, **how):
+        circle(turtle, **how).observed.kept_up = False
+    decided = graded('publish_circle', lambda turtle: act(turtle, angular=-0.2))
     assert decided.outcome == 'undecided' and 'could not keep up' in decided.objections[0]
+    decided = graded('publish_circle', act)
+    assert (decided.outcome, decided.score) == ('passed', 100.0)
 
 
 def test_partly_right_is_worth_a_part():
