@@ -76,6 +76,21 @@ run_case() {
   printf '%-6s %3d s  %s %s\n' "$verdict" $((SECONDS - start)) "$1" "$2"
 }
 
+# Reads `KIND<TAB>NAME` lines and runs these cases, $1 at a time.
+run_cases() { tr '\t\n' '\0\0' | xargs -0 -r -n 2 -P "$1" bash -c 'run_case "$@"' run_case; }
+
+# What failed beside others is run again with nothing beside it; what it left at first is kept in NAME.beside_others.
+repeat_failed() {
+  local kind name
+  python3 "$repo/test/summary.py" --to-repeat "$results" >"$results/repeated.tsv"
+  [ -s "$results/repeated.tsv" ] || return 0
+  echo "Once more, one at a time, what failed beside others:"
+  while IFS=$'\t' read -r kind name; do
+    mv "$results/$kind/$name" "$results/$kind/$name.beside_others"
+  done <"$results/repeated.tsv"
+  run_cases 1 <"$results/repeated.tsv"
+}
+
 run_units() {
   local -a files
   mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
@@ -95,6 +110,6 @@ find "$ws/test_results" -mindepth 1 -maxdepth 1 -type d -mtime +2 -exec rm -rf {
 trap 'end_leftovers "$results/"' EXIT
 export -f run_case case_command end_leftovers
 run_units
-{ grep -v '^unit' "$results/expected.tsv" || true; } | tr '\t\n' '\0\0' |
-  xargs -0 -r -n 2 -P "$jobs" bash -c 'run_case "$@"' run_case
+{ grep -v '^unit' "$results/expected.tsv" || true; } | run_cases "$jobs"
+repeat_failed
 python3 "$repo/test/summary.py" "$results"

@@ -1,12 +1,15 @@
 """Sums up the results of ./run test: failures with their messages, then one closing line with the counts.
 
 usage: summary.py RESULTS
+       summary.py --to-repeat RESULTS      prints `KIND<TAB>NAME` of what is to be run again, alone
 
 RESULTS is the folder that run_tests.bash fills:
   expected.tsv              one `KIND<TAB>NAME` a line: what had to run
   unit/pytest.xml           JUnit XML of all cases of kind `unit`
   rostest/NAME/xml/...      rostest's XML, and exit_code and output.txt beside the folder xml
   KIND/NAME/exit_code       of the other kinds; each is one case, passed when the exit code is 0
+  repeated.tsv              what --to-repeat printed: what was run again, alone; the second result counts
+  KIND/NAME.beside_others   the first results of these
 
 Exit code 0 only when at least one case passed and none failed. A test that left no result has failed.
 """
@@ -17,6 +20,8 @@ from collections import namedtuple
 from pathlib import Path
 
 PASSED, FAILED, SKIPPED = 'passed', 'failed', 'skipped'
+REPEATED_KINDS = ('rostest', 'grading')  # their processes work against the clock
+MOST_REPEATED = 5  # when more have failed, that is no matter of a loaded machine
 TIMEOUT_CODES = (124, 137)  # of timeout(1): the limit was reached, and so it was with SIGKILL
 LAST_LINES = 25
 UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)*', re.MULTILINE)
@@ -136,15 +141,45 @@ def _last_lines(folder):
 
 def collect(results):
     """All cases of the folder `results`, in the order of expected.tsv."""
-    expected = [line.split('\t') for line in (results / 'expected.tsv').read_text().splitlines()]
+    expected = _listed(results / 'expected.tsv')
     units = [name for kind, name in expected if kind == 'unit']
     cases = unit_cases(results, units) if units else []
     for kind, name in expected:
-        if kind == 'rostest':
-            cases += rostest_cases(results, name)
-        elif kind != 'unit':
-            cases.append(check_case(results, kind, name))
+        if kind != 'unit':
+            cases += _cases_of(results, kind, name)
     return cases
+
+
+def _listed(path):
+    """The (kind, name) of a file's `KIND<TAB>NAME` lines; none where there is no file."""
+    return [tuple(line.split('\t')) for line in path.read_text().splitlines()] if path.is_file() else []
+
+
+def _cases_of(results, kind, name):
+    return rostest_cases(results, name) if kind == 'rostest' else [check_case(results, kind, name)]
+
+
+def to_repeat(results):
+    """The (kind, name) of what failed beside others and is to be run again alone; none when that can be no help."""
+    ran = [(kind, name) for kind, name in _listed(results / 'expected.tsv') if kind != 'unit']
+    failed = [(kind, name) for kind, name in ran
+              if kind in REPEATED_KINDS and _exit_code(results / kind / name) is not None and
+              any(case.outcome == FAILED for case in _cases_of(results, kind, name))]
+    return failed if len(ran) > 1 and len(failed) <= MOST_REPEATED else []
+
+
+def repeated_lines(results):
+    """What was run again, how that ended, and what the first run said."""
+    lines = []
+    for kind, name in _listed(results / 'repeated.tsv'):
+        first = f'{name}.beside_others'
+        failed = any(case.outcome == FAILED for case in _cases_of(results, kind, name))
+        lines += [f'REPEATED {name}: failed beside others, {"failed" if failed else "passed"} alone',
+                  f'    the first output: {results / kind / first / "output.txt"}']
+        for case in _cases_of(results, kind, first):
+            if case.outcome == FAILED:
+                lines += [f'    {line}' for line in case.message.splitlines()]
+    return lines
 
 
 def closing_line(cases):
@@ -155,8 +190,8 @@ def closing_line(cases):
 
 
 def report(cases, results):
-    """The text to print: skipped and failed cases with their messages, the place of the details, the closing line."""
-    lines = ['']
+    """The text to print: repeated, skipped and failed cases with messages, where the details are, the closing line."""
+    lines = ['', *repeated_lines(results)]
     lines += [f'SKIPPED {case.name}: {case.message}' for case in cases if case.outcome == SKIPPED]
     for case in cases:
         if case.outcome == FAILED:
@@ -166,7 +201,11 @@ def report(cases, results):
 
 
 def main(arguments):
-    """Prints the report and returns the exit code."""
+    """Prints the report, or what is to be repeated, and returns the exit code."""
+    if len(arguments) == 2 and arguments[0] == '--to-repeat':
+        for kind, name in to_repeat(Path(arguments[1])):
+            print(f'{kind}\t{name}')
+        return 0
     if len(arguments) != 1:
         print(__doc__, file=sys.stderr)
         return 2

@@ -127,3 +127,60 @@ def test_a_run_in_which_nothing_passed_has_failed(tmp_path, expected):
     write(tmp_path / 'expected.tsv', expected)
     write(tmp_path / 'unit' / 'pytest.xml', SKIPS)
     assert summary.main([str(tmp_path)]) == 1
+
+
+def write_results(results, codes, folder='{}'):
+    """Write the results of rostests and gradings, {name: exit code}; `folder` makes a folder's name of a name."""
+    for name, code in codes.items():
+        kind = 'grading' if name.startswith('grade') else 'rostest'
+        write(results / kind / folder.format(name) / 'exit_code', f'{code}\n')
+        write(results / kind / folder.format(name) / 'output.txt', f'{name} said this\n')
+        if kind == 'rostest':
+            write(results / kind / folder.format(name) / 'xml' / 'rosunit-x.xml', FAILS if code else PASSES)
+
+
+@pytest.mark.parametrize('codes, expected', [
+    ({'a': 0, 'b': 0, 'grade_c': 0}, ''),
+    ({'a': 0, 'b': 1, 'grade_c': 124}, 'rostest\tb\ngrading\tgrade_c\n'),
+    ({'b': 1}, ''),  # nothing was beside it
+    ({**dict.fromkeys('abcde', 1), 'f': 0}, ''.join(f'rostest\t{name}\n' for name in 'abcde')),
+    (dict.fromkeys('abcdef', 1), ''),  # so many: no matter of load
+])
+def test_what_is_repeated(tmp_path, capsys, codes, expected):
+    write(tmp_path / 'expected.tsv', ''.join(f'{"grading" if name.startswith("grade") else "rostest"}\t{name}\n'
+                                             for name in codes))
+    write_results(tmp_path, codes)
+    assert summary.main(['--to-repeat', str(tmp_path)]) == 0
+    assert capsys.readouterr().out == expected
+
+
+def test_only_what_ran_and_works_against_the_clock_is_repeated(tmp_path):
+    write(tmp_path / 'expected.tsv', 'unit\tA.py\nrostest\ta\nrostest\tb\nruff\tcheck\n')
+    write_results(tmp_path, {'a': 0})
+    write(tmp_path / 'ruff' / 'check' / 'exit_code', '1')
+    assert summary.to_repeat(tmp_path) == []
+
+
+@pytest.mark.parametrize('second, alone, code, last_line', [
+    (0, 'passed', 0, '2 passed, 0 failed'),
+    (1, 'failed', 1, '1 passed, 2 failed'),
+])
+def test_the_second_result_counts_and_the_first_is_shown(tmp_path, capsys, second, alone, code, last_line):
+    write(tmp_path / 'expected.tsv', 'rostest\ta\nrostest\tb\n')
+    write(tmp_path / 'repeated.tsv', 'rostest\ta\n')
+    write_results(tmp_path, {'a': second, 'b': 0})
+    write_results(tmp_path, {'a': 1}, '{}.beside_others')
+    assert summary.main([str(tmp_path)]) == code
+    lines = capsys.readouterr().out.splitlines()
+    begin = lines.index(f'REPEATED a: failed beside others, {alone} alone')
+    assert lines[begin + 1] == f'    the first output: {tmp_path}/rostest/a.beside_others/output.txt'
+    assert lines[begin + 2] == '    1 != 2'
+    assert lines[-1] == last_line
+
+
+def test_a_repeated_grading_shows_its_first_output(tmp_path):
+    write(tmp_path / 'repeated.tsv', 'grading\tgrade_a\n')
+    write_results(tmp_path, {'grade_a': 0})
+    write_results(tmp_path, {'grade_a': 124}, '{}.beside_others')
+    assert summary.repeated_lines(tmp_path)[2:] == ['    exit code 124, stopped at the time limit',
+                                                    '    grade_a said this']
