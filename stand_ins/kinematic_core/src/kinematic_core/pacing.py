@@ -4,10 +4,11 @@ Simulated time is counted in steps, never measured: step number n ends at BEGIN 
 
 Two policies for steps that come late, because the machine was busy:
 
-* simulated time *is* wall time for everybody else (``bounded`` false): late steps are made up for at once, so that no
-  ground is lost;
-* the simulator publishes its time and everybody follows it (``bounded`` true): a burst would leave the followers
-  behind, so late steps are made up for at no more than FASTER times the pace, and only as long as that is soon.
+* simulated time *is* wall time for everybody else (``bounded`` false): late steps are made up for soon, so that no
+  ground is lost; not in one burst, for after a stall of the whole machine a robot would drive blindly, and its watchdog
+  strike, before a node had its turn;
+* the simulator publishes its time and everybody follows it (``bounded`` true): so many late steps would leave the
+  followers behind, so they are made up for at little more than the pace, and only as long as that is soon.
 
 Threading contract: one thread calls ``wait``; ``pause``, ``resume``, ``request`` and ``close`` may come from any.
 """
@@ -19,7 +20,8 @@ BEGIN = 1_000_000_000  # [ns] simulated time before the first step; ROS takes 0 
 LONGEST_CATCH_UP = 5.0  # [s] of wall time that is made up for; a longer gap was a suspended machine
 LONGEST_BOUNDED_CATCH_UP = 0.5  # [s] likewise where others follow
 LONGEST_SLEEP = 0.1  # [s] of wall time in which a pause or an end is noticed
-FASTER = 1.25  # times the pace, at which bounded pacing makes up for late steps
+FASTER = 3.0  # times the pace, at which late steps are made up for: commands at 10 Hz reach a watchdog of 0.5 s
+FASTER_BOUNDED = 1.25  # likewise where others follow
 
 
 class Pacer:
@@ -35,7 +37,7 @@ class Pacer:
         self.paused = False
         self._monotonic, self._sleep = monotonic, sleep
         self._period = step / rate  # [s] of wall time; 0 at math.inf
-        self._closest = self._period / FASTER if bounded else 0.0
+        self._closest = self._period / (FASTER_BOUNDED if bounded else FASTER)
         self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
         self._changed = threading.Condition()
         self._closed = False
