@@ -1,11 +1,11 @@
 """A robot with odometry as a vehicle that a node drives."""
 import math
-import time
 
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
+from kinematic_core.patience import Patience
 from kinematic_core.turtle_world import Pose
 from kinematic_ros.topics import LatestPublisher
 from kinematic_ros.waiting import waiting_text
@@ -19,7 +19,8 @@ UNIT_TOLERANCE = 0.01  # by which the length of a quaternion may differ from 1
 class RobotDriver(Driver):
     """Drives a robot by ``odom`` and ``cmd_vel``; tells of it on ``drive_status``. Poses are those in odom's frame.
 
-    Odometry whose time is not after the last is left out, until nothing else has come for pose_timeout.
+    Odometry whose time is not after the last is left out, until nothing else has come for pose_timeout, not counting
+    the time in which this process stood still.
     """
 
     pose_timeout = 0.5  # [s] the time after which a Robotont itself stops without commands
@@ -27,17 +28,17 @@ class RobotDriver(Driver):
     def __init__(self):
         super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
                          rospy.Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
-        self._stamp, self._taken = None, 0.0  # [s] of the last odometry that was taken, and when that was (monotonic)
+        self._stamp, self._since = None, Patience()  # [s] of the last odometry that was taken, and how long ago
         self._subscriber = rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
 
     def _on_odometry(self, odometry):
         stamp = odometry.header.stamp.to_sec() or rospy.get_time()
-        now, before = time.monotonic(), self._stamp
-        if before is not None and stamp <= before and now - self._taken < self.pose_timeout:
+        before = self._stamp
+        if before is not None and stamp <= before and self._since.look() < self.pose_timeout:
             rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after {before:.3f} s, that '
                                         'of the message before; left out. Do two nodes publish it? (rostopic info)')
             return
-        self._stamp, self._taken = stamp, now
+        self._stamp, self._since = stamp, Patience()
         self._take(pose_of(odometry), 0.0 if before is None else max(0.0, stamp - before))
 
     def _no_pose(self, timeout):

@@ -1,13 +1,16 @@
 """What the rostests share: deadlines, collected messages, refused calls, and a simulator's interface seen from outside.
 
 Nothing here waits for a fixed time: ``until`` polls a condition up to a deadline. The deadlines are generous, a
-loaded machine of two cores has to meet them; they only cost time when a test fails.
+loaded machine of two cores has to meet them; they only cost time when a test fails. A machine may also stand still
+for a second, all processes at once: what must happen soon is timed by kinematic_core's Patience, which leaves that
+out, and a rate is the median of many (``median_rate``).
 """
 import ast
 import os
 import re
 import shutil
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -76,6 +79,14 @@ def until(condition, what, deadline=DEADLINE):
         time.sleep(POLL)
 
 
+def median_rate(times, span):
+    """Return the rate [Hz] of times [s]: the median over all stretches of ``span`` periods.
+
+    What is late here and there, or left out and made up for, does not count; a rate that is wrong or falters does.
+    """
+    return span / statistics.median(later - earlier for earlier, later in zip(times, times[span:]))
+
+
 def proxy(name, service):
     """Return the proxy of a service that exists or is about to."""
     rospy.wait_for_service(name, DEADLINE)
@@ -99,7 +110,12 @@ class Collected:
     def __init__(self, topic, message_type):
         self.topic = topic
         self.messages = []
-        self.subscriber = rospy.Subscriber(topic, message_type, self.messages.append, tcp_nodelay=True)
+        self.times = []  # [s, monotonic] when messages came
+        self.subscriber = rospy.Subscriber(topic, message_type, self._take, tcp_nodelay=True)
+
+    def _take(self, message):
+        self.times.append(time.monotonic())
+        self.messages.append(message)
 
     def index(self, fits=lambda message: True, what='a message', start=None, deadline=DEADLINE):
         """Return the index of the first message that fits, from ``start`` on (without it: from now on)."""
@@ -119,6 +135,12 @@ class Collected:
     def more(self, number, deadline=DEADLINE):
         """Return the next ``number`` messages."""
         return self.some(len(self.messages), number, deadline)
+
+    def rate(self, number, span, deadline=2.0 * DEADLINE):
+        """Return the median_rate [Hz] of the next ``number`` messages."""
+        start = len(self.times)
+        until(lambda: len(self.times) >= start + number, f'{number} messages on {self.topic}', deadline)
+        return median_rate(self.times[start:start + number], span)
 
 
 class NodeLog:

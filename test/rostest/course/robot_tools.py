@@ -3,13 +3,13 @@ import math
 import os
 import sys
 import threading
-import time
 
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
 from geometry_msgs.msg import Quaternion, Twist
 from nav_msgs.msg import Odometry
 
+from kinematic_core.pacing import Pacer
 from kinematic_core.planar import Pose
 from kinematic_core.robot_world import RobotWorld
 
@@ -71,14 +71,16 @@ class Robot(threading.Thread):
         super().__init__(daemon=True)
         self.world, self.places, self.track = RobotWorld(start=Pose(*start)), places, []
         self.silent, self._ended, self._lock = False, threading.Event(), threading.Lock()
+        self._pacer = Pacer(self.world.dt)
         self._odometry = rospy.Publisher('odom', Odometry, queue_size=10, tcp_nodelay=True)
         self._markers = rospy.Publisher('ar_pose_marker', AlvarMarkers, queue_size=10, tcp_nodelay=True)
         self._commands = rospy.Subscriber('cmd_vel', Twist, self._on_command, tcp_nodelay=True)
         self.start()
 
     def run(self):
-        begin = time.monotonic()
         while not self._ended.is_set():
+            if self._pacer.wait() is None:
+                continue
             with self._lock:
                 self.world.step()
             if self.world.steps % ODOMETRY_STEPS == 0:
@@ -87,7 +89,6 @@ class Robot(threading.Thread):
                     self._odometry.publish(self._message())
             if self.places and self.world.steps % MARKERS_STEPS == 0 and not self.silent:
                 self._markers.publish(markers_message(self._seen()))
-            time.sleep(max(0.0, begin + self.world.time - time.monotonic()))
 
     def stop(self):
         """End it."""

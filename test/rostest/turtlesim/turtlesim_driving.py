@@ -80,10 +80,10 @@ class DrivingTest(SimulatorCase):
 
     def test_turtlesim_stops_after_a_second(self):
         poses, drive = self.poses(), self.driver()
-        for speed in (0.4, 0.5, 0.6, 0.7):  # a command within the second renews it: 4 x 40 steps without a stop
+        for speed in (0.4, 0.5, 0.6, 0.7):  # a command within the second renews it: 4 x 25 steps without a stop
             drive(x=speed)
             first = poses.index(functools.partial(has_speed, speed), f'a turtle at {speed} m/s')
-            self.assertTrue(all(has_speed(speed, pose) for pose in poses.some(first, 40)))
+            self.assertTrue(all(has_speed(speed, pose) for pose in poses.some(first, 25)))
         stopped = poses.index(lambda pose: pose.linear_velocity == 0.0, 'a turtle that stands', first)
         begin, end = poses.messages[first], poses.messages[stopped]
         self.steps(end.x - (begin.x - 0.7 * DT), 0.7)
