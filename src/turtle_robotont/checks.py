@@ -4,6 +4,7 @@ A track is a sequence of poses in the order of time, each with x, y [m], theta [
 angular_velocity [rad/s], as turtlesim/Pose has them. Positions lie in 0 .. ARENA_SIZE, y up.
 """
 import math
+import statistics
 
 from kinematic_core.angles import wrap_angle
 from kinematic_core.turtle_world import DT
@@ -11,6 +12,12 @@ from turtle_robotont.shapes import distance
 
 JUMP = 0.25  # [m] further in one step than a turtle drives below 15 m/s: a teleport
 RESTING = 1e-4  # [m or rad] a turtle at rest stays within this
+
+
+def rate(times):
+    """Return the rate [Hz] of times [s] by the median of their gaps: one that is late does not count; 0 for few."""
+    gaps = [later - earlier for earlier, later in zip(times, times[1:])]
+    return 1.0 / statistics.median(gaps) if gaps else 0.0
 
 
 def path_length(track):

@@ -3,6 +3,7 @@
 A step starts the node or types the command that the course asks for, looks at the turtle's own poses, colours and
 commands, and judges by them alone: ``play(stage)`` returns the Checks.
 """
+import contextlib
 import math
 import re
 import time
@@ -14,7 +15,7 @@ from turtlesim.srv import TeleportAbsolute, TeleportRelative
 from turtle_robotont import checks
 from turtle_robotont.control import Goal
 from turtle_robotont.shapes import Point
-from turtle_robotont.stage import CENTRE, EXACT, StageError
+from turtle_robotont.stage import CENTRE, EXACT, PATIENCE, REST_TIMEOUT, StageError
 
 STOP_TOLERANCE = 0.02  # [m] of stopping at x
 CORNER_TOLERANCE = 0.05  # [m] of driving
@@ -57,16 +58,16 @@ def ended_by_itself(process, timeout):
 
 def first_publisher(stage):
     node = stage.rosrun('velocity_publisher.py')
-    stage.until(lambda: checks.path_length(stage.seen.track) > 0.0, 'the turtle does not set off', 5.0, node)
+    stage.until(lambda: checks.path_length(stage.seen.track) > 0.0, 'the turtle does not set off', PATIENCE, node)
     time.sleep(2.0)
     times, speed = stage.seen.commands, stage.seen.track[-1].linear_velocity
     if len(times) < 2:
         raise StageError(f'{len(times)} commands came on /turtle1/cmd_vel in 2 s; it said: {node.last_line()}')
     node.interrupt()
-    node.wait(5.0)
+    node.wait(PATIENCE)
     stage.until_rest()
     track = stage.seen.track
-    return [near('commands come at', (len(times) - 1) / (times[-1] - times[0]), 10.0, 1.0, 'Hz'),
+    return [near('commands come at', checks.rate(times), 10.0, 1.0, 'Hz'),
             near('the turtle drives at', speed, 0.5, 1e-3, 'm/s'),
             near('in a circle of curvature', checks.curvature(track), 0.2 / 0.5, 1e-2, '1/m'),
             Check('stands after Ctrl-C', checks.rests(track))]
@@ -74,9 +75,10 @@ def first_publisher(stage):
 
 def pose_subscriber(stage):
     node = stage.rosrun('pose_subscriber.py')
-    stage.until(lambda: 'Turtle pose' in node.output(), 'no pose is printed', 5.0, node)
+    stage.until(lambda: 'Turtle pose' in node.output(), 'no pose is printed', PATIENCE, node)
     stage.call('turtle1/teleport_absolute', TeleportAbsolute, 2.5, 7.25, 0.5)
-    time.sleep(0.3)
+    with contextlib.suppress(StageError):  # what is printed is measured
+        stage.until(lambda: 'x:2.5' in node.output(), 'the pose is not printed', REST_TIMEOUT, node)
     printed = re.findall(r'Turtle pose: x:(-?[0-9.]+), y:(-?[0-9.]+)', node.output())
     x, y = map(float, printed[-1])
     pose = stage.seen.track[-1]
@@ -87,7 +89,7 @@ def pose_subscriber(stage):
 
 
 def stop_at_x(stage):
-    ended = ended_by_itself(stage.rosrun('stop_at_x.py'), 15.0)
+    ended = ended_by_itself(stage.rosrun('stop_at_x.py'), PATIENCE)
     stage.until_rest()
     track = stage.seen.track
     return [ended, Check('stands', checks.rests(track)), no_teleport(track),
@@ -107,7 +109,7 @@ def triangle_by_topics(stage):
 
 
 def _shape(stage, arguments, corners):
-    ended = ended_by_itself(stage.rosrun('drive_shape.py', *arguments), 20.0)
+    ended = ended_by_itself(stage.rosrun('drive_shape.py', *arguments), PATIENCE)
     stage.until_rest()
     track, corners = stage.seen.track, [Point(*corner) for corner in corners]
     return [ended, no_teleport(track),
@@ -120,10 +122,10 @@ def _shape(stage, arguments, corners):
 
 def services_and_pen(stage):
     missing = SIM_SERVICES - set(rosservice.get_service_list())
-    ended = ended_by_itself(stage.rosrun('set_pen.py', '_r:=0', '_g:=0', '_b:=255', '_width:=5'), 8.0)
+    ended = ended_by_itself(stage.rosrun('set_pen.py', '_r:=0', '_g:=0', '_b:=255', '_width:=5'), PATIENCE)
     stage.call('turtle1/teleport_relative', TeleportRelative, 2.0, 0.0)
     before = len(stage.seen.colours)
-    stage.until(lambda: len(stage.seen.colours) > before + 5, 'the colour sensor reads nothing', 2.0)
+    stage.until(lambda: len(stage.seen.colours) > before + 5, 'the colour sensor reads nothing', PATIENCE)
     colour = stage.seen.colours[-1]
     return [Check(f'missing services: {", ".join(sorted(missing))}' if missing else
                   f'all {len(SIM_SERVICES)} services of turtlesim are there', not missing), ended,
@@ -132,7 +134,7 @@ def services_and_pen(stage):
 
 def goto_pose(stage):
     server = stage.rosrun('goto_pose_server.py')
-    stage.until(lambda: 'Ready' in server.output(), 'the service is not there', 5.0, server)
+    stage.until(lambda: 'Ready' in server.output(), 'the service is not there', PATIENCE, server)
     _call(stage, '/turtle1/gotoPose', '1.5', '2.5', '3.14')
     distance, heading = checks.goal_error(stage.seen.track, Goal(1.5, 2.5, 3.14))
     stage.until_rest()
@@ -155,7 +157,7 @@ def square_by_service(stage):
 
 
 def black_tour(stage):
-    ended = ended_by_itself(stage.rosrun('teleport_tour.py', '_pause:=0.25'), 10.0)
+    ended = ended_by_itself(stage.rosrun('teleport_tour.py', '_pause:=0.25'), PATIENCE)
     stage.until_rest()
     track, colours = stage.seen.track, stage.seen.colours
     places = [Point(2.0, 2.0), Point(9.0, 2.0), Point(9.0, 9.0), Point(2.0, 9.0)]
@@ -169,7 +171,7 @@ def black_tour(stage):
 def _call(stage, service, *arguments):
     """Type ``rosservice call``."""
     process = stage.start('rosservice', 'call', service, *arguments)
-    if process.wait(15.0) != 0 or 'ERROR' in process.output():
+    if process.wait(PATIENCE) != 0 or 'ERROR' in process.output():
         raise StageError(f'rosservice call {service} failed: {process.last_line()}')
 
 

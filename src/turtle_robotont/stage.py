@@ -28,8 +28,8 @@ from turtle_robotont import checks, ports
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle begins
 EXACT = 1e-3  # [m]
-PATIENCE = 10.0  # [s] in which master and simulator must be there
-REST_TIMEOUT = 2.0  # [s] in which a stopped turtle must stand
+PATIENCE = 30.0  # [s] in which master, simulator and nodes must be there, on a loaded machine too
+REST_TIMEOUT = 5.0  # [s] in which a stopped turtle must stand
 END_TIMEOUTS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # [s] each
 POLL = 0.02  # [s]
 PR_SET_PDEATHSIG = 1  # of prctl(2)

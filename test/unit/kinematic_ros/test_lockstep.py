@@ -1,5 +1,6 @@
 """kinematic_ros.lockstep: when a step may begin. Threads, connections and wall time are fakes here."""
 import itertools
+import socket
 
 import pytest
 import rospy
@@ -194,3 +195,34 @@ def test_a_shutdown_ends_the_wait(scene, monkeypatch):
     monkeypatch.setattr(rospy, 'is_shutdown', lambda: True)
     assert scene.wait() == (True, pytest.approx(0.0, abs=1e-3))
     assert scene.lockstep.late == 0
+
+
+@pytest.mark.parametrize('late, asked', [(0, 1), (2, 3)])
+def test_a_node_that_answers_late_is_asked_again(monkeypatch, late, asked):
+    node = Late(late)
+    monkeypatch.setattr(lockstep, '_proxy', lambda uri: node)
+    monkeypatch.setattr(rospy, 'get_name', lambda: '/simulator')
+    assert lockstep._pid('http://localhost:1') == 42
+    assert node.asked == asked
+
+
+def test_a_node_that_never_answers_is_not_asked_for_ever(monkeypatch):
+    node = Late(1000)
+    monkeypatch.setattr(lockstep, '_proxy', lambda uri: node)
+    monkeypatch.setattr(rospy, 'get_name', lambda: '/simulator')
+    with pytest.raises(socket.timeout):
+        lockstep._pid('http://localhost:1')
+    assert node.asked == lockstep.TRIES
+
+
+class Late:
+    """A node whose first answers come too late."""
+
+    def __init__(self, late):
+        self.late, self.asked = late, 0
+
+    def getPid(self, caller):
+        self.asked += 1
+        if self.asked <= self.late:
+            raise socket.timeout
+        return 1, '', 42

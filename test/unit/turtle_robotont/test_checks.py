@@ -39,6 +39,17 @@ SQUARE = [(2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 4.0), (2.0, 2.0)]
 SQUARE_POINTS = [Point(*corner) for corner in SQUARE[1:]]
 
 
+@pytest.mark.parametrize('times, rate', [
+    ([0.0, 0.1, 0.2, 0.3], 10.0),
+    ([0.0, 0.1, 0.9, 1.0, 1.1], 10.0),  # the machine stood still
+    ([0.0, 0.2, 0.4], 5.0),
+    ([1.0], 0.0),
+    ([], 0.0),
+])
+def test_rate_leaves_out_what_is_late(times, rate):
+    assert checks.rate(times) == pytest.approx(rate)
+
+
 def test_length_of_a_square_is_its_perimeter():
     assert checks.path_length(line(*SQUARE)) == pytest.approx(8.0)
 

@@ -4,6 +4,7 @@ Threading contract: one thread, that which publishes /clock, uses a Lockstep.
 """
 import http.client
 import os
+import socket
 import threading
 import time
 import xmlrpc.client
@@ -21,6 +22,7 @@ WORK = 100_000  # [ns] that a thread runs at least for a registration; threads t
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # rospy asks the master for it at every line that it logs
 NOBODY = 'the simulator itself, or connections that are being made'  # where no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
+TRIES = 3  # to ask it: a machine that stands still lets that time pass
 
 
 class Lockstep:
@@ -181,7 +183,12 @@ class _Transport(xmlrpc.client.Transport):
 
 def _pid(uri):
     """Return the process id of the node or master at ``uri``."""
-    return _proxy(uri).getPid(rospy.get_name())[2]
+    for left in reversed(range(TRIES)):
+        try:
+            return _proxy(uri).getPid(rospy.get_name())[2]
+        except socket.timeout:
+            if not left:
+                raise
 
 
 def _proxy(uri):

@@ -22,7 +22,7 @@ from kinematic_ros.topics import LatestPublisher
 
 TOPIC = 'turtle1/cmd_vel'
 DEFAULT_SCALE = 2.0  # [m/s] and [rad/s], turtlesim's
-LISTENERS_DEADLINE = 1.0  # [s] for the listeners that the master knows to connect, once one has
+LISTENERS_DEADLINE = 3.0  # [s] for the listeners that the master knows to connect, once one has
 QUIT = 'quit'
 DIRECTIONS = {'up': (1, 0), 'down': (-1, 0), 'left': (0, 1), 'right': (0, -1)}  # key: (forward, counter-clockwise)
 
