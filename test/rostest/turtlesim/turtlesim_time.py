@@ -99,15 +99,15 @@ class TimeTest(SimulatorCase):
         """At rate 10 ten seconds take one, and a node's timer follows; use_sim_time is set, and taken back later."""
         simulator = self.start('_rate:=10')
         self.assertTrue(rospy.get_param('/use_sim_time'))
-        clock, node = self.clock(), self.run_node(DRIVE)
+        clock, node = self.clock(), self.run_node(DRIVE, '_rate:=1')
         node.wait_for_output('Publish turtle velocity')
         begin, first, patience = time.monotonic(), self.times(clock)[-1], Patience()
         until(lambda: patience.look() and self.times(clock)[-1] - first >= 20e9, 'twenty simulated seconds')
         self.assertGreater(time.monotonic() - begin, 1.9)
         self.assertLess(patience.look(), 3.0, '20 s take 2 s and a busy machine\'s delays')
         stamps = [float(stamp) for stamp in re.findall(r', (\d+\.\d+)\]: Publish', node.output())]
-        self.assertGreater(len(stamps), 100)
-        self.assertAlmostEqual(10.0, median_rate(stamps, span=10), delta=0.5)  # in simulated time
+        self.assertGreater(len(stamps), 10)
+        self.assertAlmostEqual(1.0, median_rate(stamps, span=3), delta=0.05)  # in simulated time
         times = self.times(clock)
         self.assertEqual([], [after - before for before, after in zip(times, times[1:]) if (after - before) % TICK])
         self.assertEqual(sorted(times), times)
