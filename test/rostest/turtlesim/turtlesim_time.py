@@ -20,7 +20,6 @@ from kinematic_ros.srv import Step
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from kinematic_core.patience import Patience
 from kinematic_ros.topics import LatestPublisher
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
@@ -38,6 +37,8 @@ from rostest_tools import (
 )
 
 TICK = 16_000_000  # [ns]
+STEPS = 1250  # 20 s
+CATCHING_UP = 1.25  # times the pace that late steps are made up for
 RUNS = 10
 DRIVE = roslib.packages.find_node('turtle_robotont', 'velocity_publisher.py')[0]
 BURN = ('nice', '-n', '5', sys.executable, '-c', 'while True: pass')
@@ -101,10 +102,10 @@ class TimeTest(SimulatorCase):
         self.assertTrue(rospy.get_param('/use_sim_time'))
         clock, node = self.clock(), self.run_node(DRIVE, '_rate:=1')
         node.wait_for_output('Publish turtle velocity')
-        begin, first, patience = time.monotonic(), self.times(clock)[-1], Patience()
-        until(lambda: patience.look() and self.times(clock)[-1] - first >= 20e9, 'twenty simulated seconds')
-        self.assertGreater(time.monotonic() - begin, 1.9)
-        self.assertLess(patience.look(), 3.0, '20 s take 2 s and a busy machine\'s delays')
+        until(lambda: len(clock.times) > STEPS and clock.times[-1] - clock.times[-STEPS] < 3.0,
+              'twenty simulated seconds that took two, and a busy machine\'s delays')
+        passed = (self.times(clock)[-1] - self.times(clock)[0]) / 1e9
+        self.assertLess(passed, 10.0 * CATCHING_UP * (time.monotonic() - clock.times[0]))
         stamps = [float(stamp) for stamp in re.findall(r', (\d+\.\d+)\]: Publish', node.output())]
         self.assertGreater(len(stamps), 10)
         self.assertAlmostEqual(1.0, median_rate(stamps, span=3), delta=0.05)  # in simulated time
