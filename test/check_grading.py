@@ -62,7 +62,7 @@ def run(arguments, folder):
 def check_submission(path, folder):
     """Return what is wrong with the grading of a sample."""
     outcome, text = expectation(path)
-    _, found = submissions.find_flat(str(path.parent), path.parent.name)
+    _, found, _ = submissions.find_flat(str(path.parent), path.parent.name)
     command = next(submission.command for submission in found if submission.student == path.stem)
     code, said, left = run([path.parent.name, '--seed', str(SEED), '--output', str(folder / 'out'), '--', *command],
                            folder)

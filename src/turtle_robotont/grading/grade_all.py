@@ -43,6 +43,8 @@ def main(arguments, grader, exercises):
     options = parser().parse_args(arguments)
     if options.jobs < 1:
         parser().error(f'--jobs is {options.jobs}; it must be 1 or more')
+    if options.limit is not None and not options.limit > 0.0:
+        parser().error(f'--limit is {options.limit:g} s; it must be above 0')
     processes.make_interruptible()
     try:
         return _run(options, grader, exercises)
@@ -54,19 +56,21 @@ def main(arguments, grader, exercises):
 
 
 def _run(options, grader, exercises):
-    exercises, students, found = _class(options, exercises)
+    exercises, students, found, left_out = _class(options, exercises)
     _check_output(options.output)
     for name, value in (('--seed', options.seed), ('--speed', options.speed)):
         grader = grader if value is None else [*grader, name, str(value)]
-    times = {name: exercise.load(path).time for name, path in exercises.items()}
+    names = sorted({submission.exercise for submission in found})
+    times = {name: exercise.load(exercises[name]).time for name in names}
     room = classroom.Classroom(grader, exercises, options.output,
                                lambda name: options.limit or times[name] + EXTRA)
     results, interrupted = _grade(room, found, options)
     results += [classroom.interrupted(submission, options.output) for submission in found
                 if submission not in {graded.submission for graded in results}]
     results.sort(key=lambda graded: found.index(graded.submission))
-    names = sorted({submission.exercise for submission in found})
     _say(students, names, results)
+    if left_out:
+        print(f'Left out, as their names are of no exercise: {", ".join(left_out)}')
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
     class_report.write(options.output, title, students, names, results)
     print('Table: ' + ', '.join(os.path.join(options.output, name) for name in class_report.FILES))
@@ -76,7 +80,7 @@ def _run(options, grader, exercises):
 
 
 def _class(options, exercises):
-    """Return ({name: path} of the exercises, students, submissions)."""
+    """Return ({name: path} of the exercises, students, submissions, programs left out)."""
     if not os.path.isdir(options.folder):
         raise GradeAllError(f'there is no folder {options.folder} (looked in {os.getcwd()})'
                             if not os.path.exists(options.folder) else

@@ -19,7 +19,8 @@ from typing import NamedTuple
 from turtle_robotont.grading import sandbox
 
 COMMAND = '.cmd'
-TYPES = ('.py', '.launch', COMMAND)  # what is a program whatever its mode
+STARTERS = '.launch', COMMAND  # they say how others are started; the last one says most
+TYPES = ('.py', *STARTERS)  # what is a program whatever its mode
 EXERCISE_TYPES = ('.yaml', '.yml')
 LISTED = 8  # names in a text
 
@@ -46,7 +47,10 @@ def exercises_in(folder):
 
 
 def find(folder, names):
-    """Return (students, [Submission]) of a class for the exercises with these names."""
+    """Return (students, [Submission], programs left out) of a class for the exercises with these names.
+
+    Left out is what has the name of none; a teacher wants to know of ``stop_at_x (1).py``.
+    """
     students = sorted(name for name in _listed(folder) if os.path.isdir(os.path.join(folder, name)))
     found, others = [], []
     for student in students:
@@ -64,11 +68,11 @@ def find(folder, names):
             f'exercises ({", ".join(sorted(names))}), such as {os.path.join(folder, "anna", min(names) + ".py")}. '
             + (f'It holds {_some(there)}. ' if there else 'It is empty. ')
             + 'For a folder of programs for one exercise, add --exercise NAME.')
-    return students, found
+    return students, found, others
 
 
 def find_flat(folder, exercise):
-    """Return (students, [Submission]): every program that lies in the folder itself is a student's."""
+    """Return the same, where every program that lies in the folder itself is a student's."""
     paths = [os.path.join(folder, name) for name in _listed(folder)]
     by_student = {}
     for path in paths:
@@ -78,12 +82,14 @@ def find_flat(folder, exercise):
         there = [os.path.basename(path) for path in paths]
         raise SubmissionsError(f'{folder} holds no program (a .py, .launch or .cmd file or an executable): '
                                + (f'it holds {_some(there)}' if there else 'it is empty'))
-    return sorted(by_student), [_choose(student, exercise, paths) for student, paths in sorted(by_student.items())]
+    found = [_choose(student, exercise, paths) for student, paths in sorted(by_student.items())]
+    return sorted(by_student), found, []
 
 
 def _choose(student, exercise, paths):
     """Return the Submission of the files that fit: of the one that says how to start the others, or of the only one."""
-    paths = [path for path in paths if path.endswith(COMMAND)] or paths
+    for kind in STARTERS:
+        paths = [path for path in paths if path.endswith(kind)] or paths
     folder = os.path.dirname(os.path.abspath(paths[0]))
     if len(paths) > 1:
         names = ', '.join(sorted(os.path.relpath(path, os.path.commonpath(list(map(os.path.dirname, paths))))

@@ -31,7 +31,7 @@ def fill(folder, files):
 def test_a_program_is_found_by_its_name(tmp_path, name, text, command):
     folder = fill(tmp_path, {f'anna/{name}': text, 'anna/other.py': '', 'anna/notes.txt': '',
                              'anna/.git/stop_at_x.py': ''})
-    students, found = submissions.find(folder, NAMES)
+    students, found, _ = submissions.find(folder, NAMES)
     assert students == ['anna']
     assert [(one.student, one.exercise, one.trouble) for one in found] == [('anna', 'stop_at_x', '')]
     assert found[0].command == tuple(part.replace('DIR', f'{folder}/anna') for part in command)
@@ -39,8 +39,9 @@ def test_a_program_is_found_by_its_name(tmp_path, name, text, command):
 
 def test_a_class(tmp_path):
     folder = fill(tmp_path, {'ben/stop_at_x.py': '', 'anna/stop_at_x.py': '', 'anna/black_path.py': '',
-                             'carl/mine.py': '', 'exam.yaml': '', 'readme.txt': ''})
-    students, found = submissions.find(folder, NAMES)
+                             'anna/stop_at_x (1).py': '', 'carl/mine.py': '', 'exam.yaml': '', 'readme.txt': ''})
+    students, found, left_out = submissions.find(folder, NAMES)
+    assert left_out == ['anna/stop_at_x (1).py', 'carl/mine.py']
     assert students == ['anna', 'ben', 'carl']
     assert [one[:2] for one in found] == [('anna', 'black_path'), ('anna', 'stop_at_x'), ('ben', 'stop_at_x')]
     assert [one.packages for one in found] == [f'{folder}/anna', f'{folder}/anna', f'{folder}/ben']
@@ -50,6 +51,11 @@ def test_a_class(tmp_path):
 def test_the_command_line_wins_over_what_it_starts(tmp_path):
     folder = fill(tmp_path, {'anna/stop_at_x.py': '', 'anna/stop_at_x.cmd': 'python3 stop_at_x.py fast'})
     assert submissions.find(folder, NAMES)[1][0].command == ('python3', f'{folder}/anna/stop_at_x.py', 'fast')
+
+
+def test_a_launch_file_wins_over_a_program_of_its_name(tmp_path):
+    folder = fill(tmp_path, {'anna/launch/stop_at_x.launch': '', 'anna/scripts/stop_at_x.py': ''})
+    assert submissions.find(folder, NAMES)[1][0].command == ('roslaunch', f'{folder}/anna/launch/stop_at_x.launch')
 
 
 @pytest.mark.parametrize('files, said', [
@@ -80,7 +86,7 @@ def test_a_folder_without_submissions_is_explained(tmp_path, files, said):
 
 def test_one_exercise_in_a_flat_folder(tmp_path):
     folder = fill(tmp_path, {'anna.py': '', 'ben.cmd': 'rosrun a b', 'notes.txt': '', 'dir/carl.py': ''})
-    students, found = submissions.find_flat(folder, 'stop_at_x')
+    students, found, _ = submissions.find_flat(folder, 'stop_at_x')
     assert students == ['anna', 'ben']
     assert [(one.student, one.exercise, one.command) for one in found] == [
         ('anna', 'stop_at_x', (os.path.join(folder, 'anna.py'),)), ('ben', 'stop_at_x', ('rosrun', 'a', 'b'))]
