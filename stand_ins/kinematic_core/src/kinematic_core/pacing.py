@@ -7,8 +7,9 @@ Two policies for steps that come late, because the machine was busy:
 * simulated time *is* wall time for everybody else (``bounded`` false): late steps are made up for soon, so that no
   ground is lost; not in one burst, for after a stall of the whole machine a robot would drive blindly, and its watchdog
   strike, before a node had its turn;
-* the simulator publishes its time and everybody follows it (``bounded`` true): so many late steps would leave the
-  followers behind, so they are made up for at little more than the pace, and only as long as that is soon.
+* the simulator publishes its time, which is faster, and everybody follows it (``bounded`` true): so many late steps
+  would leave the followers behind, so they are made up for at little more than the pace, and only as long as that is
+  soon.
 
 Threading contract: one thread calls ``wait``; ``pause``, ``resume``, ``request`` and ``close`` may come from any.
 """

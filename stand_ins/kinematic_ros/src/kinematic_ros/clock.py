@@ -81,7 +81,7 @@ class SimulatorClock:
         if lockstep and not self._publishes:
             raise params.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
                                         'nobody follows the steps; set ~clock to true as well')
-        self._pacer = Pacer(step, rate, bounded=self._publishes)
+        self._pacer = Pacer(step, rate, bounded=self._publishes and rate > 1.0)
         self._pacer.paused = params.boolean('~paused', False)
         self._stands = threading.Event()  # no step is being made nor due
         self._sets_sim_time = False
