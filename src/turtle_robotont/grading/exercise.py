@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import yaml
 
+from kinematic_core.turtle_world import ARENA_SIZE
 from turtle_robotont.grading import checks_of_driving, checks_of_output, judging
 from turtle_robotont.grading.quantities import UNITS, QuantityError, quantity, span
 
@@ -102,6 +103,9 @@ def parse(content, name='exercise'):
     if unknown:
         raise ExerciseError(f'allows has {unknown[0]!r}; allowed are {", ".join(ALLOWED)}')
     start = {axis: limits for axis, limits in _fields(values['start'], START, 'start').items() if limits is not None}
+    for axis in 'xy' if values['simulator'] == 'turtlesim' else '':
+        if not 0.0 <= start.get(axis, (0.0,))[0] <= start.get(axis, (0.0,))[-1] <= ARENA_SIZE:
+            raise ExerciseError(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
     checks = [_check(entry, number) for number, entry in enumerate(values['checks'], 1)]
     points = sum(scored.points for scored in checks)
     if abs(points - 100.0) > 1e-6:
@@ -136,7 +140,7 @@ def _stimulus(entry, number):
 
 def _mapping(value, where):
     if not isinstance(value, dict):
-        raise ExerciseError(f'{where} is {value!r}; it must be keys with values')
+        raise ExerciseError(f'{where} is {"empty" if value is None else repr(value)}; it must be keys with values')
     return value
 
 

@@ -54,7 +54,7 @@ def changed(*path, value=None):
 
 
 @pytest.mark.parametrize('content, said', [
-    (None, 'the exercise is None; it must be keys with values'),
+    (None, 'the exercise is empty; it must be keys with values'),
     (changed('title'), 'the exercise lacks title'),
     (changed('colour', value=1), "the exercise has the unknown key 'colour'; allowed are title, asks, simulator"),
     (changed('time', value='10 parsec'), "the exercise: time: the unit 'parsec'"),
@@ -67,6 +67,7 @@ def changed(*path, value=None):
     (changed('allows', value=['magic']), "allows has 'magic'; allowed are teleport, reset, kill"),
     (changed('start', value={'z': '1 m'}), "start has the unknown key 'z'; allowed are x, y, theta"),
     (changed('start', value={'x': '5 to 3 m'}), "start: x: '5 to 3 m' begins above its end"),
+    (changed('start', value={'y': '9 to 12 m'}), 'start: y is 9 to 12 m; the arena allows 0 to 11.0889 m'),
     (changed('checks', value='all'), "the exercise: checks: 'all' must be a list"),
     (changed('checks', 0, 'check', value='flies'), "check 1 is 'flies'; it must be one of answers, commands"),
     (changed('checks', 0, 'length'), 'check 1 (moves) lacks length'),
@@ -103,7 +104,7 @@ def test_files_that_are_no_yaml_or_not_there(tmp_path):
     with pytest.raises(exercise.ExerciseError, match='bad.yaml is no YAML'):
         exercise.load(tmp_path / 'bad.yaml')
     (tmp_path / 'empty.yml').write_text('', encoding='utf-8')
-    with pytest.raises(exercise.ExerciseError, match='empty.yml: the exercise is None'):
+    with pytest.raises(exercise.ExerciseError, match='empty.yml: the exercise is empty'):
         exercise.load(tmp_path / 'empty.yml')
     with pytest.raises(FileNotFoundError):
         exercise.load(tmp_path / 'none.yaml')

@@ -7,6 +7,7 @@ with K and D; OUT gets
 import argparse
 import json
 import os
+import statistics
 import sys
 import time
 
@@ -38,6 +39,8 @@ def run(folder, repeats=1):
     """Results dictionary of all frames in a folder.  Raises OSError or ValueError naming what is wrong."""
     with open(os.path.join(folder, 'frames.json')) as file:
         truth = json.load(file)
+    if not isinstance(truth, dict):
+        raise ValueError(f'it holds a {type(truth).__name__}; it must be a mapping with cameras and frames')
     layout = truth.get('marker', {})
     detector = Detector(1.0, layout.get('data_cells', 5), layout.get('margin_cells', 2))
     cameras = {name: Camera(c['K'], c['D']) for name, c in truth['cameras'].items()}
@@ -73,6 +76,9 @@ def main(arguments=None):
         return _fail(f'{error.filename}: {error.strerror}')
     except (ValueError, TypeError, AttributeError) as error:
         return _fail(f'{options.folder}/frames.json: {error}')
+    frames = results['frames'].values()
+    print(f'{sum(len(frame["detections"]) for frame in frames)} markers in {len(frames)} frames, '
+          f'{statistics.median([frame["detect_ms"] for frame in frames] or [0.0]):.1f} ms a frame (median): {options.json}')
     return 0
 
 
