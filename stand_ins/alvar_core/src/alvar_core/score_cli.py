@@ -77,8 +77,9 @@ def main(arguments=None):
     except (ValueError, TypeError, AttributeError) as error:
         return _fail(f'{options.folder}/frames.json: {error}')
     frames = results['frames'].values()
-    print(f'{sum(len(frame["detections"]) for frame in frames)} markers in {len(frames)} frames, '
-          f'{statistics.median([frame["detect_ms"] for frame in frames] or [0.0]):.1f} ms a frame (median): {options.json}')
+    found, median = sum(len(frame['detections']) for frame in frames), statistics.median(
+        [frame['detect_ms'] for frame in frames] or [0.0])
+    print(f'{found} markers in {len(frames)} frames, {median:.1f} ms a frame (median): {options.json}')
     return 0
 
 
