@@ -23,6 +23,7 @@ class Camera:
         self.distortion = _checked_distortion(distortion)
         self.distorted = bool(np.any(self.distortion))
         self.fx, self.fy, self.cx, self.cy = self.matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
+        self.focal, self.centre = self.matrix[[0, 1], [0, 1]], self.matrix[:2, 2]
 
     def to_real(self, x, y):
         """Ideal pixel coordinates (two arrays of one shape) to real ones."""
@@ -50,7 +51,7 @@ class Camera:
 
     def to_rays(self, ideal):
         """Ideal pixel points (..., 2) to x/z, y/z."""
-        return (np.asarray(ideal) - [self.cx, self.cy]) / [self.fx, self.fy]
+        return (np.asarray(ideal) - self.centre) / self.focal
 
 
 def _numbers(values, what):

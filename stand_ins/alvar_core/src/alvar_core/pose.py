@@ -6,16 +6,18 @@ Camera frame: optical (x right, y down, z forward).  Lengths in metres, angles i
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-
-from alvar_core import homography
 
 AMBIGUOUS_CHI2 = 16.0
 DEGREES_OF_FREEDOM = 2  # eight corner coordinates less six of a pose
 SAME_ROTATION = np.radians(3.0)
 DEFAULT_CORNER_SIGMA = 0.2  # px
-DAMPING = 1e-4
+DAMPED = 1 + 1e-4 * np.eye(6)  # times the normal equations of a refinement
 MODEL_ERROR = 0.04  # px: corners are never known better
+UNIT_CORNERS = np.array([[-0.5, 0.5, 0], [0.5, 0.5, 0], [0.5, -0.5, 0], [-0.5, -0.5, 0]])
+# p @ CROSS: the matrix (9 numbers) that takes a turn t to t x p
+CROSS = np.array([[0, 0, 0, 0, 0, 1, 0, -1, 0], [0, 0, -1, 0, 0, 0, 1, 0, 0], [0, 1, 0, -1, 0, 0, 0, 0, 0]], float)
 
 
 @dataclass
@@ -35,19 +37,17 @@ class Solution:
 
 def object_corners(size):
     """(4, 3) corners in the marker frame: top left, top right, bottom right, bottom left."""
-    half = size / 2.0
-    return np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
+    return UNIT_CORNERS * size
 
 
 def quaternion(rotation):
     """Quaternion x y z w (w >= 0) of a rotation matrix."""
-    m = rotation
-    k = np.array([[m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
-                  [0, m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
-                  [0, 0, m[2, 2] - m[0, 0] - m[1, 1], m[1, 0] - m[0, 1]],
-                  [0, 0, 0, m[0, 0] + m[1, 1] + m[2, 2]]]) / 3
-    q = np.linalg.eigh(k, UPLO='U')[1][:, 3]
-    return q if q[3] >= 0 else -q
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation).tolist()
+    x, y, z, w = max(((1 + a - e - i, b + d, c + g, h - f), (b + d, 1 - a + e - i, f + h, c - g),
+                      (c + g, f + h, 1 - a - e + i, d - b), (h - f, c - g, d - b, 1 + a + e + i)),
+                     key=lambda q: sum(v * v for v in q))
+    length = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), w)
+    return np.array([x / length, y / length, z / length, w / length])
 
 
 def angle_between(a, b):
@@ -72,7 +72,7 @@ def solve(ideal_corners, sizes, camera, information=None):
     good = np.isfinite(positions).all(1) & np.isfinite(rotations).all((1, 2)) & (positions[:, 2] > 0)
     owner = np.tile(np.arange(len(corners)), 2)[good]
     if len(owner):
-        points = object_corners(1.0) * sizes[owner, None, None]
+        points = UNIT_CORNERS * sizes[owner, None, None]
         refined = _refine(points, corners[owner], camera, information[owner], rotations[good], positions[good])
         for m, solution in zip(owner, refined):
             found[m].append(solution)
@@ -82,101 +82,103 @@ def solve(ideal_corners, sizes, camera, information=None):
 
 
 def _both_poses(rays, sizes):
-    """Rotations (2M, 3, 3) and positions (2M, 3), first one then the other pose of each square, from rays (M, 4, 2).
-
-    After Collins and Bartoli, Infinitesimal Plane-Based Pose Estimation (2014): the homography's derivative in the
-    centre of the square fixes the rotation but for a sign.
-    """
-    h = homography.from_square(rays, 0.5) * [1.0, -1.0, 1.0]  # marker y is up
-    centre = h[:, :2, 2]
-    toward = _turn_to(centre)
-    both = np.stack([h, toward])
-    jacobian, basis = both[..., :2, :2] - centre[..., None] * both[..., 2:, :2]
-    a = np.linalg.solve(basis, jacobian / sizes[:, None, None])
-    square = (a * a).sum((1, 2))
-    det = a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0]
-    scale = np.sqrt(0.5 * (square + np.sqrt(np.maximum(square ** 2 - 4 * det ** 2, 0))))
-    columns = np.empty((2, len(a), 3, 3))
-    columns[:, :, :2, :2] = r = a / scale[:, None, None]
-    third = np.sqrt(np.maximum(1 - (r * r).sum(1), 0))
-    third[:, 1] *= np.where((r[:, :, 0] * r[:, :, 1]).sum(1) > 0, -1, 1)
-    columns[0, :, 2, :2], columns[1, :, 2, :2] = third, -third
-    (x1, y1, z1), (x2, y2, z2) = np.moveaxis(columns[..., :2], (3, 2), (0, 1))
-    columns[..., 0, 2], columns[..., 1, 2] = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2
-    columns[..., 2, 2] = x1 * y2 - y1 * x2
-    rotations = (toward @ columns).reshape(-1, 3, 3)
+    """Rotations (2M, 3, 3) and positions (2M, 3), first one then the other pose of each square, from rays (M, 4, 2)."""
+    turned = [_both_rotations(*each) for each in zip(rays.tolist(), sizes.tolist())]
+    toward, first, other = (np.array(part).reshape(-1, 3, 3) for part in zip(*turned))
+    rotations = np.concatenate([toward @ first, toward @ other])
     return rotations, _positions(rotations, np.concatenate([rays, rays]), np.concatenate([sizes, sizes]))
 
 
-def _turn_to(centre):
-    """Rotations (M, 3, 3) that turn the optical axis to the directions (x, y, 1)."""
-    n = len(centre)
-    direction = np.concatenate([centre, np.ones((n, 1))], 1)
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    x, y, z = direction.T
-    k = 1 / (1 + z)
-    return np.stack([1 - x * x * k, -x * y * k, x, -x * y * k, 1 - y * y * k, y, -x, -y, z], 1).reshape(n, 3, 3)
+def _both_rotations(rays, size):
+    """Three matrices, 9 numbers each: what turns the optical axis to the centre of a square seen along four rays, and
+    both rotations of the square against that direction.
+
+    After Collins and Bartoli, Infinitesimal Plane-Based Pose Estimation (2014): the homography's derivative in the
+    centre of the square fixes the rotation but for a sign.  Plain numbers: arrays of so few take longer.
+    """
+    try:
+        x, y, j00, j01, j10, j11 = _centre_of(rays, size)
+        z = 1 / math.sqrt(x * x + y * y + 1)
+        cx, cy, x, y = x, y, x * z, y * z
+        k = 1 / (1 + z)
+        t00, t01, t11 = 1 - x * x * k, -x * y * k, 1 - y * y * k
+        b00, b01, b10, b11 = t00 + cx * x, t01 + cx * y, t01 + cy * x, t11 + cy * y
+        det = b00 * b11 - b01 * b10
+        a00, a01 = (b11 * j00 - b01 * j10) / det, (b11 * j01 - b01 * j11) / det
+        a10, a11 = (b00 * j10 - b10 * j00) / det, (b00 * j11 - b10 * j01) / det
+        square, det = a00 * a00 + a01 * a01 + a10 * a10 + a11 * a11, a00 * a11 - a01 * a10
+        scale = 1 / math.sqrt(0.5 * (square + math.sqrt(max(square * square - 4 * det * det, 0.0))))
+    except (ZeroDivisionError, OverflowError):
+        return [[math.nan] * 9] * 3
+    a00, a01, a10, a11 = a00 * scale, a01 * scale, a10 * scale, a11 * scale
+    u, v = math.sqrt(max(1 - a00 * a00 - a10 * a10, 0.0)), math.sqrt(max(1 - a01 * a01 - a11 * a11, 0.0))
+    v = -v if a00 * a01 + a10 * a11 > 0 else v
+    normal = a10 * v - u * a11, u * a01 - a00 * v, a00 * a11 - a10 * a01
+    return ([t00, t01, x, t01, t11, y, -x, -y, z],
+            [a00, a01, normal[0], a10, a11, normal[1], u, v, normal[2]],
+            [a00, a01, -normal[0], a10, a11, -normal[1], -u, -v, normal[2]])
+
+
+def _centre_of(rays, size):
+    """Where the centre of a square of this size is seen, and the derivative there by the marker's x and y (upwards)."""
+    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = rays
+    ax, ay, bx, by = x1 - x2, y1 - y2, x3 - x2, y3 - y2
+    cx, cy = x0 - x1 - bx, y0 - y1 - by
+    den = ax * by - bx * ay
+    g, h = (cx * by - bx * cy) / den, (ax * cy - cx * ay) / den
+    ax, ay, bx, by = x1 - x0 + g * x1, y1 - y0 + g * y1, x3 - x0 + h * x3, y3 - y0 + h * y3
+    w = 1 + 0.5 * (g + h)
+    cx, cy, w_size = (x0 + 0.5 * (ax + bx)) / w, (y0 + 0.5 * (ay + by)) / w, w * size
+    return cx, cy, (ax - cx * g) / w_size, (cx * h - bx) / w_size, (ay - cy * g) / w_size, (cy * h - by) / w_size
 
 
 def _positions(rotations, rays, sizes):
     """Least squares positions (B, 3) of squares of given rotation seen along rays (B, 4, 2)."""
-    p = object_corners(1.0) * sizes[:, None, None] @ rotations.transpose(0, 2, 1)
-    rows = np.zeros((len(p), 4, 2, 3))
-    rows[..., 0, 0] = rows[..., 1, 1] = 1
-    rows[..., 2] = -rays
-    right = (rays * p[..., 2:] - p[..., :2]).reshape(-1, 8, 1)
-    rows = rows.reshape(-1, 8, 3)
-    turned = rows.transpose(0, 2, 1)
-    return np.linalg.solve(turned @ rows, turned @ right)[:, :, 0]
+    p = UNIT_CORNERS * sizes[:, None, None] @ rotations.transpose(0, 2, 1)
+    right = rays * p[..., 2:] - p[..., :2]
+    total, rest = rays.sum(1), right.sum(1)
+    both = (rays * np.stack([right, rays])).sum((2, 3))  # each point gives two equations: x = u z, y = v z
+    z = ((total * rest).sum(1) / 4 - both[0]) / (both[1] - (total * total).sum(1) / 4)
+    return np.concatenate([(rest + total * z[:, None]) / 4, z[:, None]], 1)
 
 
 def _refine(points, corners, camera, information, rotations, positions):
     """Solutions after one step of Gauss-Newton on the weighed reprojection, where it helps."""
     turned = points @ rotations.transpose(0, 2, 1)
-    residual = _residual(turned, positions, corners, camera)
-    jacobian = _jacobian(turned, positions, camera)
+    residual, jacobian = _reprojection(turned, positions, corners, camera)
     jw = jacobian.transpose(0, 2, 1) @ information
     normal = jw @ jacobian
-    normal *= 1 + DAMPING * np.eye(6)
+    normal *= DAMPED
     step = -np.linalg.solve(normal, jw @ residual[:, :, None])[:, :, 0]
-    tried = [_turn(step[:, :3]) @ rotations, positions + step[:, 3:]]
-    tried.append(_residual(points @ tried[0].transpose(0, 2, 1), tried[1], corners, camera))
-    out = []
-    for start, trial in zip(zip(rotations, positions, residual), zip(*tried)):
-        weight = information[len(out)]
-        (cost, (r, t, e)) = min(((e @ weight @ e if t[2] > 0 else np.inf, (r, t, e)) for r, t, e in (trial, start)),
-                                key=lambda each: each[0])
-        out.append(Solution(r, t, float(np.sqrt((e * e).mean() * 2)), float(cost)))
-    return out
-
-
-def _turn(vectors):
-    """Rotation matrices (B, 3, 3) of rotation vectors (B, 3)."""
-    angle = np.linalg.norm(vectors, axis=1)[:, None, None] + 1e-12
-    x, y, z = (vectors / angle[:, 0]).T
-    zero = np.zeros_like(x)
-    k = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], 1).reshape(-1, 3, 3)
-    return np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
+    rotations = np.stack([np.array([cv2.Rodrigues(turn)[0] for turn in step[:, :3]]) @ rotations, rotations])
+    positions = np.stack([positions + step[:, 3:], positions])
+    residual = np.stack([_residual(points @ rotations[0].transpose(0, 2, 1), positions[0], corners, camera)[0],
+                         residual])
+    cost = (residual[:, :, None] @ information @ residual[..., None])[..., 0, 0]
+    cost[~(positions[..., 2] > 0)] = np.inf
+    error = np.sqrt((residual * residual).sum(2) / 4)
+    better = (cost[0] > cost[1]).astype(int).tolist()
+    return [Solution(rotations[k, b], positions[k, b], float(error[k, b]), float(cost[k, b]))
+            for b, k in enumerate(better)]
 
 
 def _residual(turned, positions, corners, camera):
-    """(B, 8) px of squares whose points (B, 4, 3) are turned, at positions (B, 3)."""
+    """(B, 8) px of squares whose points (B, 4, 3) are turned, at positions (B, 3); x / z, y / z, z of the points."""
     p = turned + positions[:, None]
-    uv = p[..., :2] / p[..., 2:]
-    return (uv * [camera.fx, camera.fy] + [camera.cx, camera.cy] - corners).reshape(len(p), 8)
+    z = p[..., 2:]
+    uv = p[..., :2] / z
+    return (uv * camera.focal + camera.centre - corners).reshape(len(p), 8), uv, z
 
 
-def _jacobian(turned, positions, camera):
-    """(B, 8, 6) of the residual by a small turn and a shift."""
-    x, y, z = (turned + positions[:, None]).transpose(2, 0, 1)
-    a, b, c = turned.transpose(2, 0, 1)
-    u, v, fx, fy = x / z, y / z, camera.fx / z, camera.fy / z
-    out = np.zeros(x.shape + (2, 6))
-    out[..., 0, 0], out[..., 0, 1], out[..., 0, 2] = -fx * u * b, fx * (c + u * a), -fx * b
-    out[..., 1, 0], out[..., 1, 1], out[..., 1, 2] = -fy * (c + v * b), fy * v * a, fy * a
-    out[..., 0, 3], out[..., 0, 5] = fx, -fx * u
-    out[..., 1, 4], out[..., 1, 5] = fy, -fy * v
-    return out.reshape(len(x), 8, 6)
+def _reprojection(turned, positions, corners, camera):
+    """The residual (B, 8) and its derivative (B, 8, 6) by a small turn and a shift."""
+    residual, uv, z = _residual(turned, positions, corners, camera)
+    by_place = np.zeros((len(uv), 4, 2, 3))
+    scale = camera.focal / z
+    by_place[..., 0, 0], by_place[..., 1, 1] = scale[..., 0], scale[..., 1]
+    by_place[..., 2] = -scale * uv
+    by_turn = by_place @ (turned @ CROSS).reshape(-1, 4, 3, 3)
+    return residual, np.concatenate([by_turn, by_place], -1).reshape(-1, 8, 6)
 
 
 def ambiguity(solutions, degrees_of_freedom=DEGREES_OF_FREEDOM):
