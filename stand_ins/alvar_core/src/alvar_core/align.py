@@ -132,11 +132,9 @@ class Alignment:
         spare = SPARE * gain
         return np.clip(self.values[which], dark - spare, dark + gain + spare)
 
-    def information(self):
-        """(M, 8, 8) information (for noise 1) on small changes of h (homography.small), light and blur taken out."""
-        a, b, d = self.normal[:, :8, :8], self.normal[:, :8, 8:], self.normal[:, 8:, 8:]
-        d = d + np.eye(d.shape[1]) * 1e-3
-        return a - b @ np.linalg.solve(d, b.transpose(0, 2, 1))
+    def spread(self):
+        """Covariance (M, 8, 8), for noise 1, of small changes of h (homography.small); light and blur are not known."""
+        return np.linalg.inv(_with_ridge(self.normal))[:, :8, :8]
 
 
 class Aligner:
@@ -185,7 +183,7 @@ class Aligner:
         basis = self._basis(*drawn, state.gain, values)
         product = ((basis[:, :-1] * state.weights[:, None]) @ basis.transpose(0, 2, 1)).astype(np.float64)
         state.normal = product[:, :, :-1]
-        theta = _solve(state.normal, product[:, :, -1:])
+        theta = np.linalg.solve(_with_ridge(state.normal), product[:, :, -1:])[:, :, 0]
         state.values, state.template = values, drawn[0]
         state.model = (theta[:, None].astype(np.float32) @ basis[:, :-1])[:, 0]
         self._light(state, theta)
@@ -227,10 +225,12 @@ class Aligner:
         return t
 
 
-def _solve(normal, right):
-    scale = 1 / np.sqrt(np.einsum('mii->mi', normal) + 1e-9)
-    scaled = normal * scale[:, :, None] * scale[:, None] + np.eye(normal.shape[1]) * 1e-6
-    return np.linalg.solve(scaled, right * scale[:, :, None])[:, :, 0] * scale
+def _with_ridge(normal):
+    """Normal equations (M, n, n) that can be solved whatever the picture shows."""
+    out, n = normal.copy(), normal.shape[1]
+    out.reshape(len(out), -1)[:, ::n + 1] *= 1 + 1e-6
+    out.reshape(len(out), -1)[:, ::n + 1] += 1e-9
+    return out
 
 
 def _first_gain(values, template, weights):

@@ -282,7 +282,7 @@ class Detector:
         order = np.array([[(k + r.content.turns) % 4 for k in range(4)] for r in readings])
         eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
         corners = np.take_along_axis(corners, order[:, :, None], 1)
-        information = np.array([i[np.ix_(e, e)] for i, e in zip(information, eight)])
+        information = information[np.arange(len(found))[:, None, None], eight[:, :, None], eight[:, None]]
         for f, i in zip(features, information):
             f['information'] = i
         sizes = [self.sizes.get(r.content.value, self.size) for r in readings]
@@ -300,10 +300,10 @@ class Detector:
     def _measured(self, view, state, corners):
         """Corners (M, 4, 2), ideal px, and their information (M, 8, 8): of the alignment, and of the edges if large."""
         noise = np.maximum(state.noise, 1.0)[:, None, None]
-        spread = self._corner_spread(state.h, state.information()) * (1.5 * noise ** 2)
         side = np.sqrt(homography.area(corners))
         coarse = COARSE_ERROR * (side / self.cells / PER_CELL) ** 2
-        information = np.linalg.inv(spread + _floor(np.maximum(pose.MODEL_ERROR * 2.0 ** state.level, coarse)))
+        covariance = self._corner_spread(state) * (1.5 * noise ** 2)
+        covariance += _floor(np.maximum(pose.MODEL_ERROR * 2.0 ** state.level, coarse))
         large = np.flatnonzero(side > EDGES_SIDE)
         if len(large):
             sigma = np.sqrt(state.blur[large]) * 2.0 ** state.level[large]
@@ -311,20 +311,19 @@ class Detector:
             moved = sharp - corners[large]
             good &= np.abs(moved).max((1, 2)) < MAX_MOVE * side[large] / self.cells
             large, moved = large[good], moved[good].reshape(-1, 8, 1)
-            of_edges = np.linalg.inv(of_edges[good])
-            together = np.linalg.inv(information[large] + of_edges)
-            corners[large] += (together @ of_edges @ moved).reshape(-1, 4, 2)
-            information[large] = np.linalg.inv(together + _floor(np.full(len(large), pose.MODEL_ERROR)))
-        return corners, information
+            before = covariance[large]
+            share = before @ np.linalg.inv(before + of_edges[good])  # what counts of the edges
+            corners[large] += (share @ moved).reshape(-1, 4, 2)
+            covariance[large] = before - share @ before + _floor(np.full(len(large), pose.MODEL_ERROR))
+        return corners, np.linalg.inv(covariance)
 
-    def _corner_spread(self, h, information):
-        """Covariance (M, 8, 8) of the corners, ideal px, from the information on small changes of h."""
-        h = h[:, None]
+    def _corner_spread(self, state):
+        """Covariance (M, 8, 8) of the corners, ideal px, for noise 1."""
+        h = state.h[:, None]
         p = h @ self.square_h  # (M, 4, 3, 1)
         jacobian = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self.square_steps
         jacobian = jacobian.reshape(-1, 8, 8)
-        ridge = 1e-6 * np.trace(information, axis1=1, axis2=2)[:, None, None] / 8 * np.eye(8)
-        return jacobian @ np.linalg.inv(information + ridge) @ jacobian.transpose(0, 2, 1)
+        return jacobian @ state.spread() @ jacobian.transpose(0, 2, 1)
 
 
 def _floor(sigma):

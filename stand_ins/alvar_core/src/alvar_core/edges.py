@@ -21,6 +21,9 @@ CUT, LEAST_CUT = 3.0, 0.4  # of the noise, px: what is further off is covered
 FITS = 3  # what is far off counts less each time
 MIN_SEEN = 0.6  # share of each side that must be seen
 MIN_NOISE = 0.03  # px: rounding, pixels that are no points
+SHARES = np.zeros((len(ACROSS), 3), np.float32)  # of the greys across the edge: means of black, of white, of all
+SHARES[:ENDS, 0] = SHARES[-ENDS:, 1] = 1 / ENDS
+SHARES[:, 2] = 1 / len(ACROSS)
 
 
 class Edges:
@@ -32,7 +35,10 @@ class Edges:
         self.t = ALONG * half
         self.normals = np.array([[0, -1], [1, 0], [0, 1], [-1, 0]], float)
         along = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]], float)
-        self.points = half * self.normals[:, None] + self.t[:, None] * along[:, None]  # (4, K, 2)
+        points = half * self.normals[:, None] + self.t[:, None] * along[:, None]  # (4, K, 2)
+        self.points = np.concatenate([points, np.ones((4, len(ALONG), 1))], 2).reshape(-1, 3).T
+        self.outward = np.concatenate([self.normals, np.zeros((4, 1))], 1).T
+        self.corners = np.concatenate([self.square, np.ones((4, 1))], 1).T
         ones = np.ones_like(self.t)
         self.powers = np.stack([ones, self.t, self.t ** 2], 1)
         # Corners (x, y of each: rows) move by the offsets and rises (columns) of the side that begins there and the
@@ -72,7 +78,7 @@ class Edges:
 
     def _px_of_corners(self, h):
         """(M, 8, 8): derivative of the corners, ideal px, by themselves in cells."""
-        p = np.concatenate([self.square, np.ones((4, 1))], 1) @ h.transpose(0, 2, 1)
+        p = (h @ self.corners).transpose(0, 2, 1)
         w = p[:, :, 2:, None]
         out = np.zeros((len(h), 4, 2, 4, 2))
         each = (h[:, None, :2, :2] - (p[:, :, :2, None] / w) * h[:, None, 2:, :2]) / w
@@ -81,30 +87,32 @@ class Edges:
 
     def _offsets(self, pyramid, camera, h, across):
         """How far the edges are beyond the points (M, 4, K), cells, and whether there is one."""
-        out = (across[..., None] * ACROSS)[:, :, None, :, None] * self.normals[:, None, None]  # (M, 4, 1, S, 2)
-        p = homography.apply(h, (self.points[:, :, None] + out).reshape(len(h), -1, 2)).astype(np.float32)
-        grey = pyramid.read(*camera.to_real(p[..., 0], p[..., 1]), np.zeros(len(h), int))
-        grey = grey.reshape(len(h), 4, len(ALONG), len(ACROSS))
-        black, white = grey[..., :ENDS].sum(-1) / ENDS, grey[..., -ENDS:].sum(-1) / ENDS
+        count = len(h)
+        reach = (h @ self.outward)[..., None] * (across[..., None] * ACROSS)[:, None]  # (M, 3, 4, S)
+        p = (h @ self.points).reshape(count, 3, 4, -1, 1).astype(np.float32) + reach[:, :, :, None].astype(np.float32)
+        x, y, w = p.reshape(count, 3, -1).transpose(1, 0, 2)
+        grey = pyramid.read(*camera.to_real(x / w, y / w), np.zeros(count, int)).reshape(-1, len(ACROSS))
+        black, white, mean = (grey @ SHARES).T.reshape(3, count, 4, -1)
         step = white - black
-        enough = step > MIN_STEP * np.maximum(_median(step.reshape(len(h), -1)), 8.0)[:, None, None]
-        share = (grey.sum(-1) / len(ACROSS) - black) / np.where(enough, step, 1.0)
+        enough = step > MIN_STEP * np.maximum(_median(step.reshape(count, -1)), 8.0)[:, None, None]
+        share = (mean - black) / np.where(enough, step, 1.0)
         return across[..., None] * (1 - 2 * share) * (len(ACROSS) / (len(ACROSS) - 1)), enough.astype(float)
 
     def _lines(self, offset, enough, px):
         """Offset and rise (M, 4, 2) of each side, their covariance (M, 4, 2, 2), whether all sides are seen (M,)."""
         weight, px = enough, px[..., None]
         for _ in range(FITS):
-            s0, s1, s2 = np.moveaxis(weight @ self.powers, -1, 0)
-            y0, y1 = np.moveaxis((weight * offset) @ self.powers[:, :2], -1, 0)
+            s0, s1, s2 = (weight @ self.powers).transpose(2, 0, 1)
+            y0, y1 = ((weight * offset) @ self.powers[:, :2]).transpose(2, 0, 1)
             det = np.maximum(s0 * s2 - s1 * s1, 1e-9)
-            lines = np.stack([y0 * s2 - y1 * s1, s0 * y1 - s1 * y0], -1) / det[..., None]
-            residual = np.abs(offset - lines @ self.powers[:, :2].T) * px
+            middle, rise = (y0 * s2 - y1 * s1) / det, (s0 * y1 - s1 * y0) / det
+            residual = np.abs(offset - middle[..., None] - rise[..., None] * self.t) * px
             noise = np.maximum(1.4826 * _median(residual.reshape(len(offset), -1)), MIN_NOISE)[:, None, None]
             t = residual / np.maximum(CUT * noise, LEAST_CUT)
             weight = enough * np.maximum(1 - t * t, 0) ** 2
-        seen = (weight > 0.2).mean(2).min(1) > MIN_SEEN
-        spread = np.stack([s2, -s1, -s1, s0], -1) * ((noise / px) ** 2 / det[..., None])
+        seen = np.count_nonzero(weight > 0.2, 2).min(1) > MIN_SEEN * len(ALONG)
+        lines, spread = np.stack([middle, rise], -1), np.stack([s2, -s1, -s1, s0], -1)
+        spread *= (noise / px) ** 2 / det[..., None]
         return lines, spread.reshape(-1, 4, 2, 2), seen
 
 
