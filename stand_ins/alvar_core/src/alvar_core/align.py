@@ -8,10 +8,8 @@ import numpy as np
 
 from alvar_core import homography
 
-_Z = np.linspace(-5, 5, 2001)
-_DENSITY = np.exp(-_Z * _Z / 2) / np.sqrt(2 * np.pi)
-_STEP = np.concatenate([[0], np.cumsum((_DENSITY[1:] + _DENSITY[:-1]) / 2) * (_Z[1] - _Z[0])])
-_STEP /= _STEP[-1]
+# tanh(a z + b z^3 + c z^5) is twice the step of a normal distribution, less one: to 4e-5 (the form after Page, 1977)
+NORMAL_STEP = np.float32([0.7977178, 0.03679826, -0.000315808])
 ALL_STEPS = 2  # steps that every marker gets; further ones only if it has not settled
 SPARE = 0.25  # of the contrast: greys further beyond black and white are no noise but something else
 BOX_VARIANCE = 0.25  # px^2: pixel area and bilinear reading
@@ -24,26 +22,26 @@ class Pyramid:
 
     def __init__(self, grey, atlas=None):
         height, width = grey.shape
-        half = cv2.resize(grey, (width // 2, height // 2), interpolation=cv2.INTER_AREA)
-        quarter = cv2.resize(half, (width // 4, height // 4), interpolation=cv2.INTER_AREA)
+        sizes = np.array([[width >> level, height >> level] for level in range(self.LEVELS)])
+        base = np.array([[0, 0], [0, height], [width - sizes[2, 0], height]])
         self.atlas = np.empty((height + height // 2, width), np.uint8) if atlas is None else atlas
-        self.atlas[:height] = grey
-        self.atlas[height:height + half.shape[0], :half.shape[1]] = half
-        self.atlas[height:height + quarter.shape[0], width - quarter.shape[1]:] = quarter
-        base = np.array([[0, 0], [0, height], [width - quarter.shape[1], height]], np.float32)
-        self.scale = 0.5 ** np.arange(self.LEVELS, dtype=np.float32)
-        self.offset = base + 0.5 * self.scale[:, None] - 0.5
-        self.low = base
-        self.high = base + np.array([[width, height], half.shape[::-1], quarter.shape[::-1]], np.float32) - 1
+        self.atlas[:height], finer = grey, grey
+        for (x, y), (wide, high) in zip(base[1:].tolist(), sizes[1:].tolist()):
+            finer = cv2.resize(finer, (wide, high), dst=self.atlas[y:y + high, x:x + wide],
+                               interpolation=cv2.INTER_AREA)
+        scale = 0.5 ** np.arange(self.LEVELS)[:, None]
+        # of each level: scale; offset, lowest and highest place by x and y
+        self.table = np.hstack([scale, base + 0.5 * scale - 0.5, base, base + sizes - 1]).astype(np.float32)
 
     def read(self, x, y, level):
         """Grey values (float32) at real pixels x, y (M, P float32) of the full picture, read at `level` (M,)."""
-        places = []
-        for axis, along in enumerate((x, y)):
-            at = along * self.scale[level, None]
-            at += self.offset[level, axis, None]
-            places.append(np.clip(at, self.low[level, axis, None], self.high[level, axis, None], out=at))
-        return cv2.remap(self.atlas, *places, cv2.INTER_LINEAR).astype(np.float32)
+        scale, x_offset, y_offset, left, top, right, bottom = self.table[level].T[:, :, None]
+        x, y = x * scale, y * scale
+        for along, offset, low, high in (x, x_offset, left, right), (y, y_offset, top, bottom):
+            along += offset
+            np.maximum(along, low, out=along)
+            np.minimum(along, high, out=along)
+        return cv2.remap(self.atlas, x, y, cv2.INTER_LINEAR).astype(np.float32)
 
 
 def pixels_per_cell(h):
@@ -64,7 +62,7 @@ class Grid:
         self.line = ((np.arange(count) + 0.5) / count * 2 - 1) * half
         self.x = np.tile(self.line, count).astype(np.float32)
         self.y = np.repeat(self.line, count).astype(np.float32)
-        self.edges = np.arange(cells + 1) - cells / 2
+        self.to_edges = (self.line[:, None] - (np.arange(cells + 1) - cells / 2)).astype(np.float32)
         self.homogeneous = np.stack([self.x, self.y, np.ones_like(self.x)])
         self.reach = np.maximum(np.abs(self.x), np.abs(self.y)) - cells / 2
 
@@ -74,31 +72,37 @@ class Grid:
         p[:, :2] /= p[:, 2:]
         return camera.to_real(p[:, 0], p[:, 1])
 
-    def profiles(self, sigma):
-        """For blur sigma (M,) in cells: coverage of each column of cells, its first two derivatives: 3 x (M, S, n)."""
-        s = np.asarray(sigma)[:, None, None]
-        z = (self.line[None, :, None] - self.edges) / s
-        density = np.exp(-0.5 * np.minimum(z * z, 50)) * 0.3989423
-        step = np.interp(z, _Z, _STEP)
-        first = density / s
-        second = -z * density / (s * s)
-        return [(v[..., :-1] - v[..., 1:]).astype(np.float32) for v in (step, first, second)]
+    def profiles(self, variance):
+        """For blur variance (M,), cells: coverage of the columns of cells, its first two derivatives: (M, 3, S, n)."""
+        s = (1 / np.sqrt(variance)).astype(np.float32)[:, None, None]
+        z = self.to_edges * s
+        zz = np.minimum(z * z, np.float32(30))
+        a, b, c = NORMAL_STEP
+        steps = np.empty((len(s), 3, self.count, self.cells + 1), np.float32)
+        np.tanh(z * (a + zz * (b + zz * c)), out=steps[:, 0])
+        steps[:, 0] *= 0.5
+        density = np.exp(-0.5 * zz)
+        density *= s * np.float32(0.3989423)
+        steps[:, 1] = density
+        steps[:, 2] = density * z * -s
+        return steps[..., :-1] - steps[..., 1:]
 
 
 def covariance(h, blur_variance):
     """Blur of the picture (variance in px^2, (M,)) as covariance in cells: sxx, syy, sxy, each (M,)."""
-    inverse = np.linalg.inv(pixels_per_cell(h))
-    c = inverse @ inverse.transpose(0, 2, 1) * blur_variance[:, None, None]
-    return c[:, 0, 0], c[:, 1, 1], c[:, 0, 1]
+    p = pixels_per_cell(h)
+    square = p.transpose(0, 2, 1) @ p  # the inverse of this, in closed form
+    xx, yy, xy = square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]
+    scale = blur_variance / (xx * yy - xy * xy)
+    return yy * scale, xx * scale, -xy * scale
 
 
 def draw(grid, black, cov):
     """Blurred template and derivatives (T, Tx, Ty, D), each (M, P): T 0 black to 1 white; D by the blur variance."""
     sxx, syy, sxy = (np.asarray(v, np.float32)[:, None, None] for v in cov)
     m, n = len(black), grid.count
-    profiles = grid.profiles(np.sqrt(np.concatenate(cov[:2])))
-    x = np.concatenate([v[:m] for v in profiles], 1).transpose(0, 2, 1)
-    y = np.concatenate([v[m:] for v in profiles], 1)
+    profiles = grid.profiles(np.concatenate(cov[:2])).reshape(2 * m, 3 * n, -1)
+    x, y = profiles[:m].transpose(0, 2, 1), profiles[m:]
     b = ((y @ black) @ x).reshape(m, 3, n, 3, n)  # derivatives by y, by x
     txy = b[:, 1, :, 1] * sxy
     tlap = b[:, 0, :, 2] * (0.5 * sxx) + b[:, 2, :, 0] * (0.5 * syy) + txy
@@ -150,6 +154,7 @@ class Aligner:
         self.fixed_weight = np.interp(g.reach, [0, 0.05, 0.25, 0.5], [1, 0.7, 0.7, 0.25]).astype(np.float32)
         if inner is not None:
             self.fixed_weight *= g.reach > -inner
+        self.share = self.fixed_weight / self.fixed_weight.sum()
         self.inside = np.flatnonzero(self.fixed_weight > 0)[::3]
         self.u, self.v = g.x / (cells / 2), g.y / (cells / 2)
         half = cells / 2
@@ -159,8 +164,7 @@ class Aligner:
 
     def run(self, pyramid, camera, h, black, blur, level, iterations, redraw=(1,)):
         """Return the Alignment from start h (M, 3, 3), black (M, n, n), blur (M,) px^2 at the level, level (M,)."""
-        weights = np.broadcast_to(self.fixed_weight, (len(h), self.grid.x.size))
-        state = Alignment(h, blur, level, weights)
+        state = Alignment(h, blur, level, self.fixed_weight[None].repeat(len(h), 0))
         black = black.astype(np.float32)
         moved = np.full(len(h), np.inf)
         for i in range(iterations):
@@ -179,7 +183,7 @@ class Aligner:
     def _iterate(self, state, pyramid, camera, drawn, cut):
         values = pyramid.read(*self.grid.places(state.h, camera), state.level)
         if state.gain is None:
-            state.gain = _first_gain(values, drawn[0], state.weights)
+            state.gain = self._first_gain(values, drawn[0])
         basis = self._basis(*drawn, state.gain, values)
         product = ((basis[:, :-1] * state.weights[:, None]) @ basis.transpose(0, 2, 1)).astype(np.float64)
         state.normal = product[:, :, :-1]
@@ -187,7 +191,7 @@ class Aligner:
         state.values, state.template = values, drawn[0]
         state.model = (theta[:, None].astype(np.float32) @ basis[:, :-1])[:, 0]
         self._light(state, theta)
-        step = np.clip(-theta[:, :8], -0.6, 0.6)
+        step = _within(-theta[:, :8], -0.6, 0.6)
         state.h = state.h @ homography.small(step)
         state.h /= state.h[:, 2:, 2:]
         state.weights = self._robust(values - state.model, state, cut)
@@ -204,16 +208,20 @@ class Aligner:
         out[:, 11:14], out[:, 14], out[:, 15] = self.light, tlap, values
         return out
 
+    def _first_gain(self, values, template):
+        """Grey levels (M, 1) from black to white."""
+        v, t = values - (values @ self.share)[:, None], template - (template @ self.share)[:, None]
+        return np.maximum(((t * v) @ self.share) / ((t * t) @ self.share + 1e-6), 2.0)[:, None]
+
     def _light(self, state, theta):
         state.contrast = theta[:, 8]
         level = np.maximum(theta[:, 8:9], 1.0).astype(np.float32)
-        gain = theta[:, 8:11].astype(np.float32) @ self.light
-        state.gain = np.clip(gain, 0.3 * level, 2 * level, out=gain)
+        state.gain = _within(theta[:, 8:11].astype(np.float32) @ self.light, 0.3 * level, 2 * level)
         state.dark = theta[:, 11:14].astype(np.float32) @ self.light
-        state.blur = np.clip(state.blur * (1 + np.clip(theta[:, 14] / level[:, 0], -0.5, 0.8)), 0.25, 6.0)
+        state.blur = _within(state.blur * (1 + _within(theta[:, 14] / level[:, 0], -0.5, 0.8)), 0.25, 6.0)
 
     def _robust(self, residual, state, cut):
-        size = np.abs(residual[:, self.inside])
+        size = np.abs(residual.take(self.inside, 1))
         middle = size.shape[1] // 2
         state.noise = 1.4826 * np.partition(size, middle, 1)[:, middle]
         limit = cut * np.maximum(state.noise, 0.05 * np.maximum(state.contrast, 4.0))
@@ -233,9 +241,7 @@ def _with_ridge(normal):
     return out
 
 
-def _first_gain(values, template, weights):
-    total = weights.sum(1, keepdims=True)
-    t = template - (template * weights).sum(1, keepdims=True) / total
-    v = values - (values * weights).sum(1, keepdims=True) / total
-    gain = (t * v * weights).sum(1, keepdims=True) / ((t * t * weights).sum(1, keepdims=True) + 1e-6)
-    return np.broadcast_to(np.maximum(gain, 2.0), values.shape).astype(np.float32)
+def _within(values, low, high):
+    """As numpy.clip, which takes its time."""
+    values = np.maximum(values, low)
+    return np.minimum(values, high, out=values)

@@ -1,6 +1,9 @@
 """Homographies in batches of M: from four corners, applied to points, small changes."""
 import numpy as np
 
+_SMALL = np.zeros((8, 9))  # which number of a matrix each small change is
+_SMALL[range(8), [2, 0, 1, 5, 3, 4, 6, 7]] = 1, 1, 1, 1, 1, 1, -1, -1
+
 
 def from_square(quads, half):
     """(M, 3, 3) from the square [-half, half]^2 (y down) to quads (M, 4, 2): top left, then clockwise as seen."""
@@ -30,11 +33,7 @@ def apply(h, points):
 
 def small(d):
     """(M, 3, 3) from small changes (M, 8): identity plus [[d1, d2, d0], [d4, d5, d3], [-d6, -d7, 0]]."""
-    m = np.zeros((len(d), 3, 3))
-    m[:, 0, 0], m[:, 0, 1], m[:, 0, 2] = 1 + d[:, 1], d[:, 2], d[:, 0]
-    m[:, 1, 0], m[:, 1, 1], m[:, 1, 2] = d[:, 4], 1 + d[:, 5], d[:, 3]
-    m[:, 2, 0], m[:, 2, 1], m[:, 2, 2] = -d[:, 6], -d[:, 7], 1
-    return m
+    return (d @ _SMALL).reshape(-1, 3, 3) + np.eye(3)
 
 
 def area(quads):

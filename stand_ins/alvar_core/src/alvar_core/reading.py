@@ -155,7 +155,7 @@ class Reader:
 
     def _coverage(self, cov):
         inner = slice(self.margin, self.margin + self.resolution)
-        coverage = self.grid.profiles(np.sqrt(np.concatenate(cov[:2])))[0][:, self.region][:, :, inner]
+        coverage = self.grid.profiles(np.concatenate(cov[:2]))[:, 0, self.region, inner]
         return coverage[:len(cov[0])], coverage[len(cov[0]):]
 
     def _region(self, values):
