@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from alvar_core import align, pose, render
+from alvar_core import align, homography, pose, render
 from alvar_core.detector import Detector
 from alvar_core.edges import Edges
 
@@ -53,7 +53,8 @@ def seen_near(covered):
 def test_covered_part_of_a_side_does_not_count_and_a_covered_side_is_told(covered, seen):
     pyramid, camera, right = seen_near(covered)
     start = right[None] + np.random.default_rng(4).uniform(-1.5, 1.5, (1, 4, 2))
-    corners, covariance, good = Edges(9).refine(pyramid, camera, start, np.array([1.0]))
+    h = homography.from_square(start, 4.5)
+    corners, covariance, good = Edges(9).refine(pyramid, camera, h, np.array([1.0]))
     assert good.tolist() == [seen]
     assert (np.linalg.eigvalsh(covariance[0]) > 0).all()
     if seen:
@@ -66,7 +67,8 @@ def test_covariance_is_as_large_as_the_errors_are():
         rng = np.random.default_rng(seed)
         placed = near(rng, camera, 80, 20)
         picture = render.picture_of(rng, camera, [placed], render.Scene(noise=4.0, blur=0.8))
-        corners, covariance, _ = Edges(9).refine(align.Pyramid(picture), camera, placed.corners[None], np.array([0.9]))
+        h = homography.from_square(placed.corners[None], 4.5)
+        corners, covariance, _ = Edges(9).refine(align.Pyramid(picture), camera, h, np.array([0.9]))
         error = (corners - placed.corners).reshape(8)
         chi2.append(error @ np.linalg.solve(covariance[0], error) / 8)
     assert 0.3 < np.median(chi2) < 3.0

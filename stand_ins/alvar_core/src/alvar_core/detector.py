@@ -1,15 +1,13 @@
 """The marker detector: picture, camera, marker size in; ids, corners, poses out.  Every picture stands on its own."""
 import math
-from dataclasses import dataclass, field
-from functools import cached_property
 from numbers import Real
 
-import cv2
 import numpy as np
 
 from alvar_core import align, code, detect, edges, homography, pose, reading
 from alvar_core.accept import accepted
 from alvar_core.camera import Camera, CameraError
+from alvar_core.detection import Detection, best_of_overlapping
 from alvar_core.view import PictureError, View, grey_picture
 
 PER_CELL = 3  # samples along a cell
@@ -21,51 +19,10 @@ MIN_LIKENESS, MAX_BLUR_CELLS, READ_FIT = 0.65, 0.85, 0.72
 MIN_AREA, MAX_ERROR = 200.0, 0.05  # px^2; rms reprojection error of the best pose in parts of the side
 EDGES_SIDE, MAX_MOVE = 36.0, 0.2  # px, from where on edges are measured; cells that they may move a corner
 COARSE_ERROR = 0.05  # px of a corner, times the square of the px between two samples of the alignment
+NEXT_LEVEL = (4 * 2 ** 0.5, 8 * 2 ** 0.5)  # px of a cell: larger ones are read at half, at a quarter of the size
 READ_NOISE = 2 / 3  # of a picture's noise is left in values between its pixels
 SURE_DETAIL = 0.93  # no doubt about the margin
 SURE_FIT, SURE_GAP = 0.93, 0.12  # a first look that need not be repeated
-
-
-@dataclass
-class Detection:
-    """One marker.
-
-    id: its number, or its text; corners (4, 2) real px: top left, top right, bottom right, bottom left as drawn;
-    rotation (3, 3), position (3,) m and quaternion (x y z w): the marker in the camera's optical frame;
-    confidence 0..1; ambiguity 0..0.5: probability of the other pose; ambiguous: not to be told apart in this picture;
-    error: rms reprojection error of the corners, px; solutions: both poses (pose.Solution), best first.
-    """
-
-    id: object
-    corners: np.ndarray
-    rotation: np.ndarray
-    position: np.ndarray
-    confidence: float
-    ambiguity: float
-    ambiguous: bool
-    error: float
-    solutions: list = field(repr=False)
-    features: dict = field(repr=False, default_factory=dict)
-
-    @cached_property
-    def centre(self):
-        """Mean of the corners, real px."""
-        return tuple(self.corners.mean(0).tolist())
-
-    @cached_property
-    def side(self):
-        """Side of a square of the same area, px."""
-        return math.sqrt(abs(homography.area(self.corners)))
-
-    @property
-    def confidence_percent(self):
-        """Confidence as a whole number from 0 to 100."""
-        return int(round(100 * min(1.0, max(0.0, self.confidence))))
-
-    @property
-    def quaternion(self):
-        """Orientation x y z w in the camera's optical frame."""
-        return pose.quaternion(self.rotation)
 
 
 def checked_size(size):
@@ -110,8 +67,12 @@ class Detector:
         self.smooth_basis = np.linalg.qr(np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1))[0]
         half = self.cells / 2
         ring = (g.reach > 0) & (g.reach < 1 / PER_CELL)
-        sides = np.array([ring & beyond for beyond in (g.x < -half, g.x > half, g.y < -half, g.y > half)])
-        self.sides = (sides / sides.sum(1, keepdims=True)).T.astype(np.float32)  # means along the sides, just outside
+        sides = [ring & beyond for beyond in (g.x < -half, g.x > half, g.y < -half, g.y > half)]
+        column, row = (np.floor(v + half) for v in (g.x, g.y))
+        cells = [(row == y) & (column == x) for y in range(self.cells) for x in range(self.cells)]
+        means = np.array(cells + sides)
+        self.means = (means / means.sum(1, keepdims=True)).T.astype(np.float32)  # of the cells, then just outside
+        self.data = np.pad(np.ones((self.resolution, self.resolution), bool), self.margin).ravel()
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         self.square_h = np.concatenate([self.square, np.ones((4, 1))], 1)[:, :, None]
         self.square_steps = np.array([(homography.small(np.eye(8)) @ p - p)[..., 0].T for p in self.square_h])
@@ -151,7 +112,7 @@ class Detector:
         h = look.h[chosen]
         if view.camera.distorted:
             h = homography.from_square(view.camera.to_ideal(quads), self.cells / 2)
-        level = np.clip(np.round(np.log2(cell / 4)), 0, view.pyramid.LEVELS - 1).astype(int)
+        level = np.searchsorted(NEXT_LEVEL, cell)
         start = np.maximum(1.0, (0.12 * cell / 2.0 ** level) ** 2)
         if self.glance.seen is None:
             return self._finish(view, *self._by_rim(view, h, start, level, cell))
@@ -244,31 +205,28 @@ class Detector:
 
     def _likeness(self, state):
         """Normalised correlation (M,) of the picture, but for its noise, with the drawn marker; light's slopes too."""
-        weight = self.full.fixed_weight / self.full.fixed_weight.sum()
-        v = state.values - (state.values @ weight)[:, None]
-        t = state.template - (state.template @ weight)[:, None]
+        share = self.full.share
+        v = state.values - (state.values @ share)[:, None]
+        t = state.template - (state.template @ share)[:, None]
         with np.errstate(invalid='ignore'):
-            energy = reading.without_noise((v * v) @ weight, state.own ** 2)
-            return ((v * t) @ weight) / np.sqrt(energy * ((t * t) @ weight) + 1e-6)
+            energy = reading.without_noise((v * v) @ share, state.own ** 2)
+            return ((v * t) @ share) / np.sqrt(energy * ((t * t) @ share) + 1e-6)
 
     def _detail(self, state):
         """Correlation (M,) of the data cells with their drawing, without noise and what is smooth (squares of x, y)."""
-        v, t = (part - (part @ self.smooth_basis) @ self.smooth_basis.T
-                for part in (state.values[:, self.detail], state.template[:, self.detail]))
+        both = np.concatenate([state.values, state.template]).take(self.detail, 1)
+        both -= (both @ self.smooth_basis) @ self.smooth_basis.T
+        v, t = both[:len(state.h)], both[len(state.h):]
         energy = reading.without_noise((v * v).sum(1), len(self.detail) * state.own ** 2)
         return (v * t).sum(1) / np.sqrt(energy * (t * t).sum(1) + 1e-6)
 
     def _features(self, state, likeness):
         """For each marker what accept.accepted() asks for, but for what was read: a list of dictionaries."""
-        side, k = self.full.grid.count, self.full.grid.per_cell
-        body = self.full.grid.body
-        relative = (state.values - state.model) / state.gain
-        cells = relative.reshape(-1, side, side)[:, body, body]
-        bad = np.abs(cells.reshape(-1, self.cells, k, self.cells, k).mean((2, 4))) > 0.4
-        inner = slice(self.margin, self.margin + self.resolution)
-        inside = bad[:, inner, inner].sum((1, 2))
-        columns = dict(likeness=likeness, outside=(relative @ self.sides).min(1), detail=self._detail(state),
-                       bad_inside=inside, bad_rim=bad.sum((1, 2)) - inside,
+        means = ((state.values - state.model) / state.gain) @ self.means
+        bad = np.abs(means[:, :-4]) > 0.4
+        inside = np.count_nonzero(bad[:, self.data], 1)
+        columns = dict(likeness=likeness, outside=means[:, -4:].min(1), detail=self._detail(state),
+                       bad_inside=inside, bad_rim=np.count_nonzero(bad, 1) - inside,
                        kept=state.weights.sum(1) / self.full.fixed_weight.sum(),
                        contrast=state.contrast, noise=state.noise, blur=state.blur)
         return [dict(zip(columns, row)) for row in zip(*(column.tolist() for column in columns.values()))]
@@ -307,7 +265,7 @@ class Detector:
         large = np.flatnonzero(side > EDGES_SIDE)
         if len(large):
             sigma = np.sqrt(state.blur[large]) * 2.0 ** state.level[large]
-            sharp, of_edges, good = self.edges.refine(view.pyramid, view.camera, corners[large], sigma)
+            sharp, of_edges, good = self.edges.refine(view.pyramid, view.camera, state.h[large], sigma)
             moved = sharp - corners[large]
             good &= np.abs(moved).max((1, 2)) < MAX_MOVE * side[large] / self.cells
             large, moved = large[good], moved[good].reshape(-1, 8, 1)
@@ -329,17 +287,6 @@ class Detector:
 def _floor(sigma):
     """Covariance (M, 8, 8) of corners that are wrong by sigma (M,) px each."""
     return np.eye(8) * sigma[:, None, None] ** 2
-
-
-def best_of_overlapping(found):
-    """Of Detections that lie on each other the one with the highest confidence; cells of a marker are no marker."""
-    kept = []
-    for d in sorted(found, key=lambda d: -d.confidence):
-        centre = tuple(map(float, d.centre))
-        if all(math.dist(centre, k.centre) > 0.4 * d.side
-               and cv2.pointPolygonTest(k.corners.astype(np.float32), centre, False) < 0 for k in kept):
-            kept.append(d)
-    return kept
 
 
 __all__ = ['Camera', 'CameraError', 'Detection', 'Detector', 'PictureError', 'View', 'grey_picture']

@@ -50,23 +50,24 @@ class Edges:
                     self.corners_of_lines[2 * corner:2 * corner + 2, 2 * (side % 4) + power] += \
                         self.normals[side] * end ** power
 
-    def refine(self, pyramid, camera, corners, sigma):
-        """Return (corners, covariance, good) of corners (M, 4, 2), ideal px, and the picture's blur sigma (M,) px.
+    def refine(self, pyramid, camera, h, sigma):
+        """Return (corners, covariance, good) of markers at h (M, 3, 3), for a picture's blur sigma (M,) px.
 
-        covariance (M, 8, 8): of the corners, px^2; good (M,): whether all sides are seen.
+        corners (M, 4, 2) ideal px; covariance (M, 8, 8): of the corners, px^2; good (M,): whether all sides are seen.
         """
+        corners = homography.apply(h, self.square)
         side = corners[:, [1, 2, 3, 0]] - corners
         length = np.sqrt((side * side).sum(2))
         px = (length[:, [1, 2, 3, 0]] + length[:, [3, 0, 1, 2]]) / (4 * self.half)  # a cell, across the sides
         across = np.minimum((REACH + SPREAD * sigma[:, None]) / px, WIDEST)
         good = np.ones(len(corners), bool)
         if (across < START).any():
-            corners, _, good = self._once(pyramid, camera, corners, np.maximum(across, START), px)
-        corners, covariance, seen = self._once(pyramid, camera, corners, across, px)
+            corners, _, good = self._once(pyramid, camera, h, np.maximum(across, START), px)
+            h = homography.from_square(corners, self.half)
+        corners, covariance, seen = self._once(pyramid, camera, h, across, px)
         return corners, covariance, good & seen
 
-    def _once(self, pyramid, camera, corners, across, px):
-        h = homography.from_square(corners, self.half)
+    def _once(self, pyramid, camera, h, across, px):
         offset, enough = self._offsets(pyramid, camera, h, across)
         lines, spread, seen = self._lines(offset, enough, px)
         moved = self.square + (lines.reshape(-1, 8) @ self.corners_of_lines.T).reshape(-1, 4, 2)
@@ -92,28 +93,31 @@ class Edges:
         p = (h @ self.points).reshape(count, 3, 4, -1, 1).astype(np.float32) + reach[:, :, :, None].astype(np.float32)
         x, y, w = p.reshape(count, 3, -1).transpose(1, 0, 2)
         grey = pyramid.read(*camera.to_real(x / w, y / w), np.zeros(count, int)).reshape(-1, len(ACROSS))
-        black, white, mean = (grey @ SHARES).T.reshape(3, count, 4, -1)
+        black, white, mean = (grey @ SHARES).T.reshape(3, count, -1)
         step = white - black
-        enough = step > MIN_STEP * np.maximum(_median(step.reshape(count, -1)), 8.0)[:, None, None]
-        share = (mean - black) / np.where(enough, step, 1.0)
-        return across[..., None] * (1 - 2 * share) * (len(ACROSS) / (len(ACROSS) - 1)), enough.astype(float)
+        enough = step > MIN_STEP * np.maximum(_median(step), 8.0)[:, None]
+        share = ((mean - black) / np.where(enough, step, 1.0)).reshape(count, 4, -1)
+        offset = across[..., None] * (1 - 2 * share) * (len(ACROSS) / (len(ACROSS) - 1))
+        return offset, enough.reshape(share.shape).astype(float)
 
     def _lines(self, offset, enough, px):
         """Offset and rise (M, 4, 2) of each side, their covariance (M, 4, 2, 2), whether all sides are seen (M,)."""
-        weight, px = enough, px[..., None]
+        shape, t = offset.shape[:2], self.t
+        offset, enough, px = offset.reshape(-1, len(t)), enough.reshape(-1, len(t)), px.reshape(-1, 1)
+        weight = enough
         for _ in range(FITS):
-            s0, s1, s2 = (weight @ self.powers).transpose(2, 0, 1)
-            y0, y1 = ((weight * offset) @ self.powers[:, :2]).transpose(2, 0, 1)
+            s0, s1, s2 = (weight @ self.powers).T[:, :, None]
+            y0, y1 = ((weight * offset) @ self.powers[:, :2]).T[:, :, None]
             det = np.maximum(s0 * s2 - s1 * s1, 1e-9)
             middle, rise = (y0 * s2 - y1 * s1) / det, (s0 * y1 - s1 * y0) / det
-            residual = np.abs(offset - middle[..., None] - rise[..., None] * self.t) * px
-            noise = np.maximum(1.4826 * _median(residual.reshape(len(offset), -1)), MIN_NOISE)[:, None, None]
-            t = residual / np.maximum(CUT * noise, LEAST_CUT)
-            weight = enough * np.maximum(1 - t * t, 0) ** 2
-        seen = np.count_nonzero(weight > 0.2, 2).min(1) > MIN_SEEN * len(ALONG)
-        lines, spread = np.stack([middle, rise], -1), np.stack([s2, -s1, -s1, s0], -1)
-        spread *= (noise / px) ** 2 / det[..., None]
-        return lines, spread.reshape(-1, 4, 2, 2), seen
+            residual = np.abs(offset - middle - rise * t) * px
+            noise = np.maximum(1.4826 * _median(residual.reshape(shape[0], -1)), MIN_NOISE).repeat(4)[:, None]
+            part = residual / np.maximum(CUT * noise, LEAST_CUT)
+            weight = enough * np.maximum(1 - part * part, 0) ** 2
+        seen = np.count_nonzero(weight > 0.2, 1).reshape(shape).min(1) > MIN_SEEN * len(t)
+        lines, spread = np.hstack([middle, rise]), np.hstack([s2, -s1, -s1, s0])
+        spread *= (noise / px) ** 2 / det
+        return lines.reshape(*shape, 2), spread.reshape(*shape, 2, 2), seen
 
 
 def _median(values):

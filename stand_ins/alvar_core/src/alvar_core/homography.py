@@ -8,20 +8,20 @@ _SMALL[range(8), [2, 0, 1, 5, 3, 4, 6, 7]] = 1, 1, 1, 1, 1, 1, -1, -1
 def from_square(quads, half):
     """(M, 3, 3) from the square [-half, half]^2 (y down) to quads (M, 4, 2): top left, then clockwise as seen."""
     q = np.asarray(quads, np.float64)
-    p0, p1, p2, p3 = q[:, 0], q[:, 1], q[:, 2], q[:, 3]
-    d1, d2, d3 = p1 - p2, p3 - p2, p0 - p1 + p2 - p3
-    den = d1[:, 0] * d2[:, 1] - d2[:, 0] * d1[:, 1]
-    den = np.where(np.abs(den) < 1e-12, 1e-12, den)
-    g = (d3[:, 0] * d2[:, 1] - d2[:, 0] * d3[:, 1]) / den
-    h = (d1[:, 0] * d3[:, 1] - d3[:, 0] * d1[:, 1]) / den
+    first, ends = q[:, :1], q[:, 1::2]
+    to_ends, rest = ends - q[:, 2:3], q[:, 0] - q[:, 1] + q[:, 2] - q[:, 3]
+    (ax, ay), (bx, by) = to_ends.transpose(1, 2, 0)
+    cx, cy = rest.T
+    den = ax * by - bx * ay
+    den[np.abs(den) < 1e-12] = 1e-12
     m = np.empty((len(q), 3, 3))
-    m[:, :2, 0] = p1 - p0 + g[:, None] * p1
-    m[:, :2, 1] = p3 - p0 + h[:, None] * p3
-    m[:, :2, 2] = p0
-    m[:, 2, 0], m[:, 2, 1], m[:, 2, 2] = g, h, 1
-    unit = np.array([[0.5 / half, 0, 0.5], [0, 0.5 / half, 0.5], [0, 0, 1]])
-    m = m @ unit
-    return m / m[:, 2:, 2:]
+    m[:, 2, 0], m[:, 2, 1], m[:, 2, 2] = (cx * by - bx * cy) / den, (ax * cy - cx * ay) / den, 1
+    m[:, :2, :2] = (ends - first + m[:, 2, :2, None] * ends).transpose(0, 2, 1)
+    m[:, :2, 2] = q[:, 0]
+    m[:, :, 2] += 0.5 * (m[:, :, 0] + m[:, :, 1])  # from the corner to the centre
+    m[:, :, :2] *= 0.5 / half
+    m /= m[:, 2:, 2:].copy()
+    return m
 
 
 def apply(h, points):

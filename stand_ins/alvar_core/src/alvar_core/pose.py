@@ -189,7 +189,7 @@ def ambiguity(solutions, degrees_of_freedom=DEGREES_OF_FREEDOM):
     if len(solutions) < 2 or angle_between(solutions[0].rotation, solutions[1].rotation) < SAME_ROTATION:
         return 0.0, False
     difference = scaled_difference(solutions, degrees_of_freedom)
-    return float(1 / (1 + np.exp(min(difference / 2, 50)))), bool(difference < AMBIGUOUS_CHI2)
+    return 1 / (1 + math.exp(min(difference / 2, 50))), bool(difference < AMBIGUOUS_CHI2)
 
 
 def scaled_difference(solutions, degrees_of_freedom=DEGREES_OF_FREEDOM):

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from alvar_core import detect, homography, pose
-from alvar_core.detector import best_of_overlapping
+from alvar_core.detection import best_of_overlapping
 
 MOTION_SIGMA = np.radians(12.0)  # how far a marker may turn between frames without being odd
 MEMORY_FRAMES, LOOKED_FOR_FRAMES = 10, 3
@@ -187,11 +187,11 @@ def _weigh(detection, track):
     turn = [pose.angle_between(track.rotation, s.rotation) for s in solutions]
     same = turn[0] <= turn[1]
     motion = (min(turn[1], 0.5) ** 2 - min(turn[0], 0.5) ** 2) / MOTION_SIGMA ** 2
-    past = track.evidence * EVIDENCE_DECAY * np.clip(abs(motion), 0, 1)
+    past = track.evidence * EVIDENCE_DECAY * min(abs(motion), 1.0)
     total = gain + (past if same else -past)
     best = 0 if total >= 0 else 1
     chosen = solutions[best]
-    share = float(1 / (1 + np.exp(min(abs(total) / 2, 50))))
+    share = 1 / (1 + math.exp(min(abs(total) / 2, 50)))
     ambiguous = bool(abs(total) < pose.AMBIGUOUS_CHI2)
     ordered = [chosen, solutions[1 - best]]
     detection = replace(detection, rotation=chosen.rotation, position=chosen.position, ambiguity=share,
