@@ -29,6 +29,8 @@ class FacePainter:
         self._steps, self._sharper = np.ones(solids.count), np.full(solids.count, SHARPER)
         for index, shape in enumerate(solids.shapes):
             self._prepare(index, shape, patterns)
+        self._patterned = ~np.isnan(self._resolution)
+        self._sizes = np.where(self._patterned, self._resolution, 1.0) / camera.focal  # [pattern's px/px] 1 m away
 
     def _prepare(self, index, shape, patterns):
         colour, solids = np.array(shape.colour, float), self._solids
@@ -53,7 +55,7 @@ class FacePainter:
 
     def draw(self, drawn, pose, layer, edges):
         """Draw a layer onto `drawn`, (height, width, 4) uint8 RGBA; more than its Edges cover is left undefined."""
-        patterned = ~np.isnan(self._resolution[layer.solid, layer.face]) & (layer.kind == FRONT) & (layer.solid >= 0)
+        patterned = self._patterned[layer.solid, layer.face] & (layer.kind == FRONT) & (layer.solid >= 0)
         if not patterned.all():
             self._fill(drawn, pose, layer, edges, ~patterned & (layer.solid >= 0))
         if patterned.any():
@@ -86,7 +88,7 @@ class FacePainter:
 
     def _levels(self, layer):
         """Return the levels along and up of the pattern's picture in each column, whole numbers."""
-        size = np.nan_to_num(self._resolution[layer.solid, layer.face], nan=1.0) * layer.depth / self._camera.focal
+        size = self._sizes[layer.solid, layer.face] * layer.depth
         sharper, steps = self._sharper[layer.solid], self._steps[layer.solid]
         return (np.round(np.clip(np.log2(ratio) - sharper, 0, COARSEST) * steps).astype(int)
                 for ratio in (size / layer.incidence, size))

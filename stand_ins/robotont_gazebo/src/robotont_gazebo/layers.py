@@ -63,7 +63,7 @@ class Edges:
 
 def _widths(rows, same):
     """Return over how many rows the edges at `rows` are blended: 1, or as many as they rise to a `same` neighbour."""
-    rise = np.where(same, np.abs(np.diff(rows)), 0.0)
+    rise = np.where(same, np.abs(rows[1:] - rows[:-1]), 0.0)
     out = np.ones(len(rows))
     out[1:] = np.maximum(out[1:], rise)
     out[:-1] = np.maximum(out[:-1], rise)

@@ -113,9 +113,10 @@ def _cross_boxes(solids, index, camera, pose):
     middle_y, reach_y = -oy / dy, half_y / np.abs(dy)
     enter_x, enter_y = middle_x - reach_x, middle_y - reach_y
     by_x = enter_x > enter_y
-    face = np.where(by_x, np.where(dx > 0, LEFT_OF_X, RIGHT_OF_X), np.where(dy > 0, LEFT_OF_Y, RIGHT_OF_Y))
+    across = np.where(by_x, dx, dy)
+    face = np.where(by_x, LEFT_OF_X, LEFT_OF_Y) + (across < 0)  # each RIGHT follows its LEFT
     return _Crossings(np.maximum(enter_x, enter_y), np.minimum(middle_x + reach_x, middle_y + reach_y), face,
-                      np.abs(np.where(by_x, dx, dy)))
+                      np.abs(across))
 
 
 def _cross_cylinders(solids, index, camera, pose):
