@@ -3,6 +3,8 @@
 All marker coordinates here are cells: x right, y down as the marker is drawn, origin in its centre.  A homography H
 takes them to ideal pixels (camera.py).  Everything works on a batch of M markers at once.
 """
+import functools
+
 import cv2
 import numpy as np
 
@@ -22,16 +24,12 @@ class Pyramid:
 
     def __init__(self, grey, atlas=None):
         height, width = grey.shape
-        sizes = np.array([[width >> level, height >> level] for level in range(self.LEVELS)])
-        base = np.array([[0, 0], [0, height], [width - sizes[2, 0], height]])
+        boxes, self.table = _atlas_of(width, height, self.LEVELS)
         self.atlas = np.empty((height + height // 2, width), np.uint8) if atlas is None else atlas
         self.atlas[:height], finer = grey, grey
-        for (x, y), (wide, high) in zip(base[1:].tolist(), sizes[1:].tolist()):
+        for x, y, wide, high in boxes[1:]:
             finer = cv2.resize(finer, (wide, high), dst=self.atlas[y:y + high, x:x + wide],
                                interpolation=cv2.INTER_AREA)
-        scale = 0.5 ** np.arange(self.LEVELS)[:, None]
-        # of each level: scale; offset, lowest and highest place by x and y
-        self.table = np.hstack([scale, base + 0.5 * scale - 0.5, base, base + sizes - 1]).astype(np.float32)
 
     def read(self, x, y, level):
         """Grey values (float32) at real pixels x, y (M, P float32) of the full picture, read at `level` (M,)."""
@@ -42,6 +40,16 @@ class Pyramid:
             np.maximum(along, low, out=along)
             np.minimum(along, high, out=along)
         return cv2.remap(self.atlas, x, y, cv2.INTER_LINEAR).astype(np.float32)
+
+
+@functools.lru_cache(maxsize=8)
+def _atlas_of(width, height, levels):
+    """Of each level of a Pyramid: its box (x, y, width, height); scale, offset, lowest and highest place by x and y."""
+    sizes = np.array([[width >> level, height >> level] for level in range(levels)])
+    base = np.array([[0, 0], [0, height], [width - sizes[2, 0], height]])
+    scale = 0.5 ** np.arange(levels)[:, None]
+    table = np.hstack([scale, base + 0.5 * scale - 0.5, base, base + sizes - 1]).astype(np.float32)
+    return np.hstack([base, sizes]).tolist(), table
 
 
 def pixels_per_cell(h):

@@ -224,9 +224,9 @@ class Detector:
         """For each marker what accept.accepted() asks for, but for what was read: a list of dictionaries."""
         means = ((state.values - state.model) / state.gain) @ self.means
         bad = np.abs(means[:, :-4]) > 0.4
-        inside = np.count_nonzero(bad[:, self.data], 1)
+        inside = bad[:, self.data].sum(1)
         columns = dict(likeness=likeness, outside=means[:, -4:].min(1), detail=self._detail(state),
-                       bad_inside=inside, bad_rim=np.count_nonzero(bad, 1) - inside,
+                       bad_inside=inside, bad_rim=bad.sum(1) - inside,
                        kept=state.weights.sum(1) / self.full.fixed_weight.sum(),
                        contrast=state.contrast, noise=state.noise, blur=state.blur)
         return [dict(zip(columns, row)) for row in zip(*(column.tolist() for column in columns.values()))]

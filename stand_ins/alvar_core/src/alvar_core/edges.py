@@ -114,7 +114,7 @@ class Edges:
             noise = np.maximum(1.4826 * _median(residual.reshape(shape[0], -1)), MIN_NOISE).repeat(4)[:, None]
             part = residual / np.maximum(CUT * noise, LEAST_CUT)
             weight = enough * np.maximum(1 - part * part, 0) ** 2
-        seen = np.count_nonzero(weight > 0.2, 1).reshape(shape).min(1) > MIN_SEEN * len(t)
+        seen = (weight > 0.2).sum(1).reshape(shape).min(1) > MIN_SEEN * len(t)
         lines, spread = np.hstack([middle, rise]), np.hstack([s2, -s1, -s1, s0])
         spread *= (noise / px) ** 2 / det
         return lines.reshape(*shape, 2), spread.reshape(*shape, 2, 2), seen

@@ -38,5 +38,5 @@ def small(d):
 
 def area(quads):
     """Signed area (M,) of quads (M, 4, 2): positive for top left, top right, bottom right, bottom left with y down."""
-    d, e = quads[..., 0, :] - quads[..., 2, :], quads[..., 1, :] - quads[..., 3, :]
-    return 0.5 * (d[..., 0] * e[..., 1] - d[..., 1] * e[..., 0])
+    d = quads[..., :2, :] - quads[..., 2:, :]  # both diagonals
+    return 0.5 * (d[..., 0, 0] * d[..., 1, 1] - d[..., 0, 1] * d[..., 1, 0])

@@ -102,8 +102,9 @@ class Glance:
         rim = self._grey(smooth, h, self.rim).reshape(-1, 2, 4, len(self.ALONG))
         step = rim[:, 0] - rim[:, 1]
         contrast = np.sort(np.sort(step, 2)[:, :, len(self.ALONG) // 2], 1)[:, 1]
-        share = (step > np.maximum(0.35 * contrast, 2.0)[:, None, None]).mean((1, 2))
-        kept = np.flatnonzero((contrast > self.min_contrast) & (share > self.min_share))
+        step = step.reshape(len(step), -1)
+        edge = (step > np.maximum(0.35 * contrast, 2.0)[:, None]).sum(1)
+        kept = np.flatnonzero((contrast > self.min_contrast) & (edge > self.min_share * step.shape[1]))
         fit, gap, word = self._match(self._grey(smooth, h[kept], self.inner)) if len(kept) else (np.zeros(0),) * 3
         return Look(kept, h[kept], fit, gap, word, contrast[kept])
 

@@ -75,10 +75,11 @@ class Tracker:
     def _search(self, view):
         expected = self._expected()
         phase, count = self.frame % self.full_every, len(detect.PASSES)
-        passes = [p for k, p in enumerate(detect.PASSES) if not expected or k * self.full_every // count == phase]
+        alone = not len(expected)
+        passes = [p for k, p in enumerate(detect.PASSES) if alone or k * self.full_every // count == phase]
         self._rest = view, [p for p in detect.PASSES if p not in passes]
         quads = detect.candidates(view.smooth, passes, self.detector.workspace)
-        if expected:
+        if not alone:
             quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
         found = self.detector.examine(view, quads)
         missing = [t.detection.corners for t in self.tracks
@@ -87,7 +88,7 @@ class Tracker:
         return best_of_overlapping(found + self.detector.examine(view, quads)) if len(quads) else found
 
     def _expected(self):
-        """Corner quads where the markers should be now: as last seen, and moved on by their last motion."""
+        """Corners (K, 4, 2) where the markers should be now: as last seen, and moved on by their last motion."""
         quads, self._hints = self._hints, []
         for track in self.tracks:
             last = track.detection.corners
@@ -96,7 +97,8 @@ class Tracker:
                 step = last - track.before
                 if np.abs(step).max() > WITHIN_REACH * track.detection.side:
                     quads.append(last + step)
-        return [q for q in quads if homography.area(q) > 0]
+        quads = np.array(quads).reshape(-1, 4, 2)
+        return quads[homography.area(quads) > 0]
 
     def _near(self, view, expected):
         """Candidates in the surroundings of the expected quads."""
@@ -154,7 +156,7 @@ def _boxes(quads, width, height):
 
 def _alike(quads, expected):
     """Which quads (N, 4, 2) lie where an expected one lies and are about as large: they would only be read twice."""
-    expected = np.array(expected)
+    expected = np.asarray(expected)
     side, there = np.sqrt(np.abs(homography.area(quads)))[:, None], np.sqrt(homography.area(expected))
     away = np.abs(quads.mean(1)[:, None] - expected.mean(1)).max(2)
     return ((away < 0.1 * there) & (side < 1.2 * there) & (there < 1.2 * side)).any(1)
@@ -174,7 +176,7 @@ def _covered_by(track, found):
 
 
 def _weigh(detection, track):
-    """Choose between the two poses with the help of the past: (Detection, rotation, evidence for it).
+    """Choose between the two poses with the help of the past: (the Detection, changed, rotation, evidence for it).
 
     Evidence is a sum of chi2 differences over frames, older ones decaying: from pose.AMBIGUOUS_CHI2 on it is sure.
     """
@@ -194,6 +196,6 @@ def _weigh(detection, track):
     share = 1 / (1 + math.exp(min(abs(total) / 2, 50)))
     ambiguous = bool(abs(total) < pose.AMBIGUOUS_CHI2)
     ordered = [chosen, solutions[1 - best]]
-    detection = replace(detection, rotation=chosen.rotation, position=chosen.position, ambiguity=share,
-                        ambiguous=ambiguous, error=chosen.error, solutions=ordered)
+    detection.rotation, detection.position, detection.error = chosen.rotation, chosen.position, chosen.error
+    detection.ambiguity, detection.ambiguous, detection.solutions = share, ambiguous, ordered
     return detection, chosen.rotation, min(abs(total), EVIDENCE_LIMIT)
