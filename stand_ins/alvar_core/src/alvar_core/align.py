@@ -244,8 +244,9 @@ class Aligner:
 def _with_ridge(normal):
     """Normal equations (M, n, n) that can be solved whatever the picture shows."""
     out, n = normal.copy(), normal.shape[1]
-    out.reshape(len(out), -1)[:, ::n + 1] *= 1 + 1e-6
-    out.reshape(len(out), -1)[:, ::n + 1] += 1e-9
+    diagonal = out.reshape(len(out), -1)[:, ::n + 1]
+    diagonal *= 1 + 1e-6
+    diagonal += 1e-9
     return out
 
 

@@ -60,7 +60,7 @@ class Detector:
         self.edges = edges.Edges(self.cells)
         self.reader = reading.Reader(self.full.grid, self.resolution, self.margin)
         if self.glance.seen is not None:
-            self.black_words = np.array([reading.black_cells(word, self.margin) for word in self.glance.seen])
+            self.black_words = reading.black_cells(self.glance.seen, self.margin)
         g = self.full.grid
         self.detail = np.flatnonzero(g.reach < -self.margin + 0.5)
         x, y = g.x[self.detail], g.y[self.detail]

@@ -3,6 +3,7 @@ import numpy as np
 
 _SMALL = np.zeros((8, 9))  # which number of a matrix each small change is
 _SMALL[range(8), [2, 0, 1, 5, 3, 4, 6, 7]] = 1, 1, 1, 1, 1, 1, -1, -1
+_SAME = np.eye(3)
 
 
 def from_square(quads, half):
@@ -33,7 +34,7 @@ def apply(h, points):
 
 def small(d):
     """(M, 3, 3) from small changes (M, 8): identity plus [[d1, d2, d0], [d4, d5, d3], [-d6, -d7, 0]]."""
-    return (d @ _SMALL).reshape(-1, 3, 3) + np.eye(3)
+    return (d @ _SMALL).reshape(-1, 3, 3) + _SAME
 
 
 def area(quads):

@@ -1,4 +1,5 @@
 """Reading the cells of a marker: soft decisions against every code word of ALVAR's 5x5 numbers, or cell by cell."""
+import functools
 from dataclasses import dataclass
 
 import cv2
@@ -10,14 +11,18 @@ NOISE_SHARE = 0.3
 
 
 def black_cells(white, margin):
-    """(n + 2 margin,) squared black mask of a marker with data cells `white` (n, n) bool."""
-    return np.pad(~np.asarray(white, bool), margin, constant_values=True)
+    """(..., n + 2 margin,) squared black masks of markers with data cells `white` (..., n, n) bool."""
+    white = np.asarray(white, bool)
+    return np.pad(~white, [(0, 0)] * (white.ndim - 2) + [(margin, margin)] * 2, constant_values=True)
 
 
+@functools.lru_cache(maxsize=1)
 def words_of_numbers():
     """(1024, 5, 5) bool: row turns * 256 + number, as seen when numpy.rot90(seen, turns) stands upright."""
     upright = [code.encode(number) for number in range(256)]
-    return np.array([np.rot90(cells, -turns) for turns in range(4) for cells in upright])
+    words = np.array([np.rot90(cells, -turns) for turns in range(4) for cells in upright])
+    words.flags.writeable = False  # one for all
+    return words
 
 
 def in_chunks(a, b, limit=250000):
