@@ -1,10 +1,13 @@
 """The checks that look at what was driven and drawn; see judging.py for their form."""
 import math
 import statistics
-from types import SimpleNamespace
 
+from kinematic_core.turtle_world import PEN_COLOUR, PEN_WIDTH
 from turtle_robotont.grading import fits
 from turtle_robotont.grading.judging import ANY, Result, check, within, written
+
+OPEN, CLOSED = 0.5, 0.95  # shares of an outline: no shape yet, and closed; three sides of four lie between
+MOVING = 0.5  # [s] of rest at most
 
 
 @check(shape=(fits.SHAPES, ...), tolerance=('length', 0.1), size=('span length', ANY))
@@ -12,34 +15,44 @@ def draws(observed, wanted):
     """The way, or its end, is a closed shape wherever it lies."""
     asked = f'a {wanted.shape}, within {wanted.tolerance:g} m'
     asked += '' if wanted.size == ANY else f', size {written(wanted.size, "m")}'
-    found = fits.fit(observed.drawn(), wanted.shape, wanted.tolerance)
+    found = fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance)
     if not found.quality:
-        return Result(0.0, asked, _way(observed))
+        return Result(0.0, asked, _way(observed) + _unfinished(observed))
     seen = (f'{found.on_outline:.0%} of the way lies on a {wanted.shape} of size {found.size:.2f} m, of which '
-            f'{found.covered:.0%} was drawn')
+            f'{found.covered:.0%} was drawn{_unfinished(observed) if found.covered < CLOSED else ""}')
     fits_size = within(found.size, (wanted.size[0] - wanted.tolerance, wanted.size[1] + wanted.tolerance))
-    return Result(found.quality if fits_size else 0.5 * found.quality, asked, seen)
+    closed = min(1.0, max(0.0, (found.covered - OPEN) / (CLOSED - OPEN)))
+    return Result(found.on_outline * closed * (1.0 if fits_size else 0.5), asked, seen)
+
+
+def _unfinished(observed):
+    """Return words for a way that goes on when the time is over."""
+    going_on = observed.timed_out and observed.exit_code is None and observed.rest() < MOVING
+    return f'; still on its way after {observed.seconds:.0f} s, when the time was over' if going_on else ''
 
 
 @check(rate=('span rate', ANY), linear=('span speed', ANY), sideways=('span speed', ANY),
-       angular=('span turn speed', ANY))
+       angular=('span turn speed', ANY), turning=('span turn speed', ANY))
 def commands(observed, wanted):
-    """Velocity commands come at a rate, with these velocities; a share of the commands may be others."""
+    """Velocity commands come at a rate, with these velocities; a share of the commands may be others.
+
+    ``turning``: angular.z to either side, without its sign.
+    """
     every = (('linear.x', wanted.linear, 'm/s'), ('linear.y', wanted.sideways, 'm/s'),
-             ('angular.z', wanted.angular, 'rad/s'))
+             ('angular.z', wanted.angular, 'rad/s'), ('|angular.z|', wanted.turning, 'rad/s'))
     parts = [part for part in every if part[1] != ANY]
     asked = ', '.join([f'{name} {written(span, unit)}' for name, span, unit in parts]
                       + ([written(wanted.rate, 'Hz')] if wanted.rate != ANY else []))
     given = observed.commands
     if len(given) < 2:
         return Result(0.0, f'velocity commands: {asked}', f'{len(given)} commands')
-    fields = {'linear.x': 'linear_x', 'linear.y': 'linear_y', 'angular.z': 'angular_z'}
-    right = [all(within(getattr(command, fields[name]), span) for name, span, _ in parts) for command in given]
+    values = {'linear.x': lambda command: command.linear_x, 'linear.y': lambda command: command.linear_y,
+              'angular.z': lambda command: command.angular_z,
+              '|angular.z|': lambda command: abs(command.angular_z)}
+    right = [all(within(values[name](command), span) for name, span, _ in parts) for command in given]
     rate = 1.0 / max(statistics.median(b.t - a.t for a, b in zip(given, given[1:])), 1e-6)
     share = sum(right) / len(right) * _nearness(rate, wanted.rate)
-    usual = SimpleNamespace(**{field: statistics.median(getattr(command, field) for command in given)
-                               for field in fields.values()})
-    seen = ', '.join([f'{name} {getattr(usual, fields[name]):.2f} {unit}' for name, _, unit in parts]
+    seen = ', '.join([f'{name} {statistics.median(map(values[name], given)):.2f} {unit}' for name, _, unit in parts]
                      + [f'{rate:.1f} Hz', f'{sum(right)} of {len(right)} commands as asked'])
     return Result(share, f'velocity commands: {asked}', seen)
 
@@ -98,14 +111,12 @@ def pen(observed, wanted):
     asked = f'the path in the colour ({red}, {green}, {blue})'
     asked += '' if wanted.width == ANY else f', width {written(wanted.width, "px")}'
     drawn = right = 0.0
-    changes = observed.of_kind('pen')
-    for before, after in zip(observed.track, observed.track[1:]):
-        step = math.hypot(after.x - before.x, after.y - before.y)
+    for before, after, pen in zip(observed.track, observed.track[1:], observed.pens()[1:]):
+        r, g, b, width, off = pen or (*PEN_COLOUR, PEN_WIDTH, 0)
+        step = 0.0 if off else math.hypot(after.x - before.x, after.y - before.y)
         drawn += step
-        last = [change for change in changes if change.t <= after.t][-1:]
-        if step and last:
-            r, g, b, width, off = last[0].values
-            right += step * ((r, g, b) == tuple(wanted.colour) and not off and within(max(1, width), wanted.width))
+        right += step * ((r, g, b) == tuple(wanted.colour) and within(max(1, width), wanted.width))
+    changes = observed.of_kind('pen')
     used = ', '.join(sorted({f'({r}, {g}, {b}) width {width}' for r, g, b, width, off in
                              (change.values for change in changes) if not off})) or 'the pen was not set'
     return Result(right / drawn if drawn else 0.0, asked,

@@ -1,14 +1,37 @@
 """The checks that look at what a node prints, answers and connects to; see judging.py for their form.
 
-A line counts when it holds the right numbers, however it is worded: what is printed round them is the student's.
+A line counts when it holds the right numbers, however it is worded: what is printed round them is the student's. It
+may round them, and a whole message is as good, which rospy prints with a line for each field.
 """
 import re
+from typing import NamedTuple
 
 from turtle_robotont.grading.judging import Result, check
 from turtle_robotont.grading.quantities import NUMBER
 
 EARLY = 0.1  # [s] a line may seem to come before what it tells of
 NEAR = 1.0  # [s] at most between a message and the line that prints it
+TOGETHER = 0.1  # [s] at most between the lines of one message
+MOST_NUMBERS = 12  # of a line that tells a pose; more are no answer but a choice
+MOST_VALUES = 50  # different numbers told of a marker, likewise: a whole message has about 20
+
+
+class Printed(NamedTuple):
+    """A number that was printed, and half of its last digit if it has decimals: so far it may be rounded."""
+
+    value: float
+    rounded: float
+
+    def is_near(self, value, tolerance):
+        """Return whether it tells a value, within a tolerance or as far as its digits go."""
+        return abs(self.value - value) <= max(tolerance, self.rounded) + 1e-9
+
+
+class Told(NamedTuple):
+    """What one line, or several that belong together, tell: when, and the numbers."""
+
+    t: float
+    numbers: list
 
 
 @check(pattern=('pattern', ...), times=('integer', 1), what=('text', ''))
@@ -25,10 +48,9 @@ def prints_poses(observed, wanted):
     """It prints where the turtle is while it moves: lines with x and y (with ``fields`` 3 theta, too)."""
     names = ('x', 'y', 'theta')[:wanted.fields]
     asked = f'{wanted.lines} lines with {", ".join(names)} of the turtle, {wanted.share:.0%} of all lines right'
-    numbered = [(line, numbers_in(line.text)) for line in observed.lines]
-    numbered = [(line, numbers) for line, numbers in numbered if len(numbers) >= wanted.fields]
-    right = [line for line, numbers in numbered if _was_there(observed, line.t, numbers, names, wanted.tolerance)]
-    places = {tuple(numbers_in(line.text)) for line in right}
+    numbered = [told for told in _told(observed.lines, wanted.fields) if len(told.numbers) >= wanted.fields]
+    right = [told for told in numbered if _was_there(observed, told, names, wanted.tolerance)]
+    places = {tuple(told.numbers) for told in right}
     seen = f'{len(right)} of {len(numbered)} lines with numbers are right, at {len(places)} places' + _example(observed)
     if not numbered:
         seen = f'{len(observed.lines)} lines, none with {wanted.fields} numbers' + _example(observed)
@@ -37,11 +59,34 @@ def prints_poses(observed, wanted):
     return Result(correct * min(1.0, len(places) / wanted.lines), asked, seen)
 
 
-def _was_there(observed, t, numbers, names, tolerance):
-    """Return whether consecutive numbers of a line are those of a pose shortly before it."""
-    near = [sample for sample in observed.track if -NEAR <= sample.t - t <= 0.2 * NEAR]
-    windows = [numbers[begin:begin + len(names)] for begin in range(len(numbers) - len(names) + 1)]
-    return any(all(abs(getattr(sample, name) - number) <= tolerance for name, number in zip(names, window))
+def _told(lines, fields):
+    """Return the Tolds of lines: one each, but lines with fewer numbers than ``fields`` are taken together.
+
+    Those belong together that come at once, until what stands before the number comes again, as in ``x: 1``, ``y: 2``.
+    """
+    told, labels = [], set()
+    for line in lines:
+        numbers = numbers_in(line.text)
+        label = re.split(NUMBER, line.text)[0].strip()
+        if not numbers:
+            continue
+        again = label in labels if label else bool(told) and len(told[-1].numbers) >= fields
+        if len(numbers) >= fields or not labels or again or line.t - told[-1].t > TOGETHER:
+            told.append(Told(line.t, []))
+            labels = set()
+        told[-1].numbers.extend(numbers)
+        if len(numbers) < fields:
+            labels.add(label)
+    return told
+
+
+def _was_there(observed, told, names, tolerance):
+    """Return whether consecutive numbers are those of a pose shortly before they were printed."""
+    if len(told.numbers) > MOST_NUMBERS:
+        return False
+    near = [sample for sample in observed.track if -NEAR <= sample.t - told.t <= 0.2 * NEAR]
+    windows = [told.numbers[begin:begin + len(names)] for begin in range(len(told.numbers) - len(names) + 1)]
+    return any(all(number.is_near(getattr(sample, name), tolerance) for name, number in zip(names, window))
                for window in windows for sample in near)
 
 
@@ -56,15 +101,17 @@ def answers(observed, wanted):
     trouble = next((call.trouble for call in calls if not call.answered), '')
     seen = f'{len(good)} of {len(calls)} calls answered' + (f'; {trouble}' if trouble else '')
     if wanted.prints == 'request':
-        printed = [call for call in good if any(_holds(line, call, wanted.tolerance) for line in observed.lines)]
+        printed = [call for call in good if _is_printed(observed.lines, call, wanted.tolerance)]
         return Result(0.5 * (len(good) + len(printed)) / len(calls), asked, f'{seen}; {len(printed)} requests printed')
     return Result(len(good) / len(calls), asked, seen)
 
 
-def _holds(line, call, tolerance):
-    numbers = numbers_in(line.text)
-    return line.t >= call.t - EARLY and all(any(abs(number - value) <= tolerance for number in numbers)
-                                    for value in call.request)
+def _is_printed(lines, call, tolerance):
+    """Return whether as many lines in a row as a request has numbers, or fewer, hold them after the call."""
+    after = [numbers_in(line.text) for line in lines if line.t >= call.t - EARLY]
+    rows = [sum(after[begin:begin + len(call.request)], []) for begin in range(len(after))]
+    return any(all(any(number.is_near(value, tolerance) for number in numbers) for value in call.request)
+               for numbers in rows)
 
 
 @check(what=(('id', 'x'), ...), tolerance=('length', 0.005))
@@ -74,11 +121,14 @@ def prints_markers(observed, wanted):
     expected = found = 0
     lines = [(line.t, numbers_in(line.text)) for line in observed.lines]
     for shown in observed.shown:
-        near = [numbers for t, numbers in lines if -EARLY <= t - shown.t <= NEAR]
+        near = {number for t, numbers in lines if -EARLY <= t - shown.t <= NEAR for number in numbers}
+        if len(near) > MOST_VALUES * max(1, len(shown.markers)):
+            near = set()
         for marker, position in shown.markers.items():
             value, tolerance = (marker, 0.0) if wanted.what == 'id' else (position[0], wanted.tolerance)
             expected += 1
-            found += any(abs(number - value) <= tolerance for numbers in near for number in numbers)
+            found += any(abs(number.value - value) <= tolerance if wanted.what == 'id' else
+                         number.is_near(value, tolerance) for number in near)
     seen = f'{found} of {expected}' + _example(observed)
     return Result(found / expected if expected else 0.0, asked, seen)
 
@@ -89,10 +139,15 @@ def prints_no_marker(observed, wanted):
     matching = [line.t for line in observed.lines if re.search(wanted.pattern, line.text)]
     empty = [shown.t for shown in observed.shown if not shown.markers]
     said = sum(any(-EARLY <= t - begin <= NEAR for t in matching) for begin in empty)
-    wrong = sum(not any(-EARLY <= t - begin <= NEAR for begin in empty) for t in matching)
+    wrong = sum(not any(-EARLY <= t - begin <= _lasted(begin, observed.shown) for begin in empty) for t in matching)
     share = said / len(empty) if empty else 0.0
     return Result(share * (1.0 if wrong <= 0.1 * len(matching) else 0.5), 'a line that says so when there is no marker',
                   f'said {said} of {len(empty)} times' + (f', {wrong} times wrongly' if wrong else ''))
+
+
+def _lasted(begin, shown):
+    """Return for how long [s] what was shown at ``begin`` may be told of: until NEAR after the next was shown."""
+    return min((later.t for later in shown if later.t > begin), default=float('inf')) - begin + NEAR
 
 
 @check(topic=('text', ...), role=(('publishes', 'subscribes', 'serves'), ...))
@@ -116,8 +171,10 @@ def runs(observed, wanted):
 
 
 def numbers_in(text):
-    """Return the numbers in a text."""
-    return [float(number) for number in re.findall(rf'(?<![\w.]){NUMBER}', text)]
+    """Return the Printed numbers in a text."""
+    return [Printed(float(number), 0.5 * 10.0 ** -len(decimals.group(1)) if decimals else 0.0)
+            for number in re.findall(rf'(?<![\w.]){NUMBER}', text)
+            for decimals in [re.fullmatch(r'[-+]?\d*\.(\d+)', number)]]
 
 
 def _example(observed):

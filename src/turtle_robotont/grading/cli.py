@@ -57,7 +57,8 @@ def main(arguments=None):
         slow = decided.outcome == verdict.UNDECIDED and not session.observed.kept_up
         if slow and options.repeats > 0 and time.monotonic() - begin < WORTH_REPEATING:
             print(f'Graded again, because: {decided.objections[0]}')
-            _grade_again(options, seed, folder, ['--repeats', str(options.repeats - 1)])
+            last = ['--real-time'] if options.repeats == 1 and session.lockstep else []  # should it be the lockstep
+            _grade_again(options, seed, folder, [*last, '--repeats', str(options.repeats - 1)])
         report.write(folder, chosen, session.observed if session else Observed(), decided, command, seed)
         if options.junit:
             shutil.copy(os.path.join(folder, 'junit.xml'), options.junit)

@@ -1,4 +1,6 @@
-"""What was seen of a student's node while it was graded: plain data, times in simulated seconds since its start.
+"""What was seen of a student's node while it was graded: plain data, times in simulated seconds.
+
+They count from the simulator's first step; the node was there at ``begin``.
 
 Positions are in the simulator's frame [m], headings in rad, counter-clockwise; velocities in the robot's frame.
 """
@@ -75,9 +77,11 @@ class Observed:
     calls: list = field(default_factory=list)
     shown: list = field(default_factory=list)
     connections: set = field(default_factory=set)  # (topic or service, 'publishes' | 'subscribes' | 'serves')
-    seconds: float = 0.0  # how long it was observed
+    begin: float = 0.0
+    seconds: float = 0.0  # how long it was observed, since begin
+    timed_out: bool = False  # whether it was observed for as long as the exercise takes at most
     exit_code: Optional[int] = None  # None: it ran until the grader ended it
-    ended_at: Optional[float] = None
+    ended_at: Optional[float] = None  # since begin
     trouble: str = ''  # why it could not work at all: not executable, a syntax error, an exception, ...
     kept_up: bool = True  # whether simulator and node were as fast as the run asked
 
@@ -85,12 +89,27 @@ class Observed:
         """Return the events of these kinds."""
         return [event for event in self.events if event.kind in kinds]
 
-    def drawn(self):
-        """Return the positions (x, y) [m] of the way from its first movement on, without repeats."""
-        way = []
+    def pens(self):
+        """Return for each sample of the track the values of the last pen event before it, or None."""
+        changes, pens, last = self.of_kind('pen'), [], None
         for sample in self.track:
-            if not way or math.hypot(sample.x - way[-1][0], sample.y - way[-1][1]) > DRIVEN:
-                way.append((sample.x, sample.y))
+            while changes and changes[0].t <= sample.t:
+                last = changes.pop(0).values
+            pens.append(last)
+        return pens
+
+    def drawn(self, pen_down=False):
+        """Return the positions (x, y) [m] of the way from its first movement on, without repeats.
+
+        With ``pen_down`` those where it has drawn alone.
+        """
+        way, before = [], None
+        for sample, pen in zip(self.track, self.pens()):
+            if not (pen_down and pen and pen[-1]):  # r, g, b, width, off
+                for place in (before or sample, sample):
+                    if not way or math.hypot(place.x - way[-1][0], place.y - way[-1][1]) > DRIVEN:
+                        way.append((place.x, place.y))
+            before = sample
         return way
 
     def rest(self):

@@ -6,6 +6,7 @@ and detaches still descends from here.
 """
 import contextlib
 import ctypes
+import glob
 import os
 import signal
 import time
@@ -91,6 +92,18 @@ def processor_time(pid):
     with open(f'/proc/{pid}/stat', 'rb') as file:
         fields = file.read().rsplit(b')', 1)[1].split()
     return sum(map(int, fields[11:13])) / os.sysconf('SC_CLK_TCK')  # utime and stime, proc(5)
+
+
+def below(root):
+    """Return the ids of all processes that descend from ``root``."""
+    found, unseen = set(), {root}
+    while unseen:
+        parent = unseen.pop()
+        for path in glob.glob(f'/proc/{parent}/task/*/children'):
+            with contextlib.suppress(OSError), open(path, encoding='ascii') as file:
+                unseen |= set(map(int, file.read().split())) - found
+        found.add(parent)
+    return found - {root}
 
 
 def end(find, stages=GENTLY):

@@ -40,7 +40,8 @@ def write(folder, exercise, observed, decided, command, seed):
               'exit_code': observed.exit_code}
     replace(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
     replace(os.path.join(folder, 'junit.xml'), junit([(exercise, command, decided, observed.seconds)]))
-    replace(os.path.join(folder, 'output.txt'), ''.join(f'{line.t:8.2f}  {line.text}\n' for line in observed.lines))
+    replace(os.path.join(folder, 'output.txt'), ''.join(f'{line.t - observed.begin:8.2f}  {line.text}\n'
+                                                          for line in observed.lines))
     encoded, png = cv2.imencode('.png', picture(exercise, observed))
     assert encoded
     replace(os.path.join(folder, 'path.png'), png.tobytes())
@@ -90,7 +91,8 @@ def picture(exercise, observed):
 def _targets(exercise, observed):
     """Return the Fits of the shapes that were asked for and can be seen in the way at all."""
     wanted = [scored.parameters for scored in exercise.checks if scored.name == 'draws']
-    found = [fits.fit(observed.drawn(), parameters['shape'], parameters['tolerance']) for parameters in wanted]
+    way = observed.drawn(pen_down=True)
+    found = [fits.fit(way, parameters['shape'], parameters['tolerance']) for parameters in wanted]
     return [fit for fit in found if fit.quality > 0.0]
 
 

@@ -15,10 +15,15 @@ import sys
 import threading
 import uuid
 
+from kinematic_core.patience import Patience
+from kinematic_core.rest import Gone, Threads
 from turtle_robotont.grading import processes
 from turtle_robotont.grading.observed import Line
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
+FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
+SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown
+POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
 PLACES = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
 END_TIMEOUTS = processes.GENTLY
@@ -49,11 +54,15 @@ class Sandbox:
         self._guardian, self._off_duty = processes.guard(self._end_all)
         processes.adopt_orphans()
 
-    def start(self, command, log=None):
-        """Start a command in a session of its own; return its Popen. ``log``: a file for its output, else a pipe."""
+    def start(self, command, log=None, environment=None):
+        """Start a command in a session of its own; return its Popen. ``log``: a file for its output, else a pipe.
+
+        ``environment``: variables besides the sandbox's own.
+        """
         output = open(os.path.join(self.folder, log), 'wb') if log else subprocess.PIPE
         try:
-            process = subprocess.Popen(command, cwd=self.environment['PWD'], env=self.environment,
+            process = subprocess.Popen(command, cwd=self.environment['PWD'],
+                                       env={**self.environment, **(environment or {})},
                                        stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
                                        start_new_session=True)
             self._started.append(process)
@@ -92,9 +101,9 @@ class Student:
     def __init__(self, sandbox, command, now):
         """``now()`` returns the simulated time [s] to book a line with."""
         self.lines, self.dropped, self._now = [], 0, now
-        self._partial = 0
+        path = os.pathsep.join(filter(None, (FIRST_ON_PATH, sandbox.environment.get('PYTHONPATH'))))
         try:
-            self.process = sandbox.start(command)
+            self.process = sandbox.start(command, environment={'PYTHONPATH': path})
         except OSError as error:
             raise CommandError(f'{shlex.join(command)} cannot be started: {error.strerror}') from None
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
@@ -113,6 +122,34 @@ class Student:
         """Return its exit code, or None while it runs."""
         return self.process.poll()
 
+    def runs(self):
+        """Return {(process, thread): how long it has run [ns]} of it and what it has started; None while one runs."""
+        looked = {}
+        for process in processes.below(self.process.pid) | {self.process.pid}:
+            threads = Threads(process)
+            try:
+                runs = threads.runs()
+            except Gone:
+                continue
+            finally:
+                threads.close()
+            if runs is None:
+                return None
+            looked.update({(process, thread): ran for thread, ran in runs.items()})
+        return looked
+
+    def trouble(self):
+        """Return how it failed, '' while it runs and after a good end.
+
+        rospy.signal_shutdown in a callback ends a loop in the main thread by an exception: nothing is wrong with it.
+        """
+        code = self.exit_code()
+        if not code or code == 1 and self.said_last().startswith(SHUT_DOWN):
+            return ''
+        said = self.said_last()
+        hint = '; nobody is there to type anything, all values have to be in the program' if 'EOFError' in said else ''
+        return f'it ended with exit code {code}: {said}{hint}'
+
     def drain(self, timeout=1.0):
         """Wait until the output of a program that has ended is read, at most ``timeout`` [s]."""
         self._reader.join(timeout)
@@ -123,6 +160,24 @@ class Student:
         last = next((text for text in reversed(texts) if text.strip()), 'nothing was printed')
         places = [text.strip() for text in texts if re.match(r'\s+File ".*", line \d+', text)]
         return last + (f' ({places[-1]})' if places and 'Traceback' in ' '.join(texts) else '')
+
+
+class Rest:
+    """Tells for how long a Student, with all that it has started, has rested. To be looked at often."""
+
+    def __init__(self, student):
+        self._student, self._looked, self._resting = student, None, Patience()
+
+    def look(self):
+        """Return for how long [s] nothing of it has run, or just to poll."""
+        looked, before, past = self._student.runs(), self._looked, self._resting.waited
+        self._looked = looked
+        if looked is None or before is None:
+            self._resting = Patience()
+        elif sum(looked.values()) - sum(map(before.get, looked, [0] * len(looked))) > \
+                POLLING * 1e9 * max(self._resting.look() - past, SHORTEST):
+            self._resting = Patience()
+        return self._resting.look()
 
 
 def runnable(command):
@@ -160,7 +215,8 @@ def _by_name(program, arguments):
     if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
         return runnable(arguments)
     if '/' not in program and not program.endswith('.py') and shutil.which(program):
-        return [program, *from_here(program, arguments)], []
+        on_screen = ['--screen'] if program == 'roslaunch' else []  # what nodes log counts wherever it goes
+        return [program, *on_screen, *from_here(program, arguments)], []
     raise CommandError(f'{program} does not exist (looked in {os.getcwd()})')
 
 

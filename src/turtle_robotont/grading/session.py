@@ -36,12 +36,16 @@ POLL = 0.02  # [s] of wall time
 ENDING = 3.0  # [s] of wall time that a simulator may take to end when it is told to
 LOOK_PERIOD = 0.7  # [s] of wall time between two looks at the master and at the score
 PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
-START_PATIENCE = 10.0  # [s] of wall time in which a program should have registered with the master
+START_PATIENCE = 10.0  # [s] of wall time in which a program that rests should have registered with the master
+LONGEST_START = 60.0  # [s] likewise for one that works, such as on its imports
+COMPLETE = 0.4  # [s] at rest after which all that a launch file or script starts is there
+LONGEST_COMPLETION = 15.0  # [s] in which that should be
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
 SLOWEST_PACE = 0.8  # of real time: below it a program that never rests cannot be judged
 SLOWEST_WALL_PACE = 0.95  # likewise one that looks at the wall clock
 FLOODED = 0.5  # share of the wall time that a simulator computes, which by itself takes a twentieth
+LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
 SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
 
@@ -63,11 +67,19 @@ class Session:
         self.lockstep = True
         self._command, self.remarks = sandbox.runnable(command)
         self._packages = packages or sandbox.package_of(self._command)
+        if self._packages:
+            os.environ['ROS_PACKAGE_PATH'] = os.pathsep.join(
+                filter(None, (self._packages, os.environ.get('ROS_PACKAGE_PATH'))))
+        own = sources.simulators(self._command)
+        if own:
+            raise sandbox.CommandError(f'it starts a simulator of its own ({", ".join(own)}), but the grader has '
+                                       'started one: leave that node out of the launch file that is handed in')
         self._slowest_pace = SLOWEST_PACE
-        if sources.looks_at_the_wall_clock(self._command):
+        clock = sources.looks_at_the_wall_clock(self._command)
+        if clock:
             self._slowest_pace = SLOWEST_WALL_PACE
-            self.remarks.append('it looks at the wall clock (time.sleep, time.time, wait_for_message): it is graded in '
-                                'real time; rospy.sleep, rospy.Rate and rospy.Time follow the simulation')
+            self.remarks.append(f'it looks at the wall clock ({clock}): it is graded in real time; rospy.sleep, '
+                                'rospy.Rate and rospy.Time follow the simulation')
             real_time = True
         if real_time:
             self.speed, self.lockstep = 1.0, False
@@ -83,8 +95,7 @@ class Session:
         os.environ['ROS_HOSTNAME'] = 'localhost'
         for name in ('ROS_IP', 'ROS_NAMESPACE'):
             os.environ.pop(name, None)
-        paths = [path for path in (self._packages, os.environ.get('ROS_PACKAGE_PATH')) if path]
-        with sandbox.Sandbox(self._folder, {'ROS_PACKAGE_PATH': os.pathsep.join(paths)}) as box:
+        with sandbox.Sandbox(self._folder, {}) as box:
             for name in ('ROS_HOME', 'ROS_LOG_DIR', 'TMPDIR'):
                 os.environ[name] = box.environment[name]
             self._start_master(box)
@@ -140,12 +151,8 @@ class Session:
 
     def _follow(self, box, reader, student, simulator, step, resume):
         """Let time begin when the program is there, and watch until it is over."""
-        starting = Patience()
-        while not self._student_is_there() and student.exit_code() is None and starting.look() < START_PATIENCE:
-            step(1)  # whoever waits for a service, a pose or a time gets it
-            reader.read()
-        reader.read()
-        reader.zero = reader.tick
+        self._wait_for_student(student, step, reader)
+        self.observed.begin = reader.read()
         stimuli = self._start_stimuli(box, reader)
         rospy.ServiceProxy(resume, Trigger)()
         self._watch(reader, student, simulator, stimuli)
@@ -169,12 +176,25 @@ class Session:
                                  'out of launch files, as one is running')
         return True
 
+    def _wait_for_student(self, student, step, reader):
+        """Let time stand, or nearly, until a node is there and, of several processes, all are."""
+        waiting, rest = Patience(), sandbox.Rest(student)
+        while (not self._student_is_there() and student.exit_code() is None and rest.look() < START_PATIENCE
+               and waiting.look() < LONGEST_START):
+            step(1)  # whoever waits for a time gets it
+            reader.read()
+            time.sleep(POLL)
+        waiting, rest = Patience(), sandbox.Rest(student)
+        while (self.lockstep and processes.below(student.process.pid) and student.exit_code() is None
+               and rest.look() < COMPLETE and waiting.look() < LONGEST_COMPLETION):
+            time.sleep(POLL)
+
     def _start_stimuli(self, box, reader):
         """Return the program of the stimuli, ready and waiting for time to pass, or None without any."""
         if not self.exercise.stimuli:
             return None
         command = [sys.executable, '-m', told.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
-                   str(self.seed), str(BEGIN / 1e9 + (reader.zero + 1) * reader.dt)]  # tick 0 is the first step
+                   str(self.seed), str(BEGIN / 1e9 + self.observed.begin + reader.dt)]  # tick 0 is the first step
         doing = sandbox.Student(box, command, lambda: 0.0)
         self._until(lambda: doing.lines, doing.process, 'stimuli')
         return doing
@@ -182,20 +202,14 @@ class Session:
     def _watch(self, reader, student, simulator, stimuli):
         """Follow the run until the time is over, or more of it would change nothing."""
         watching, limit = Patience(), 3.0 * self.exercise.time / self.speed + SLACK
-        used = processes.processor_time(simulator.pid)
-        ended_at = None
+        used, stood = processes.processor_time(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
+            before = time.monotonic()
             time.sleep(POLL)
+            stood = max(stood, time.monotonic() - before - POLL)
             reader.read()
             self._listen(stimuli)
-            if ended_at is None and student.exit_code() is not None:
-                student.drain()
-                ended_at = self.observed.ended_at = reader.now
-                self.observed.exit_code = student.exit_code()
-                if self.observed.exit_code:
-                    self.observed.trouble = (f'it ended with exit code {self.observed.exit_code} after '
-                                             f'{ended_at:.1f} s: {student.said_last()}')
-            if ended_at is not None and reader.now > ended_at + AFTER_END and _done(stimuli):
+            if self._has_ended(student, reader.now) > AFTER_END and _done(stimuli):
                 break
             if watching.look() > limit or self.busy:
                 self.observed.kept_up = False
@@ -207,9 +221,27 @@ class Session:
                     break
         with contextlib.suppress(OSError):  # it may have ended
             self.flooded = processes.processor_time(simulator.pid) - used > FLOODED * watching.look()
-        missing = watching.look() + watching.lost - reader.now
-        if not self.lockstep and missing > (1.0 - self._slowest_pace) * reader.now + LAG:
+        self.observed.timed_out = reader.now >= self.exercise.time
+        if not (self._students or self.observed.trouble or self.observed.events or self.observed.commands):
+            self.observed.trouble = 'no node of it was ever there; is there a rospy.init_node, and is it reached?'
+        if not self.lockstep:
+            self._note_pace(watching, stood, reader.now)
+
+    def _note_pace(self, watching, stood, now):
+        """Note whether a run in real time ``now`` [s] was as long as it took, and without a gap in it [s]."""
+        missing = watching.look() + watching.lost - now
+        if missing > (1.0 - self._slowest_pace) * now + LAG:
             self.observed.kept_up = False
+        elif stood > LONGEST_STALL and verdict.decide(self.exercise, self.observed).score < 100.0:
+            self.observed.kept_up = False  # the commands of that time came late
+
+    def _has_ended(self, student, now):
+        """Return for how long [s] the program has ended, below 0 while it runs; note its end."""
+        observed = self.observed
+        if observed.ended_at is None and student.exit_code() is not None:
+            student.drain()
+            observed.ended_at, observed.exit_code, observed.trouble = now, student.exit_code(), student.trouble()
+        return -1.0 if observed.ended_at is None else now - observed.ended_at
 
     def _listen(self, stimuli):
         """Take in what the stimuli have done since the last time."""
@@ -281,7 +313,7 @@ class Session:
             for name, nodes in names:
                 others = set(nodes) - own
                 self._students |= others
-                if others:
+                if others and name not in OF_EVERY_NODE:
                     self.observed.connections.add((name, role))
                 if others and role == 'publishes' and name in FAKES:
                     self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), min(others)))
@@ -291,6 +323,7 @@ def _done(stimuli):
     return stimuli is None or stimuli.exit_code() is not None
 
 
+OF_EVERY_NODE = '/clock', '/rosout'
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
          '/clock': 'fake_clock'}
 

@@ -96,7 +96,8 @@ class Stimuli:
                 rospy.ServiceProxy(service, service_class)(*request)
                 answer.append('')
             except (rospy.ServiceException, rospy.ROSException, OSError) as error:
-                answer.append(str(error) or type(error).__name__)
+                other = f'{service} is no {service_class._type}: ' if 'md5sum' in str(error) else ''
+                answer.append(other + (str(error) or type(error).__name__))
         thread = threading.Thread(target=ask, daemon=True)
         thread.start()
         while thread.is_alive() and self._now() < begin + ANSWER_TIME:
@@ -136,16 +137,20 @@ def _offered(service):
 
 
 def told(line, observed):
-    """Take a line that a stimuli node has printed into an Observed; those that rospy has logged are left out."""
+    """Take a line that a stimuli node has printed into an Observed; those that rospy has logged are left out.
+
+    The node counts from when the graded program was there.
+    """
     if not line.startswith('["'):
         return
     kind, *values = json.loads(line)
     if kind == 'Call':
         call = Call(*values)
-        observed.calls.append(call._replace(request=tuple(call.request)))
+        observed.calls.append(call._replace(t=call.t + observed.begin, request=tuple(call.request)))
     else:
         t, markers = values
-        observed.shown.append(Shown(t, {int(marker): tuple(position) for marker, position in markers.items()}))
+        shown = {int(marker): tuple(position) for marker, position in markers.items()}
+        observed.shown.append(Shown(t + observed.begin, shown))
 
 
 def main():

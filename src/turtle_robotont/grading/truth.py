@@ -15,26 +15,25 @@ OWN = 'start', 'timeout'  # events that no node asked for
 
 
 class RecordingReader:
-    """Reads a growing recording into an Observed, times counted from the tick ``zero``."""
+    """Reads a growing recording into an Observed, times counted from the first tick on."""
 
     def __init__(self, path, dt, observed, own_node):
         """``dt`` [s]: a tick. ``own_node``: whose commands and calls are the grader's stimuli and not the student's."""
         self._path, self.dt, self._observed, self._own = path, dt, observed, own_node
         self._file, self._rest, self._columns = None, '', None
         self._lock = threading.Lock()
-        self.zero = 0  # [ticks]
         self.tick = 0  # the last one read
 
     @property
     def now(self):
-        """Simulated time [s] since ``zero``."""
-        return (self.tick - self.zero) * self.dt
+        """Simulated time [s] since the program was there, which is at ``observed.begin``."""
+        return self.tick * self.dt - self._observed.begin
 
     def read(self):
-        """Take in what has been written since the last call; return ``now``. Any thread may call it."""
+        """Take in what has been written since the last call; return the time [s]. Any thread may call it."""
         with self._lock:
             self._read()
-            return self.now
+            return self.tick * self.dt
 
     def _read(self):
         if self._file is None:
@@ -60,13 +59,13 @@ class RecordingReader:
         def field(name):
             return row[self._columns[name]]
         self.tick = int(field('tick'))
-        t = self.now
+        t = self.tick * self.dt
         for event, caller in zip(field('event').split(';'), field('callers').split(';')):
             if event.strip():
                 self._take_event(t, event.split(), caller)
         if field('x'):
             self._observed.track.append(Sample(t, *(float(field(name)) for name in ('x', 'y', 'theta'))))
-        self._observed.seconds = t
+        self._observed.seconds = self.now
 
     def _take_event(self, t, words, caller):
         turtle, _, name = words[0].rpartition('/')

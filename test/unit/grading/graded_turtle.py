@@ -45,8 +45,8 @@ class GradedTurtle:
         return self
 
     def print(self, text):
-        """Print a line."""
-        self.observed.lines.append(Line(self.t, text))
+        """Print a line, or several."""
+        self.observed.lines.extend(Line(self.t, line) for line in text.split('\n'))
         return self
 
     def teleport(self, x, y, theta=0.0):

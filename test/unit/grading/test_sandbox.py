@@ -1,12 +1,13 @@
 """turtle_robotont.grading.sandbox: what a student's program may do, and that nothing of it remains."""
 import os
+import signal
 import subprocess
 import sys
 import time
 
 import pytest
 
-from turtle_robotont.grading import sandbox
+from turtle_robotont.grading import processes, sandbox
 
 DEADLINE = 10.0  # [s] for what takes well under one
 FORKS = r'''
@@ -110,6 +111,48 @@ def test_a_traceback_is_explained(tmp_path):
     assert 'crash.py", line 2' in student.said_last()
 
 
+@pytest.mark.parametrize('text, trouble', [
+    ('', ''), ('import sys\nsys.exit(3)\n', 'it ended with exit code 3: nothing was printed'),
+    ('import rospy\nraise rospy.ROSInterruptException("ROS shutdown request")\n', ''),
+    ('input("size? ")\n', 'nobody is there to type anything'),
+])
+def test_an_end_is_no_trouble_unless_it_failed(tmp_path, text, trouble):
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, write(tmp_path, text)], lambda: 0.0)
+        until(lambda: student.exit_code() is not None)
+        student.drain()
+        assert bool(student.trouble()) is bool(trouble) and trouble in student.trouble()
+
+
+def test_it_is_seen_whether_a_program_and_its_children_work(tmp_path):
+    program = write(tmp_path, 'import os, time\nif os.fork(): time.sleep(60)\nprint(os.getpid())\nwhile True: pass\n')
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
+        until(lambda: student.lines)
+        child = int(student.lines[0].text)
+        until(lambda: child in processes.below(student.process.pid))
+        assert student.runs() is None
+        os.kill(child, signal.SIGSTOP)
+        os.kill(child, signal.SIGKILL)
+        until(lambda: student.runs() is not None)
+
+
+def test_a_node_begins_when_there_is_a_time(tmp_path):
+    """What the grader puts first on the path of modules waits in rospy's own function."""
+    program = write(tmp_path, """
+import threading, time
+import rospy.impl.simtime as simtime, rospy.rostime as rostime
+simtime._is_use_simtime = lambda: True
+simtime.rospy.topics.Subscriber = lambda *_, **__: threading.Timer(0.3, rostime._set_rostime, [rostime.Time(7)]).start()
+print(simtime.init_simtime(), rostime.get_time())
+""")
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
+        until(lambda: student.exit_code() is not None)
+        student.drain()
+    assert [line.text for line in student.lines] == ['True 7.0']
+
+
 GOOD = '#!/usr/bin/env python3\nprint(1)\n'
 
 
@@ -146,9 +189,9 @@ def test_what_cannot_run_is_named(tmp_path, monkeypatch, text, name, mode, said)
 @pytest.mark.parametrize('command, started', [
     (['python3', 'a.py', '_x:=1'], [sys.executable, '{}/a.py', '_x:=1']),
     (['bash', 'a.sh', 'a.py', 'none.py'], ['bash', '{}/a.sh', '{}/a.py', 'none.py']),
-    (['a.launch', 'x:=1'], ['roslaunch', '{}/a.launch', 'x:=1']),
-    (['roslaunch', 'a.launch', 'x:=1'], ['roslaunch', '{}/a.launch', 'x:=1']),
-    (['roslaunch', 'package', 'a.launch'], ['roslaunch', 'package', 'a.launch']),
+    (['a.launch', 'x:=1'], ['roslaunch', '--screen', '{}/a.launch', 'x:=1']),
+    (['roslaunch', 'a.launch', 'x:=1'], ['roslaunch', '--screen', '{}/a.launch', 'x:=1']),
+    (['roslaunch', 'package', 'a.launch'], ['roslaunch', '--screen', 'package', 'a.launch']),
     (['rosrun', 'package', 'a.py'], ['rosrun', 'package', 'a.py']),
 ])
 def test_files_are_meant_where_they_were_typed(tmp_path, monkeypatch, command, started):

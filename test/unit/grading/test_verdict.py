@@ -51,7 +51,7 @@ def stop_at(turtle, x):
     return turtle.drive(2.0)
 
 
-def serve(turtle, answered=True, printed=True):
+def serve(turtle, answered=True, printed=True, words='Service => x: {} y: {} theta: {}'):
     """Connect, be called with three requests, drive."""
     turtle.observed.connections.add((SERVICE, 'serves'))
     for number in range(3):
@@ -59,7 +59,7 @@ def serve(turtle, answered=True, printed=True):
         turtle.observed.calls.append(Call(turtle.t, SERVICE, request, answered, '' if answered else 'no answer'))
         turtle.wait(0.2)
         if printed:
-            turtle.print('Service => x: {} y: {} theta: {}'.format(*request))
+            turtle.print(words.format(*request))
     return turtle.drive(3.0, linear=0.6)
 
 
@@ -86,23 +86,55 @@ def robot(turtle, **how):
     return turtle.drive(**{'seconds': 11.0, 'linear': 0.2, 'rate': 1.0, 'say': lambda pose: 'forward 0.2', **how})
 
 
+def cut_off(pose):
+    return f'{int(pose.x)} {int(pose.y)}'
+
+
+def rounded(pose):
+    return f'{pose.x:.1f} {pose.y:.1f}'
+
+
+def message(pose):
+    """Return what rospy prints of a Pose."""
+    return f'x: {pose.x}\ny: {pose.y}\ntheta: {pose.theta}\nlinear_velocity: 0.6\nangular_velocity: 0.5\n---'
+
+
+def tells_again(turtle):
+    """See markers, and tell twice a second what was seen last."""
+    show(turtle, marker_id)
+    for _ in range(10):
+        turtle.print('No AR markers detected.').wait(0.5)
+    return turtle
+
+
+def pen_up_first(turtle):
+    """Go to the first position with the pen up."""
+    return square_of_teleports(turtle.pen(0, 0, 0, 3, 1).teleport(2.0, 2.0).pen(0, 0, 0, 3, 0))
+
+
 RIGHT = {
     'publish_circle': [circle],
     'print_poses': [lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=words),
-                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, rate=62.0, say=logged)],
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, rate=62.0, say=logged),
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=message),
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=lambda pose: f'{pose.x}\n{pose.y}'),
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=rounded)],
     'stop_at_x': [lambda turtle: stop_at(turtle, 10.0)],
     'square_by_topics': [polygon, lambda turtle: polygon(turtle.drive(2.0, -1.0, 0.0)),
                          lambda turtle: polygon(turtle, sides=4, length=3.0)],
-    'set_pen_and_goto_pose': [lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0))],
-    'square_by_teleport': [square_of_teleports],
-    'black_path': [lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 0))],
+    'set_pen_and_goto_pose': [lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0)),
+                              lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0), words='{:.1f}\n{:.1f}\n{:.1f}')],
+    'square_by_teleport': [square_of_teleports, pen_up_first],
+    'black_path': [lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 0)), pen_up_first],
     'robot_forward': [robot],
-    'robot_turning': [lambda turtle: robot(turtle, angular=0.3)],
+    'robot_turning': [lambda turtle: robot(turtle, angular=0.3),
+                      lambda turtle: robot(turtle, linear=1.0, angular=-3.0)],
     'robot_square': [lambda turtle: polygon(turtle, 4, 1.2)],
     'robot_circle': [lambda turtle: turtle.drive(14.0, 0.25, 0.5)],
     'robot_triangle': [lambda turtle: polygon(turtle, 3, 1.2)],
-    'print_marker_ids': [lambda turtle: show(turtle, marker_id)],
-    'print_marker_x': [lambda turtle: show(turtle, lambda marker, x: f'{marker} is at x = {x}' if marker else 'none')],
+    'print_marker_ids': [lambda turtle: show(turtle, marker_id), tells_again],
+    'print_marker_x': [lambda turtle: show(turtle, lambda marker, x: f'{marker} is at x = {x}' if marker else 'none'),
+                       lambda turtle: show(turtle, lambda marker, x: f'{x:.1f}' if marker else 'none')],
 }
 WRONG = [  # exercise, what is done, a part of the reasons
     ('publish_circle', lambda turtle: turtle.wait(30.0), '0 commands'),
@@ -121,6 +153,12 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('stop_at_x', lambda turtle: turtle.teleport(10.0, 5.5).wait(3.0), 'it teleported to (10.00, 5.50)'),
     ('square_by_topics', lambda turtle: polygon(turtle, sides=3), 'lies on a square'),
     ('square_by_topics', lambda turtle: polygon(turtle, turn=1.2), 'lies on a square'),
+    ('square_by_topics', lambda turtle: polygon(turtle, sides=3, turn=math.pi / 2.0), 'of which 80%'),
+    ('square_by_teleport', lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 1)), 'that is none'),
+    ('print_poses', lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=lambda pose: words(pose) + ' 1.0' * 11),
+     '0 of 100 lines'),
+    ('print_poses', lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=cut_off), 'lines with'),
+    ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: f'{list(range(256))}'), '0 of 3'),
     ('square_by_topics', square_of_teleports, 'it teleported to (2.00, 2.00) where the way is to be driven'),
     ('square_by_topics', lambda turtle: turtle.wait(5.0), 'it did not move'),
     ('set_pen_and_goto_pose', lambda turtle: turtle.pen(0, 0, 255, 5, 0).drive(3.0, 0.5), 'it was never offered'),
@@ -132,12 +170,12 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('square_by_teleport', lambda turtle: turtle.wait(3.0), '0: none'),
     ('square_by_teleport', polygon, '0: none'),
     ('black_path', square_of_teleports, 'the pen was not set'),
-    ('black_path', lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 1)), '0% of the path as asked'),
+    ('black_path', lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 1)), 'no path; pens'),
     ('black_path', lambda turtle: turtle.pen(0, 0, 0, 3, 0).teleport(2.0, 2.0).teleport(2.0, 2.1), '1: (2.0, 2.0)'),
     ('robot_forward', lambda turtle: robot(turtle, linear=-0.2), 'linear.x -0.20 m/s'),
     ('robot_forward', lambda turtle: robot(turtle, angular=0.5), 'angular.z 0.50 rad/s'),
     ('robot_forward', lambda turtle: turtle.wait(10.0), '0 commands'),
-    ('robot_turning', robot, 'angular.z 0.00 rad/s'),
+    ('robot_turning', robot, '|angular.z| 0.00 rad/s'),
     ('robot_turning', lambda turtle: robot(turtle, linear=0.0, angular=0.3), 'linear.x 0.00 m/s'),
     ('robot_turning', lambda turtle: turtle.wait(10.0), '0 commands'),
     ('robot_square', lambda turtle: polygon(turtle, 3, 1.2), 'lies on a square'),

@@ -1,2 +1,2 @@
-# expected: failed: angular.z 0.00 rad/s
+# expected: failed: |angular.z| 0.00 rad/s
 ../robot_forward/right_node.py
