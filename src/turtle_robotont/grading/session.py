@@ -222,7 +222,7 @@ class Session:
         with contextlib.suppress(OSError):  # it may have ended
             self.flooded = processes.processor_time(simulator.pid) - used > FLOODED * watching.look()
         self.observed.timed_out = reader.now >= self.exercise.time
-        if not (self._students or self.observed.trouble or self.observed.events or self.observed.commands):
+        if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands):
             self.observed.trouble = 'no node of it was ever there; is there a rospy.init_node, and is it reached?'
         if not self.lockstep:
             self._note_pace(watching, stood, reader.now)
@@ -298,6 +298,11 @@ class Session:
         state = rosgraph.Master(NODE).getSystemState()
         self._students = {node for kind in state for _, users in kind for node in users} - self._own()
         return bool(self._students)
+
+    def _was_there(self):
+        """Return whether a node of the student's ever was: one that ends at once has left its log."""
+        return self._students or set(os.listdir(os.environ['ROS_LOG_DIR'])) - {
+            f'{name[1:]}.log' for name in ('/master', *self._own())}
 
     def _own(self):
         return {NODE, STIMULI, self._simulator, '/rosout'}
