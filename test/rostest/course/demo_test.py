@@ -37,6 +37,12 @@ class DemoTest(CourseCase):
         self.assertRegex(said, r'✓ 1 of 1 steps did what the course asks')
         self.assertEqual(['1_gotopose.png'], [os.path.basename(path) for path in glob.glob(f'{self.output}/*.png')])
 
+    def test_demo_subscriber(self):
+        """A step whose node only prints: enough is printed before it is judged."""
+        said = self.play('First subscriber', 0)
+        self.assertRegex(said, r'✓ ([6-9]|\d\d+) poses printed')
+        self.assertRegex(said, r'✓ which was sent to x = 2\.500 m')
+
     def pictures(self):
         """Return the names of the pictures that the demo left."""
         return sorted(os.path.basename(path) for path in glob.glob(f'{self.output}/*.png'))
