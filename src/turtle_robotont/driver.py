@@ -25,6 +25,7 @@ READY_TIMEOUT = 10.0  # [s] in which a vehicle must show itself
 POLL = 0.02  # [s] between two looks for a subscriber
 SHORT_WAIT = 0.25  # [s] longer than the rest that a simulator in lockstep asks for
 SAY_AFTER = 5.0  # [s] without a pose while simulated time stands, after which the user is told
+STANDING = 0.1  # share of the time waited: simulated time that passes less is said to stand
 STATUS_PERIOD = 0.1  # [s]
 POSES_KEPT = 1000  # that a busy machine may leave waiting
 
@@ -130,7 +131,7 @@ class Driver:
                 begin = now
             if waited >= timeout and (now - begin >= timeout or not self._subscriber.get_num_connections()):
                 return False
-            if waited >= SAY_AFTER and not said:
+            if waited >= SAY_AFTER and now - begin < STANDING * waited and not said:
                 said = True
                 rospy.logwarn('No pose on %s, and the simulated time stands at %.3f s: is the simulator paused? '
                               'Waiting.', self.pose_topic, now)

@@ -294,7 +294,7 @@ class Session:
             time.sleep(POLL)
 
     def _student_is_there(self):
-        """Return whether a node of the student's has come, and has a subscription of /clock if it is Python."""
+        """Return whether a node of the student's has come."""
         state = rosgraph.Master(NODE).getSystemState()
         self._students = {node for kind in state for _, users in kind for node in users} - self._own()
         return bool(self._students)

@@ -103,6 +103,7 @@ class DriveRobotTest(RobotCase):
         self.addCleanup(other.unregister)
         said = self.ended(self.start('drive_shape.py', '_robot:=true'), code=1)
         self.assertRegex(said, r'\[FATAL\].*no odometry on /odom for 10 s.*nobody publishes it.*odom:=/robot7/odom')
+        self.assertNotIn('paused', said)  # nothing here is simulated
 
     def test_drive_robot_shutdown(self):
         """Ctrl-C in the middle of a side: a Twist of zeros is the last."""
