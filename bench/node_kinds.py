@@ -1,0 +1,134 @@
+"""The kinds of nodes of this repository: how each is started, and which names it must have registered. No ROS.
+
+One table for whatever has to hold for every kind of node: the campaign of `./run stress` and the rostests read it.
+A kind's simulators and sources must run before it (`needs`, `in_order`). Several kinds that drive disturb each other on
+one turtle: `on_turtle` gives one of them a turtle of its own, which has to be spawned; draw_square calls reset as well.
+"""
+
+import os
+from typing import NamedTuple
+
+WIDTH, HEIGHT = 160, 120  # [px] of the picture that usb_cam shows
+TURTLE_SERVICES = tuple(f'/turtle1/{name}' for name in ('set_pen', 'teleport_absolute', 'teleport_relative'))
+
+
+class NodeKind(NamedTuple):
+    """One kind of node.
+
+    key: its name in tables; node: its name in ROS; package, executable: as for rosrun; arguments: parameters and
+    remaps, where {folder} stands for a folder with a picture; needs: keys of the kinds that must run before it;
+    published, subscribed, services: names that it has registered once it is up; drives: it moves a turtle or a robot,
+    for ever or until it has arrived.
+    """
+
+    key: str
+    node: str
+    package: str
+    executable: str
+    arguments: tuple = ()
+    needs: tuple = ()
+    published: tuple = ()
+    subscribed: tuple = ()
+    services: tuple = ()
+    drives: bool = False
+
+    @property
+    def parameters(self):
+        """{absolute name: text} of the private parameters on its command line."""
+        pairs = (argument[1:].split(':=', 1) for argument in self.arguments if argument.startswith('_') and
+                 not argument.startswith('__'))
+        return {f'{self.node}/{name}': value for name, value in pairs}
+
+
+KINDS = (
+    NodeKind('turtlesim', '/turtlesim', 'turtlesim', 'turtlesim_node', ('_background_r:=7', '_window:=false'),
+             published=('/turtle1/pose', '/turtle1/color_sensor'), subscribed=('/turtle1/cmd_vel',),
+             services=('/clear', '/kill', '/reset', '/spawn', *TURTLE_SERVICES, '/turtlesim/snapshot')),
+    NodeKind('robotont', '/robotont_gazebo', 'robotont_gazebo', 'robotont_gazebo',
+             ('_world:=minimaze_ar', '_x:=-2.0'), published=('/odom', '/tf', '/robotont_gazebo/world'),
+             subscribed=('/cmd_vel',), services=('/robotont_gazebo/set_pose', '/robotont_gazebo/move_marker')),
+    NodeKind('camera', '/robotont_camera', 'robotont_gazebo', 'robotont_camera',
+             ('_width:=320', '_height:=240', '_rate:=5'), needs=('robotont',),
+             published=('/camera/color/image_raw', '/camera/color/camera_info'),
+             subscribed=('/robotont_gazebo/world',)),
+    NodeKind('tracker', '/marker_detect', 'ar_track_alvar', 'individualMarkersNoKinect',
+             ('camera_image:=/camera/color/image_raw', 'camera_info:=/camera/color/camera_info', '_marker_size:=28.0',
+              '_output_frame:=camera_depth_optical_frame', '__name:=marker_detect'), needs=('camera',),
+             published=('/ar_pose_marker', '/visualization_marker', '/diagnostics'),
+             subscribed=('/camera/color/image_raw', '/camera/color/camera_info')),
+    NodeKind('usb_cam', '/usb_cam', 'usb_cam', 'usb_cam_node',
+             ('_video_device:={folder}', '_rate:=5', '_horizontal_fov:=60'),
+             published=('/usb_cam/image_raw', '/usb_cam/camera_info'),
+             services=('/usb_cam/start_capture', '/usb_cam/stop_capture', '/usb_cam/set_camera_info')),
+    NodeKind('goto_pose_server', '/goto_pose_server', 'turtle_robotont', 'goto_pose_server.py', ('_speed:=1.5',),
+             needs=('turtlesim',), published=('/turtle1/cmd_vel', '/turtle1/drive_status'),
+             subscribed=('/turtle1/pose',),
+             services=('/turtle1/gotoPose', '/turtle1/drive_to', '/turtle1/draw_shape')),
+    NodeKind('velocity_publisher', '/velocity_publisher', 'turtle_robotont', 'velocity_publisher.py',
+             ('__name:=velocity_publisher', '_linear:=0.4'), needs=('turtlesim',), published=('/turtle1/cmd_vel',),
+             drives=True),
+    NodeKind('pose_subscriber', '/pose_subscriber', 'turtle_robotont', 'pose_subscriber.py',
+             ('__name:=pose_subscriber', '_rate:=1'), needs=('turtlesim',), subscribed=('/turtle1/pose',)),
+    NodeKind('stop_at_x', '/stop_at_x', 'turtle_robotont', 'stop_at_x.py', ('_x:=11.0', '_speed:=0.05'),
+             needs=('turtlesim',), published=('/turtle1/cmd_vel', '/turtle1/drive_status'),
+             subscribed=('/turtle1/pose',), drives=True),
+    NodeKind('drive_shape', '/drive_shape', 'turtle_robotont', 'drive_shape.py', ('_size:=4.0', '_speed:=0.05'),
+             needs=('turtlesim',), published=('/turtle1/cmd_vel', '/turtle1/drive_status'),
+             subscribed=('/turtle1/pose',), drives=True),
+    NodeKind('drive_shape_robot', '/drive_robot', 'turtle_robotont', 'drive_shape.py',
+             ('__name:=drive_robot', '_robot:=true', '_speed:=0.05'), needs=('robotont',),
+             published=('/cmd_vel', '/drive_status'), subscribed=('/odom',), drives=True),
+    NodeKind('teleport_tour', '/teleport_tour', 'turtle_robotont', 'teleport_tour.py', ('_pause:=60',),
+             needs=('turtlesim',), published=('/turtle1/cmd_vel',), subscribed=('/turtle1/pose',), drives=True),
+    NodeKind('ar_control', '/ar_control', 'turtle_robotont', 'ar_control_node.py',
+             ('_mode:=follow', '_log_rate:=1', '_speed:=0.05'),
+             needs=('tracker',), published=('/cmd_vel',), subscribed=('/ar_pose_marker',), drives=True),
+    NodeKind('ar_maze', '/ar_maze', 'turtle_robotont', 'ar_maze.py', ('_speed:=0.05', '_search_speed:=0.0'),
+             needs=('tracker',), published=('/cmd_vel',), subscribed=('/ar_pose_marker',), drives=True),
+    NodeKind('draw_square', '/draw_square', 'turtlesim', 'draw_square', ('_side:=1.0',), needs=('turtlesim',),
+             published=('/turtle1/cmd_vel',), subscribed=('/turtle1/pose',), drives=True),
+    NodeKind('mimic', '/mimic', 'turtlesim', 'mimic', ('__name:=mimic', 'input:=turtle1', 'output:=turtle2'),
+             needs=('turtlesim',), published=('/turtle2/cmd_vel',), subscribed=('/turtle1/pose',)),
+)
+BY_KEY = {kind.key: kind for kind in KINDS}
+FIXED_TURTLE = ('velocity_publisher.py', 'pose_subscriber.py', 'draw_square')  # without a parameter ~turtle
+SIMULATORS = ('turtlesim', 'robotont')
+
+
+def in_order(keys):
+    """The kinds with these keys and all that they need, each after what it needs."""
+    found = []
+    for key in keys:
+        kind = BY_KEY[key]
+        found += [one for one in (*in_order(kind.needs), kind) if one not in found]
+    return found
+
+
+def arguments(kind, folder):
+    """The arguments of a kind's command, with ``folder`` as the place of a picture for usb_cam."""
+    return [argument.format(folder=folder) for argument in kind.arguments]
+
+
+def on_turtle(kind, turtle):
+    """A kind that drives with ``turtle`` in place of turtle1."""
+    def moved(names):
+        return tuple(name.replace('/turtle1/', f'/{turtle}/') for name in names)
+    remaps = tuple(f'turtle1/{name}:={turtle}/{name}' for name in ('cmd_vel', 'pose', 'set_pen', 'teleport_absolute'))
+    given = remaps if kind.executable in FIXED_TURTLE else (f'_turtle:={turtle}',)
+    return kind._replace(arguments=kind.arguments + given, published=moved(kind.published),
+                         subscribed=moved(kind.subscribed), services=moved(kind.services))
+
+
+def make_picture(folder):
+    """Write a picture that usb_cam can show into a folder; return the folder."""
+    os.makedirs(folder, exist_ok=True)
+    pixels = bytes((x + y) % 256 for y in range(HEIGHT) for x in range(WIDTH) for _ in range(3))
+    with open(os.path.join(folder, 'picture.ppm'), 'wb') as file:
+        file.write(b'P6 %d %d 255\n' % (WIDTH, HEIGHT) + pixels)
+    return folder
+
+
+def missing(kind, registered):
+    """The names of a kind that are not in ``registered``: (published, subscribed, services), each a collection."""
+    needed = kind.published, kind.subscribed, kind.services
+    return [name for names, there in zip(needed, registered) for name in names if name not in there]

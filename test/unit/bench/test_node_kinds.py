@@ -1,0 +1,65 @@
+"""The table of node kinds agrees with itself and with the scripts that there are."""
+import pathlib
+
+import pytest
+
+import node_kinds
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+NOT_NODES = {'demo.py', 'grade.py', 'marker_sequence.py', 'createMarker', 'robotont_urdf'}
+SHORT_LIVED = {'set_pen.py'}  # calls once and ends
+NEEDS_A_TERMINAL = {'turtle_teleop_key'}
+NEEDS_A_FILE = {'findMarkerBundlesNoKinect'}  # the tracker with a bundle: one node class with individualMarkersNoKinect
+
+
+def test_every_node_is_in_the_table():
+    scripts = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
+               for path in folder.iterdir() if path.is_file()}
+    told = {kind.executable for kind in node_kinds.KINDS}
+    assert scripts - told == NOT_NODES | SHORT_LIVED | NEEDS_A_TERMINAL | NEEDS_A_FILE
+    assert told <= scripts
+
+
+def test_keys_and_names_are_unique():
+    for names in ([kind.key for kind in node_kinds.KINDS], [kind.node for kind in node_kinds.KINDS]):
+        assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize('key, order', [
+    ('turtlesim', ['turtlesim']),
+    ('ar_control', ['robotont', 'camera', 'tracker', 'ar_control']),
+])
+def test_what_a_kind_needs_comes_first(key, order):
+    assert [kind.key for kind in node_kinds.in_order([key])] == order
+
+
+def test_everything_comes_once():
+    keys = [kind.key for kind in node_kinds.KINDS]
+    assert sorted(kind.key for kind in node_kinds.in_order(keys)) == sorted(keys)
+
+
+def test_parameters_are_those_of_the_command_line():
+    assert node_kinds.BY_KEY['tracker'].parameters == {
+        '/marker_detect/marker_size': '28.0', '/marker_detect/output_frame': 'camera_depth_optical_frame'}
+
+
+def test_a_turtle_of_its_own():
+    shape = node_kinds.on_turtle(node_kinds.BY_KEY['drive_shape'], 'turtle3')
+    assert '_turtle:=turtle3' in shape.arguments
+    assert shape.published == ('/turtle3/cmd_vel', '/turtle3/drive_status')
+    driver = node_kinds.on_turtle(node_kinds.BY_KEY['velocity_publisher'], 'turtle2')
+    assert 'turtle1/cmd_vel:=turtle2/cmd_vel' in driver.arguments
+    assert driver.published == ('/turtle2/cmd_vel',)
+
+
+def test_what_is_missing():
+    kind = node_kinds.BY_KEY['pose_subscriber']
+    assert node_kinds.missing(kind, ((), {'/turtle1/pose'}, ())) == []
+    assert node_kinds.missing(kind, ({'/turtle1/pose'}, (), ())) == ['/turtle1/pose']
+
+
+def test_picture(tmp_path):
+    node_kinds.make_picture(tmp_path / 'pictures')
+    data = (tmp_path / 'pictures' / 'picture.ppm').read_bytes()
+    assert len(data) == len(b'P6 160 120 255\n') + 160 * 120 * 3
+    assert node_kinds.arguments(node_kinds.BY_KEY['usb_cam'], '/a')[0] == '_video_device:=/a'
