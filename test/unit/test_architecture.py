@@ -25,6 +25,9 @@ MESSAGES_AND_PICTURES = ['images']  # of kinematic_ros: may import sensor_msgs, 
 PAPER = {'cairo'}  # and alvar_core's sheets to print
 ROS_ITSELF = {'rosgraph', 'rosgraph_msgs', 'rospy', 'std_srvs'}
 LONGEST_MODULE = 350  # [lines]
+INTERNALS = 'stand_ins/kinematic_ros/src/kinematic_ros/rospy_internals.py'  # may use private parts of rospy
+PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
+PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
 WITH_NUMPY = {'rays'}  # of kinematic_core: everything else there is plain Python
@@ -179,6 +182,41 @@ def test_module_is_short_and_in_the_oldest_python(path):
     ast.parse(source, feature_version=OLDEST_PYTHON)
 
 
+def dotted(node):
+    """Return a.b.c of the expression a.b.c, '' of anything else."""
+    if isinstance(node, ast.Attribute):
+        before = dotted(node.value)
+        return before and f'{before}.{node.attr}'
+    return node.id if isinstance(node, ast.Name) else ''
+
+
+def private_parts(source):
+    """Return what Python source uses of rospy that is not its documented interface."""
+    tree = ast.parse(source)
+    named = {dotted(node) for node in ast.walk(tree)} | imported(source)
+    found = {name for name in named for module in PRIVATE_MODULES if name == module or name.startswith(f'{module}.')}
+    return found | {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)
+                    and node.attr in PRIVATE_ATTRIBUTES}
+
+
+@pytest.mark.parametrize('source, found', [
+    ('import rospy\nrospy.init_node("a")\nrospy.exceptions.ROSException', set()),
+    ('from rospy.impl.registration import get_topic_manager', {'rospy.impl.registration.get_topic_manager'}),
+    ('import rospy.rostime', {'rospy.rostime'}),
+    ('rospy.core.is_shutdown()', {'rospy.core.is_shutdown', 'rospy.core'}),
+    ('publisher.impl.connections', {'impl'}),
+    ('message._connection_header["callerid"]', {'_connection_header'}),
+])
+def test_private_parts_are_found(source, found):
+    assert private_parts(source) == found
+
+
+@each([path for path in MODULES if name_of(path) != INTERNALS and 'test' not in path.relative_to(REPOSITORY).parts])
+def test_one_module_uses_private_parts_of_rospy(path):
+    assert private_parts(path.read_text(encoding='utf-8')) == set(), f'use or extend {INTERNALS}'
+
+
 def test_the_repository_was_found():
+    assert (REPOSITORY / INTERNALS).is_file()
     assert len(CORE_MODULES) >= 4 and len(ROS_MODULES) >= 4 and len(SCRIPTS) >= 11
     assert len(STAND_IN_MODULES) >= 20 and len(LAUNCH_FILES) >= 8 and len(MODULES) >= 50

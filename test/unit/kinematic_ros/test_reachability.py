@@ -5,7 +5,7 @@ import pytest
 import rosgraph
 import rospy
 
-from kinematic_ros import reachability
+from kinematic_ros import reachability, rospy_internals
 
 NODE = '/laptop/node'
 NO_ADDRESS = '10.88.0.9'  # none of a machine that runs tests
@@ -72,7 +72,7 @@ class Manager:
     ({'/rosout': 0}, {}, ([], [('/rosout', ['/rosout'])]), set()),
 ])
 def test_topics_known_from_both_sides_without_connection(monkeypatch, published, subscribed, state, found):
-    monkeypatch.setattr(reachability, 'get_topic_manager', lambda: Manager(published, subscribed))
+    monkeypatch.setattr(rospy_internals, 'get_topic_manager', lambda: Manager(published, subscribed))
     monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
     monkeypatch.setattr(rosgraph.Master, 'getSystemState', lambda self: (*state, []))
     assert reachability.unconnected() == found

@@ -8,7 +8,7 @@ import pytest
 import rosgraph
 import rospy
 
-from kinematic_ros import registration
+from kinematic_ros import registration, rospy_internals
 
 DEADLINE = 5.0  # [s] for a thread to do what it does every PERIOD, on a busy machine
 PERIOD = 0.005  # [s]
@@ -77,8 +77,8 @@ def master(monkeypatch):
     services = FakeManager(services=[('/t/set_pen', 'rosrpc://localhost:1')])
     monkeypatch.setattr(rosgraph, 'Master', fake)
     monkeypatch.setattr(registration.xmlrpc.client, 'ServerProxy', fake)
-    monkeypatch.setattr(registration, 'get_topic_manager', lambda: topics)
-    monkeypatch.setattr(registration, 'get_service_manager', lambda: services)
+    monkeypatch.setattr(rospy_internals, 'get_topic_manager', lambda: topics)
+    monkeypatch.setattr(rospy_internals, 'get_service_manager', lambda: services)
     monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
     monkeypatch.setattr(rospy, 'get_node_uri', lambda: URI)
     return fake

@@ -15,7 +15,8 @@ from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_pubsub import TCPROSPub
 from std_msgs.msg import ColorRGBA, String
 
-from kinematic_ros.topics import LatestPublisher, SubscriptionListener, frame
+from kinematic_ros.rospy_internals import frame
+from kinematic_ros.topics import LatestPublisher, SubscriptionListener
 
 NEVER_WAITS = 5.0  # [s] in which what must not block has long been done, on a busy machine
 FLOOD = 3000  # messages of 1 kB: more than the buffers of a connection hold

@@ -23,7 +23,7 @@ from ar_track_alvar.gates import ErrorGate, RateGate
 from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.report import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
-from kinematic_ros import images, params
+from kinematic_ros import images, params, rospy_internals
 from kinematic_ros.registration import keep_registered
 from kinematic_ros.topics import LatestPublisher
 from kinematic_ros.waiting import COMPRESSED, waiting_text
@@ -52,7 +52,7 @@ class MarkerNode:
         self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateGate(settings.max_frequency), ErrorGate()
-        self._simulated = not rospy.rostime.is_wallclock()
+        self._simulated = not rospy_internals.is_wall_time()
         self._said = {}  # kind of warning -> (when it was said [s, monotonic], text)
         self._topic = rospy.resolve_name('camera_image')
         self._last_arrival = -math.inf
@@ -149,7 +149,7 @@ class MarkerNode:
         if self._tracker is None or self._tracker.detector.size != size:
             detector = Detector(size, settings.marker_resolution, settings.marker_margin, self._sizes)
             # With simulated time what is found must not depend on how much time there is: all of each picture at once.
-            self._tracker = Tracker(detector) if rospy.rostime.is_wallclock() else Tracker(detector, full_every=1)
+            self._tracker = Tracker(detector) if rospy_internals.is_wall_time() else Tracker(detector, full_every=1)
         if settings.enabled and self._subscriber is None:
             self._picture_came = time.monotonic()
             self._start_anew()

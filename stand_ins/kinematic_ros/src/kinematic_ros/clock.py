@@ -33,17 +33,16 @@ import time
 
 import rosgraph
 import rospy
-import rospy.impl.simtime
-import rospy.rostime
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.pacing import Pacer
-from kinematic_ros import lag, params
+from kinematic_ros import lag, params, rospy_internals
 from kinematic_ros.lockstep import Lockstep
 from kinematic_ros.msg import ClockStatus
+from kinematic_ros.rospy_internals import frame
 from kinematic_ros.srv import Step, StepResponse
-from kinematic_ros.topics import LatestPublisher, frame
+from kinematic_ros.topics import LatestPublisher
 
 SLOWEST, FASTEST = 0.01, 1000.0  # simulated seconds a second that ~rate may ask for
 MOST_STEPS = 1_000_000  # of one call of ~step
@@ -143,7 +142,7 @@ class SimulatorClock:
     def _set_time(self):
         """Let this process's rospy know the time, without the way through the topic; return it."""
         now = rospy.Time(*divmod(self._pacer.nanoseconds, 1_000_000_000))
-        rospy.rostime._set_rostime(now)
+        rospy_internals.set_time(now)
         return now
 
     def _clock_wanted(self):
@@ -219,7 +218,7 @@ class SimulatorClock:
 
     def _follow(self):
         """Do what disable_rostime left out: somebody else may publish /clock."""
-        if not rospy.impl.simtime.init_simtime():
+        if not rospy_internals.follow_time():
             raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
         if rospy.get_param(USE_SIM_TIME, False) and not _other_clocks():
             rospy.logwarn('%s is true, but nobody publishes /clock: nodes wait for it for ever. Start this simulator '

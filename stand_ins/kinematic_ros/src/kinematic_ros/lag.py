@@ -3,13 +3,15 @@
 A node that gets no processor time does not read. How much waits for it is in the tables of TCP sockets (proc(5),
 /proc/net/tcp), in the row of the node's end of the connection.
 """
+from kinematic_ros import rospy_internals
+
 TABLES = '/proc/net/tcp', '/proc/net/tcp6'
 
 
 def unread(publisher, size):
     """Return {node: how many messages of ``size`` [bytes] it has not read} of a rospy.Publisher's local subscribers."""
     ports = {}
-    for connection in list(publisher.impl.connections) if publisher.impl else ():
+    for connection in list(rospy_internals.connections(publisher)):
         try:
             ports[connection.socket.getpeername()[1], connection.socket.getsockname()[1]] = connection.endpoint_id
         except (OSError, AttributeError):  # gone

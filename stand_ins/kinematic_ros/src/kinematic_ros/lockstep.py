@@ -14,6 +14,7 @@ import rospy
 
 from kinematic_core.patience import Patience
 from kinematic_core.rest import Gone, Threads
+from kinematic_ros import rospy_internals
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
 LONGEST_PAUSE = 1e-3  # [s]
@@ -112,7 +113,7 @@ class Lockstep:
 
     def _update(self):
         """Take in who has come and who has gone."""
-        connections = tuple(self._publisher.impl.connections) if self._publisher.impl else ()
+        connections = tuple(rospy_internals.connections(self._publisher))
         if connections == self._connections:
             return
         for connection in set(self._followers) - set(connections):

@@ -14,9 +14,11 @@ import xmlrpc.client
 import rosgraph
 import rosgraph.network
 import rospy
-from rospy.impl.registration import get_topic_manager
+
+from kinematic_ros import rospy_internals
 
 PERIOD = 3.0  # [s] between two looks; a connection takes far less
+LOG_TOPIC = '/rosout'
 REMINDER = 30.0  # [s] between two warnings of the same kind
 
 
@@ -68,9 +70,8 @@ def unconnected():
     ``nodes`` is a text, names with commas between them. Raises OSError or a rosgraph.MasterException when the
     master does not answer.
     """
-    manager = get_topic_manager()
-    published = _silent(manager.get_publications(), manager.get_publisher_impl)
-    subscribed = _silent(manager.get_subscriptions(), manager.get_subscriber_impl)
+    published = rospy_internals.unconnected_publications() - {LOG_TOPIC}
+    subscribed = rospy_internals.unconnected_subscriptions()
     if not published and not subscribed:
         return set()
     publishers, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
@@ -81,12 +82,6 @@ def unconnected():
             if topic in own and elsewhere:
                 found.add((topic, ', '.join(elsewhere)))
     return found
-
-
-def _silent(topics, implementation):
-    """Return the names of the topics without a connection."""
-    pairs = [(name, implementation(name)) for name, _ in topics if name != '/rosout']
-    return {name for name, topic in pairs if topic is not None and not topic.has_connections()}
 
 
 def _silence(topic, nodes):

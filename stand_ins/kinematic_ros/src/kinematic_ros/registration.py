@@ -9,7 +9,8 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from rospy.impl.registration import get_service_manager, get_topic_manager
+
+from kinematic_ros import rospy_internals
 
 PERIOD = 1.0  # [s] between two looks at the master
 
@@ -50,11 +51,11 @@ def _known():
 def _register_all():
     master = rosgraph.Master(rospy.get_name())
     uri = rospy.get_node_uri()
-    for name, data_type in get_topic_manager().get_publications():
+    for name, data_type in rospy_internals.publications():
         master.registerPublisher(name, data_type, uri)
-    for name, service_uri in get_service_manager().get_services():
+    for name, service_uri in rospy_internals.services():
         master.registerService(name, service_uri, uri)
     this_node = xmlrpc.client.ServerProxy(uri)
-    for name, data_type in get_topic_manager().get_subscriptions():
+    for name, data_type in rospy_internals.subscriptions():
         publishers = master.registerSubscriber(name, data_type, uri)
         this_node.publisherUpdate('/master', name, publishers)  # the slave API's way to say who publishes

@@ -1,16 +1,10 @@
 """A publisher for many small messages at a high rate, and a listener for those made only while somebody subscribes."""
-import io
 import socket
 
 import rospy
-import rospy.msg
 
-
-def frame(message, seq=0):
-    """Return a message, with header.seq ``seq``, as the bytes of a TCPROS connection: its length, then its fields."""
-    buffer = io.BytesIO()
-    rospy.msg.serialize_message(buffer, seq, message)
-    return buffer.getvalue()
+from kinematic_ros import rospy_internals
+from kinematic_ros.rospy_internals import frame
 
 
 class SubscriptionListener(rospy.SubscribeListener):
@@ -25,11 +19,6 @@ class SubscriptionListener(rospy.SubscribeListener):
         self._on_subscribe()
 
 
-def caller(message):
-    """Return the name of the node that sent a message or a service request; '' where rospy does not know it."""
-    return (getattr(message, '_connection_header', None) or {}).get('callerid', '')
-
-
 class LatestPublisher(rospy.Publisher):
     """A rospy.Publisher that writes at once, on the caller's thread, and never waits for a subscriber.
 
@@ -40,30 +29,26 @@ class LatestPublisher(rospy.Publisher):
     Only one thread may publish at a time.
     """
 
-    def __init__(self, name, data_class):
-        super().__init__(name, data_class, tcp_nodelay=True, queue_size=1)
-        self.impl.set_queue_size(None)  # no thread a connection
+    def __init__(self, name, data_class, subscriber_listener=None):
+        super().__init__(name, data_class, subscriber_listener, tcp_nodelay=True, queue_size=1)
+        rospy_internals.publish_without_threads(self)
         self._published = 0
         self._unsent = {}  # connection -> rest of a message that its socket took only in part
 
     def wanted(self):
         """Return whether anybody listens."""
-        impl = self.impl  # unregister, in another thread, sets it to None
-        return bool(impl and impl.connections)
+        return bool(rospy_internals.connections(self))
 
     def publish(self, *args, **kwds):
         """Publish a message, given as itself or by its fields; once unregistered, do nothing."""
         data_class = self.data_class
         if data_class is not None:
             self._published += 1
-            self.publish_frame(frame(rospy.msg.args_kwds_to_message(data_class, args, kwds), self._published))
+            self.publish_frame(frame(rospy_internals.to_message(data_class, args, kwds), self._published))
 
     def publish_frame(self, data):
-        """Publish a message that ``frame`` has serialised."""
-        impl = self.impl
-        if impl is None:
-            return
-        connections = impl.connections
+        """Publish a message that ``rospy_internals.frame`` has serialised."""
+        connections = rospy_internals.connections(self)
         if self._unsent:  # rospy may have removed a connection itself
             self._unsent = {kept: rest for kept, rest in self._unsent.items() if kept in connections}
         for connection in connections:

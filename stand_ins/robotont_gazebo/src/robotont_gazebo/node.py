@@ -25,7 +25,8 @@ from kinematic_core.robot_world import DT, RobotWorld
 from kinematic_ros import params, reachability
 from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
 from kinematic_ros.registration import keep_registered
-from kinematic_ros.topics import LatestPublisher, caller
+from kinematic_ros.rospy_internals import caller
+from kinematic_ros.topics import LatestPublisher
 from robotont_gazebo import messages, worlds
 from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import LIDAR_X, LIDAR_Z, ahead, frames

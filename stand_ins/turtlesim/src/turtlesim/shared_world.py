@@ -11,7 +11,7 @@ import rospy
 
 from kinematic_core.checks import InvalidInput
 from kinematic_core.turtle_world import BACKGROUND, START
-from kinematic_ros.topics import caller
+from kinematic_ros.rospy_internals import caller
 from turtlesim.drawn_world import DrawnWorld
 from turtlesim.recording import TURTLE, Recorder
 

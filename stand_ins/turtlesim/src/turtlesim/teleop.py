@@ -18,7 +18,7 @@ from geometry_msgs.msg import Twist
 from kinematic_core.checks import ABSURD
 from kinematic_ros import params
 from kinematic_ros.registration import keep_registered
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, SubscriptionListener
 
 TOPIC = 'turtle1/cmd_vel'
 DEFAULT_SCALE = 2.0  # [m/s] and [rad/s], turtlesim's
@@ -139,8 +139,7 @@ class TeleopNode:
         self._linear = _scale('scale_linear', 'm/s')
         self._angular = _scale('scale_angular', 'rad/s')
         self._listened = threading.Event()
-        self._publisher = LatestPublisher(TOPIC, Twist)
-        self._publisher.impl.add_subscriber_listener(_Listeners(self._listened))
+        self._publisher = LatestPublisher(TOPIC, Twist, SubscriptionListener(self._listened.set))
         self._wake, wake_writer = os.pipe()
         rospy.on_shutdown(lambda: os.write(wake_writer, b'.'))
         rospy.on_shutdown(self._listened.set)
@@ -178,17 +177,6 @@ class TeleopNode:
             self._listened.clear()
             if self._publisher.get_num_connections() < len(subscribers):
                 self._listened.wait(deadline - time.monotonic())
-
-
-class _Listeners(rospy.SubscribeListener):
-    """Sets an event when somebody subscribes."""
-
-    def __init__(self, event):
-        super().__init__()
-        self._event = event
-
-    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        self._event.set()
 
 
 def _scale(name, unit):

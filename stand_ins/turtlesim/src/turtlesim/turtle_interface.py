@@ -5,7 +5,8 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from kinematic_core.checks import InvalidInput
-from kinematic_ros.topics import LatestPublisher, frame
+from kinematic_ros.rospy_internals import frame
+from kinematic_ros.topics import LatestPublisher
 from turtlesim.msg import Color, Pose
 from turtlesim.srv import (
     SetPen,

@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyResponse
 
-from kinematic_ros import params
+from kinematic_ros import params, rospy_internals
 from kinematic_ros.images import to_image
 from kinematic_ros.registration import keep_registered
 from kinematic_ros.topics import SubscriptionListener
@@ -178,7 +178,7 @@ def _controls():
 def _stamp(age):
     """Return the time at which a picture of this age [s] was taken; None while a simulated clock has not begun."""
     now = rospy.Time.now()
-    if not rospy.rostime.is_wallclock():
+    if not rospy_internals.is_wall_time():
         return now or None
     return now - rospy.Duration.from_sec(age)
 
