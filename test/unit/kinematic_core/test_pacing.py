@@ -31,7 +31,7 @@ def wall():
 
 
 def pacer(wall, rate=1.0, bounded=False):
-    return Pacer(STEP, rate, bounded, wall.monotonic, wall.sleep)
+    return Pacer(STEP, rate, bounded, monotonic=wall.monotonic, sleep=wall.sleep)
 
 
 def times(wall, paced, number):
@@ -133,17 +133,103 @@ def test_a_pause_is_not_made_up_for(wall):
 
 
 def test_a_pause_during_the_sleep_holds_the_step(wall):
-    paced = Pacer(STEP, 1.0, False, wall.monotonic, lambda seconds: paced.pause())
+    paced = Pacer(STEP, monotonic=wall.monotonic, sleep=lambda seconds: paced.pause())
     assert paced.wait() is None
     assert paced.steps == 0
 
 
+def test_a_pause_that_ends_during_the_sleep_costs_no_step(wall):
+    def sleep(seconds):
+        paced.pause()
+        paced.resume()
+        wall.sleep(seconds)
+
+    paced = Pacer(STEP, monotonic=wall.monotonic, sleep=sleep)
+    assert times(wall, paced, 10)[-1] == pytest.approx(100.0 + 10 * STEP)
+
+
+def test_a_rate_that_changes_during_the_sleep_counts_from_then_on(wall):
+    def sleep(seconds):
+        wall.sleep(min(seconds, STEP / 2.0))
+        if paced.rate == 1.0:
+            paced.set_rate(0.5)
+
+    paced = Pacer(STEP, monotonic=wall.monotonic, sleep=sleep)
+    assert times(wall, paced, 2) == pytest.approx([100.0 + 1.5 * STEP, 100.0 + 3.5 * STEP])
+
+
+@pytest.mark.parametrize('old, new', [(1.0, math.inf), (math.inf, 1.0), (math.inf, math.inf)])
+def test_a_rate_may_become_and_cease_to_be_infinite(wall, old, new):
+    paced = pacer(wall, old)
+    paced.wait()
+    begin = wall.now
+    paced.set_rate(new)
+    assert times(wall, paced, 3)[-1] == pytest.approx(begin + 3 * STEP / new)
+
+
 def test_steps_by_hand_take_no_wall_time_and_leave_a_pause(wall):
     paced = pacer(wall)
-    assert paced.request(3) == 3
-    assert paced.request(2) == 5
-    assert [paced.wait(0.001) for _ in range(6)] == [0.0] * 5 + [None]
+    assert paced.request(3).last == 3
+    assert paced.request(2).last == 5
+    assert [paced.wait(0.001) for _ in range(5)] == [0.0] * 5
     assert (paced.steps, paced.paused, wall.slept) == (5, True, [])
+    assert paced.wait(0.001) is None
+
+
+def test_requests_are_answered_in_their_order_when_their_steps_are_done(wall):
+    paced = pacer(wall)
+    requests = [paced.request(2), paced.pause(), paced.request(1)]
+    seen = []
+    for _ in range(4):
+        seen.append([request.made for request in requests])
+        paced.wait(0.001)
+    seen.append([request.made for request in requests])
+    assert seen == [[None] * 3, [None] * 3, [None] * 3, [True, True, None], [True] * 3]
+    assert paced.pause().made
+
+
+def test_a_pause_is_answered_when_the_step_in_time_is_done(wall):
+    paced = pacer(wall)
+    times(wall, paced, 1)
+    request = paced.pause()
+    assert request.made is None
+    paced.wait(0.001)
+    assert (request.made, request.last) == (True, 1)
+
+
+def test_a_resume_gives_up_what_was_not_begun(wall):
+    """The first step is being made: who asked for it gets it; who asked for more, or for a pause, does not."""
+    paced = pacer(wall)
+    requests = [paced.request(1), paced.pause(), paced.request(2)]
+    paced.wait()
+    assert paced.resume() == 1
+    assert [request.made for request in requests] == [None, False, False]
+    paced.wait(0.001)
+    assert requests[0].made
+
+
+def test_an_end_gives_up_what_was_requested(wall):
+    paced = pacer(wall)
+    request = paced.request(3)
+    paced.close()
+    assert request.wait(0.0) and request.made is False
+    assert paced.request(1).made is False
+
+
+def test_a_wake_ends_one_wait(wall):
+    paced = Pacer(STEP, paused=True, monotonic=wall.monotonic, sleep=lambda seconds: paced.wake())
+    assert paced.wait(1e9) is None
+    paced.wake()
+    assert paced.wait(1e9) is None
+
+
+def test_wakes_hold_no_step_up(wall):
+    paced = pacer(wall)
+    paced.wait()
+    for number in range(100):
+        wall.now += STEP
+        paced.wake()
+        assert (paced.wait(), paced.steps) == (0.0, number + 2)
 
 
 def test_steps_by_hand_that_are_not_made_yet_are_forgotten_on_resume(wall):
@@ -154,10 +240,9 @@ def test_steps_by_hand_that_are_not_made_yet_are_forgotten_on_resume(wall):
     assert times(wall, paced, 1)[0] == pytest.approx(100.0 + STEP)
 
 
-@pytest.mark.parametrize('wake', [Pacer.resume, Pacer.close, lambda paced: paced.request(1)])
+@pytest.mark.parametrize('wake', [Pacer.resume, Pacer.close, Pacer.wake, lambda paced: paced.request(1)])
 def test_a_pause_ends_at_once(wake):
-    paced = Pacer(STEP)
-    paced.pause()
+    paced = Pacer(STEP, paused=True)
     waiting = threading.Thread(target=paced.wait, args=(60.0,), daemon=True)
     waiting.start()
     waiting.join(0.02)

@@ -11,8 +11,10 @@ Two policies for steps that come late, because the machine was busy:
   would leave the followers behind, so they are made up for at little more than the pace, and only as long as that is
   soon.
 
-Threading contract: one thread calls ``wait``; ``pause``, ``resume``, ``request`` and ``close`` may come from any.
+Threading contract: one thread calls ``wait`` and does each step between two calls; everything else may come from any
+thread. What several threads touch is changed and read under one lock.
 """
+import collections
 import math
 import threading
 import time
@@ -20,106 +22,187 @@ import time
 BEGIN = 1_000_000_000  # [ns] simulated time before the first step; ROS takes 0 for 'no time yet'
 LONGEST_CATCH_UP = 5.0  # [s] of wall time that is made up for; a longer gap was a suspended machine
 LONGEST_BOUNDED_CATCH_UP = 0.5  # [s] likewise where others follow
-LONGEST_SLEEP = 0.1  # [s] of wall time in which a pause or an end is noticed
+LONGEST_SLEEP = 0.1  # [s] of wall time after which ``wait`` returns at the latest
 FASTER = 3.0  # times the pace, at which late steps are made up for: commands at 10 Hz reach a watchdog of 0.5 s
 FASTER_BOUNDED = 1.25  # likewise where others follow
+
+
+class StepRequest:
+    """Steps by hand, none or more, until they are made; what ``pause`` and ``request`` return.
+
+    ``last``: number of the last of them. ``made``: None as long as they are waited for; then True, or False when
+    they were given up because of ``resume`` or ``close``.
+    """
+
+    def __init__(self, steps, last):
+        self.steps, self.last, self.made = steps, last, None
+        self._answered = threading.Event()
+
+    def wait(self, longest):
+        """Wait for the answer, at most ``longest`` [s] of wall time; return whether there is one."""
+        return self._answered.wait(longest)
+
+    def answer(self, made):
+        """Set the answer."""
+        self.made = made
+        self._answered.set()
 
 
 class Pacer:
     """Waits for the steps of one simulator."""
 
-    def __init__(self, step, rate=1.0, bounded=False, monotonic=time.monotonic, sleep=time.sleep):
+    def __init__(self, step, rate=1.0, bounded=False, *, paused=False, monotonic=time.monotonic, sleep=None):
         """``step`` [s] of simulated time; ``rate``: simulated seconds a wall second, math.inf: no waiting at all.
 
-        ``monotonic`` [s] is the wall clock, ``sleep`` waits in it.
+        ``monotonic`` [s] is the wall clock; ``sleep`` waits in it, until something has changed or so many seconds
+        have passed.
         """
-        self.step, self.rate, self.bounded = step, rate, bounded
-        self.steps = 0  # begun so far
-        self.paused = False
-        self._monotonic, self._sleep = monotonic, sleep
-        self._period = step / rate  # [s] of wall time; 0 at math.inf
-        self._closest = self._period / (FASTER_BOUNDED if bounded else FASTER)
+        self.step, self.bounded = step, bounded
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
+        self._monotonic, self._sleep = monotonic, sleep or self._changed.wait
         self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
-        self._changed = threading.Condition()
-        self._closed = False
+        self._steps = 0  # begun so far
+        self._stepping = False  # the last of them is being made
         self._requested = 0  # steps by hand that are still to be made
-        self._due = None  # [s] wall time of the next step
+        self._requests = collections.deque()  # StepRequests without an answer, the first to be made first
+        self._closed = self._woken = False
+        self._due = None  # [s] wall time of the next step; in a pause, as it was when the pause began
         self._last = -math.inf  # [s] wall time of the last one
+        self._paused, self._paused_at = paused, None  # and [s] wall time since when
+        self._set_period(rate)
+
+    @property
+    def rate(self):
+        """Return how many simulated seconds a wall second is to have."""
+        return self._rate
+
+    @property
+    def paused(self):
+        """Return whether steps are made by hand only."""
+        return self._paused
+
+    @property
+    def steps(self):
+        """Return how many steps were begun."""
+        return self._steps
 
     @property
     def nanoseconds(self):
         """Return the simulated time [ns] at the end of the step begun last."""
-        return BEGIN + self.steps * round(self.step * 1e9)
+        return self.nanoseconds_after(self._steps)
 
-    @property
-    def standing(self):
-        """Return whether no step is to be made, neither in time nor by hand."""
-        return self.paused and not self._requested
+    def nanoseconds_after(self, steps):
+        """Return the simulated time [ns] after so many steps."""
+        return BEGIN + steps * round(self.step * 1e9)
 
     def pause(self):
-        """Make no step any more until ``resume``, but those of ``request``."""
-        self.paused = True
+        """Make no step any more until ``resume``, but those of ``request``; return a StepRequest of no steps.
 
-    def resume(self):
-        """Go on from here; the time of the pause is not made up for, steps by hand not made yet are forgotten."""
-        with self._changed:
-            if self.paused:
-                self.paused, self._requested, self._due = False, 0, None
-                self._changed.notify_all()
+        It is answered when no step is being made and all that were requested before are made.
+        """
+        return self.request(0)
 
     def request(self, steps):
-        """Pause, and make ``steps`` steps without waiting for wall time; return the number of the last of them."""
-        with self._changed:
-            self.paused = True
+        """Pause, and make ``steps`` steps without waiting for wall time; return their StepRequest."""
+        with self._lock:
+            if not self._paused:
+                self._paused, self._paused_at = True, self._monotonic()
             self._requested += steps
+            request = StepRequest(steps, self._steps + self._requested)
+            self._requests.append(request)
+            self._answer_requests()
+            self.wake()
+            return request
+
+    def resume(self):
+        """Go on from here; the time of the pause is not made up for, steps by hand not begun yet are forgotten.
+
+        Return how many steps were begun until then.
+        """
+        with self._lock:
+            if self._paused:
+                if self._due is not None:
+                    self._due += self._monotonic() - self._paused_at
+                self._paused, self._requested = False, 0
+                while self._requests and (self._requests[-1].last > self._steps or not self._requests[-1].steps):
+                    self._requests.pop().answer(False)
+                self.wake()
+            return self._steps
+
+    def set_rate(self, rate):
+        """Go on at another rate; what is left of the time until the next step, and late steps, are kept."""
+        with self._lock:
+            if self._due is not None:
+                now, old = self._paused_at if self._paused else self._monotonic(), self._period
+                self._set_period(rate)
+                self._due = now + ((self._due - now) / old * self._period if old else self._period)
+            else:
+                self._set_period(rate)
+            self.wake()
+
+    def _set_period(self, rate):
+        self._rate, self._period = rate, self.step / rate  # [s] of wall time; 0 at math.inf
+        self._closest = self._period / (FASTER_BOUNDED if self.bounded else FASTER)
+
+    def wake(self):
+        """Let ``wait`` return at once, the present call or else the next one."""
+        with self._lock:
+            self._woken = True
             self._changed.notify_all()
-            return self.steps + self._requested
 
     def close(self):
-        """Let ``wait`` return None from now on."""
-        with self._changed:
+        """Let ``wait`` return None from now on; requested steps are given up."""
+        with self._lock:
             self._closed = True
-            self._changed.notify_all()
+            self._answer_requests()
+            self.wake()
 
     def wait(self, longest=LONGEST_SLEEP):
-        """Wait until a step is due and begin it: ``steps`` counts up.
+        """Wait until a step is due and begin it: ``steps`` counts up. The step begun before is done now.
 
         Return the wall time [s] that was too late to be made up for and given up, nearly always 0.0; None when there
-        is no step after ``longest`` [s], in a pause or at a slow rate, and once closed.
+        is no step after ``longest`` [s], in a pause or at a slow rate, when woken, and once closed.
         """
-        if self._due is None:
-            self._due = self._monotonic() + self._period
-        if self.standing:
-            with self._changed:
-                self._changed.wait_for(lambda: not self.paused or self._requested or self._closed, longest)
-            return self._by_hand()
-        if self._requested:
-            return self._by_hand()
-        wait = max(self._due, self._last + self._closest) - self._monotonic()
-        if wait > 0.0:
-            self._sleep(min(wait, longest))
-            if wait > longest or self.paused:
-                return None
-        return None if self._closed else self._begin()
+        with self._lock:
+            self._stepping = False
+            self._answer_requests()
+            now = self._monotonic()
+            end = now + longest
+            if self._due is None:
+                self._due, self._paused_at = now + self._period, now
+            try:
+                while not self._closed:
+                    if self._requested:
+                        self._requested -= 1
+                        return self._begin()
+                    due = math.inf if self._paused else max(self._due, self._last + self._closest)
+                    if now >= due:
+                        return self._begin_due(now)
+                    if self._woken or now >= end:
+                        return None
+                    self._sleep(min(due, end) - now)
+                    now = self._monotonic()
+            finally:
+                self._woken = False
 
-    def _by_hand(self):
-        with self._changed:
-            if self._closed or not self._requested:
-                return None
-            self._requested -= 1
-            self.steps += 1
-            return 0.0
+    def _begin(self, given_up=0.0):
+        self._steps += 1
+        self._stepping = True
+        return given_up
 
-    def _begin(self):
+    def _begin_due(self, now):
         """Begin a step that is due; say when the next one is."""
-        self.steps += 1
-        self._last = now = self._monotonic()
-        late = now - self._due
+        late, self._last = now - self._due, now
         if not self._period:
             self._due = now
-            return 0.0
-        if late > self._longest_catch_up:
+        elif late > self._longest_catch_up:
             self._due = now + self._period
-            return late
-        self._due += self._period
-        return 0.0
+            return self._begin(given_up=late)
+        else:
+            self._due += self._period
+        return self._begin()
+
+    def _answer_requests(self):
+        while self._requests and (self._closed or self._requests[0].last <= self._steps - self._stepping):
+            self._requests.popleft().answer(not self._closed)

@@ -28,7 +28,6 @@ Threading contract: ``run`` is called in one thread; the services come in rospy'
 """
 import math
 import random
-import threading
 import time
 
 import rosgraph
@@ -80,9 +79,8 @@ class SimulatorClock:
         if lockstep and not self._publishes:
             raise params.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
                                         'nobody follows the steps; set ~clock to true as well')
-        self._pacer = Pacer(step, rate, bounded=self._publishes and rate > 1.0)
-        self._pacer.paused = params.boolean('~paused', False)
-        self._stands = threading.Event()  # no step is being made nor due
+        self._pacer = Pacer(step, rate, bounded=self._publishes and rate > 1.0,
+                            paused=params.boolean('~paused', False))
         self._sets_sim_time = False
         self._lockstep = None
         self._behind, self._late, self._lag_due = '', 0, 0.0  # nodes that were, in how many looks, and the next look
@@ -110,7 +108,6 @@ class SimulatorClock:
             if given_up is None:
                 self._rest()
                 continue
-            self._stands.clear()
             if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
                 time.sleep(self._pacer.step)  # nobody follows yet: years would pass before a node has started
             if given_up and not self._lockstep:
@@ -129,8 +126,6 @@ class SimulatorClock:
                 self._report()
             else:
                 step()
-            if self._pacer.standing:
-                self._stands.set()
 
     def restore(self):
         """Set anew what a master that was started anew does not know; for keep_registered's ``on_return``."""
@@ -150,8 +145,6 @@ class SimulatorClock:
 
     def _rest(self):
         """There is no step to make: say so, and to late-comers what time it is."""
-        if self._pacer.standing:
-            self._stands.set()
         if self._publishes:
             self._clock.publish(self._set_time())
         self._report()
@@ -232,35 +225,33 @@ class SimulatorClock:
             pass
 
     def _pause(self, _):
-        self._stands.clear()
-        self._pacer.pause()
-        return TriggerResponse(self._stand(), self._where())
+        request = self._pacer.pause()
+        self._wait_until_made(request)
+        if not request.made:
+            return TriggerResponse(False, f'the simulator was resumed meanwhile: {self._time_after(self._pacer.steps)}')
+        return TriggerResponse(True, self._time_after(request.last))
 
     def _resume(self, _):
-        self._pacer.resume()
-        return TriggerResponse(True, self._where())
+        return TriggerResponse(True, self._time_after(self._pacer.resume()))
 
-    def _step_by_hand(self, request):
-        if request.steps > MOST_STEPS:
-            raise rospy.ServiceException(f'steps is {request.steps}; allowed is 0 to {MOST_STEPS}')
-        self._stands.clear()
-        last = self._pacer.request(request.steps)
-        while not (self._stand() and self._pacer.steps >= last) and self._pacer.paused:
-            if rospy.is_shutdown():
-                raise rospy.ServiceException('the simulator ends')
-        if not self._pacer.paused:
+    def _step_by_hand(self, message):
+        if message.steps > MOST_STEPS:
+            raise rospy.ServiceException(f'steps is {message.steps}; allowed is 0 to {MOST_STEPS}')
+        request = self._pacer.request(message.steps)
+        self._wait_until_made(request)
+        if not request.made:
             raise rospy.ServiceException('the simulator was resumed meanwhile')
-        return StepResponse(self._pacer.steps, self._pacer.nanoseconds / 1e9)
+        return StepResponse(request.last, self._pacer.nanoseconds_after(request.last) / 1e9)
 
-    def _stand(self):
-        """Wait until no step is being made; return whether time stands still."""
-        while not self._stands.wait(ANSWER_POLL):
-            if rospy.is_shutdown() or not self._pacer.paused:
-                return False
-        return True
+    def _wait_until_made(self, request):
+        """Wait until steps by hand are made, or given up because of a resume."""
+        while not request.wait(ANSWER_POLL) and not rospy.is_shutdown():
+            pass
+        if not request.made and rospy.is_shutdown():
+            raise rospy.ServiceException('the simulator ends')
 
-    def _where(self):
-        return f'{self._pacer.steps} steps made, the simulated time is {self._pacer.nanoseconds / 1e9:.9g} s'
+    def _time_after(self, steps):
+        return f'{steps} steps made, the simulated time is {self._pacer.nanoseconds_after(steps) / 1e9:.9g} s'
 
 
 def _other_clocks():

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""Several clients pause, resume and step a simulator at once: it lives, and no step is lost or made twice."""
+import csv
+import os
+import shutil
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import roslib.packages
+import rospy
+from kinematic_ros.msg import ClockStatus
+from kinematic_ros.srv import Step
+from std_srvs.srv import Trigger
+
+sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+from rostest_tools import DEADLINE, Collected, Process, proxy, run, until
+
+SECONDS = 4.0  # before this was mended, a pause and a resume ended a simulator within one
+STEPPED = (0, 1, 2, 25, 100)  # steps of one call
+
+
+class ClockStormTest(unittest.TestCase):
+
+    def storm(self, simulator):
+        """Let the clients call; return (steps asked for, answer) of all calls of ~step."""
+        answers, end = [], time.monotonic() + SECONDS
+
+        def client(name, kind, arguments):
+            call = rospy.ServiceProxy(f'/{simulator}/{name}', kind, persistent=True)
+            while time.monotonic() < end:
+                for argument in arguments:
+                    try:
+                        answers.append((argument, call(*argument)))
+                    except rospy.ServiceException as refusal:
+                        answers.append((argument, refusal))
+        clients = [('pause', Trigger, [()]), ('resume', Trigger, [()]), ('step', Step, [(steps,) for steps in STEPPED])]
+        threads = [threading.Thread(target=client, args=each, daemon=True) for each in clients * 2]
+        for thread in threads:
+            thread.start()
+        until(lambda: not any(thread.is_alive() for thread in threads), 'an answer to every call', SECONDS + DEADLINE)
+        return [(argument[0], answer) for argument, answer in answers if argument]
+
+    def check(self, package, simulator):
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        recording = os.path.join(folder, 'storm.csv')
+        process = Process(roslib.packages.find_node(package, simulator)[0], '_clock:=true', f'_record:={recording}')
+        self.addCleanup(process.stop)
+        rospy.wait_for_service(f'/{package}/step', DEADLINE)
+        status, step = Collected(f'/{package}/clock_status', ClockStatus), proxy(f'/{package}/step', Step)
+        answers = self.storm(package)
+        refusals = {str(answer) for _, answer in answers if isinstance(answer, rospy.ServiceException)}
+        self.assertEqual([], [text for text in refusals if 'the simulator was resumed meanwhile' not in text])
+        made = sorted((answer.steps - steps, answer.steps) for steps, answer in answers
+                      if steps and not isinstance(answer, rospy.ServiceException))
+        self.assertGreater(len(made), 10)
+        for (_, end), (begin, _) in zip(made, made[1:]):
+            self.assertLessEqual(end, begin, 'a step was given to two clients')
+        self.assertTrue(proxy(f'/{package}/pause', Trigger)().success)
+        self.assertEqual(step(0).steps + 7, step(7).steps)
+        last = step(0)
+        until(lambda: (status.messages[-1].steps, status.messages[-1].paused) == (last.steps, True),
+              'a status that agrees')
+        self.assertEqual(last.time, status.messages[-1].time)
+        self.assertNotIn('Traceback', process.output())
+        process.stop()
+        with open(recording, newline='', encoding='utf-8') as file:
+            ticks = [int(row['tick']) for row in csv.DictReader(file)]
+        self.assertEqual(list(range(last.steps)), ticks)
+
+    def test_turtlesim_clock_storm(self):
+        self.check('turtlesim', 'turtlesim_node')
+
+    def test_robotont_clock_storm(self):
+        self.check('robotont_gazebo', 'robotont_gazebo')
+
+
+if __name__ == '__main__':
+    run(ClockStormTest)
