@@ -2,7 +2,7 @@
 import cv2
 import numpy as np
 
-from alvar_core import code, pose
+from alvar_core import code, drawing, rotations
 
 MARGIN = 2  # cells
 
@@ -28,10 +28,10 @@ class ArucoBaseline:
         corners, ids, _ = self._detector.detectMarkers(picture)
         found = []
         for quad, number in zip(corners, [] if ids is None else ids.ravel().tolist()):
-            good, turns, shifts, _ = cv2.solvePnPGeneric(pose.object_corners(size), quad.reshape(4, 2).astype(float),
+            good, turns, shifts, _ = cv2.solvePnPGeneric(drawing.object_corners(size), quad.reshape(4, 2).astype(float),
                                                          camera.matrix, camera.distortion,
                                                          flags=cv2.SOLVEPNP_IPPE_SQUARE)
             if good and np.isfinite(shifts[0]).all():
                 found.append({'id': number, 'position': shifts[0].ravel().tolist(),
-                              'orientation': pose.quaternion(cv2.Rodrigues(turns[0])[0]).tolist()})
+                              'orientation': rotations.quaternion_from_matrix(cv2.Rodrigues(turns[0])[0]).tolist()})
         return found

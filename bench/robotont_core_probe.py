@@ -15,8 +15,8 @@ os.environ['OMP_NUM_THREADS'] = os.environ['OPENBLAS_NUM_THREADS'] = '1'  # befo
 import cv2
 
 from alvar_core.camera import Camera
-from alvar_core.detector import Detector
-from alvar_core.tracker import Tracker
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.tracker import Tracker
 from kinematic_core.planar import Pose
 from kinematic_core.rays import LaserScanner
 from kinematic_core.robot_world import DT, RobotWorld

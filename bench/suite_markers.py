@@ -11,12 +11,12 @@ import time
 import cv2
 import numpy as np
 
-from alvar_core.detector import Detector
-from alvar_core.score import cameras_of, score
-from alvar_core.score_cli import detection_record
-from alvar_core.tracker import Tracker
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
 from figures import OURS, Figure, Target, median, p95
+from marker_score import cameras_of, score
+from markers_cli import detection_record
 from processes import BenchError
 from suite_turtlesim import Measurement
 

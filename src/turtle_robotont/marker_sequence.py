@@ -13,7 +13,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from alvar_core import pose, render
+from alvar_core import drawing, rotations
+from alvar_core.camera import default_camera
 
 FRAMES = 72
 RATE = 10.0  # [Hz] of the pictures
@@ -42,12 +43,12 @@ def poses(frame):
     turn = 2.0 * math.pi * frame / FRAMES
     sin, cos = math.sin(turn), math.cos(turn)
     return {  # rocks; comes near; rolls, and is covered; passes by; turns aside
-        1: Pose(render.facing(0.6 + 0.2 * sin, turn, 0.2 * cos),
+        1: Pose(rotations.facing(0.6 + 0.2 * sin, turn, 0.2 * cos),
                 np.array([-0.25 + 0.05 * cos, -0.13 + 0.05 * sin, 0.75])),
-        2: Pose(render.facing(0.35, 0.5, 0.1 * sin), np.array([-0.03, 0.01, 0.9 + 0.4 * cos])),
-        3: Pose(render.facing(0.45, 2.0, turn), np.array([0.22, -0.13, 0.7])),
-        4: Pose(render.facing(0.5, 1.2, -0.3 * sin), np.array([0.27 * sin, 0.17, 0.75])),
-        5: Pose(render.facing(0.75 * math.sin(2.0 * turn), math.pi / 2.0, 0.1), np.array([0.25, 0.02, 0.65])),
+        2: Pose(rotations.facing(0.35, 0.5, 0.1 * sin), np.array([-0.03, 0.01, 0.9 + 0.4 * cos])),
+        3: Pose(rotations.facing(0.45, 2.0, turn), np.array([0.22, -0.13, 0.7])),
+        4: Pose(rotations.facing(0.5, 1.2, -0.3 * sin), np.array([0.27 * sin, 0.17, 0.75])),
+        5: Pose(rotations.facing(0.75 * math.sin(2.0 * turn), math.pi / 2.0, 0.1), np.array([0.25, 0.02, 0.65])),
     }
 
 
@@ -72,7 +73,7 @@ class Stage:
     """The camera, the empty room as it sees it, and the maps from what is drawn to the camera's pixels."""
 
     def __init__(self):
-        self.camera = render.default_camera(WIDTH, HEIGHT, distorted=True)
+        self.camera = default_camera(WIDTH, HEIGHT, distorted=True)
         self._to_canvas = np.array([[FINE, 0, FINE * (MARGIN + 0.5) - 0.5], [0, FINE, FINE * (MARGIN + 0.5) - 0.5],
                                     [0, 0, 1]]) @ self.camera.matrix
         fine = np.stack(np.meshgrid(np.arange(WIDTH * FINE), np.arange(HEIGHT * FINE)), -1)
@@ -90,7 +91,7 @@ class Stage:
         centre = cover_centre(frame)
         if centre is not None:
             where = poses(frame)[COVERED]
-            flat = Pose(render.facing(0.0, 0.0, 0.0), where.position + [centre * MARKER_SIZE, 0.0, -0.02])
+            flat = Pose(rotations.facing(0.0, 0.0, 0.0), where.position + [centre * MARKER_SIZE, 0.0, -0.02])
             self._paste(canvas, _paper(), flat, MARKER_SIZE * COVER)
         fine = cv2.remap(canvas, *self._maps, cv2.INTER_LINEAR)
         picture = cv2.resize(fine, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA).astype(np.float32)
@@ -102,10 +103,10 @@ class Stage:
         entries = []
         for marker_id, (rotation, position) in poses(frame).items():
             if visible(frame, marker_id) != 'covered':
-                corners = render.project(self.camera, rotation, position, pose.object_corners(MARKER_SIZE))
+                corners = drawing.project(self.camera, rotation, position, drawing.object_corners(MARKER_SIZE))
                 entries.append({'id': marker_id, 'size_m': MARKER_SIZE, 'corners': corners.round(3).tolist(),
                                 'position': position.round(6).tolist(),
-                                'orientation': [round(float(v), 7) for v in pose.quaternion(rotation)],
+                                'orientation': [round(float(v), 7) for v in rotations.quaternion_from_matrix(rotation)],
                                 'distance_m': round(float(np.linalg.norm(position)), 4),
                                 'ignore': visible(frame, marker_id) == 'part'})
         return entries
@@ -177,7 +178,7 @@ def _planks(rng, width, depth):
 
 def _texture(marker_id):
     """Return a card with a marker, one cell of white around."""
-    black = cv2.resize(render.marker_picture(marker_id, 9), None, fx=CELL, fy=CELL, interpolation=cv2.INTER_NEAREST)
+    black = cv2.resize(drawing.marker_picture(marker_id, 9), None, fx=CELL, fy=CELL, interpolation=cv2.INTER_NEAREST)
     card = np.pad(black, CELL, constant_values=255)
     return cv2.cvtColor(cv2.convertScaleAbs(card, alpha=0.78, beta=26), cv2.COLOR_GRAY2BGR)
 

@@ -10,14 +10,14 @@ import shutil
 import sys
 import tempfile
 
-from alvar_core import camera, code, render
+from alvar_core import camera, code, drawing, rotations
 from turtle_robotont import marker_sequence
 
 
 def cached(ros_home):
     """Return the folder with the sequence below ``ros_home``, rendering it if it is not there; raise OSError."""
     version = hashlib.sha256()
-    for module in (marker_sequence, render, code, camera):
+    for module in (marker_sequence, drawing, rotations, code, camera):
         with open(module.__file__, 'rb') as file:
             version.update(file.read())
     parent = os.path.join(ros_home, 'turtle_robotont')

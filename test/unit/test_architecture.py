@@ -33,7 +33,7 @@ OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 WITH_NUMPY = {'rays'}  # of kinematic_core: everything else there is plain Python
 
 CORE_MODULES = sorted((STAND_INS / 'kinematic_core' / 'src' / 'kinematic_core').glob('*.py'))
-ALVAR_MODULES = sorted((STAND_INS / 'alvar_core' / 'src' / 'alvar_core').glob('*.py'))
+ALVAR_MODULES = sorted((STAND_INS / 'alvar_core' / 'src' / 'alvar_core').rglob('*.py'))
 ROS_MODULES = sorted((STAND_INS / 'kinematic_ros' / 'src' / 'kinematic_ros').glob('*.py'))
 COURSE_LOGIC = sorted(path for path in COURSE.glob('*.py') if path.stem not in NODE_LAYER)
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *STAND_INS.glob('*/scripts')) for path in folder.iterdir()

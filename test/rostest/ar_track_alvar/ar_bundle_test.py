@@ -13,13 +13,14 @@ sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) f
 from ar_tools import FRAME, TRACKER, TrackerCase
 from rosgraph_msgs.msg import Log
 
-from alvar_core import bundles, render
+from alvar_core import bundles, rotations
+from marker_scenes import Placed
 from rostest_tools import Process, run, until
 
 FOLDER = os.path.join(roslib.packages.get_pkg_dir('ar_track_alvar'), 'bundles')
 BOARD, POST = (os.path.join(FOLDER, name) for name in ('board.xml', 'post.xml'))
 EXECUTABLE = (roslib.packages.find_node('ar_track_alvar', 'findMarkerBundlesNoKinect') or [None])[0]
-ROTATION, POSITION = render.facing(0.5, 0.8, 0.3), np.array([-0.05, 0.03, 0.5])
+ROTATION, POSITION = rotations.facing(0.5, 0.8, 0.3), np.array([-0.05, 0.03, 0.5])
 RED, GREEN = (1, 0, 0, 1), (0, 1, 0, 0.7)
 
 
@@ -30,7 +31,7 @@ def placed(path, *numbers, moved=None, rotation=ROTATION, position=POSITION):
     for number in numbers:
         turn, centre = bundles.marker_pose(bundle.corners[number])
         centre = centre + ([0.015, 0, 0] if number == moved else [0, 0, 0])
-        markers.append(render.Placed(number, bundle.sizes[number], rotation @ turn, rotation @ centre + position))
+        markers.append(Placed(number, bundle.sizes[number], rotation @ turn, rotation @ centre + position))
     return markers
 
 
@@ -54,7 +55,7 @@ class BundleTest(TrackerCase):
     def test_ar_bundles(self):
         """One pose for what is seen of a bundle, master or not; other markers are for rviz; a moved one is named."""
         poses, cubes, tf, log = self.collected(), self.cubes(), self.collected('/tf', TFMessage), self.log()
-        stranger = render.Placed(77, 0.044, ROTATION, POSITION + [-0.1, -0.1, 0])
+        stranger = Placed(77, 0.044, ROTATION, POSITION + [-0.1, -0.1, 0])
         camera = self.camera().show(*placed(BOARD, 8, 9, 10, 11), stranger)
         self.assert_poses(self.next_with(poses, 8), {8: placed(BOARD, 8)[0]})
         until(lambda: tf.messages and len({(cube.ns, cube.id) for cube in cubes.messages}) == 5, 'tf and five cubes')

@@ -1,5 +1,7 @@
 """What the tests of ar_track_alvar share: a camera that shows rendered markers, and how far poses may be off."""
 import copy
+import os
+import sys
 import threading
 import time
 import unittest
@@ -14,9 +16,12 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Bool
 from visualization_msgs.msg import Marker
 
-from alvar_core import pose, render
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..', 'bench'))
+from alvar_core import rotations
+from alvar_core.camera import default_camera
 from ar_track_alvar.conversions import matrix_of
 from kinematic_ros import images
+from marker_scenes import Placed, Scene, picture_of
 from rostest_tools import Collected, NodeLog, Process, until
 
 TRACKER = '/tracker'
@@ -27,15 +32,15 @@ ANGLE_TOLERANCE = np.radians(1.5)
 AT_THE_CAMERA = np.eye(3), np.zeros(3)
 EXECUTABLE = (roslib.packages.find_node('ar_track_alvar', 'individualMarkersNoKinect') or [None])[0]
 
-CAMERA = render.default_camera()
-PLACED = {number: render.Placed(number, SIZE, render.facing(0.45, 1.0 + number, 0.4 * number), np.array(place))
+CAMERA = default_camera()
+PLACED = {number: Placed(number, SIZE, rotations.facing(0.45, 1.0 + number, 0.4 * number), np.array(place))
           for number, place in ((3, (-0.15, 0.02, 0.5)), (100, (0.02, -0.05, 0.6)), (255, (0.2, 0.05, 0.7)))}
 
 
 def picture(*placed, camera=CAMERA, size=(640, 480)):
     """Return the grey picture of Placed markers."""
-    scene = render.Scene(width=size[0], height=size[1])
-    return render.picture_of(np.random.default_rng(1), camera, [copy.copy(marker) for marker in placed], scene)
+    scene = Scene(width=size[0], height=size[1])
+    return picture_of(np.random.default_rng(1), camera, [copy.copy(marker) for marker in placed], scene)
 
 
 def camera_info(camera=CAMERA, size=(640, 480)):
@@ -146,7 +151,7 @@ class TrackerCase(unittest.TestCase):
             message = Transform(message.position, message.orientation)
         turned, moved = matrix_of(message)
         self.assertLess(np.linalg.norm(moved - position), POSITION_TOLERANCE * distance, f'{name}: {moved} {position}')
-        self.assertLess(pose.angle_between(turned, rotation), ANGLE_TOLERANCE, f'{name}:\n{turned}\n{rotation}')
+        self.assertLess(rotations.angle_between(turned, rotation), ANGLE_TOLERANCE, f'{name}:\n{turned}\n{rotation}')
 
 
 def stays_away(collected, seconds=0.6):

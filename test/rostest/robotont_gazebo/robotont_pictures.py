@@ -14,7 +14,7 @@ from kinematic_ros.msg import ClockStatus
 from robotont_tools import RobotontCase, used
 
 from alvar_core.camera import Camera
-from alvar_core.detector import Detector
+from alvar_core.detection.detector import Detector
 from rostest_tools import node_api, registered_names, run, until
 
 MARKER_SIZE = 0.28  # [m]

@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from alvar_core import bundles, pose
+from alvar_core import bundles, drawing
 
 MARKER = '''<marker index="{0}" status="{1}">
     <corner x="-2.2" y="-2.2" z="0.0" /><corner x="2.2" y="-2.2" z="0.0" />
@@ -33,7 +33,7 @@ def read(tmp_path):
 def test_markers_of_a_post(read):
     bundle = read(text_of(MARKER.format(7, 2), SIDEWAYS))
     assert (bundle.master, bundle.ids, bundle.notes) == (7, (7, 2), ())
-    assert bundle.corners[7] == pytest.approx(pose.object_corners(0.044))
+    assert bundle.corners[7] == pytest.approx(drawing.object_corners(0.044))
     rotation, position = bundles.marker_pose(bundle.corners[2])
     # its x points away along -z, its y up, so that it looks along x
     assert rotation == pytest.approx(np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]), abs=1e-12)
@@ -42,7 +42,7 @@ def test_markers_of_a_post(read):
 
 
 def test_what_is_written_is_read_again(read):
-    corners = {3: pose.object_corners(0.05) + [0.1, -0.2, 0.3], 1: pose.object_corners(0.1)}
+    corners = {3: drawing.object_corners(0.05) + [0.1, -0.2, 0.3], 1: drawing.object_corners(0.1)}
     bundle = read(bundles.xml(corners))
     assert bundle.master == 3 and bundle.ids == (3, 1)
     for index in (3, 1):
@@ -64,7 +64,7 @@ def test_more_markers_than_announced_are_left_out(read):
 def test_the_corner_that_createmarker_lost_is_completed(read):
     lost = MARKER.format(7, 1).replace('<corner x="-2.2" y="-2.2" z="0.0" />', '<corner x="0" y="0" z="0" />')
     bundle = read(text_of(lost))
-    assert bundle.corners[7] == pytest.approx(pose.object_corners(0.044))
+    assert bundle.corners[7] == pytest.approx(drawing.object_corners(0.044))
     note, = bundle.notes
     assert note.startswith('marker 1 (index 7): its first corner lies in its centre')
 

@@ -4,7 +4,8 @@ import pathlib
 import pytest
 import rospy
 
-from alvar_core import bundles, pose
+from alvar_core import bundles, drawing
+from alvar_core.printing import create_marker
 from ar_track_alvar import bundle_node
 from kinematic_ros.params import ParameterError
 
@@ -24,14 +25,14 @@ def warnings(monkeypatch):
 def test_examples_are_sound(path, warnings):
     bundle, = bundle_node.read_bundles(str(path))
     assert warnings == [] and len(bundle.corners) == len(bundle.ids) >= 4
-    assert bundle.corners[bundle.master] == pytest.approx(pose.object_corners(0.044), abs=1e-9)
+    assert bundle.corners[bundle.master] == pytest.approx(drawing.object_corners(0.044), abs=1e-9)
 
 
 def test_board_is_what_createmarker_makes_of_the_line_in_it():
-    from alvar_core import create, marker_files
+    from alvar_core.printing import marker_files
     text = (FOLDER / 'board.xml').read_text()
     line = text[text.index('createMarker') + len('createMarker'):text.index(';')].split()
-    markers = create.CommandLine(line).markers
+    markers = create_marker.CommandLine(line).markers
     made = marker_files.bundle_corners(marker_files.placed(markers))
     known = bundles.read(FOLDER / 'board.xml').corners
     assert list(made) == list(known) and all(made[n] == pytest.approx(known[n], abs=1e-9) for n in made)
@@ -54,7 +55,7 @@ def test_shared_markers_and_odd_files_are_warned_of(tmp_path, warnings):
 
 
 def test_sizes_are_those_of_the_first_bundle():
-    small, large = (bundles.Bundle('', 1, (1, n), {1: pose.object_corners(side), n: pose.object_corners(side)})
+    small, large = (bundles.Bundle('', 1, (1, n), {1: drawing.object_corners(side), n: drawing.object_corners(side)})
                     for n, side in ((2, 0.05), (3, 0.1)))
     assert bundle_node.sizes_of([small, large]) == pytest.approx({1: 0.05, 2: 0.05, 3: 0.1})
 

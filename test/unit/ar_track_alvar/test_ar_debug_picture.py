@@ -5,9 +5,11 @@ import cv2
 import numpy as np
 import pytest
 
-from alvar_core import render
-from alvar_core.detector import Detector
+from alvar_core import drawing, rotations
+from alvar_core.camera import default_camera
+from alvar_core.detection.detector import Detector
 from ar_track_alvar import debug_picture
+from marker_scenes import Placed, Scene, picture_of
 
 SIZE = 0.1  # [m]
 
@@ -15,9 +17,9 @@ SIZE = 0.1  # [m]
 @pytest.fixture(scope='module')
 def seen():
     """(camera, grey picture, its one Detection)."""
-    camera = render.default_camera()
-    placed = [render.Placed(7, SIZE, render.facing(0.5, 0.7, 0.0), np.array([0.02, 0.01, 0.5]))]
-    picture = render.picture_of(np.random.default_rng(1), camera, placed, render.Scene())
+    camera = default_camera()
+    placed = [Placed(7, SIZE, rotations.facing(0.5, 0.7, 0.0), np.array([0.02, 0.01, 0.5]))]
+    picture = picture_of(np.random.default_rng(1), camera, placed, Scene())
     return camera, picture, Detector(SIZE).detect(picture, camera)[0]
 
 
@@ -41,7 +43,7 @@ def test_outline_and_axes(seen):
     for start, end in zip(detection.corners, np.roll(detection.corners, -1, 0)):
         assert has(picture, debug_picture.SURE, (start + end) / 2)
     for axis, colour in zip(np.eye(3), debug_picture.AXES):
-        middle = render.project(camera, detection.rotation, detection.position, axis[None] * SIZE / 3)[0]
+        middle = drawing.project(camera, detection.rotation, detection.position, axis[None] * SIZE / 3)[0]
         assert has(picture, colour, middle)
 
 

@@ -8,9 +8,11 @@ import pytest
 import bench
 import suite_markers
 import suite_turtlesim
-from alvar_core import pose, render
+from alvar_core import drawing, rotations
+from alvar_core.camera import default_camera
 from aruco_baseline import ArucoBaseline
 from figures import OURS
+from marker_scenes import Placed, Scene, picture_of
 from processes import BenchError
 
 
@@ -23,11 +25,12 @@ def no_folder_is_left():
 @pytest.fixture
 def folder(tmp_path):
     """A folder with one easy frame: marker 42, 0.1 m wide, 0.6 m away."""
-    camera = render.default_camera()
-    placed = render.Placed(42, 0.1, render.facing(0.5, 0.7, 0.3), np.array([0.05, 0.0, 0.6]))
-    picture = render.picture_of(np.random.default_rng(1), camera, [placed], render.Scene())
+    camera = default_camera()
+    placed = Placed(42, 0.1, rotations.facing(0.5, 0.7, 0.3), np.array([0.05, 0.0, 0.6]))
+    picture = picture_of(np.random.default_rng(1), camera, [placed], Scene())
     cv2.imwrite(str(tmp_path / 'a.png'), picture)
-    marker = {'id': 42, 'position': placed.position.tolist(), 'orientation': pose.quaternion(placed.rotation).tolist(),
+    marker = {'id': 42, 'position': placed.position.tolist(),
+              'orientation': rotations.quaternion_from_matrix(placed.rotation).tolist(),
               'corners': placed.corners.tolist(), 'distance_m': float(np.linalg.norm(placed.position)), 'ignore': False}
     frame = {'name': 'a', 'file': 'a.png', 'camera': 'c', 'marker_size_m': 0.1, 'difficulty': 'easy',
              'markers': [marker]}
@@ -55,10 +58,10 @@ def test_measurements_score_and_time_each_tool(folder):
 
 
 def test_every_id_is_in_the_baselines_dictionary():
-    camera, baseline = render.default_camera(), ArucoBaseline()
+    camera, baseline = default_camera(), ArucoBaseline()
     for number in range(0, 256, 15):
         blank = np.full((480, 640), 220, np.uint8)
-        blank[150:330, 200:380] = render.marker_picture(number, 180)
+        blank[150:330, 200:380] = drawing.marker_picture(number, 180)
         assert [found['id'] for found in baseline.detect(blank, camera, 0.1)] == [number]
 
 

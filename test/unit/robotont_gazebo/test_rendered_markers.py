@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from alvar_core import code
-from alvar_core import pose as marker_pose
+from alvar_core import code, rotations
 from alvar_core.camera import Camera
-from alvar_core.detector import Detector
+from alvar_core.detection.detector import Detector
 from kinematic_core.floor_plan import Box, FloorPlan, Panel
 from robotont_gazebo import worlds
 from robotont_gazebo.renderer import Renderer
@@ -52,7 +51,7 @@ def check_tracker(world, panel, pose, width, height):
     assert len(found) == 1
     rotation, position = pose_in_camera(panel, pose)
     assert np.linalg.norm(found[0].position - position) < POSITION_TOLERANCE * np.linalg.norm(position)
-    assert marker_pose.angle_between(found[0].rotation, rotation) < ROTATION_TOLERANCE
+    assert rotations.angle_between(found[0].rotation, rotation) < ROTATION_TOLERANCE
 
 
 @pytest.mark.parametrize('width, height', [(1280, 720), (640, 480)])

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from alvar_core.camera import Camera
-from alvar_core.detector import Detector
+from alvar_core.detection.detector import Detector
 from turtle_robotont import marker_sequence, sequence_cache
 
 POSITION_TOLERANCE = 0.01  # of the distance

@@ -54,6 +54,14 @@ class Camera:
         return (np.asarray(ideal) - self.centre) / self.focal
 
 
+
+def default_camera(width=640, height=480, distorted=False):
+    """A Camera like a webcam's: 60 degrees wide; with some barrel distortion if asked."""
+    focal = 0.82 * width
+    return Camera([focal, 0, width / 2 - 0.5, 0, focal, height / 2 - 0.5, 0, 0, 1],
+                  [-0.15, 0.04, 0.001, -0.0008, 0.0] if distorted else None)
+
+
 def _numbers(values, what):
     try:
         return np.asarray(values, np.float64).ravel()

@@ -5,7 +5,7 @@ import shlex
 import rospy
 
 from alvar_core import bundles
-from alvar_core.bundle_pose import BundleTracker
+from alvar_core.detection.bundle_pose import BundleTracker
 from ar_track_alvar import command_line, conversions, settings, start
 from ar_track_alvar.conversions import MarkerPose
 from ar_track_alvar.node import MarkerNode

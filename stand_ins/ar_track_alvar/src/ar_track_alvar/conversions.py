@@ -9,7 +9,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from alvar_core import pose
+from alvar_core import rotations
 from alvar_core.camera import Camera, CameraError
 from alvar_core.fisheye import FisheyeCamera
 
@@ -116,7 +116,7 @@ def transform_of(marker, header):
     """Return the TransformStamped from the camera's frame (of ``header``) to ar_marker_ID."""
     message = TransformStamped(header=header, child_frame_id=f'{MARKER_FRAME}{marker.id}')
     message.transform.translation = Vector3(*marker.position)
-    message.transform.rotation = Quaternion(*pose.quaternion(marker.rotation))
+    message.transform.rotation = Quaternion(*rotations.quaternion_from_matrix(marker.rotation))
     return message
 
 
@@ -150,4 +150,4 @@ def matrix_of(transform):
 
 
 def _pose(rotation, position):
-    return Pose(Point(*position), Quaternion(*pose.quaternion(rotation)))
+    return Pose(Point(*position), Quaternion(*rotations.quaternion_from_matrix(rotation)))

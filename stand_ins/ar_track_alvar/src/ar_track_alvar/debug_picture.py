@@ -2,7 +2,7 @@
 import cv2
 import numpy as np
 
-from alvar_core import render
+from alvar_core import drawing
 
 SURE, AMBIGUOUS, LEFT_OUT = (60, 220, 60), (0, 200, 255), (150, 150, 150)  # BGR
 AXES = ((0, 0, 255), (0, 255, 0), (255, 0, 0))  # x, y, z
@@ -26,7 +26,7 @@ def draw(picture, camera, detections, published, size_of):
 
 
 def _axes(picture, camera, detection, length):
-    ends = render.project(camera, detection.rotation, detection.position, np.vstack([np.zeros(3), np.eye(3) * length]))
+    ends = drawing.project(camera, detection.rotation, detection.position, np.vstack([np.zeros(3), np.eye(3) * length]))
     origin, *tips = _fixed(ends).tolist()
     for tip, colour in zip(tips, AXES):
         cv2.line(picture, origin, tip, colour, 2, cv2.LINE_AA, SHIFT)

@@ -1,7 +1,7 @@
 """What is let through: pictures by their rate, markers by how well they fit."""
 import numpy as np
 
-from alvar_core import homography
+from alvar_core.detection import homography
 
 
 class RateGate:

@@ -14,8 +14,8 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Bool
 
 from alvar_core.camera import CameraError
-from alvar_core.detector import Detector, PictureError
-from alvar_core.tracker import Tracker
+from alvar_core.detection.detector import Detector, PictureError
+from alvar_core.detection.tracker import Tracker
 from ar_track_alvar import conversions, debug_picture
 from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
 from ar_track_alvar.diagnostics import Statistics

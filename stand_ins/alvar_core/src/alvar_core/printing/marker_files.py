@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from alvar_core import bundles, pose, render
+from alvar_core import bundles, drawing
 
 DPI = 96.0  # pixels per inch of the pictures, as in the original
 MAX_PIXELS = 20000  # of a picture's side
@@ -67,7 +67,7 @@ def picture_of(marker):
     if not marker.count <= marker.pixels <= MAX_PIXELS:
         raise CreateError(f'marker {marker.value}: its {marker.count} x {marker.count} cells on {marker.pixels} pixels '
                           f'({1e3 * marker.side:.4g} mm); {marker.count} to {MAX_PIXELS} pixels are possible (-s, -u)')
-    return render.picture_of_cells(marker.cells, marker.pixels, marker.margin)
+    return drawing.picture_of_cells(marker.cells, marker.pixels, marker.margin)
 
 
 def picture_of_bundle(markers):
@@ -104,7 +104,7 @@ def placed(markers):
 
 def bundle_corners(markers):
     """{id: corners (4, 3) m} of the markers with a number, for bundles.xml()."""
-    return {m.value: pose.object_corners(m.side) + [*m.at, 0] for m in markers if not isinstance(m.value, str)}
+    return {m.value: drawing.object_corners(m.side) + [*m.at, 0] for m in markers if not isinstance(m.value, str)}
 
 
 def is_bundle(markers):

@@ -2,18 +2,19 @@
 import numpy as np
 import pytest
 
-from alvar_core import homography, pose, render
-from alvar_core.camera import Camera, CameraError
+from alvar_core import drawing, rotations
+from alvar_core.camera import Camera, CameraError, default_camera
+from alvar_core.detection import homography, pose
 
-CAMERA = render.default_camera()
+CAMERA = default_camera()
 SIZE = 0.1
 POSITION_TOLERANCE = 1e-4  # 0.1 mm
 ROTATION_TOLERANCE = np.radians(0.05)
 
 
 def seen(tilt, azimuth, roll, position):
-    rotation = render.facing(np.radians(tilt), np.radians(azimuth), np.radians(roll))
-    corners = render.project(CAMERA, rotation, np.array(position), pose.object_corners(SIZE))
+    rotation = rotations.facing(np.radians(tilt), np.radians(azimuth), np.radians(roll))
+    corners = drawing.project(CAMERA, rotation, np.array(position), drawing.object_corners(SIZE))
     return rotation, CAMERA.to_ideal(corners)
 
 
@@ -23,7 +24,7 @@ def test_exact_corners_give_the_exact_pose(tilt, azimuth, roll, position):
     rotation, corners = seen(tilt, azimuth, roll, position)
     best = pose.solve(corners[None], [SIZE], CAMERA)[0][0]
     assert np.abs(best.position - position).max() < POSITION_TOLERANCE
-    assert pose.angle_between(best.rotation, rotation) < ROTATION_TOLERANCE
+    assert rotations.angle_between(best.rotation, rotation) < ROTATION_TOLERANCE
     assert best.error < 0.01
 
 
@@ -47,9 +48,9 @@ def test_second_solution_of_an_ambiguous_marker_is_the_mirrored_tilt():
     rotation, corners = seen(20, 0, 0, (0, 0, 4.0))
     solutions = pose.solve(corners[None], [SIZE], CAMERA)[0]
     assert len(solutions) == 2
-    apart = np.degrees(pose.angle_between(solutions[0].rotation, solutions[1].rotation))
+    apart = np.degrees(rotations.angle_between(solutions[0].rotation, solutions[1].rotation))
     assert 30 < apart < 45  # twice the tilt
-    assert min(pose.angle_between(s.rotation, rotation) for s in solutions) < ROTATION_TOLERANCE
+    assert min(rotations.angle_between(s.rotation, rotation) for s in solutions) < ROTATION_TOLERANCE
 
 
 def test_several_markers_at_once_are_as_one_by_one():
@@ -66,7 +67,7 @@ def test_position_scales_with_the_size():
 
 
 def test_camera_maps_are_each_others_inverse():
-    camera = render.default_camera(distorted=True)
+    camera = default_camera(distorted=True)
     points = np.array([[10.0, 20.0], [320.0, 240.0], [600.0, 400.0]])
     ideal = camera.to_ideal(points)
     assert np.abs(ideal - points).max() > 2  # the lens does something

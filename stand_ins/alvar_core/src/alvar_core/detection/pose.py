@@ -9,13 +9,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from alvar_core import drawing
+from alvar_core.rotations import angle_between, quaternion_from_matrix
+
 AMBIGUOUS_CHI2 = 16.0
 DEGREES_OF_FREEDOM = 2  # eight corner coordinates less six of a pose
 SAME_ROTATION = np.radians(3.0)
 DEFAULT_CORNER_SIGMA = 0.2  # px
 DAMPED = 1 + 1e-4 * np.eye(6)  # times the normal equations of a refinement
 MODEL_ERROR = 0.04  # px: corners are never known better
-UNIT_CORNERS = np.array([[-0.5, 0.5, 0], [0.5, 0.5, 0], [0.5, -0.5, 0], [-0.5, -0.5, 0]])
 # p @ CROSS: the matrix (9 numbers) that takes a turn t to t x p
 CROSS = np.array([[0, 0, 0, 0, 0, 1, 0, -1, 0], [0, 0, -1, 0, 0, 0, 1, 0, 0], [0, 1, 0, -1, 0, 0, 0, 0, 0]], float)
 
@@ -32,27 +34,7 @@ class Solution:
     @property
     def quaternion(self):
         """Orientation x y z w, w >= 0."""
-        return quaternion(self.rotation)
-
-
-def object_corners(size):
-    """(4, 3) corners in the marker frame: top left, top right, bottom right, bottom left."""
-    return UNIT_CORNERS * size
-
-
-def quaternion(rotation):
-    """Quaternion x y z w (w >= 0) of a rotation matrix."""
-    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation).tolist()
-    x, y, z, w = max(((1 + a - e - i, b + d, c + g, h - f), (b + d, 1 - a + e - i, f + h, c - g),
-                      (c + g, f + h, 1 - a - e + i, d - b), (h - f, c - g, d - b, 1 + a + e + i)),
-                     key=lambda q: sum(v * v for v in q))
-    length = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), w)
-    return np.array([x / length, y / length, z / length, w / length])
-
-
-def angle_between(a, b):
-    """Angle of the rotation from a to b, radians."""
-    return math.acos(min(1.0, max(-1.0, (float(np.vdot(a, b)) - 1) / 2)))
+        return quaternion_from_matrix(self.rotation)
 
 
 def solve(ideal_corners, sizes, camera, information=None):
@@ -72,7 +54,7 @@ def solve(ideal_corners, sizes, camera, information=None):
     good = np.isfinite(positions).all(1) & np.isfinite(rotations).all((1, 2)) & (positions[:, 2] > 0)
     owner = np.tile(np.arange(len(corners)), 2)[good]
     if len(owner):
-        points = UNIT_CORNERS * sizes[owner, None, None]
+        points = drawing.UNIT_CORNERS * sizes[owner, None, None]
         refined = _refine(points, corners[owner], camera, information[owner], rotations[good], positions[good])
         for m, solution in zip(owner, refined):
             found[m].append(solution)
@@ -134,7 +116,7 @@ def _centre_of(rays, size):
 
 def _positions(rotations, rays, sizes):
     """Least squares positions (B, 3) of squares of given rotation seen along rays (B, 4, 2)."""
-    p = UNIT_CORNERS * sizes[:, None, None] @ rotations.transpose(0, 2, 1)
+    p = drawing.UNIT_CORNERS * sizes[:, None, None] @ rotations.transpose(0, 2, 1)
     right = rays * p[..., 2:] - p[..., :2]
     total, rest = rays.sum(1), right.sum(1)
     both = (rays * np.stack([right, rays])).sum((2, 3))  # each point gives two equations: x = u z, y = v z

@@ -2,18 +2,21 @@
 import numpy as np
 import pytest
 
-from alvar_core import bundle_pose, bundles, pose, render
-from alvar_core.detector import Detector
+from alvar_core import bundles, drawing, rotations
+from alvar_core.camera import default_camera
+from alvar_core.detection import bundle_pose
+from alvar_core.detection.detector import Detector
+from marker_scenes import Placed, Scene, picture_of
 
 SIDE = 0.044  # [m]
 PLACES = {8: (0, 0, 0), 9: (0.09, 0, 0), 10: (0, -0.09, 0), 16: (0, 0.09, 0)}
-FLAT = bundles.Bundle('flat', 8, tuple(PLACES), {n: pose.object_corners(SIDE) + at for n, at in PLACES.items()})
+FLAT = bundles.Bundle('flat', 8, tuple(PLACES), {n: drawing.object_corners(SIDE) + at for n, at in PLACES.items()})
 TURN = np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]])  # looks along x of the bundle
-POST = bundles.Bundle('post', 1, (1, 2), {1: pose.object_corners(SIDE),
-                                          2: pose.object_corners(SIDE) @ TURN.T + [0.025, 0, -0.025]})
-CAMERA = render.default_camera(distorted=True)
+POST = bundles.Bundle('post', 1, (1, 2), {1: drawing.object_corners(SIDE),
+                                          2: drawing.object_corners(SIDE) @ TURN.T + [0.025, 0, -0.025]})
+CAMERA = default_camera(distorted=True)
 DETECTOR = Detector(SIDE)
-ROTATION = render.facing(np.radians(25), 0.7, 0.4)
+ROTATION = rotations.facing(np.radians(25), 0.7, 0.4)
 POSITION = np.array([0.03, -0.02, 0.6])
 DEGREE = np.radians(1)
 
@@ -21,18 +24,18 @@ DEGREE = np.radians(1)
 def placed(bundle, number, rotation=ROTATION, position=POSITION, moved=(0, 0, 0)):
     """A marker of a bundle in a scene, moved in the bundle's frame (m)."""
     turn, centre = bundles.marker_pose(bundle.corners[number])
-    return render.Placed(number, SIDE, rotation @ turn, rotation @ (centre + moved) + position)
+    return Placed(number, SIDE, rotation @ turn, rotation @ (centre + moved) + position)
 
 
 def seen(markers, seed=0):
     """Detections of placed markers in a rendered picture."""
     rng = np.random.default_rng(seed)
-    return DETECTOR.detect(render.picture_of(rng, CAMERA, markers, render.Scene(blur=0.8)), CAMERA)
+    return DETECTOR.detect(picture_of(rng, CAMERA, markers, Scene(blur=0.8)), CAMERA)
 
 
 def off(found, rotation=ROTATION, position=POSITION):
     """(angle in rad, distance as a share) between a BundlePose and the truth."""
-    return pose.angle_between(found.rotation, rotation), np.linalg.norm(found.position - position) / position[2]
+    return rotations.angle_between(found.rotation, rotation), np.linalg.norm(found.position - position) / position[2]
 
 
 def check(found, rotation=ROTATION, position=POSITION):
@@ -49,7 +52,7 @@ def test_all_markers_together_are_better_than_each():
     turns = []
     for detection in detections:
         turn, _ = bundles.marker_pose(FLAT.corners[detection.id])
-        turns.append(pose.angle_between(detection.rotation, ROTATION @ turn))
+        turns.append(rotations.angle_between(detection.rotation, ROTATION @ turn))
     assert off(found)[0] < max(turns)
 
 
@@ -70,7 +73,7 @@ def test_a_marker_that_was_moved_is_left_out(moved):
 
 
 def test_a_second_marker_of_the_same_number_does_no_harm():
-    other = render.Placed(9, SIDE, ROTATION, POSITION + [-0.15, 0.08, 0])
+    other = Placed(9, SIDE, ROTATION, POSITION + [-0.15, 0.08, 0])
     found = bundle_pose.solve(FLAT, seen([placed(FLAT, n) for n in (8, 9, 10)] + [other]), CAMERA)
     check(found)
     assert sorted(found.used) == [8, 9, 10] and found.rejected == (9,)
@@ -84,7 +87,7 @@ def test_of_two_that_disagree_the_first_of_the_file_is_right():
 
 
 def test_markers_on_two_sides_of_a_post():
-    rotation = render.facing(0, 0, 0) @ np.array([[0.7071068, 0, -0.7071068], [0, 1, 0], [0.7071068, 0, 0.7071068]])
+    rotation = rotations.facing(0, 0, 0) @ np.array([[0.7071068, 0, -0.7071068], [0, 1, 0], [0.7071068, 0, 0.7071068]])
     markers = [placed(POST, n, rotation) for n in (1, 2)]
     found = bundle_pose.solve(POST, seen(markers), CAMERA)
     assert set(found.used) == {1, 2}
@@ -93,7 +96,7 @@ def test_markers_on_two_sides_of_a_post():
 
 def test_several_of_many_were_moved():
     places = {n: (0.07 * (n % 4), 0.07 * (n // 4), 0) for n in range(12)}
-    wall = bundles.Bundle('wall', 0, tuple(places), {n: pose.object_corners(SIDE) + at for n, at in places.items()})
+    wall = bundles.Bundle('wall', 0, tuple(places), {n: drawing.object_corners(SIDE) + at for n, at in places.items()})
     position = np.array([-0.12, -0.1, 0.7])
     markers = [placed(wall, n, position=position, moved=(0.01 * (n in (1, 6)), -0.012 * (n in (6, 11)), 0))
                for n in places]
@@ -119,7 +122,7 @@ def test_no_marker_no_pose():
 
 def small_and_ambiguous():
     """Detections of the master alone, so small that its two poses are alike; a picture with that is looked for."""
-    rotation, position = render.facing(np.radians(12), 0.3, 0), np.array([0.0, 0.0, 1.3])
+    rotation, position = rotations.facing(np.radians(12), 0.3, 0), np.array([0.0, 0.0, 1.3])
     for seed in range(20):
         detections = seen([placed(FLAT, 8, rotation, position)], seed)
         if detections and detections[0].ambiguous:
@@ -133,7 +136,7 @@ def test_what_is_ambiguous_is_said_and_the_last_picture_decides():
     assert free.ambiguous and len(free.solutions) == 2 and 0.01 < free.ambiguity <= 0.5
     for solution in free.solutions:
         led = bundle_pose.solve(FLAT, detections, CAMERA, solution.rotation)
-        assert pose.angle_between(led.rotation, solution.rotation) < DEGREE
+        assert rotations.angle_between(led.rotation, solution.rotation) < DEGREE
 
 
 def test_tracker_remembers_and_forgets():
@@ -142,7 +145,7 @@ def test_tracker_remembers_and_forgets():
     first, = tracker.update(detections, CAMERA)
     other = first.solutions[1].rotation
     tracker._last[0] = other, 0
-    assert pose.angle_between(tracker.update(detections, CAMERA)[0].rotation, other) < DEGREE
+    assert rotations.angle_between(tracker.update(detections, CAMERA)[0].rotation, other) < DEGREE
     for _ in range(bundle_pose.MEMORY_FRAMES + 1):
         assert tracker.update([], CAMERA) == []
     assert tracker._last == {}

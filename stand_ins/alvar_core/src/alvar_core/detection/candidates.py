@@ -6,7 +6,7 @@ marker standing upright); which corner comes first is not known yet.
 import cv2
 import numpy as np
 
-from alvar_core import homography
+from alvar_core.detection import homography
 
 SAME_QUAD = 0.25  # corners nearer than this part of the side
 MAX_ASPECT = 4.0  # longest to shortest side

@@ -1,4 +1,4 @@
-"""Drawing markers, and test pictures of them through a camera with lens distortion, blur, noise, light and covers.
+"""Test pictures of markers through a camera with lens distortion, blur, noise, light and covers.
 
 Scenes are made from a numpy Generator given by the caller: the same seed gives the same picture.
 """
@@ -7,26 +7,11 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from alvar_core import code, pose
-from alvar_core.camera import Camera
+from alvar_core import code, drawing, rotations
 
 SUPERSAMPLE = 3
 
 
-def marker_picture(value, side, margin=2, resolution=None, strong=False):
-    """uint8 picture (side, side) of a marker's black square, no white around; value: id or text; side in px."""
-    return picture_of_cells(code.encode(value, strong=strong, resolution=resolution), side, margin)
-
-
-def picture_of_cells(cells, side, margin=2):
-    """As marker_picture(), of data cells (n, n), true is white."""
-    count = len(cells) + 2 * margin
-    if side < count:
-        raise ValueError(f'a marker of {count} cells does not fit in {side} px; at least one pixel a cell is needed')
-    white = np.pad(cells, margin).astype(np.uint8) * 255
-    edges = np.round(np.arange(count + 1) * side / count).astype(int)
-    index = np.repeat(np.arange(count), np.diff(edges))
-    return white[np.ix_(index, index)]
 
 
 @dataclass
@@ -60,18 +45,6 @@ class Scene:
     clutter: int = 0
 
 
-def facing(tilt, azimuth, roll):
-    """Rotation (3, 3) of a marker facing the camera, tilted about the image direction `azimuth`, and rolled (rad)."""
-    toward = np.diag([1.0, -1.0, -1.0])
-    axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) * tilt
-    return cv2.Rodrigues(axis)[0] @ cv2.Rodrigues(np.array([0.0, 0.0, roll]))[0] @ toward
-
-
-def project(camera, rotation, position, points):
-    """Real pixels (N, 2) of marker points (N, 3) in metres."""
-    p = np.asarray(points, float) @ rotation.T + position
-    ideal = p[:, :2] / p[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
-    return np.stack(camera.to_real(ideal[:, 0], ideal[:, 1]), 1)
 
 
 def _background(rng, scene):
@@ -123,7 +96,7 @@ def _window(fine, camera, placed, width):
     points = np.array([(x, y, 0) for x in rim for y in rim])
     if ((points @ placed.rotation.T + placed.position)[:, 2] <= 0).any():
         return slice(0, fine.shape[0]), slice(0, fine.shape[1])
-    real = (project(camera, placed.rotation, placed.position, points) + 0.5) * SUPERSAMPLE
+    real = (drawing.project(camera, placed.rotation, placed.position, points) + 0.5) * SUPERSAMPLE
     low, high = real.min(0), real.max(0)
     spare = 0.1 * (high - low).max() + 2
     low = np.clip(low - spare, 0, fine.shape[::-1]).astype(int)
@@ -190,7 +163,7 @@ def picture_of(rng, camera, placed, scene, margin=2):
     """uint8 grey picture of Placed markers (their corners are filled in) seen by a camera."""
     fine = _background(rng, scene)
     for marker in placed:
-        marker.corners = project(camera, marker.rotation, marker.position, pose.object_corners(marker.size))
+        marker.corners = drawing.project(camera, marker.rotation, marker.position, drawing.object_corners(marker.size))
         _paint(rng, fine, camera, marker, margin)
     fine = _light(rng, scene, fine).astype(np.float32)
     if scene.blur > 0:
@@ -207,12 +180,13 @@ def random_markers(rng, camera, scene, count, side=(20, 120), max_tilt=60.0, siz
         distance = camera.fx * size / px
         at = rng.uniform([0.08, 0.08], [0.92, 0.92]) * [scene.width, scene.height]
         direction = np.append(camera.to_rays(camera.to_ideal(at)), 1.0)
-        rotation = facing(np.radians(rng.uniform(0, max_tilt)), rng.uniform(0, 2 * np.pi), rng.uniform(0, 2 * np.pi))
+        tilt, azimuth, roll = np.radians(rng.uniform(0, max_tilt)), rng.uniform(0, 2 * np.pi), rng.uniform(0, 2 * np.pi)
+        rotation = rotations.facing(tilt, azimuth, roll)
         black = float(rng.uniform(15, 50))
         one = Placed(int(marker_id), size, rotation, direction * distance, float(rng.uniform(0.5, 2.5)),
                      str(rng.choice(['bar', 'blob'])) if rng.uniform() < cover else None, black,
                      black + float(rng.uniform(60, 180)))
-        one.corners = project(camera, rotation, one.position, pose.object_corners(size * 1.4))
+        one.corners = drawing.project(camera, rotation, one.position, drawing.object_corners(size * 1.4))
         centre, reach = one.corners.mean(0), np.ptp(one.corners, 0).max() / 2
         inside = (one.corners > 4).all() and (one.corners < [scene.width - 5, scene.height - 5]).all()
         others = [(p.corners.mean(0), np.ptp(p.corners, 0).max() / 2) for p in placed]
@@ -221,10 +195,3 @@ def random_markers(rng, camera, scene, count, side=(20, 120), max_tilt=60.0, siz
         if len(placed) == count:
             break
     return placed
-
-
-def default_camera(width=640, height=480, distorted=False):
-    """A Camera like a webcam's: 60 degrees wide; with some barrel distortion if asked."""
-    focal = 0.82 * width
-    return Camera([focal, 0, width / 2 - 0.5, 0, focal, height / 2 - 0.5, 0, 0, 1],
-                  [-0.15, 0.04, 0.001, -0.0008, 0.0] if distorted else None)

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from alvar_core import bundles, homography, pose
+from alvar_core import bundles
+from alvar_core.detection import homography, pose
+from alvar_core.rotations import angle_between, quaternion_from_matrix
 
 # Agreement: a marker whose corners lie this near (rms) to where the bundle's pose puts them, px or parts of its side.
 AGREES_PX, AGREES_SHARE = 1.0, 0.05
@@ -41,7 +43,7 @@ class BundlePose:
     @property
     def quaternion(self):
         """Orientation x y z w in the camera's optical frame."""
-        return pose.quaternion(self.rotation)
+        return quaternion_from_matrix(self.rotation)
 
 
 class BundleTracker:
@@ -95,7 +97,7 @@ def _settled(bundle, seen, agree, solutions, last_rotation):
     used = [d for d, good in zip(seen, agree) if good]
     share, ambiguous = pose.ambiguity(solutions, max(pose.DEGREES_OF_FREEDOM, 8 * len(used) - 6))
     if ambiguous and last_rotation is not None:
-        solutions = sorted(solutions, key=lambda s: pose.angle_between(last_rotation, s.rotation))
+        solutions = sorted(solutions, key=lambda s: angle_between(last_rotation, s.rotation))
     best, rejected = solutions[0], tuple(d.id for d, good in zip(seen, agree) if not good)
     return BundlePose(bundle, best.rotation, best.position, max(d.confidence for d in used), share, ambiguous,
                       best.error, tuple(d.id for d in used), rejected, solutions)
@@ -191,7 +193,7 @@ class _View:
         for b in np.argsort(chi2):
             if not np.isfinite(chi2[b]) or len(found) == 2:
                 break
-            if all(pose.angle_between(rotations[b], s.rotation) >= pose.SAME_ROTATION for s in found):
+            if all(angle_between(rotations[b], s.rotation) >= pose.SAME_ROTATION for s in found):
                 rms = float(np.sqrt((errors[b] ** 2).mean()))
                 found.append(pose.Solution(rotations[b], positions[b], rms, float(chi2[b])))
         return found

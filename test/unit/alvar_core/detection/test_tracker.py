@@ -2,22 +2,25 @@
 import numpy as np
 import pytest
 
-from alvar_core import detect, pose, render
-from alvar_core.detector import Detector, PictureError
-from alvar_core.tracker import Tracker
+from alvar_core import rotations
+from alvar_core.camera import default_camera
+from alvar_core.detection import candidates
+from alvar_core.detection.detector import Detector, PictureError
+from alvar_core.detection.tracker import Tracker
+from marker_scenes import Placed, Scene, picture_of
 
 SIZE = 0.1
-CAMERA = render.default_camera()
+CAMERA = default_camera()
 
 
 def picture(seed, placed, **how):
     how.setdefault('noise', 1.5)
-    return render.picture_of(np.random.default_rng(seed), CAMERA, placed, render.Scene(**how))
+    return picture_of(np.random.default_rng(seed), CAMERA, placed, Scene(**how))
 
 
 def one(marker_id=42, tilt=30, azimuth=40, roll=20, position=(0, 0, 0.6), **more):
-    rotation = render.facing(*np.radians([tilt, azimuth, roll]))
-    return render.Placed(marker_id, SIZE, rotation, np.array(position, float), **more)
+    rotation = rotations.facing(*np.radians([tilt, azimuth, roll]))
+    return Placed(marker_id, SIZE, rotation, np.array(position, float), **more)
 
 
 def ids(found):
@@ -43,7 +46,7 @@ def test_turned_marker_is_right_in_the_next_frame(frames):
     turned = one(1, roll=110)
     found = tracker.update(picture(1, [turned]), CAMERA)
     assert ids(found) == [1]
-    assert pose.angle_between(found[0].rotation, turned.rotation) < np.radians(3)
+    assert rotations.angle_between(found[0].rotation, turned.rotation) < np.radians(3)
 
 
 @pytest.mark.parametrize('frames', [3, 4, 5])
@@ -116,12 +119,12 @@ def test_every_pass_is_made_once_in_full_every_frames(full_every, monkeypatch):
     tracker = Tracker(Detector(SIZE), full_every)
     grey, made = picture(1, [one(1)]), []
     tracker.update(grey, CAMERA)
-    found = detect.candidates
-    monkeypatch.setattr(detect, 'candidates', lambda smooth, passes, *more: (made.extend(passes),
+    found = candidates.candidates
+    monkeypatch.setattr(candidates, 'candidates', lambda smooth, passes, *more: (made.extend(passes),
                                                                             found(smooth, passes, *more))[1])
     for _ in range(full_every):
         assert ids(tracker.update(grey, CAMERA)) == [1]
-    assert sorted(made) == sorted(detect.PASSES)
+    assert sorted(made) == sorted(candidates.PASSES)
 
 
 @pytest.mark.parametrize('full_every', [0, -1, 1.5, None])
@@ -159,7 +162,7 @@ def test_motion_settles_the_ambiguity():
         placed = one(3, tilt=25, azimuth=70, position=(0.02, 0, 0.5 + 0.09 * k))
         grey = picture(400 + k, [placed], noise=4.0, blur=0.9)
         for found, followed in ((tracker.update(grey, CAMERA), True), (alone.detect(grey, CAMERA), False)):
-            wrong = sum(pose.angle_between(d.rotation, placed.rotation) > np.radians(25) for d in found)
+            wrong = sum(rotations.angle_between(d.rotation, placed.rotation) > np.radians(25) for d in found)
             flips += wrong if followed else 0
             flips_alone += 0 if followed else wrong
     assert flips == 0 and flips <= flips_alone

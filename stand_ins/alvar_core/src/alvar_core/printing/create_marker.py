@@ -6,8 +6,9 @@ import math
 import os
 import sys
 
-from alvar_core import code, marker_files
-from alvar_core.marker_files import DPI, CreateError, Marker
+from alvar_core import code
+from alvar_core.printing import marker_files
+from alvar_core.printing.marker_files import DPI, CreateError, Marker
 
 CM, INCH = DPI / 2.54, DPI  # pixels a unit
 SIDE = 9.0  # units
@@ -234,7 +235,7 @@ def run(arguments):
     if line.pdf is None:
         made = marker_files.files(markers)
     else:
-        from alvar_core import sheet  # needs cairo, the pictures do not
+        from alvar_core.printing import sheet  # needs cairo, the pictures do not
         made = sheet.files(markers, line.pdf, line.page)
     for name, data in made:
         save(name, data)

@@ -7,9 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from alvar_core import bundles, create, marker_files, sheet
+from alvar_core import bundles
 from alvar_core.camera import Camera
-from alvar_core.detector import Detector
+from alvar_core.detection.detector import Detector
+from alvar_core.printing import create_marker, marker_files, sheet
 
 PRINT_DPI, LOOK_DPI = 300, 60
 DOT = 25.4 / PRINT_DPI  # [mm] 0.085
@@ -18,7 +19,7 @@ HALF_A_PERCENT = 0.005
 
 def sheet_of(arguments, page='a4'):
     """[(file name, bytes)] of the markers that arguments of createMarker name."""
-    return sheet.files(create.CommandLine(arguments).markers, 'sheet.pdf', page)
+    return sheet.files(create_marker.CommandLine(arguments).markers, 'sheet.pdf', page)
 
 
 def printed(pdf, dpi, page=1):
@@ -63,7 +64,7 @@ def test_black_squares_measure_what_they_should(side):
 
 
 def test_cells_are_where_they_should_be():
-    marker, = create.CommandLine(['-s', '9', '77']).markers
+    marker, = create_marker.CommandLine(['-s', '9', '77']).markers
     picture = printed(sheet_of(['-s', '9', '77'])[0][1], PRINT_DPI)
     left, top, _, _ = black_squares(picture)[0]
     middles = (np.arange(9) + 0.5) * 10  # mm, nine cells of 10 mm
@@ -100,13 +101,14 @@ def test_detector_finds_all_markers_at_their_size():
 
 def test_what_does_not_fit_goes_on_the_next_page():
     pdf = sheet_of(['-s', '9', '1', '2', '3'])[0][1]
-    pages = sheet.spread(create.CommandLine(['-s', '9', '1', '2', '3']).markers, 'a4')
+    pages = sheet.spread(create_marker.CommandLine(['-s', '9', '1', '2', '3']).markers, 'a4')
     assert [[spot.marker.value for spot in page] for page in pages] == [[1, 2], [3]]
     assert [len(black_squares(printed(pdf, PRINT_DPI, page))) for page in (1, 2)] == [2, 1]
 
 
 def test_pieces_of_paper_do_not_overlap_and_stay_on_the_page():
-    markers = create.CommandLine(['-s', '2', '1', '2', '-s', '5', '3', '4', '-s', '3', *map(str, range(5, 30))]).markers
+    line = ['-s', '2', '1', '2', '-s', '5', '3', '4', '-s', '3', *map(str, range(5, 30))]
+    markers = create_marker.CommandLine(line).markers
     for page, (width, height) in sheet.PAGES.items():
         for spots in sheet.spread(markers, page):
             boxes = [spot.box for spot in spots]
@@ -123,11 +125,11 @@ def test_a_bundle_keeps_its_places():
     assert right[:2] - first[:2] == pytest.approx([90, 0], abs=DOT)
     assert below[:2] - first[:2] == pytest.approx([0, 90], abs=DOT)
     assert name == 'sheet.xml' and xml.decode() == bundles.xml(
-        marker_files.bundle_corners(create.CommandLine(arguments).markers))
+        marker_files.bundle_corners(create_marker.CommandLine(arguments).markers))
 
 
 def test_a_label_in_the_way_of_another_marker_is_left_out():
-    markers = create.CommandLine(['-s', '4.4', '-xy', '0', '0', '1', '-xy', '0', '5', '2']).markers
+    markers = create_marker.CommandLine(['-s', '4.4', '-xy', '0', '0', '1', '-xy', '0', '5', '2']).markers
     assert [spot.labelled for spot in sheet.arranged(markers, 'a4')] == [False, True]
 
 
@@ -147,13 +149,13 @@ def test_the_largest_that_is_named_fits():
 def test_from_the_command_line(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr('sys.stdin', io.StringIO())
     out = tmp_path / 'out.pdf'
-    assert create.main(['--pdf', str(out), '--page', 'letter', '5', '6']) == 0
+    assert create_marker.main(['--pdf', str(out), '--page', 'letter', '5', '6']) == 0
     assert out.read_bytes().startswith(b'%PDF')
-    assert create.main(['--pdf', str(tmp_path / 'nowhere' / 'out.pdf'), '5']) == 2
+    assert create_marker.main(['--pdf', str(tmp_path / 'nowhere' / 'out.pdf'), '5']) == 2
     assert 'nowhere/out.pdf could not be written: No such file or directory' in capsys.readouterr().err
 
 
 def test_without_cairo(monkeypatch, capsys, tmp_path):
     monkeypatch.setitem(__import__('sys').modules, 'cairo', None)
-    assert create.main(['--pdf', str(tmp_path / 'out.pdf'), '5']) == 2
+    assert create_marker.main(['--pdf', str(tmp_path / 'out.pdf'), '5']) == 2
     assert 'sudo apt-get install python3-cairo' in capsys.readouterr().err

@@ -6,8 +6,9 @@ import io
 import os
 from dataclasses import dataclass
 
-from alvar_core import bundles, marker_files
-from alvar_core.marker_files import CreateError
+from alvar_core import bundles
+from alvar_core.printing import marker_files
+from alvar_core.printing.marker_files import CreateError
 
 PAGES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}  # mm
 EDGE, FOOT = 12.0, 22.0  # mm that printers leave white, and for the ruler below

@@ -3,7 +3,7 @@ import json
 
 import pytest
 
-from alvar_core import score_cli
+import markers_cli
 
 CAMERAS = {'c': {'K': [500, 0, 320, 0, 500, 240, 0, 0, 1], 'D': []}}
 
@@ -17,18 +17,18 @@ CAMERAS = {'c': {'K': [500, 0, 320, 0, 500, 240, 0, 0, 1], 'D': []}}
 def test_what_is_wrong_with_a_folder(tmp_path, capsys, content, said):
     if content is not None:
         (tmp_path / 'frames.json').write_text(content if isinstance(content, str) else json.dumps(content))
-    assert score_cli.main([str(tmp_path), '--json', str(tmp_path / 'out.json')]) == 1
+    assert markers_cli.main([str(tmp_path), '--json', str(tmp_path / 'out.json')]) == 1
     error = capsys.readouterr().err
     assert error.startswith('./run markers: ') and said in error and str(tmp_path) in error
 
 
 def test_results_that_cannot_be_written(tmp_path, capsys):
     (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': []}))
-    assert score_cli.main([str(tmp_path), '--json', str(tmp_path / 'none' / 'out.json')]) == 1
+    assert markers_cli.main([str(tmp_path), '--json', str(tmp_path / 'none' / 'out.json')]) == 1
     assert f'{tmp_path}/none/out.json: No such file or directory' in capsys.readouterr().err
 
 
 def test_what_was_found_is_said(tmp_path, capsys):
     (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': []}))
-    assert score_cli.main([str(tmp_path), '--json', str(tmp_path / 'out.json')]) == 0
+    assert markers_cli.main([str(tmp_path), '--json', str(tmp_path / 'out.json')]) == 0
     assert capsys.readouterr().out == f'0 markers in 0 frames, 0.0 ms a frame (median): {tmp_path}/out.json\n'

@@ -2,9 +2,12 @@
 import numpy as np
 import pytest
 
-from alvar_core import align, homography, pose, render
-from alvar_core.detector import Detector
-from alvar_core.edges import Edges
+from alvar_core import rotations
+from alvar_core.camera import default_camera
+from alvar_core.detection import alignment, homography
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.edge_refiner import Edges
+from marker_scenes import Placed, Scene, picture_of
 
 SIZE = 0.1
 CORNER_TOLERANCE = 0.1  # px, median of several markers' worst corners
@@ -16,22 +19,22 @@ def near(rng, camera, side, tilt):
     """A marker `side` px wide, the way it is turned and its place left to chance."""
     distance = camera.fx * SIZE / side
     room = max(0.0, (240 - 0.75 * side) / camera.fx * distance)
-    return render.Placed(int(rng.integers(256)), SIZE, render.facing(np.radians(tilt), *rng.uniform(0, 6.3, 2)),
+    return Placed(int(rng.integers(256)), SIZE, rotations.facing(np.radians(tilt), *rng.uniform(0, 6.3, 2)),
                          np.array([*rng.uniform(-room, room, 2), distance]))
 
 
 @pytest.mark.parametrize('distorted', [False, True])
 @pytest.mark.parametrize('side', [90, 130, 170, 230, 340])
 def test_large_markers_are_exact(side, distorted):
-    camera, detector, errors = render.default_camera(distorted=distorted), Detector(SIZE), []
+    camera, detector, errors = default_camera(distorted=distorted), Detector(SIZE), []
     for seed, (tilt, blur) in enumerate(((3, 0.4), (20, 0.6), (40, 1.0))):
         rng = np.random.default_rng(10 * side + seed)
         placed = near(rng, camera, side, tilt)
-        found, = detector.detect(render.picture_of(rng, camera, [placed], render.Scene(blur=blur)), camera)
+        found, = detector.detect(picture_of(rng, camera, [placed], Scene(blur=blur)), camera)
         assert found.id == placed.id
         errors.append((np.abs(found.corners - placed.corners).max(),
                        np.linalg.norm(found.position - placed.position) / np.linalg.norm(placed.position),
-                       pose.angle_between(found.rotation, placed.rotation)))
+                       rotations.angle_between(found.rotation, placed.rotation)))
     corner, position, rotation = np.median(errors, 0)
     assert corner < CORNER_TOLERANCE
     assert position < POSITION_TOLERANCE and rotation < ROTATION_TOLERANCE
@@ -39,14 +42,14 @@ def test_large_markers_are_exact(side, distorted):
 
 def seen_near(covered):
     """(Pyramid, camera, right corners) of a marker 180 px wide; `covered`: share of its upper side."""
-    rng, camera = np.random.default_rng(3), render.default_camera()
-    placed = render.Placed(9, SIZE, render.facing(0.4, 1.0, 0.1), np.array([0, 0, camera.fx * SIZE / 180]))
-    picture = render.picture_of(rng, camera, [placed], render.Scene())
+    rng, camera = np.random.default_rng(3), default_camera()
+    placed = Placed(9, SIZE, rotations.facing(0.4, 1.0, 0.1), np.array([0, 0, camera.fx * SIZE / 180]))
+    picture = picture_of(rng, camera, [placed], Scene())
     left, right = placed.corners[:2]
     for share in np.linspace(0, covered, 200) if covered else ():
         x, y = (left + share * (right - left)).astype(int)
         picture[y - 12:y + 12, x - 1:x + 2] = 120
-    return align.Pyramid(picture), camera, placed.corners
+    return alignment.Pyramid(picture), camera, placed.corners
 
 
 @pytest.mark.parametrize('covered, seen', [(0.0, True), (0.25, True), (0.8, False)])
@@ -62,13 +65,13 @@ def test_covered_part_of_a_side_does_not_count_and_a_covered_side_is_told(covere
 
 
 def test_covariance_is_as_large_as_the_errors_are():
-    camera, chi2 = render.default_camera(), []
+    camera, chi2 = default_camera(), []
     for seed in range(12):
         rng = np.random.default_rng(seed)
         placed = near(rng, camera, 80, 20)
-        picture = render.picture_of(rng, camera, [placed], render.Scene(noise=4.0, blur=0.8))
+        picture = picture_of(rng, camera, [placed], Scene(noise=4.0, blur=0.8))
         h = homography.from_square(placed.corners[None], 4.5)
-        corners, covariance, _ = Edges(9).refine(align.Pyramid(picture), camera, h, np.array([0.9]))
+        corners, covariance, _ = Edges(9).refine(alignment.Pyramid(picture), camera, h, np.array([0.9]))
         error = (corners - placed.corners).reshape(8)
         chi2.append(error @ np.linalg.solve(covariance[0], error) / 8)
     assert 0.3 < np.median(chi2) < 3.0

@@ -4,9 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from alvar_core import detector, pose, render
-from alvar_core.camera import Camera, CameraError
-from alvar_core.detector import Detector
+from alvar_core import code, drawing, rotations
+from alvar_core.camera import Camera, CameraError, default_camera
+from alvar_core.detection import detector
+from alvar_core.detection.detector import Detector
+from marker_scenes import Placed, Scene, picture_of
 
 SIZE = 0.1
 CORNER_TOLERANCE = 0.35   # px
@@ -16,14 +18,14 @@ ROTATION_TOLERANCE = np.radians(2.5)
 
 def scene(seed, placed, camera=None, **how):
     rng = np.random.default_rng(seed)
-    camera = camera or render.default_camera()
-    picture = render.picture_of(rng, camera, placed, render.Scene(**how))
+    camera = camera or default_camera()
+    picture = picture_of(rng, camera, placed, Scene(**how))
     return picture, camera
 
 
 def one(marker_id=42, tilt=30, azimuth=40, roll=20, position=(0, 0, 0.6), **more):
-    rotation = render.facing(*np.radians([tilt, azimuth, roll]))
-    return render.Placed(marker_id, SIZE, rotation, np.array(position, float), **more)
+    rotation = rotations.facing(*np.radians([tilt, azimuth, roll]))
+    return Placed(marker_id, SIZE, rotation, np.array(position, float), **more)
 
 
 def check(detection, placed):
@@ -31,7 +33,7 @@ def check(detection, placed):
     assert np.abs(detection.corners - placed.corners).max() < CORNER_TOLERANCE
     distance = np.linalg.norm(placed.position)
     assert np.linalg.norm(detection.position - placed.position) < POSITION_TOLERANCE * distance
-    assert pose.angle_between(detection.rotation, placed.rotation) < ROTATION_TOLERANCE
+    assert rotations.angle_between(detection.rotation, placed.rotation) < ROTATION_TOLERANCE
 
 
 @pytest.mark.parametrize('roll', [0, 45, 90, 135, 180, 225, 270, 315])
@@ -46,7 +48,7 @@ def test_id_corners_and_pose_at_every_roll(roll):
 
 @pytest.mark.parametrize('distorted', [False, True])
 def test_lens_distortion_is_used(distorted):
-    camera = render.default_camera(distorted=distorted)
+    camera = default_camera(distorted=distorted)
     placed = one(position=(0.22, 0.14, 0.6))
     picture, _ = scene(5, [placed], camera)
     found = Detector(SIZE).detect(picture, camera)
@@ -109,14 +111,13 @@ def test_ambiguous_pose_is_flagged_with_both_solutions():
     picture, camera = scene(10, [placed], noise=3.0, blur=0.8)
     found = Detector(SIZE).detect(picture, camera)
     assert len(found) == 1
-    nearest = min(pose.angle_between(s.rotation, placed.rotation) for s in found[0].solutions)
+    nearest = min(rotations.angle_between(s.rotation, placed.rotation) for s in found[0].solutions)
     assert nearest < np.radians(10)
-    assert found[0].ambiguous or pose.angle_between(found[0].rotation, placed.rotation) < np.radians(15)
+    assert found[0].ambiguous or rotations.angle_between(found[0].rotation, placed.rotation) < np.radians(15)
 
 
 @pytest.mark.parametrize('value', [1000, 65535, 'hi'])
 def test_larger_resolutions_and_text(value):
-    from alvar_core import code
     resolution = len(code.encode(value))
     placed = one(value)
     picture, camera = scene(11, [placed])
@@ -138,7 +139,7 @@ def test_marker_of_another_margin_is_none(seed, cells):
     picture, camera = scene(seed, [one(seed * 9, tilt=20)])
     blank = np.full_like(picture, 160)
     side = 120
-    tag = render.marker_picture(seed * 9, side, margin=cells)
+    tag = drawing.marker_picture(seed * 9, side, margin=cells)
     blank[200:200 + side, 260:260 + side] = np.where(tag > 0, 200, 30)
     blank[180:200, 240:400] = blank[320:340, 240:400] = blank[180:340, 240:260] = blank[180:340, 380:400] = 200
     assert Detector(SIZE).detect(blank, camera) == []
@@ -163,7 +164,7 @@ K = [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]
 ])
 def test_unusable_pictures_are_refused(picture, text):
     with pytest.raises(detector.PictureError, match=text):
-        Detector(SIZE).detect(picture, render.default_camera())
+        Detector(SIZE).detect(picture, default_camera())
 
 
 def test_picture_of_another_size_than_the_cameras_is_refused():
@@ -215,4 +216,4 @@ def test_impossible_size_set_later_is_refused_and_changes_nothing():
 
 @pytest.mark.parametrize('grey', [0, 128, 255])
 def test_plain_pictures(grey):
-    assert Detector(SIZE).detect(np.full((480, 640), grey, np.uint8), render.default_camera()) == []
+    assert Detector(SIZE).detect(np.full((480, 640), grey, np.uint8), default_camera()) == []

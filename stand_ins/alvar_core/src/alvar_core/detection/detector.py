@@ -4,11 +4,12 @@ from numbers import Real
 
 import numpy as np
 
-from alvar_core import align, code, detect, edges, homography, pose, reading
-from alvar_core.accept import accepted
+from alvar_core import code
 from alvar_core.camera import Camera, CameraError
-from alvar_core.detection import Detection, best_of_overlapping
-from alvar_core.view import PictureError, View, grey_picture
+from alvar_core.detection import alignment, candidates, edge_refiner, homography, pose, reading
+from alvar_core.detection.acceptance import accepted
+from alvar_core.detection.detection import Detection, best_of_overlapping
+from alvar_core.detection.prepared_image import PictureError, View, grey_picture
 
 PER_CELL = 3  # samples along a cell
 MARGINS = range(1, 11)  # cells
@@ -50,14 +51,14 @@ class Detector:
     STEPS, RIM_STEPS = 5, 8
 
     def __init__(self, size, resolution=5, margin=2, sizes=None):
-        self.workspace = detect.Workspace()
+        self.workspace = candidates.Workspace()
         self.size, self.sizes = size, {value: checked_size(each) for value, each in (sizes or {}).items()}
         self.resolution, self.margin = code.check_resolution(resolution), checked_margin(margin)
         self.cells = self.resolution + 2 * self.margin
         self.glance = reading.Glance(self.resolution, self.margin)
-        self.ring = align.Aligner(self.cells, PER_CELL, inner=min(1.6, self.margin * 0.8))
-        self.full = align.Aligner(self.cells, PER_CELL)
-        self.edges = edges.Edges(self.cells)
+        self.ring = alignment.Aligner(self.cells, PER_CELL, inner=min(1.6, self.margin * 0.8))
+        self.full = alignment.Aligner(self.cells, PER_CELL)
+        self.edges = edge_refiner.Edges(self.cells)
         self.reader = reading.Reader(self.full.grid, self.resolution, self.margin)
         if self.glance.seen is not None:
             self.black_words = reading.black_cells(self.glance.seen, self.margin)
@@ -89,7 +90,7 @@ class Detector:
     def detect(self, picture, camera):
         """Return the Detections in a picture.  camera: Camera (camera.py).  Raises PictureError, CameraError."""
         view = self.view(picture, camera)
-        return self.examine(view, detect.candidates(view.smooth, workspace=self.workspace))
+        return self.examine(view, candidates.candidates(view.smooth, workspace=self.workspace))
 
     def view(self, picture, camera):
         """The picture prepared for examine(); it is valid until the next one of this detector."""
@@ -97,12 +98,13 @@ class Detector:
 
     def examine(self, view, quads):
         """Return the Detections among candidate quads (N, 4, 2), real px, clockwise."""
-        quads = detect.refined(view.smooth, quads)
+        quads = candidates.refined(view.smooth, quads)
         if not len(quads):
             return []
         look = self.glance.look(view.smooth, quads)
         quads = quads[look.kept]
-        chosen = detect.distinct(quads, look.fit + 0.5 * look.gap, np.flatnonzero(look.fit > NEAR_FIT))[:MAX_EXAMINED]
+        near = np.flatnonzero(look.fit > NEAR_FIT)
+        chosen = candidates.distinct(quads, look.fit + 0.5 * look.gap, near)[:MAX_EXAMINED]
         if not chosen:
             return []
         return best_of_overlapping(self._align(view, quads[chosen], look, chosen))
@@ -128,7 +130,7 @@ class Detector:
         blur = np.concatenate([rim.blur, blur])
         values = view.pyramid.read(*self.full.grid.places(both, view.camera), twice)
         shares = self._shares(values)
-        readings = self.reader.read_cells(shares, align.covariance(both, blur * 4.0 ** twice))
+        readings = self.reader.read_cells(shares, alignment.covariance(both, blur * 4.0 ** twice))
         read = [max((m, m + len(h)), key=lambda k: readings[k].fit if readings[k] else 0.0) for m in range(len(h))]
         read = [k for k in read if readings[k] is not None and readings[k].fit > READ_FIT]
         black = [reading.black_cells(readings[k].white, self.margin) for k in read]
@@ -171,7 +173,7 @@ class Detector:
     def _promising(self, state):
         """Indices of the aligned ones that may be markers, and their likeness, blur covariance and corners."""
         likeness, corners = self._likeness(state), homography.apply(state.h, self.square)
-        cov = align.covariance(state.h, state.blur * 4.0 ** state.level)
+        cov = alignment.covariance(state.h, state.blur * 4.0 ** state.level)
         with np.errstate(invalid='ignore'):
             good = (np.isfinite(corners).all((1, 2)) & (homography.area(corners) > MIN_AREA)
                     & (likeness > MIN_LIKENESS) & (np.sqrt((cov[0] + cov[1]) / 2) < MAX_BLUR_CELLS))

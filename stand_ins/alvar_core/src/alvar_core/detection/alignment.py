@@ -8,7 +8,7 @@ import functools
 import cv2
 import numpy as np
 
-from alvar_core import homography
+from alvar_core.detection import homography
 
 # tanh(a z + b z^3 + c z^5) is twice the step of a normal distribution, less one: to 4e-5 (the form after Page, 1977)
 NORMAL_STEP = np.float32([0.7977178, 0.03679826, -0.000315808])

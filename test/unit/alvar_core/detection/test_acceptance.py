@@ -1,7 +1,7 @@
 """What makes a marker of a candidate: a clear one, and what each weakness of it costs."""
 import pytest
 
-from alvar_core.accept import accepted
+from alvar_core.detection.acceptance import accepted
 
 CLEAR = dict(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, kept=0.85, bad_inside=0, bad_rim=0)
 

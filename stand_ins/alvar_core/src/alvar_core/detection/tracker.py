@@ -1,11 +1,15 @@
-"""Following markers over frames: what was seen last helps to find it again; only what is in the picture is reported.
+"""Marker tracking over images: the last poses tell where to look; only what is in the current image is reported.
 
-Each frame the markers last seen are looked for where they should be now: the cells are read afresh, so that a swapped,
-turned or covered marker is right in the very frame.  Around one that is not there it is searched at once.  The passes
-of the search of the whole picture (detect.PASSES) are spread over `full_every` frames; most new markers are found by
-any of them.  While nothing is followed all passes are made.  Who has time until the next picture calls search_rest():
-the passes left out are made then, and what they find is looked for in the next picture.  Of the two poses of the planar
-ambiguity the one that agrees with the motion so far is taken while the picture alone does not tell.
+* Every frame, the markers of the last frame are looked for where they should be now. Their cells are read again, so a
+  swapped, turned or covered marker is reported correctly in the same frame.
+* Around a marker that is missing the image is searched at once.
+* The passes of the search of the whole image (candidates.PASSES) are spread over `full_every` frames; any one of them
+  finds most new markers. While no marker is tracked, every frame runs all passes.
+* A caller with time left before the next image calls search_rest(): it runs the passes that update() skipped, and the
+  next update() looks where they found something.
+
+Of the two poses of the planar ambiguity, the tracker chooses the one that agrees with the motion so far, unless the
+image alone decides.
 
 Not thread safe: one thread calls update().
 """
@@ -14,8 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from alvar_core import detect, homography, pose
-from alvar_core.detection import best_of_overlapping
+from alvar_core.detection import candidates, homography, pose
+from alvar_core.detection.detection import best_of_overlapping
+from alvar_core.rotations import angle_between
 
 MOTION_SIGMA = np.radians(12.0)  # how far a marker may turn between frames without being odd
 MEMORY_FRAMES, LOOKED_FOR_FRAMES = 10, 3
@@ -66,7 +71,7 @@ class Tracker:
         (view, passes), self._rest = self._rest or (None, ()), None
         if not passes:
             return
-        quads = detect.candidates(view.smooth, passes, self.detector.workspace)
+        quads = candidates.candidates(view.smooth, passes, self.detector.workspace)
         known = [t.detection.corners for t in self.tracks if t.missed == 0]
         if known:
             quads = quads[~_alike(quads, known)]
@@ -74,11 +79,11 @@ class Tracker:
 
     def _search(self, view):
         expected = self._expected()
-        phase, count = self.frame % self.full_every, len(detect.PASSES)
+        phase, count = self.frame % self.full_every, len(candidates.PASSES)
         alone = not len(expected)
-        passes = [p for k, p in enumerate(detect.PASSES) if alone or k * self.full_every // count == phase]
-        self._rest = view, [p for p in detect.PASSES if p not in passes]
-        quads = detect.candidates(view.smooth, passes, self.detector.workspace)
+        passes = [p for k, p in enumerate(candidates.PASSES) if alone or k * self.full_every // count == phase]
+        self._rest = view, [p for p in candidates.PASSES if p not in passes]
+        quads = candidates.candidates(view.smooth, passes, self.detector.workspace)
         if not alone:
             quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
         found = self.detector.examine(view, quads)
@@ -106,7 +111,7 @@ class Tracker:
         found = []
         for box in _boxes(expected, width, height):
             x0, y0, x1, y1 = box
-            quads = detect.candidates(np.ascontiguousarray(view.smooth[y0:y1, x0:x1]))
+            quads = candidates.candidates(np.ascontiguousarray(view.smooth[y0:y1, x0:x1]))
             found.append(quads + [x0, y0])
         return np.concatenate(found) if found else np.zeros((0, 4, 2))
 
@@ -181,12 +186,12 @@ def _weigh(detection, track):
     Evidence is a sum of chi2 differences over frames, older ones decaying: from pose.AMBIGUOUS_CHI2 on it is sure.
     """
     solutions = detection.solutions
-    if len(solutions) < 2 or pose.angle_between(solutions[0].rotation, solutions[1].rotation) < pose.SAME_ROTATION:
+    if len(solutions) < 2 or angle_between(solutions[0].rotation, solutions[1].rotation) < pose.SAME_ROTATION:
         return detection, detection.rotation, EVIDENCE_LIMIT
     gain = pose.scaled_difference(solutions)
     if track is None or track.missed > 2:
         return detection, detection.rotation, min(gain, EVIDENCE_LIMIT)
-    turn = [pose.angle_between(track.rotation, s.rotation) for s in solutions]
+    turn = [angle_between(track.rotation, s.rotation) for s in solutions]
     same = turn[0] <= turn[1]
     motion = (min(turn[1], 0.5) ** 2 - min(turn[0], 0.5) ** 2) / MOTION_SIGMA ** 2
     past = track.evidence * EVIDENCE_DECAY * min(abs(motion), 1.0)

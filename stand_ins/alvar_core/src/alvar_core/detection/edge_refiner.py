@@ -8,7 +8,7 @@ and corners are counted from the upper one and from its left end, clockwise.
 """
 import numpy as np
 
-from alvar_core import homography
+from alvar_core.detection import homography
 
 ALONG = np.linspace(-0.9, 0.9, 22)  # places along a side, in parts of half of it; corners are round
 ACROSS = np.linspace(-1, 1, 13)  # places across it, in parts of the reach

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from alvar_core import score
+import marker_score
 from alvar_core.camera import Camera
 
 CAMERA = Camera([400, 0, 319.5, 0, 400, 239.5, 0, 0, 1])
@@ -22,7 +22,7 @@ def detection(marker_id=5, position=(0, 0, 1), orientation=UPRIGHT, **more):
 
 
 def scored(detections, *markers):
-    return score.score_frame({'markers': list(markers or [marker()])}, CAMERA, 640, detections)
+    return marker_score.score_frame({'markers': list(markers or [marker()])}, CAMERA, 640, detections)
 
 
 def counts(result):
@@ -64,11 +64,11 @@ def test_recall_over_frames():
     truth = {'cameras': {'c': {'K': CAMERA.matrix.ravel().tolist(), 'D': [], 'width': 640, 'height': 480}},
              'frames': [{'name': name, 'camera': 'c', 'difficulty': 'easy', 'markers': [marker(), marker(7, 0.4)]}
                         for name in 'ab']}
-    found = score.score(truth, {'a': {'detections': [detection(), detection(7, (0.4, 0, 1))]}})
+    found = marker_score.score(truth, {'a': {'detections': [detection(), detection(7, (0.4, 0, 1))]}})
     assert found['easy'].recall == 50 and counts(found['easy']) == (2, 0, 0, 0)
 
 
 @pytest.mark.parametrize('a, b, degrees', [(UPRIGHT, [-2.0, 0, 0, 0], 0), (UPRIGHT, [0, 0, 1, 0], 180),
                                            (UPRIGHT, TURNED_40, 40), (UPRIGHT, [0, 0, 0, 0], 180)])
 def test_angle_between_quaternions(a, b, degrees):
-    assert score.rotation_between(a, b) == pytest.approx(degrees)
+    assert marker_score.rotation_between(a, b) == pytest.approx(degrees)

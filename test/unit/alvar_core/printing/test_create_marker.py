@@ -6,9 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from alvar_core import bundles, code, create, render
+from alvar_core import bundles, code, drawing
 from alvar_core.camera import Camera
-from alvar_core.detector import Detector
+from alvar_core.detection.detector import Detector
+from alvar_core.printing import create_marker
 
 MILLIMETRE = 0.05e-3  # half a tenth
 
@@ -50,7 +51,7 @@ def detected(picture, resolution=5, margin=2, scale=1.0):
     (['-s', '3', '-ucm', '5'], 113, 0.03),
 ])
 def test_a_picture_prints_at_its_size(folder, arguments, pixels, metres):
-    assert create.main(arguments) == 0
+    assert create_marker.main(arguments) == 0
     picture, width = read_png(folder / 'MarkerData_5.png')
     assert picture.shape == (pixels, pixels)
     assert width == pytest.approx(metres, abs=MILLIMETRE)
@@ -58,7 +59,7 @@ def test_a_picture_prints_at_its_size(folder, arguments, pixels, metres):
 
 
 def test_several_numbers_make_several_files(folder):
-    assert create.main(['0', '1', '255', '300']) == 0
+    assert create_marker.main(['0', '1', '255', '300']) == 0
     assert made(folder) == [f'MarkerData_{n}.png' for n in (0, 1, 255, 300)]
     for number in (0, 1, 255):
         assert set(detected(read_png(folder / f'MarkerData_{number}.png')[0])) == {number}
@@ -69,7 +70,7 @@ def test_several_numbers_make_several_files(folder):
     ('-1', code.STRING, 'Hello World', 'hello_wor'), ('-2', code.FILE, 'catalog.xml', 'catalog_x'),
     ('-3', code.HTTP, 'www.vtt.fi', 'www_vtt_f'), ('-1', code.STRING, '-+', '__')])
 def test_texts_read_back(folder, option, kind, text, name):
-    assert create.main([option, text]) == 0
+    assert create_marker.main([option, text]) == 0
     picture, _ = read_png(folder / f'MarkerData_{name}.png')
     assert set(detected(picture, len(code.encode(text, kind)), scale=0.5)) == {text.lower()}
 
@@ -77,38 +78,38 @@ def test_texts_read_back(folder, option, kind, text, name):
 @pytest.mark.parametrize('text', [code.LETTERS[i:i + 22] for i in range(0, len(code.LETTERS), 22)])
 def test_every_letter_reads_back_by_the_detector(text):
     cells = code.encode(text)
-    picture = render.picture_of_cells(cells, 8 * (len(cells) + 4))
+    picture = drawing.picture_of_cells(cells, 8 * (len(cells) + 4))
     assert set(detected(picture, len(cells))) == {text.rstrip()}
 
 
 def test_texts_of_one_beginning_get_files_of_their_own(folder):
-    assert create.main(['-1', 'turtle one', 'turtle one b']) == 0
+    assert create_marker.main(['-1', 'turtle one', 'turtle one b']) == 0
     assert made(folder) == ['MarkerData_turtle_on.png', 'MarkerData_turtle_on_2.png']
 
 
 @pytest.mark.parametrize('options, cells, margin', [
     (['-r', '9'], 9, 2), (['-m', '1'], 5, 1), (['-m', '3.0', '-r', '7'], 7, 3), (['-m', '0', '-r', '0'], 5, 2)])
 def test_resolution_and_margin_are_used(folder, options, cells, margin):
-    assert create.main([*options, '-s', '10', '3']) == 0
+    assert create_marker.main([*options, '-s', '10', '3']) == 0
     picture, _ = read_png(folder / 'MarkerData_3.png')
     assert set(detected(picture, cells, margin)) == {3}
 
 
 def test_the_stronger_code(folder):
-    assert create.main(['-f', '70000']) == 0  # 17 bits fit into 7x7 cells in blocks of 16 only
+    assert create_marker.main(['-f', '70000']) == 0  # 17 bits fit into 7x7 cells in blocks of 16 only
     assert set(detected(read_png(folder / 'MarkerData_70000.png')[0], len(code.encode(70000, strong=True)))) == {70000}
     assert len(code.encode(70000, strong=True)) > len(code.encode(70000))
 
 
 def test_a_bundle_is_one_picture_and_its_description(folder):
-    assert create.main(['-s', '4.4', '-xy', '0', '0', '8', '-xy', '9', '0', '9', '-xy', '0', '9', '10']) == 0
+    assert create_marker.main(['-s', '4.4', '-xy', '0', '0', '8', '-xy', '9', '0', '9', '-xy', '0', '9', '10']) == 0
     assert made(folder) == ['MarkerData_8_9_10.png', 'MarkerData_8_9_10.xml']
     picture, width = read_png(folder / 'MarkerData_8_9_10.png')
     assert width == pytest.approx(0.134, abs=3 * MILLIMETRE)  # 4.4 / 2 + 9 + 4.4 / 2 cm; whole pixels
     found = detected(picture, scale=0.3)
     assert set(found) == {8, 9, 10}
     right, down = (found[n].corners.mean(0) - found[8].corners.mean(0) for n in (9, 10))
-    pitch = 9 * create.CM * 0.3
+    pitch = 9 * create_marker.CM * 0.3
     assert right == pytest.approx([pitch, 0], abs=0.5) and down == pytest.approx([0, pitch], abs=0.5)
     bundle = bundles.read(folder / 'MarkerData_8_9_10.xml')
     assert (bundle.master, bundle.ids, bundle.notes) == (8, (8, 9, 10), ())
@@ -118,7 +119,7 @@ def test_a_bundle_is_one_picture_and_its_description(folder):
 
 
 def test_a_bundle_file_is_in_centimetres_whatever_the_units(folder):
-    assert create.main(['-uin', '-s', '1', '1', '-xy', '3', '0', '2']) == 0
+    assert create_marker.main(['-uin', '-s', '1', '1', '-xy', '3', '0', '2']) == 0
     bundle = bundles.read(folder / 'MarkerData_1_2.xml')
     assert bundle.sizes == pytest.approx({1: 0.0254, 2: 0.0254})
     assert bundle.corners[2].mean(0) == pytest.approx([0.0762, 0, 0], abs=1e-7)
@@ -130,7 +131,7 @@ def answer(monkeypatch, *lines):
 
 def test_questions(folder, monkeypatch, capsys):
     answer(monkeypatch, '8', '', '', '', 'left', '14', '0', '', '', '', '-1')
-    assert create.main(['-p', '-s', '4.4']) == 0
+    assert create_marker.main(['-p', '-s', '4.4']) == 0
     assert made(folder) == ['MarkerData_8_9_10.png', 'MarkerData_8_9_10.xml']
     bundle = bundles.read(folder / 'MarkerData_8_9_10.xml')
     assert bundle.corners[9].mean(0) == pytest.approx([0.14, 0, 0], abs=1e-8)
@@ -140,13 +141,13 @@ def test_questions(folder, monkeypatch, capsys):
 
 def test_the_end_of_the_input_ends_the_questions(folder, monkeypatch):
     answer(monkeypatch, '4', '0', '0')
-    assert create.main([]) == 0
+    assert create_marker.main([]) == 0
     assert made(folder) == ['MarkerData_4.png']
 
 
 def test_an_array(folder, monkeypatch):
     answer(monkeypatch, '2', '3', '10', '12', '0', '20')
-    assert create.main(['-ar', '-s', '5']) == 0
+    assert create_marker.main(['-ar', '-s', '5']) == 0
     bundle = bundles.read(folder / 'MarkerData_20_21_22_23_24_25.xml')
     assert {n: tuple(np.round(c.mean(0)[:2] * 100, 6) + 0.0) for n, c in bundle.corners.items()} == {
         20: (0, 0), 21: (12, 0), 22: (24, 0), 23: (0, -10), 24: (12, -10), 25: (24, -10)}
@@ -179,7 +180,7 @@ def test_an_array(folder, monkeypatch):
     (['--page', 'a3', '5'], '--page a3: the pages are a4, letter'),
 ])
 def test_what_cannot_be_done(folder, capsys, arguments, said):
-    assert create.main(arguments) == 2
+    assert create_marker.main(arguments) == 2
     said_there = capsys.readouterr().err
     assert said_there.startswith('createMarker: ') and said in said_there
     assert made(folder) == []
@@ -187,12 +188,12 @@ def test_what_cannot_be_done(folder, capsys, arguments, said):
 
 def test_a_file_that_cannot_be_written(folder, capsys):
     (folder / 'MarkerData_5.png').mkdir()
-    assert create.main(['5']) == 2
+    assert create_marker.main(['5']) == 2
     assert f'{folder}/MarkerData_5.png could not be written: Is a directory' in capsys.readouterr().err
 
 
 def test_help_names_every_option(capsys):
-    assert create.main(['--help']) == 0
+    assert create_marker.main(['--help']) == 0
     text = capsys.readouterr().out
-    options = {*create._SETTINGS, *create._READERS}
+    options = {*create_marker._SETTINGS, *create_marker._READERS}
     assert len(options) > 15 and {option for option in options if f'{option}' not in text} == set()

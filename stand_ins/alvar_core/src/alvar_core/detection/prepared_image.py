@@ -4,8 +4,8 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from alvar_core import align, detect
 from alvar_core.camera import CameraError
+from alvar_core.detection import alignment, candidates
 
 SMALLEST = 16  # px
 
@@ -46,7 +46,7 @@ class View:
         if size and size != self.grey.shape[::-1]:
             raise PictureError('the picture has {}x{} pixels, but the camera is calibrated for {}x{}: calibrate it for '
                                'this size, or switch it to that one'.format(*self.grey.shape[::-1], *size))
-        self.workspace = workspace or detect.Workspace()
+        self.workspace = workspace or candidates.Workspace()
         self.smooth = cv2.GaussianBlur(self.grey, (3, 3), 0, dst=self.workspace.picture('smooth', *self.grey.shape))
 
     @cached_property
@@ -56,9 +56,9 @@ class View:
 
     @cached_property
     def pyramid(self):
-        """The picture in three sizes (align.Pyramid)."""
+        """The picture in three sizes (alignment.Pyramid)."""
         height, width = self.grey.shape
-        return align.Pyramid(self.grey, self.workspace.picture('atlas', height + height // 2, width))
+        return alignment.Pyramid(self.grey, self.workspace.picture('atlas', height + height // 2, width))
 
 
 def noise_of(grey):

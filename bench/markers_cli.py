@@ -14,7 +14,7 @@ import time
 import cv2
 
 from alvar_core.camera import Camera
-from alvar_core.detector import Detector
+from alvar_core.detection.detector import Detector
 
 
 def detection_record(detection):

@@ -10,12 +10,13 @@ import pathlib
 import cv2
 import pytest
 
-from alvar_core import score, score_cli
-from alvar_core.detector import Detector
-from alvar_core.tracker import Tracker
+import marker_score
+import markers_cli
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.tracker import Tracker
 
 HERE = pathlib.Path(__file__).resolve()
-PART = HERE.parents[2] / 'data' / 'alvar'
+PART = HERE.parents[3] / 'data' / 'alvar'
 PLACES = [pathlib.Path(os.environ.get('ALVAR_FRAMES') or '/dev/null'),
           *(folder / 'shared' / 'alvar_frames' for folder in HERE.parents)]
 WHOLE = next((folder for folder in PLACES if (folder / 'frames.json').exists()), None)
@@ -37,7 +38,7 @@ def scores():
 
     def of(folder):
         if folder not in known:
-            known[folder] = score.score(truth_of(folder), score_cli.run(str(folder))['frames'])
+            known[folder] = marker_score.score(truth_of(folder), markers_cli.run(str(folder))['frames'])
         return known[folder]
     return of
 
@@ -74,11 +75,11 @@ def test_scores_are_those_of_the_sets_own_scorer(answers):
     scorer = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(scorer)
     truth, results = truth_of(WHOLE), json.loads((WHOLE / answers).read_text())['frames']
-    cameras = score.cameras_of(truth)
+    cameras = marker_score.cameras_of(truth)
     for frame in truth['frames']:
         found, camera = results[frame['name']]['detections'], truth['cameras'][frame['camera']]
         rows, false, wrong, double = scorer.compare(frame, camera, found)
-        ours = score.score_frame(frame, cameras[frame['camera']], camera['width'], found)
+        ours = marker_score.score_frame(frame, cameras[frame['camera']], camera['width'], found)
         assert (ours.false, ours.wrong, ours.double) == (false, wrong, double)
         assert [m.detection is not None for m in ours.matches] == [row['found'] for row in rows]
         assert [m.position_error for m in ours.found] == pytest.approx([r['pos_err'] for r in rows if 'pos_err' in r])
@@ -89,14 +90,14 @@ def test_scores_are_those_of_the_sets_own_scorer(answers):
 @pytest.mark.parametrize('repeats', [1, 3])
 def test_tracker_that_is_shown_another_scene_each_time_keeps_and_invents_nothing(repeats):
     truth = truth_of(PART)
-    cameras, detector, results = score.cameras_of(truth), Detector(1.0), {}
+    cameras, detector, results = marker_score.cameras_of(truth), Detector(1.0), {}
     trackers = {name: Tracker(detector) for name in cameras}
     for frame in truth['frames']:
         detector.size = frame['marker_size_m'] or 1.0
         picture = cv2.imread(str(PART / frame['file']), cv2.IMREAD_GRAYSCALE)
         for _ in range(repeats):
             found = trackers[frame['camera']].update(picture, cameras[frame['camera']])
-        results[frame['name']] = {'detections': [score_cli.detection_record(d) for d in found]}
-    found = score.score(truth, results)
+        results[frame['name']] = {'detections': [markers_cli.detection_record(d) for d in found]}
+    found = marker_score.score(truth, results)
     assert {(s.false, s.wrong, s.double, s.flips) for s in found.values()} == {(0, 0, 0, 0)}
     assert found['easy'].recall >= (100 if repeats == trackers['vga'].full_every else 90)

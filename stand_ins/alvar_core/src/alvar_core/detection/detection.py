@@ -6,7 +6,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from alvar_core import pose
+from alvar_core.rotations import quaternion_from_matrix
 
 
 @dataclass
@@ -56,7 +56,7 @@ class Detection:
     @property
     def quaternion(self):
         """Orientation x y z w in the camera's optical frame."""
-        return pose.quaternion(self.rotation)
+        return quaternion_from_matrix(self.rotation)
 
 
 def best_of_overlapping(found):

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from alvar_core import code, homography
+from alvar_core import code
+from alvar_core.detection import homography
 
 NOISE_SHARE = 0.3
 

@@ -1,0 +1,1 @@
+"""Printed markers: createMarker's command line, image and bundle files, PDF sheets."""

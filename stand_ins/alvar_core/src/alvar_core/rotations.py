@@ -1,0 +1,37 @@
+"""Rotations as matrices (3, 3) and as quaternions x y z w."""
+import math
+
+import cv2
+import numpy as np
+
+
+def quaternion_from_matrix(rotation):
+    """Quaternion x y z w (w >= 0) of a rotation matrix."""
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation).tolist()
+    x, y, z, w = max(((1 + a - e - i, b + d, c + g, h - f), (b + d, 1 - a + e - i, f + h, c - g),
+                      (c + g, f + h, 1 - a - e + i, d - b), (h - f, c - g, d - b, 1 + a + e + i)),
+                     key=lambda q: sum(v * v for v in q))
+    length = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), w)
+    return np.array([x / length, y / length, z / length, w / length])
+
+
+def matrix_from_quaternion(quaternion):
+    """Rotation matrix (3, 3) of a quaternion x y z w of any length above 0."""
+    x, y, z, w = quaternion
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def angle_between(a, b):
+    """Angle of the rotation from a to b, radians."""
+    return math.acos(min(1.0, max(-1.0, (float(np.vdot(a, b)) - 1) / 2)))
+
+
+def facing(tilt, azimuth, roll):
+    """Rotation (3, 3) of a marker facing the camera, tilted about the image direction `azimuth`, and rolled (rad)."""
+    toward = np.diag([1.0, -1.0, -1.0])
+    axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) * tilt
+    return cv2.Rodrigues(axis)[0] @ cv2.Rodrigues(np.array([0.0, 0.0, roll]))[0] @ toward
