@@ -64,8 +64,8 @@ explain_failure() {
   elif log_has 'unable to locate package|has no installation candidate'; then
     reason="apt does not know these packages" \
       hint="Add Debian's bookworm main to /etc/apt/sources.list (man sources.list shows how), then type ./run build."
-  elif own_packages | grep -q .; then
-    hint="If the error is in a package of your own, correct it or move it out of $ws/src: $(own_packages | xargs)"
+  elif own_packages "$ws/src" | grep -q .; then
+    hint="If the error is in a package of your own, correct it or move it out of $ws/src: $(own_packages "$ws/src" | xargs)"
   fi
   die "${1%% (*} failed: $reason." "$hint"
 }
@@ -147,6 +147,7 @@ forget_lost_workspaces() {
 discard_workspace() {
   find "$1" -mindepth 1 -maxdepth 1 ! -name src ! -name .checkout ! -name .lock -exec rm -rf {} +
   remove_links "$1/src"
+  remove_stale_links "$1/src"
   if [ ! -d "$1/src" ] || rmdir "$1/src" 2>/dev/null; then
     rm -rf "$1"
   else
@@ -154,13 +155,16 @@ discard_workspace() {
   fi
 }
 
-# The links that ./run made in a src folder: into this repository, to catkin, and such of checkouts that are gone.
-remove_links() {
-  find "$1" -maxdepth 1 -type l \( -lname "$repo" -o -lname "$repo/stand_ins/*" -o -name CMakeLists.txt -o -xtype l \) -delete
-}
+# remove_links SRC: the links into this repository.
+remove_links() { find "$1" -maxdepth 1 -type l \( -lname "$repo" -o -lname "$repo/stand_ins/*" \) -delete; }
 
+# remove_stale_links SRC: in a workspace of ./run, catkin's own link and those into checkouts that are gone.
+remove_stale_links() { find "$1" -maxdepth 1 -type l \( -name CMakeLists.txt -o -xtype l \) -delete; }
+
+# own_packages SRC: the names in a src folder that ./run did not link, and those of packages deeper in it.
 own_packages() {
-  find "$ws/src" -mindepth 1 -maxdepth 1 ! -lname "$repo" ! -lname "$repo/stand_ins/*" ! -name CMakeLists.txt ! -xtype l \
+  find "$1" -mindepth 3 -name package.xml -printf '%h\n' | sed 's#.*/##'
+  find "$1" -mindepth 1 -maxdepth 1 ! -lname "$repo" ! -lname "$repo/stand_ins/*" ! -name CMakeLists.txt ! -xtype l \
     -printf '%f\n'
 }
 
@@ -254,7 +258,8 @@ make_venv() {
     venv_stamp >"$ws/.venv_made"
 }
 
-# The packages of this repository that are built here, as `name folder`; the others on file descriptor 2, with the reason.
+# our_packages SRC: the packages of this repository that belong into a src folder, as `name folder`; the others on file
+# descriptor 2, with the reason.
 our_packages() {
   local dir pkg
   echo "turtle_robotont $repo"
@@ -264,8 +269,8 @@ our_packages() {
       continue
     elif [ -f "${ros_dir:-/usr}/share/$pkg/package.xml" ]; then
       say "Left out: the stand-in $pkg, because ${ros_dir:-/usr} has the real one."
-    elif own_packages | grep -qFx "$pkg"; then
-      say "Left out: the stand-in $pkg, because $ws/src/$pkg is a package of your own."
+    elif [ -d "$1" ] && own_packages "$1" | grep -qFx "$pkg"; then
+      say "Left out: the stand-in $pkg, because $1/$pkg is a package of your own."
     else
       echo "$pkg ${dir%/}"
     fi
@@ -276,7 +281,7 @@ our_packages() {
 build_stamp() {
   echo "ros  ros=$ros_dir"
   echo "workspace  workspace=$ws"
-  our_packages 2>/dev/null | sed 's/^/package  /'
+  our_packages "$ws/src" 2>/dev/null | sed 's/^/package  /'
   cd "$repo" || return
   find . -name '.?*' -prune -o -type f \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' \
     -o -name '*.srv' -o -name '*.action' -o -name '*.cmake' -o -name '*.cfg' -o -path ./run -o -path './tools/*.bash' \) -print0 | LC_ALL=C sort -z | xargs -0 sha256sum
@@ -284,10 +289,28 @@ build_stamp() {
     -o -name '*.test' \) -print | LC_ALL=C sort | sed 's/^/file  /'
 }
 
+# link_packages SRC: links this repository's packages into a src folder, in place of earlier links of ./run.
 link_packages() {
   local pkg dir
-  remove_links "$ws/src"
-  our_packages 2>/dev/null | while read -r pkg dir; do ln -sfn "$dir" "$ws/src/$pkg"; done
+  remove_links "$1"
+  our_packages "$1" 2>/dev/null | while read -r pkg dir; do ln -sfn "$dir" "$1/$pkg"; done
+}
+
+# source_folder FOLDER: the src folder that is meant by a catkin workspace or by its src folder.
+source_folder() {
+  local folder
+  folder=$(realpath -m "$1")
+  if [ -d "$folder/src" ]; then
+    folder+=/src
+  elif [ ! -d "$folder" ] || [ "$(basename "$folder")" != src ]; then
+    die "$1 is neither a catkin workspace nor the src folder of one." "Type: mkdir -p $folder/src"
+  fi
+  case $folder/ in
+    "$repo"/*) die "$folder lies inside the repository $repo, where ROS's tools would loop for ever." \
+      "Choose a workspace outside." ;;
+  esac
+  [ -w "$folder" ] || die "you ($(id -un)) may not write to $folder; it belongs to $(stat -c %U "$folder")."
+  echo "$folder"
 }
 
 build_workspace() {
@@ -298,7 +321,8 @@ build_workspace() {
   rm -f "$ws/.built"
   [ -z "$gone" ] || rm -rf "$ws/build" "$ws/devel"
   build_stamp >"$ws/.building"
-  link_packages
+  remove_stale_links "$ws/src"
+  link_packages "$ws/src"
   write_shell_files
   (
     set +eu
@@ -333,6 +357,6 @@ make_ready() {
   : >"$log"
   [ "$missing" = 0 ] || step 1 "Installing Debian packages: $missing$about" install_packages
   has_venv || step 2 "Installing Python packages" make_venv
-  our_packages >/dev/null
+  our_packages "$ws/src" >/dev/null
   is_built || step 3 "Building the workspace $ws" build_workspace
 }

@@ -1,0 +1,63 @@
+"""./run link: what is linked into a catkin workspace of the user's own, what is left out, and what is refused."""
+import pathlib
+import subprocess
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+PACKAGES = {path.parent.name: path.parent for pattern in ('libs/*/package.xml', 'stand_ins/*/package.xml')
+            for path in REPOSITORY.glob(pattern)}
+
+
+@pytest.fixture
+def src(tmp_path):
+    folder = tmp_path / 'catkin_ws' / 'src'
+    folder.mkdir(parents=True)
+    return folder
+
+
+def link(folder):
+    """Return (exit code, what it says) of ./run link; no ROS but Debian's counts."""
+    result = subprocess.run([REPOSITORY / 'run', 'link', folder], capture_output=True, text=True, check=False)
+    return result.returncode, result.stderr
+
+
+def links_of(src):
+    return {path.name: path.resolve() for path in src.iterdir() if path.is_symlink()}
+
+
+@pytest.mark.parametrize('inner', ['', 'src'])
+def test_every_package_is_linked_once_however_often(src, inner):
+    for _ in range(2):
+        code, said = link(src.parent / inner)
+        assert code == 0, said
+    assert links_of(src) == {**PACKAGES, 'turtle_robotont': REPOSITORY}
+    assert f'turtlesim {PACKAGES["turtlesim"]}' in said
+
+
+@pytest.mark.parametrize('place', ['turtlesim', 'ros_tutorials/turtlesim'])
+def test_a_package_of_the_users_own_stays_and_wins(src, place):
+    (src / place).mkdir(parents=True)
+    (src / place / 'package.xml').write_text('<package><name>turtlesim</name></package>')
+    code, said = link(src.parent)
+    assert code == 0 and 'Left out: the stand-in turtlesim' in said
+    assert set(links_of(src)) == {*PACKAGES, 'turtle_robotont'} - {'turtlesim'}
+
+
+def test_links_of_the_users_own_stay(src, tmp_path):
+    (src / 'elsewhere').symlink_to(tmp_path / 'unplugged')
+    (src / 'CMakeLists.txt').symlink_to(tmp_path / 'toplevel.cmake')
+    assert link(src.parent)[0] == 0
+    assert {'elsewhere', 'CMakeLists.txt'} < set(links_of(src))
+
+
+@pytest.mark.parametrize('folder, said', [('{tmp}/nowhere', 'mkdir -p {tmp}/nowhere/src'),
+                                          (str(REPOSITORY / 'test'), 'neither a catkin workspace')])
+def test_other_folders_are_refused(tmp_path, folder, said):
+    code, text = link(folder.format(tmp=tmp_path))
+    assert code == 1 and said.format(tmp=tmp_path) in text
+
+
+def test_a_workspace_inside_the_repository_is_refused():
+    code, text = link(REPOSITORY)
+    assert code == 1 and 'inside the repository' in text
