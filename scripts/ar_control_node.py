@@ -2,7 +2,7 @@
 """The course's robot node: prints the AR markers that the tracker sees, and drives a Robotont."""
 import rospy
 
-from kinematic_ros import params, reachability
+from kinematic_ros import nodes, params, reachability
 from turtle_robotont import node_params
 from turtle_robotont.ar_control import Forward, MarkerDriver, MarkerListener
 from turtle_robotont.follow import Follower
@@ -13,7 +13,7 @@ RATES = {'forward': 1.0, 'follow': 10.0}  # [Hz] the course's, and one that a ro
 
 
 def main():
-    rospy.init_node('ar_control')
+    nodes.init_node('ar_control')
     mode = params.text('~mode', 'print', choices=('print', 'forward', 'follow'))
     axes = params.text('~frame_axes', 'auto', choices=AXES)
     log_rate = params.number('~log_rate', 0.0, minimum=0.0, maximum=1000.0, unit='Hz')
@@ -41,4 +41,4 @@ def follower():
 
 
 if __name__ == '__main__':
-    params.run(main)
+    nodes.run(main)

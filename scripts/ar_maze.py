@@ -2,7 +2,7 @@
 """The course's maze: a Robotont finds AR markers one after the other by camera and tracker alone, and ends."""
 import rospy
 
-from kinematic_ros import params, reachability
+from kinematic_ros import nodes, params, reachability
 from turtle_robotont import node_params
 from turtle_robotont.ar_control import MarkerDriver, MarkerListener
 from turtle_robotont.driver import DriveError, run
@@ -11,7 +11,7 @@ from turtle_robotont.tour import State, Tour
 
 
 def main():
-    rospy.init_node('ar_maze')
+    nodes.init_node('ar_maze')
     axes = params.text('~frame_axes', 'auto', choices=AXES)
     log_rate = params.number('~log_rate', 1.0, minimum=0.0, maximum=1000.0, unit='Hz')
     markers = node_params.marker_ids('~markers', [1, 2, 3, 4, 5])

@@ -3,10 +3,9 @@
 
 A turtle does it, or the robot of the last part.
 """
-import rospy
 
 from kinematic_core.turtle_world import ARENA_SIZE
-from kinematic_ros import params, reachability
+from kinematic_ros import nodes, params, reachability
 from turtle_robotont import node_params, shapes
 from turtle_robotont.driver import run
 from turtle_robotont.robot_driver import RobotDriver
@@ -15,7 +14,7 @@ from turtle_robotont.turtle_tasks import draw_shape
 
 
 def main():
-    rospy.init_node('drive_shape')
+    nodes.init_node('drive_shape')
     robot = params.boolean('~robot', False)
     driver = RobotDriver() if robot else TurtleDriver(node_params.turtle())
     shape = params.text('~shape', 'square', choices=shapes.SHAPES)

@@ -2,15 +2,14 @@
 """The course's first service: turtle1/gotoPose, with drive_to and draw_shape, which answer how it went."""
 import rospy
 
-from kinematic_ros import params, reachability
-from kinematic_ros.registration import keep_registered
+from kinematic_ros import nodes, params, reachability
 from turtle_robotont import node_params, shapes
 from turtle_robotont.drive_services import MODES, DriveServices
 from turtle_robotont.turtle_driver import TurtleDriver
 
 
 def main():
-    rospy.init_node('goto_pose_server')
+    nodes.init_node('goto_pose_server')
     driver = TurtleDriver(node_params.turtle())
     mode = params.text('~mode', 'drive', choices=MODES)
     limits = node_params.limits(speed=2.0)
@@ -18,9 +17,8 @@ def main():
     params.log_effective()
     reachability.watch()
     DriveServices(driver, mode, limits, corners)
-    keep_registered()
     rospy.spin()
 
 
 if __name__ == '__main__':
-    params.run(main)
+    nodes.run(main)

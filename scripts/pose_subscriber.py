@@ -2,12 +2,12 @@
 """The course's first subscriber: prints the poses on turtle1/pose."""
 import rospy
 
-from kinematic_ros import params, reachability
+from kinematic_ros import nodes, params, reachability
 from turtle_robotont.course_nodes import PosePrinter
 
 
 def main():
-    rospy.init_node('pose_subscriber', anonymous=True)
+    nodes.init_node('pose_subscriber', anonymous=True)
     PosePrinter('turtle1/pose', rate=params.number('~rate', 0.0, minimum=0.0, maximum=1000.0, unit='Hz'))
     params.log_effective()
     reachability.watch()
@@ -15,4 +15,4 @@ def main():
 
 
 if __name__ == '__main__':
-    params.run(main)
+    nodes.run(main)

@@ -2,13 +2,13 @@
 """The course's first service call: the colour and width of the turtle's pen, with turtle1/set_pen."""
 import rospy
 
-from kinematic_ros import params
+from kinematic_ros import nodes, params
 from turtle_robotont.driver import run
 from turtle_robotont.turtle_tasks import set_pen
 
 
 def main():
-    rospy.init_node('set_pen')
+    nodes.init_node('set_pen')
     r, g, b = (params.integer(name, default, minimum=0, maximum=255)
                for name, default in (('~r', 0), ('~g', 0), ('~b', 255)))
     width = params.integer('~width', 5, minimum=0, maximum=255, unit='px')

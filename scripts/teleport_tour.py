@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """The course's last challenge: four positions by teleport_absolute, the path in black by set_pen."""
-import rospy
 
-from kinematic_ros import params, reachability
+from kinematic_ros import nodes, params, reachability
 from turtle_robotont import node_params
 from turtle_robotont.driver import run
 from turtle_robotont.turtle_driver import TurtleDriver
@@ -12,7 +11,7 @@ POSITIONS = [[2.0, 2.0], [9.0, 2.0], [9.0, 9.0], [2.0, 9.0]]  # [m]
 
 
 def main():
-    rospy.init_node('teleport_tour')
+    nodes.init_node('teleport_tour')
     driver = TurtleDriver(node_params.turtle())
     positions = node_params.points('~positions', POSITIONS)
     colour = node_params.colour('~color', [0, 0, 0])

@@ -2,12 +2,12 @@
 """The course's first publisher: a constant velocity on turtle1/cmd_vel."""
 import rospy
 
-from kinematic_ros import params, reachability
+from kinematic_ros import nodes, params, reachability
 from turtle_robotont.course_nodes import VelocityPublisher
 
 
 def main():
-    rospy.init_node('velocity_publisher', anonymous=True)
+    nodes.init_node('velocity_publisher', anonymous=True)
     VelocityPublisher('turtle1/cmd_vel',
                       linear=params.number('~linear', 0.5, unit='m/s'),
                       angular=params.number('~angular', 0.2, unit='rad/s'),
@@ -18,4 +18,4 @@ def main():
 
 
 if __name__ == '__main__':
-    params.run(main)
+    nodes.run(main)

@@ -11,6 +11,8 @@ import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
 
+from kinematic_ros.topics import LatestPublisher
+
 
 class VelocityPublisher:
     """Publishes one constant velocity on ``topic``, and a stop when the node shuts down."""
@@ -21,9 +23,9 @@ class VelocityPublisher:
         self._velocity.linear.x, self._velocity.angular.z = linear, angular
         self._lock = threading.Lock()
         self._stopped = False
-        self._publisher = rospy.Publisher(topic, Twist, queue_size=10)
+        self._publisher = LatestPublisher(topic, Twist)
         rospy.on_shutdown(self.stop)
-        rospy.Timer(rospy.Duration.from_sec(1.0 / rate), self._publish)
+        rospy.Timer(rospy.Duration.from_sec(1.0 / rate), self._publish, reset=True)
 
     def _publish(self, _):
         with self._lock:

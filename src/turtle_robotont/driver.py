@@ -16,7 +16,7 @@ from geometry_msgs.msg import Twist
 
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput
-from kinematic_ros import params
+from kinematic_ros import nodes
 from turtle_robotont.control import State
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.vehicle import STOP
@@ -204,10 +204,8 @@ def run(main):
             main()
         except (DriveError, InvalidInput) as error:
             rospy.logfatal('%s', error)
-            rospy.signal_shutdown('failed')
             sys.exit(1)
-        rospy.signal_shutdown('done')
-    params.run(guarded)
+    nodes.run(guarded)
 
 
 def _finite(pose):

@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry
 
 from kinematic_core.patience import Patience
 from kinematic_core.turtle_world import Pose
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, Publisher
 from kinematic_ros.waiting import waiting_text
 from turtle_robotont.driver import Driver
 from turtle_robotont.msg import DriveStatus
@@ -27,7 +27,7 @@ class RobotDriver(Driver):
 
     def __init__(self):
         super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
-                         rospy.Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
+                         Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
         self._stamp, self._since = None, Patience()  # [s] of the last odometry that was taken, and how long ago
         self._subscriber = rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
 

@@ -4,7 +4,7 @@ from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
 
 from kinematic_core.turtle_world import DT
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, Publisher
 from turtle_robotont.driver import Driver
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.vehicle import TURTLE
@@ -16,7 +16,7 @@ class TurtleDriver(Driver):
     def __init__(self, turtle):
         self.turtle = turtle
         super().__init__(TURTLE, LatestPublisher(f'{turtle}/cmd_vel', Twist),
-                         rospy.Publisher(f'{turtle}/drive_status', DriveStatus, queue_size=10), f'{turtle}/pose')
+                         Publisher(f'{turtle}/drive_status', DriveStatus, queue_size=10), f'{turtle}/pose')
         self._subscriber = rospy.Subscriber(f'{turtle}/pose', Pose, self._on_pose, tcp_nodelay=True)
 
     def _on_pose(self, pose):

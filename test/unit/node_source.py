@@ -16,14 +16,14 @@ from typing import NamedTuple
 import rospy
 
 from kinematic_ros import params
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, Publisher
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 UNKNOWN = object()  # a value that only running the node would tell
 TURTLE = 'turtle1'  # stands for a turtle's name where it is unknown
 READERS = {params.number: 'float', params.integer: 'int', params.boolean: 'bool', params.text: 'text',
            params.numbers: 'list of'}
-KINDS = {rospy.Publisher: 'publishes', LatestPublisher: 'publishes', rospy.Subscriber: 'subscribes',
+KINDS = {**dict.fromkeys((rospy.Publisher, Publisher, LatestPublisher), 'publishes'), rospy.Subscriber: 'subscribes',
          rospy.Service: 'serves', rospy.ServiceProxy: 'calls'}
 
 

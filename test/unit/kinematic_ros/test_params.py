@@ -229,44 +229,6 @@ def test_a_parameter_read_again_is_logged_with_its_latest_value(server, monkeypa
     assert lines == ['Parameters: /sim/node/rate=20.0']
 
 
-@pytest.fixture
-def shutdowns(monkeypatch):
-    """What is logged as fatal and why the node is shut down, in their order."""
-    events = []
-    monkeypatch.setattr(rospy, 'logfatal', lambda text, *values: events.append(('fatal', text % values)))
-    monkeypatch.setattr(rospy, 'signal_shutdown', lambda reason: events.append(('shutdown', reason)))
-    return events
-
-
-def test_run_ends_with_2_on_a_bad_parameter_after_logging_it(shutdowns):
-    def main():
-        raise params.ParameterError('parameter /a is 100%; it must be less')
-    with pytest.raises(SystemExit) as end:
-        params.run(main)
-    assert end.value.code == 2
-    assert shutdowns[0] == ('fatal', 'parameter /a is 100%; it must be less')
-    assert shutdowns[1][0] == 'shutdown'
-
-
-@pytest.mark.parametrize('error', [rospy.ROSInterruptException('shutdown'), KeyboardInterrupt()])
-def test_run_takes_a_shutdown_quietly(shutdowns, error):
-    def main():
-        raise error
-    assert params.run(main) is None
-    assert shutdowns == []
-
-
-def test_run_calls_main_once_and_lets_it_end_as_it_does(shutdowns):
-    calls = []
-    params.run(lambda: calls.append(None))
-    assert (calls, shutdowns) == ([None], [])
-    with pytest.raises(ZeroDivisionError):
-        params.run(lambda: 1 / 0)
-    with pytest.raises(ValueError, match='mine'):
-        params.run(lambda: int('mine'))
-    assert shutdowns == []
-
-
 def test_refusal_of_a_list_quotes_its_example_for_the_shell(server):
     server[f'{NODE}/corners'] = 5
     assert '_corners:="[1.0, 2.0]" on the command line' in refusal(params.numbers, '~corners', [1.0, 2.0])

@@ -23,9 +23,8 @@ from ar_track_alvar.gates import ErrorGate, RateGate
 from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.report import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
-from kinematic_ros import images, params, rospy_internals
-from kinematic_ros.registration import keep_registered
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros import images, params, registration, rospy_internals
+from kinematic_ros.topics import LatestPublisher, Publisher
 from kinematic_ros.waiting import COMPRESSED, waiting_text
 
 BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once: one of 1280x720 in colour
@@ -60,12 +59,12 @@ class MarkerNode:
         self._reconfigured = True
         self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self._complain)
         self._debug = LatestPublisher('~debug_image', Image)
-        self._diagnostics = rospy.Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+        self._diagnostics = Publisher('/diagnostics', DiagnosticArray, queue_size=1)
         self._live = LiveSettings(settings, self._settings_changed)
         self._info_subscriber = rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1,
                                                  tcp_nodelay=True)
         rospy.Subscriber('~enable_detection', Bool, lambda message: self._live.enable(message.data), queue_size=1)
-        keep_registered(on_return=self._live.restore)
+        registration.on_return(self._live.restore)
         params.log_effective()
 
     def to_publish(self, detections):
@@ -122,7 +121,7 @@ class MarkerNode:
             except Exception:  # a fault in one picture must neither end the tracker nor come again with the next
                 if self._tracker is not None:
                     self._start_anew()
-                if not rospy.is_shutdown():
+                if not rospy_internals.shutting_down():
                     self._complain('fault', f'A picture could not be searched:\n{traceback.format_exc()}')
 
     def _turn(self):

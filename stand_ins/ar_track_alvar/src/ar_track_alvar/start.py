@@ -5,6 +5,7 @@ import cv2
 import rospy
 
 from ar_track_alvar.command_line import EXAMPLE, USAGE, UsageError, ros_arguments
+from kinematic_ros import nodes
 
 
 def init_node(program, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):
@@ -12,7 +13,7 @@ def init_node(program, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE)
     cv2.setNumThreads(1)  # the pictures are small: more threads only take more time
     words = rospy.myargv()[1:]
     try:
-        rospy.init_node('marker_detect', argv=sys.argv + (arguments_of(words) if words else []))
+        nodes.init_node('marker_detect', argv=sys.argv + (arguments_of(words) if words else []))
     except UsageError as error:
         sys.exit(f'{program}: {error}\nUsage: {program} {usage}\n'
                  f'or, better, parameters and remappings: {program} {example}')

@@ -36,12 +36,12 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.pacing import Pacer
-from kinematic_ros import lag, params, rospy_internals
+from kinematic_ros import lag, nodes, params, registration, rospy_internals
 from kinematic_ros.lockstep import Lockstep
 from kinematic_ros.msg import ClockStatus
 from kinematic_ros.rospy_internals import frame
 from kinematic_ros.srv import Step, StepResponse
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, Publisher
 
 SLOWEST, FASTEST = 0.01, 1000.0  # simulated seconds a second that ~rate may ask for
 MOST_STEPS = 1_000_000  # of one call of ~step
@@ -57,9 +57,7 @@ USE_SIM_TIME = '/use_sim_time'
 
 def init_simulator(name):
     """Initialise rospy for a simulator: the source of /clock must not wait for it. Call SimulatorClock next."""
-    rospy.init_node(name, disable_rostime=True)
-    if rospy.is_shutdown():
-        raise rospy.exceptions.ROSInitException('it was ended before a master answered')
+    nodes.init_node(name, disable_rostime=True)
 
 
 def seeded_random():
@@ -84,7 +82,7 @@ class SimulatorClock:
         self._sets_sim_time = False
         self._lockstep = None
         self._behind, self._late, self._lag_due = '', 0, 0.0  # nodes that were, in how many looks, and the next look
-        self._status = rospy.Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
+        self._status = Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
         self._status_due, self._reported = 0.0, None
         self._measured = time.monotonic(), 0  # wall time and steps at the last status
         self._warned = {}  # kind of warning: when [s, monotonic]
@@ -99,6 +97,7 @@ class SimulatorClock:
         rospy.Service('~resume', Trigger, self._resume)
         rospy.Service('~step', Step, self._step_by_hand)
         rospy.on_shutdown(self._pacer.close)
+        registration.on_return(self._restore)
 
     def run(self, step):
         """Call ``step()`` when it is due, until shutdown."""
@@ -127,8 +126,8 @@ class SimulatorClock:
             else:
                 step()
 
-    def restore(self):
-        """Set anew what a master that was started anew does not know; for keep_registered's ``on_return``."""
+    def _restore(self):
+        """Set anew what a master that was started anew does not know."""
         if self._lockstep:
             self._lockstep.watch_master()
         if self._sets_sim_time and not rospy.has_param(USE_SIM_TIME):

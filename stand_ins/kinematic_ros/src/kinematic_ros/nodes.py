@@ -37,7 +37,6 @@ from kinematic_ros.params import ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
-LONGEST_ATTEMPT = 2.0  # [s] for main() to return, once all is shut down, before it is left where it is
 
 _begun = threading.Event()  # the end
 
@@ -81,8 +80,8 @@ def outcome(main):
         rospy.logfatal('%s', error)
         return 2
     except rospy.exceptions.ROSInitException as error:
-        print(f'The node could not start: {error}. Does a ROS master run at {rosgraph.get_master_uri()}? Start one with '
-              'roscore.', file=sys.stderr)
+        print(f'The node could not start: {error}. Does a ROS master run at {rosgraph.get_master_uri()}? '
+              'Start one with roscore.', file=sys.stderr)
         return 1
     except (rospy.ROSInterruptException, KeyboardInterrupt):
         return 0

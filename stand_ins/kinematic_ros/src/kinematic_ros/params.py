@@ -4,9 +4,7 @@ Every reader takes the parameter's name, usually private (``'~rate'``), and its 
 ParameterError when the parameter is set to something else than it may be. rospy must be initialised.
 """
 import math
-import sys
 
-import rosgraph
 import rospy
 
 _effective = {}  # resolved name -> text of the value, in the order of reading
@@ -86,21 +84,6 @@ def numbers(name, default, length=None, unit=''):
 def log_effective():
     """Log one INFO line with every parameter read so far, its value and its unit."""
     rospy.loginfo('Parameters: %s', ', '.join(f'{name}={value}' for name, value in _effective.items()))
-
-
-def run(main):
-    """Run a node's main(): a ParameterError is logged and ends the process with exit code 2, a shutdown quietly."""
-    try:
-        main()
-    except ParameterError as error:
-        rospy.logfatal('%s', error)
-        rospy.signal_shutdown('bad parameter')
-        sys.exit(2)
-    except rospy.exceptions.ROSInitException as error:
-        sys.exit(f'The node could not start: {error}. Does a ROS master run at {rosgraph.get_master_uri()}? '
-                 'Start one with roscore.')
-    except (rospy.ROSInterruptException, KeyboardInterrupt):
-        pass
 
 
 def _range(minimum, maximum):

@@ -1,9 +1,14 @@
 """Keep a node known to the ROS master, also to one that was started anew.
 
 rospy registers a topic or service once. When roscore is stopped and started again, a node that lives on is
-invisible to it for ever; here it notices and registers everything it has again.
+invisible to it for ever; here it notices and registers everything it has again: parameters that it was given on its
+command line, topics, services.
+
+Whether a master knows the node is seen from ``~get_loggers``, a service that every node has and that only it
+registers. (Whether it knows the node's name says nothing: it learns that from a node that asks for a parameter.)
 """
 import http.client
+import itertools
 import threading
 import xmlrpc.client
 
@@ -13,49 +18,129 @@ import rospy
 from kinematic_ros import rospy_internals
 
 PERIOD = 1.0  # [s] between two looks at the master
+TIMEOUT = 5.0  # [s] for an answer of the master: one that stands, or is gone with its machine, gives none
+BATCH = 500  # registrations in one request
+SIGN = '~get_loggers'  # the service by which a node is seen to be registered
+TROUBLES = OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
+
+_hooks = []  # to call after each registration anew
 
 
-def keep_registered(on_return=None, period=PERIOD):
-    """Watch the master from a thread of its own; call ``on_return()`` after each registration anew (parameters)."""
-    ended = threading.Event()
-    rospy.on_shutdown(ended.set)
+def on_return(function):
+    """Let ``function()`` be called, in another thread, each time after the node was registered anew.
 
-    def watch():
-        lost = False  # until all is registered: the master knows the node as soon as a part of it is
-        while not ended.wait(period):
-            try:
-                lost = lost or not _known()
-                if lost:
-                    _register_all()
-                    if on_return is not None:
-                        on_return()
-                    lost = False
-                    rospy.logwarn('The ROS master was started anew: registered again with it.')
-            except (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException):
-                rospy.logwarn_throttle(30.0, 'The ROS master does not answer; going on without it and waiting '
-                                       'for it to come back (roscore).')
-    thread = threading.Thread(target=watch, name='keep_registered', daemon=True)
+    Where it raises one of TROUBLES all is done again.
+    """
+    _hooks.append(function)
+
+
+def keep_registered(parameters=(), period=PERIOD):
+    """Watch the master from a thread of its own, which is returned.
+
+    parameters: {absolute name: value}, set where a master that was started anew does not have them.
+    """
+    watch = _Watch(dict(parameters))
+    rospy.on_shutdown(watch.end)
+    thread = threading.Thread(target=watch.run, args=(period,), name='keep_registered', daemon=True)
     thread.start()
     return thread
 
 
+def call_master(calls):
+    """Make calls (method, argument, ...) of the master in as few requests as possible; return the list of their values.
+
+    The caller's name is added as their first argument. Raises one of TROUBLES.
+    """
+    master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport())
+    calls, values = iter(calls), []
+    for batch in iter(lambda: list(itertools.islice(calls, BATCH)), []):
+        requests = xmlrpc.client.MultiCall(master)
+        for method, *arguments in batch:
+            getattr(requests, method)(rospy.get_name(), *arguments)
+        for (method, *_), (code, message, value) in zip(batch, requests()):
+            if code != 1:
+                raise rosgraph.MasterError(f'{method}: {message}')
+            values.append(value)
+    return values
+
+
+class _Watch:
+    """Looks at the master, and registers the node anew when it has to."""
+
+    def __init__(self, parameters):
+        self._parameters = parameters
+        self._ended = threading.Event()
+        self._registering = threading.Lock()
+        self._lost = False  # until all is registered
+        self._away = False  # said to be
+
+    def run(self, period):
+        """Look every ``period`` [s] until the node ends."""
+        while not self._ended.wait(period):
+            try:
+                self._look()
+            except Exception as error:  # whatever answers at the master's address: one of TROUBLES, or no XML
+                if not self._away and not self._ended.is_set():
+                    self._away = True
+                    rospy.logwarn('The ROS master at %s does not answer (%s); continuing without it. The node will '
+                                  'register again when it returns (roscore).', rosgraph.get_master_uri(), error)
+
+    def end(self):
+        """End looking; what is being registered is awaited after all other hooks of the shutdown."""
+        self._ended.set()
+        rospy.on_shutdown(self._await_registration)
+
+    def _await_registration(self):
+        if self._registering.acquire(timeout=TIMEOUT):
+            self._registering.release()
+
+    def _look(self):
+        self._lost = self._lost or not _known()
+        if self._lost:
+            with self._registering:
+                if self._ended.is_set() or rospy_internals.shutting_down():
+                    return
+                _register_all(self._parameters)
+            for hook in list(_hooks):
+                hook()
+            self._lost = False
+            rospy.logwarn('The ROS master was started anew: registered again with it.')
+        elif self._away:
+            rospy.logwarn('The ROS master answers again.')
+        self._away = False
+
+
 def _known():
-    """Return whether the master knows this node; raise OSError when there is no master."""
-    try:
-        rosgraph.Master(rospy.get_name()).lookupNode(rospy.get_name())
-        return True
-    except rosgraph.MasterError:
-        return rospy.is_shutdown()
+    """Return whether the master knows this node; end the node where the master knows another one of its name."""
+    master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport())
+    sign = rospy.resolve_name(SIGN)
+    code, _, uri = master.lookupService(rospy.get_name(), sign)
+    if code == 1 and uri != dict(rospy_internals.services()).get(sign, uri):
+        rospy.logfatal('Another node of the name %s is registered with the ROS master: this one ends, as a ROS node '
+                       'does when a newer one takes its name.', rospy.get_name())
+        rospy.signal_shutdown('another node has its name')
+    return code == 1
 
 
-def _register_all():
-    master = rosgraph.Master(rospy.get_name())
-    uri = rospy.get_node_uri()
-    for name, data_type in rospy_internals.publications():
-        master.registerPublisher(name, data_type, uri)
-    for name, service_uri in rospy_internals.services():
-        master.registerService(name, service_uri, uri)
-    this_node = xmlrpc.client.ServerProxy(uri)
-    for name, data_type in rospy_internals.subscriptions():
-        publishers = master.registerSubscriber(name, data_type, uri)
-        this_node.publisherUpdate('/master', name, publishers)  # the slave API's way to say who publishes
+def _register_all(parameters):
+    there = call_master(('hasParam', name) for name in parameters)
+    call_master(('setParam', name, value) for (name, value), known in zip(parameters.items(), there) if not known)
+    uri, sign = rospy.get_node_uri(), rospy.resolve_name(SIGN)
+    subscribed = rospy_internals.subscriptions()
+    services = sorted(rospy_internals.services(), key=lambda service: service[0] == sign)  # the sign comes last
+    values = call_master([
+        *(('registerSubscriber', name, data_type, uri) for name, data_type in subscribed),
+        ('subscribeParam', uri, rospy_internals.LOG_PARAMETER),
+        *(('registerPublisher', name, data_type, uri) for name, data_type in rospy_internals.publications()),
+        *(('registerService', name, service_uri, uri) for name, service_uri in services)])
+    for (name, _), publishers in zip(subscribed, values):
+        rospy_internals.new_publishers(name, publishers)
+
+
+class _Transport(xmlrpc.client.Transport):
+    """HTTP with a time limit."""
+
+    def make_connection(self, host):
+        connection = super().make_connection(host)
+        connection.timeout = TIMEOUT
+        return connection

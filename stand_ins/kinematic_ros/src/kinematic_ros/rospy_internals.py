@@ -4,21 +4,39 @@ Everything else uses rospy as it is documented. ``misfits()`` says what another 
 this module fails with that text. student_path/sitecustomize.py, which runs in a student's program without this
 package, changes ``rospy.impl.simtime.init_simtime``; what it uses is checked here too.
 """
+import contextlib
+import functools
 import importlib
 import importlib.metadata
 import inspect
 import io
+import sys
+import xmlrpc.client
 
+import rosgraph.roslogging
 import rospy
+import rospy.client
+import rospy.core
+import rospy.impl.masterslave
+import rospy.impl.paramserver
 import rospy.impl.simtime
 import rospy.msg
 import rospy.rostime
-from rospy.impl.registration import get_service_manager, get_topic_manager
+from rospy.impl.registration import RegManager, get_registration_listeners, get_service_manager, get_topic_manager
 
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
+LOG_PARAMETER = '/rosout_disable_topics_generation'  # leaves out a field of lines on /rosout
 
 FUNCTIONS = {  # what is called or replaced: names of its parameters
+    'rosgraph.roslogging.configure_logging': ('logname', 'level', 'filename', 'env'),
+    'rospy.client.load_command_line_node_params': ('argv',),
     'rospy.core.is_shutdown': (),
+    'rospy.core.is_shutdown_requested': (),
+    'rospy.impl.masterslave.ROSHandler.shutdown': ('args', 'kwds'),  # as its decorator leaves it
+    'rospy.impl.paramserver.get_param_server_cache': (),
+    'rospy.impl.paramserver.ParamServerCache.set': ('self', 'key', 'value'),
+    'rospy.impl.registration.get_registration_listeners': (),
+    'rospy.impl.registration.RegManager.publisher_update': ('self', 'resolved_name', 'uris'),
     'rospy.msg.args_kwds_to_message': ('data_class', 'args', 'kwds'),
     'rospy.msg.serialize_message': ('b', 'seq', 'msg'),
     'rospy.rostime._set_rostime': ('t',),
@@ -41,6 +59,7 @@ ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
     'rospy.topics._TopicImpl': ('connections',),
     'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id'),
 }
+OBJECTS = ('rospy.core._shutdown_lock.acquire',)  # what is used besides
 
 
 def connections(publisher):
@@ -123,6 +142,65 @@ def _unconnected(topics, implementation):
     return {name for name, topic in pairs if topic is not None and not topic.has_connections()}
 
 
+def command_line_parameters(argv=None):
+    """Return {absolute name: value} of the private parameters that this process was given as _name:=value."""
+    given = rospy.client.load_command_line_node_params(sys.argv if argv is None else argv)
+    return {rospy.resolve_name(f'~{name}'): value for name, value in given.items()}
+
+
+def log_without_asking():
+    """Let no line that is logged ask the master; call it once rospy is initialised.
+
+    rospy asks at each line whether LOG_PARAMETER is set, until it is: that takes time, a master that stands stops the
+    node with it, and one that was started anew believes that it knows the node. Here it is asked once; the parameter is
+    subscribed to, so that it still takes effect.
+    """
+    cache = rospy.impl.paramserver.get_param_server_cache()
+    try:
+        value = rospy.get_param_cached(LOG_PARAMETER, False)
+    except (OSError, xmlrpc.client.Error):
+        value = False
+    cache.set(LOG_PARAMETER, value)
+
+
+def new_publishers(topic, uris):
+    """Tell rospy which nodes, given by their URIs, publish a topic that this node subscribes to; it connects."""
+    for listener in get_registration_listeners().listeners:
+        if isinstance(listener, RegManager):
+            listener.publisher_update(topic, uris)
+
+
+def shutting_down():
+    """Return whether the shutdown has begun; rospy.is_shutdown() says so only after hooks were called."""
+    return rospy.core.is_shutdown_requested() or rospy.core.is_shutdown()
+
+
+def wait_for_shutdown():
+    """Wait until rospy.signal_shutdown, if another thread is in it, has called all hooks."""
+    with rospy.core._shutdown_lock:
+        pass
+
+
+def shut_down_by(function):
+    """Let ``function(reason)`` shut down when another node (the master, rosnode kill) asks for it, which it answers."""
+    def shutdown(self, caller_id, msg=''):
+        print(f'shutdown request: {msg}')
+        function(f'external shutdown request from [{caller_id}]: [{msg}]')
+        return 1, 'shutdown', 0
+    rospy.impl.masterslave.ROSHandler.shutdown = shutdown
+
+
+@contextlib.contextmanager
+def logging_configured_by(function):
+    """In this context let rospy.init_node call function(original, name, **options) to configure logging."""
+    original = rosgraph.roslogging.configure_logging
+    rosgraph.roslogging.configure_logging = functools.partial(function, original)
+    try:
+        yield
+    finally:
+        rosgraph.roslogging.configure_logging = original
+
+
 def version():
     """Return the version of rospy as text; '?' where it was installed without saying."""
     try:
@@ -134,7 +212,16 @@ def version():
 def misfits():
     """Return a line for each private part of rospy that is not as this module needs it; none where all fits."""
     return ([said for name, parameters in FUNCTIONS.items() for said in _wrong_function(name, parameters)]
-            + [said for name, attributes in ATTRIBUTES.items() for said in _wrong_class(name, attributes)])
+            + [said for name, attributes in ATTRIBUTES.items() for said in _wrong_class(name, attributes)]
+            + [f'{name} is missing' for name in OBJECTS if not _there(name)])
+
+
+def _there(name):
+    try:
+        _part(name)
+    except (AttributeError, ImportError):
+        return False
+    return True
 
 
 def _wrong_function(name, parameters):

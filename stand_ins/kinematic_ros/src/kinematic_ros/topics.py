@@ -19,6 +19,21 @@ class SubscriptionListener(rospy.SubscribeListener):
         self._on_subscribe()
 
 
+class Publisher(rospy.Publisher):
+    """A rospy.Publisher that does nothing, rather than raise an error, once the node shuts down.
+
+    rospy closes topics before it says that it shuts down, and does so in whatever thread the shutdown runs in.
+    """
+
+    def publish(self, *args, **kwds):
+        """Publish a message, given as itself or by its fields."""
+        try:
+            super().publish(*args, **kwds)
+        except Exception:  # an error of rospy, or what it stumbles over: it takes the topic apart meanwhile
+            if not rospy_internals.shutting_down():
+                raise
+
+
 class LatestPublisher(rospy.Publisher):
     """A rospy.Publisher that writes at once, on the caller's thread, and never waits for a subscriber.
 

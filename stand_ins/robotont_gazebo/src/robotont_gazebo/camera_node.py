@@ -15,8 +15,8 @@ from std_msgs.msg import String
 
 from kinematic_core.checks import InvalidInput
 from kinematic_core.planar import Pose
-from kinematic_ros import params, reachability
-from kinematic_ros.registration import keep_registered
+from kinematic_ros import nodes, params, reachability
+from kinematic_ros.topics import Publisher
 from robotont_gazebo import camera, worlds
 from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, ahead, frames
@@ -42,12 +42,12 @@ class CameraNode:
         self._renderer = None
         self._plan = self._rendered_plan = None  # until the simulator has told what stands where
         self._info = camera_info(self._frame, camera.PinholeCamera(*self._size, self._fov))
-        self._colour = rospy.Publisher('camera/color/image_raw', Image, queue_size=1)
-        self._colour_info = rospy.Publisher('camera/color/camera_info', CameraInfo, queue_size=1)
-        self._depths = [rospy.Publisher('camera/depth/image_rect_raw', Image, queue_size=1),
-                        rospy.Publisher('camera/aligned_depth_to_color/image_raw', Image, queue_size=1)]
-        self._depth_info = rospy.Publisher('camera/depth/camera_info', CameraInfo, queue_size=1)
-        self._points = rospy.Publisher('camera/depth/points', PointCloud2, queue_size=1)
+        self._colour = Publisher('camera/color/image_raw', Image, queue_size=1)
+        self._colour_info = Publisher('camera/color/camera_info', CameraInfo, queue_size=1)
+        self._depths = [Publisher('camera/depth/image_rect_raw', Image, queue_size=1),
+                        Publisher('camera/aligned_depth_to_color/image_raw', Image, queue_size=1)]
+        self._depth_info = Publisher('camera/depth/camera_info', CameraInfo, queue_size=1)
+        self._points = Publisher('camera/depth/points', PointCloud2, queue_size=1)
         rospy.Subscriber(f'{SIMULATOR}/world', String, self._take_world, queue_size=1)
         rospy.Subscriber(f'{SIMULATOR}/ground_truth', Odometry, self._look, queue_size=1, tcp_nodelay=True)
         params.log_effective()
@@ -60,13 +60,8 @@ class CameraNode:
 
     def _look(self, truth):
         self._received += 1
-        if (self._received - 1) % self._every:
-            return
-        try:
+        if (self._received - 1) % self._every == 0:
             self._show(truth)
-        except rospy.ROSException:
-            if not rospy.is_shutdown():  # then rospy has closed the topics while a picture was rendered
-                raise
 
     def _show(self, truth):
         wants_colour, wants_points = _wanted(self._colour), _wanted(self._points)
@@ -135,8 +130,7 @@ def main():
     """Run robotont_camera."""
     require_alone(NAME, 'camera/color/image_raw')
     cv2.setNumThreads(1)  # with more a picture takes more of the processor, and hardly less time
-    rospy.init_node(NAME)
+    nodes.init_node(NAME)
     reachability.watch()
     CameraNode()
-    keep_registered()
     rospy.spin()

@@ -24,9 +24,8 @@ from kinematic_core.recorder import Recorder
 from kinematic_core.robot_world import DT, RobotWorld
 from kinematic_ros import params, reachability
 from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
-from kinematic_ros.registration import keep_registered
 from kinematic_ros.rospy_internals import caller
-from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.topics import LatestPublisher, Publisher
 from robotont_gazebo import messages, worlds
 from robotont_gazebo.alone import require_alone
 from robotont_gazebo.frames import LIDAR_X, LIDAR_Z, ahead, frames
@@ -66,12 +65,11 @@ class RobotontNode:
         self._truth = LatestPublisher('~ground_truth', Odometry)
         self._transform = LatestPublisher('/tf', TFMessage)
         self._joints = LatestPublisher('joint_states', JointState)
-        self._plan = rospy.Publisher('~world', String, latch=True, queue_size=1)
+        self._plan = Publisher('~world', String, latch=True, queue_size=1)
         self._plan.publish(worlds.to_json(self._world.plan))
         rospy.Service('~set_pose', SetPose, self._set_pose)
         rospy.Service('~move_marker', MoveMarker, self._move_marker)
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
-        keep_registered(on_return=self._clock.restore)
         params.log_effective()
 
     def run(self):

@@ -16,8 +16,7 @@ from std_srvs.srv import Empty
 
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput, require_sane
-from kinematic_ros import params
-from kinematic_ros.registration import keep_registered
+from kinematic_ros import nodes, params
 from kinematic_ros.topics import LatestPublisher
 from turtlesim.msg import Pose
 
@@ -132,7 +131,6 @@ class DrawSquareNode:
         self._news = threading.Condition(threading.RLock())  # a signal may end the node while it is held
         self._publisher = LatestPublisher('turtle1/cmd_vel', Twist)
         rospy.on_shutdown(self._end)
-        keep_registered()
 
     def run(self):
         """Call reset, then drive until the laps are done or ROS ends."""
@@ -213,5 +211,5 @@ def _log_target(driver):
 
 def main():
     """Run draw_square."""
-    rospy.init_node('draw_square')
+    nodes.init_node('draw_square')
     DrawSquareNode().run()

@@ -8,7 +8,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from kinematic_core.checks import InvalidInput, require_sane
-from kinematic_ros.registration import keep_registered
+from kinematic_ros import nodes
 from kinematic_ros.topics import LatestPublisher
 from turtlesim.msg import Pose
 
@@ -49,7 +49,6 @@ class MimicNode:
         rospy.loginfo('The speeds of %s go to %s (choose turtles with input:=turtle1 output:=turtle2)',
                       self._input, self._publisher.resolved_name)
         rospy.Subscriber(source, Pose, self._copy, queue_size=1, tcp_nodelay=True)
-        keep_registered()
 
     def _copy(self, pose):
         try:
@@ -71,6 +70,6 @@ class MimicNode:
 
 def main():
     """Run mimic."""
-    rospy.init_node('turtle_mimic')
+    nodes.init_node('turtle_mimic')
     MimicNode()
     rospy.spin()

@@ -13,9 +13,8 @@ import rospy
 from std_srvs.srv import Empty, EmptyResponse
 
 from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
-from kinematic_ros import params, reachability
+from kinematic_ros import params, reachability, registration
 from kinematic_ros.clock import SimulatorClock, init_simulator
-from kinematic_ros.registration import keep_registered
 from turtlesim.names import check_turtle_name
 from turtlesim.picture import PictureServer
 from turtlesim.shared_world import SharedWorld
@@ -46,7 +45,7 @@ class TurtlesimNode:
                                        ('spawn', Spawn, self._spawn), ('kill', Kill, self._kill)):
             rospy.Service(name, service, handler)
         self._pictures = PictureServer(self._shared)
-        keep_registered(on_return=self._restore_parameters)
+        registration.on_return(self._set_background)
 
     def run(self):
         """Step until shutdown."""
@@ -145,10 +144,6 @@ class TurtlesimNode:
         for channel, value in zip('rgb', self._background):
             if not rospy.has_param(f'~background_{channel}'):
                 rospy.set_param(f'~background_{channel}', value)
-
-    def _restore_parameters(self):
-        self._clock.restore()
-        self._set_background()
 
     def _initial_background(self):
         try:

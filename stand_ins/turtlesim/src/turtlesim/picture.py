@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.turtle_world import CANVAS_SIZE
 from kinematic_ros import params
-from kinematic_ros.topics import SubscriptionListener
+from kinematic_ros.topics import Publisher, SubscriptionListener
 
 FRAME_ID = 'turtlesim_canvas'
 
@@ -31,8 +31,8 @@ class PictureServer:
         self._wanted = threading.Event()
         self._closed = threading.Event()
         listener = SubscriptionListener(self._wanted.set)
-        self._image = rospy.Publisher('~image_raw', Image, listener, queue_size=1)
-        self._compressed = rospy.Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
+        self._image = Publisher('~image_raw', Image, listener, queue_size=1)
+        self._compressed = Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
         self._window, self._window_failed = None, False
         if params.boolean('~window', True) and os.environ.get('DISPLAY'):
             from turtlesim.window import Window

@@ -16,8 +16,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from kinematic_core.checks import ABSURD
-from kinematic_ros import params
-from kinematic_ros.registration import keep_registered
+from kinematic_ros import nodes, params
 from kinematic_ros.topics import LatestPublisher, SubscriptionListener
 
 TOPIC = 'turtle1/cmd_vel'
@@ -143,7 +142,6 @@ class TeleopNode:
         self._wake, wake_writer = os.pipe()
         rospy.on_shutdown(lambda: os.write(wake_writer, b'.'))
         rospy.on_shutdown(self._listened.set)
-        keep_registered()
 
     def run(self, descriptor):
         """Read keys from a file descriptor and publish until it ends, a key ends it, or ROS does."""
@@ -189,7 +187,7 @@ def _scale(name, unit):
 
 def main():
     """Run turtle_teleop_key on the standard input."""
-    rospy.init_node('teleop_turtle')
+    nodes.init_node('teleop_turtle')
     for number in (signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, lambda number, _: rospy.signal_shutdown(signal.Signals(number).name))
     TeleopNode().run(sys.stdin.fileno())

@@ -14,10 +14,9 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyResponse
 
-from kinematic_ros import params, rospy_internals
+from kinematic_ros import nodes, params, rospy_internals
 from kinematic_ros.images import to_image
-from kinematic_ros.registration import keep_registered
-from kinematic_ros.topics import SubscriptionListener
+from kinematic_ros.topics import Publisher, SubscriptionListener
 from usb_cam.camera_info import CameraInfos
 from usb_cam.capture import PATIENCE, Capture
 from usb_cam.sources import PIXEL_FORMATS, Settings, open_source
@@ -46,14 +45,13 @@ class UsbCamNode:
         self._said = {}  # warning -> when it may be said again [s, monotonic]
         self._capture = None
         listener = SubscriptionListener(lambda: self._capture and self._capture.wake())
-        self._image = rospy.Publisher('~image_raw', Image, listener, tcp_nodelay=True, queue_size=1)
-        self._compressed = rospy.Publisher('~image_raw/compressed', CompressedImage, listener, tcp_nodelay=True,
+        self._image = Publisher('~image_raw', Image, listener, tcp_nodelay=True, queue_size=1)
+        self._compressed = Publisher('~image_raw/compressed', CompressedImage, listener, tcp_nodelay=True,
                                            queue_size=1)
-        self._info = rospy.Publisher('~camera_info', CameraInfo, listener, tcp_nodelay=True, queue_size=1)
+        self._info = Publisher('~camera_info', CameraInfo, listener, tcp_nodelay=True, queue_size=1)
         self._capture = Capture(lambda: open_source(self._device, self._settings, self._warn), self)
         rospy.Service('~start_capture', Empty, self._start)
         rospy.Service('~stop_capture', Empty, self._stop)
-        keep_registered()
 
     def run(self):
         """Capture until shutdown."""
@@ -89,14 +87,11 @@ class UsbCamNode:
         header = Header(stamp=stamp, frame_id=self._frame_id)
         info = self._infos.message(width, height)
         info.header = header
-        try:
-            if self._image.get_num_connections():
-                self._image.publish(image(bgr, header, self._mono))
-            if self._compressed.get_num_connections():
-                self._compressed.publish(compressed(bgr, header, self._mono, self._format, self._quality))
-            self._info.publish(info)
-        except rospy.ROSException:  # the node ends, and rospy has closed the topics
-            pass
+        if self._image.get_num_connections():
+            self._image.publish(image(bgr, header, self._mono))
+        if self._compressed.get_num_connections():
+            self._compressed.publish(compressed(bgr, header, self._mono, self._format, self._quality))
+        self._info.publish(info)
 
     def trouble(self, text):
         """Say why there are no pictures: at once when it is something new, else from time to time."""
@@ -188,5 +183,5 @@ def main():
     os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: what is wrong is said here, once
     os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] that a webcam may hang; less than PATIENCE
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    rospy.init_node('usb_cam')
+    nodes.init_node('usb_cam')
     UsbCamNode().run()
