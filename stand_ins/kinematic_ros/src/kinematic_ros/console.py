@@ -121,18 +121,18 @@ def log_file_guarded():
         logging.handlers.RotatingFileHandler = original
 
 
-def _configure(configure, name, **options):
+def _configure(configure, *arguments, **options):
     """Configure logging as rosgraph does, the way that never fails: without a file where there is no folder for it."""
     folder = os.path.dirname(os.path.join(rospkg.get_log_dir(), options.get('filename') or ''))
     try:
         if not os.path.isdir(folder):
             rosgraph.roslogging.makedirs_with_parent_perms(folder)
-        return configure(name, **options)
+        return configure(*arguments, **options)
     except Exception as error:  # rosgraph.roslogging.LoggingException, and whatever a folder can be
         _say(folder, error)
     logging.handlers.RotatingFileHandler = _NoFile
     options['filename'] = 'none'
-    configure(name, env={**os.environ, rospkg.environment.ROS_LOG_DIR: NOWHERE}, **options)
+    configure(*arguments, env={**os.environ, rospkg.environment.ROS_LOG_DIR: NOWHERE}, **options)
     return None
 
 

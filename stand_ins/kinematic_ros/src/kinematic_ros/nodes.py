@@ -35,7 +35,7 @@ import rospy
 from kinematic_ros import console, registration, rospy_internals
 from kinematic_ros.params import ParameterError
 
-SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
 LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
 
 _begun = threading.Event()  # the end

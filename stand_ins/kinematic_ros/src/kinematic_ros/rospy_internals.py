@@ -192,7 +192,7 @@ def shut_down_by(function):
 
 @contextlib.contextmanager
 def logging_configured_by(function):
-    """In this context let rospy.init_node call function(original, name, **options) to configure logging."""
+    """In this context let rospy.init_node call function(original, *arguments, **options) to configure logging."""
     original = rosgraph.roslogging.configure_logging
     rosgraph.roslogging.configure_logging = functools.partial(function, original)
     try:

@@ -188,6 +188,4 @@ def _scale(name, unit):
 def main():
     """Run turtle_teleop_key on the standard input."""
     nodes.init_node('teleop_turtle')
-    for number in (signal.SIGHUP, signal.SIGQUIT):
-        signal.signal(number, lambda number, _: rospy.signal_shutdown(signal.Signals(number).name))
     TeleopNode().run(sys.stdin.fileno())
