@@ -17,7 +17,7 @@ import cv2
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from kinematic_core.planar import Pose
+from kinematic_core.planar import Pose2D
 from kinematic_core.rays import LaserScanner
 from kinematic_core.robot_world import DT, RobotWorld
 from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, ahead
@@ -26,7 +26,7 @@ from robotont_gazebo.worlds import load_world
 
 WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'stand_ins', 'robotont_gazebo',
                       'worlds')
-START = Pose(-2.0, 0.0, 0.0)
+START = Pose2D(-2.0, 0.0, 0.0)
 COMMAND_STEPS, SCAN_STEPS, PICTURE_STEPS = 12, 3, 4
 MARKER_SIZE = 0.28  # [m]
 TRACKED = 4  # pictures from one that the tracker looks at to the next: 7.5 Hz of 30, its node's default is at most 8

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Quaternion, Twist
 from nav_msgs.msg import Odometry
 
 from kinematic_core.pacing import Pacer
-from kinematic_core.planar import Pose
+from kinematic_core.planar import Pose2D
 from kinematic_core.robot_world import RobotWorld
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
@@ -69,7 +69,7 @@ class Robot(threading.Thread):
 
     def __init__(self, start=(0.0, 0.0, 0.0), places=None):
         super().__init__(daemon=True)
-        self.world, self.places, self.track = RobotWorld(start=Pose(*start)), places, []
+        self.world, self.places, self.track = RobotWorld(start=Pose2D(*start)), places, []
         self.silent, self._ended, self._lock = False, threading.Event(), threading.Lock()
         self._pacer = Pacer(self.world.dt)
         self._odometry = rospy.Publisher('odom', Odometry, queue_size=10, tcp_nodelay=True)

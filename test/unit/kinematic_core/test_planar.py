@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.planar import STILL, Pose, Twist, advance, mean_twist
+from kinematic_core.planar import STILL, Pose2D, Twist2D, advance, mean_twist
 
 LENGTH_TOLERANCE = 1e-9  # [m, rad]
 speeds = st.floats(-3.0, 3.0)
@@ -18,20 +18,20 @@ def close(pose, expected, tolerance=LENGTH_TOLERANCE):
 
 
 @pytest.mark.parametrize('pose, twist, dt, expected', [
-    (Pose(), STILL, 1.0, Pose()),
-    (Pose(1.0, 2.0, 0.5), STILL, 1.0, Pose(1.0, 2.0, 0.5)),
-    (Pose(), Twist(2.0, 0.0, 0.0), 0.5, Pose(1.0, 0.0, 0.0)),
-    (Pose(), Twist(0.0, 2.0, 0.0), 0.5, Pose(0.0, 1.0, 0.0)),
-    (Pose(yaw=math.pi / 2.0), Twist(2.0, 0.0, 0.0), 0.5, Pose(0.0, 1.0, math.pi / 2.0)),
-    (Pose(yaw=math.pi / 2.0), Twist(0.0, 2.0, 0.0), 0.5, Pose(-1.0, 0.0, math.pi / 2.0)),
-    (Pose(3.0, 4.0), Twist(0.0, 0.0, 1.0), 4.0, Pose(3.0, 4.0, 4.0 - 2.0 * math.pi)),
+    (Pose2D(), STILL, 1.0, Pose2D()),
+    (Pose2D(1.0, 2.0, 0.5), STILL, 1.0, Pose2D(1.0, 2.0, 0.5)),
+    (Pose2D(), Twist2D(2.0, 0.0, 0.0), 0.5, Pose2D(1.0, 0.0, 0.0)),
+    (Pose2D(), Twist2D(0.0, 2.0, 0.0), 0.5, Pose2D(0.0, 1.0, 0.0)),
+    (Pose2D(yaw=math.pi / 2.0), Twist2D(2.0, 0.0, 0.0), 0.5, Pose2D(0.0, 1.0, math.pi / 2.0)),
+    (Pose2D(yaw=math.pi / 2.0), Twist2D(0.0, 2.0, 0.0), 0.5, Pose2D(-1.0, 0.0, math.pi / 2.0)),
+    (Pose2D(3.0, 4.0), Twist2D(0.0, 0.0, 1.0), 4.0, Pose2D(3.0, 4.0, 4.0 - 2.0 * math.pi)),
     # a quarter of a circle of radius v / w = 1 m to the left ends at (1, 1), half of it at (0, 2), all where it began
-    (Pose(), Twist(math.pi / 2.0, 0.0, math.pi / 2.0), 1.0, Pose(1.0, 1.0, math.pi / 2.0)),
-    (Pose(), Twist(math.pi / 2.0, 0.0, math.pi / 2.0), 2.0, Pose(0.0, 2.0, math.pi)),
-    (Pose(), Twist(math.pi / 2.0, 0.0, math.pi / 2.0), 4.0, Pose()),
+    (Pose2D(), Twist2D(math.pi / 2.0, 0.0, math.pi / 2.0), 1.0, Pose2D(1.0, 1.0, math.pi / 2.0)),
+    (Pose2D(), Twist2D(math.pi / 2.0, 0.0, math.pi / 2.0), 2.0, Pose2D(0.0, 2.0, math.pi)),
+    (Pose2D(), Twist2D(math.pi / 2.0, 0.0, math.pi / 2.0), 4.0, Pose2D()),
     # to the right, and sideways: forward is -y's circle
-    (Pose(), Twist(math.pi / 2.0, 0.0, -math.pi / 2.0), 1.0, Pose(1.0, -1.0, -math.pi / 2.0)),
-    (Pose(), Twist(0.0, math.pi / 2.0, math.pi / 2.0), 1.0, Pose(-1.0, 1.0, math.pi / 2.0)),
+    (Pose2D(), Twist2D(math.pi / 2.0, 0.0, -math.pi / 2.0), 1.0, Pose2D(1.0, -1.0, -math.pi / 2.0)),
+    (Pose2D(), Twist2D(0.0, math.pi / 2.0, math.pi / 2.0), 1.0, Pose2D(-1.0, 1.0, math.pi / 2.0)),
 ])
 def test_arc_by_hand(pose, twist, dt, expected):
     assert close(advance(pose, twist, dt), expected)
@@ -39,20 +39,20 @@ def test_arc_by_hand(pose, twist, dt, expected):
 
 @given(x=speeds, y=speeds, turn=st.floats(-20.0, 20.0), yaw=headings, pieces=st.integers(2, 50))
 def test_one_step_is_as_good_as_many(x, y, turn, yaw, pieces):
-    twist, pose = Twist(x, y, turn), Pose(0.3, -0.2, yaw)
+    twist, pose = Twist2D(x, y, turn), Pose2D(0.3, -0.2, yaw)
     for _ in range(pieces):
         pose = advance(pose, twist, 0.5 / pieces)
-    assert close(advance(Pose(0.3, -0.2, yaw), twist, 0.5), pose)
+    assert close(advance(Pose2D(0.3, -0.2, yaw), twist, 0.5), pose)
 
 
 @given(x=speeds, y=speeds, turn=st.floats(-1e-6, 1e-6))
 def test_tiny_turns_are_as_exact_as_none(x, y, turn):
     # over 1 s the heading is off by turn at most, so the place by speed * turn
-    assert close(advance(Pose(), Twist(x, y, turn), 1.0), Pose(x, y, turn), tolerance=1e-5)
+    assert close(advance(Pose2D(), Twist2D(x, y, turn), 1.0), Pose2D(x, y, turn), tolerance=1e-5)
 
 
 @given(x=speeds, y=speeds, turn=st.floats(-20.0, 20.0), yaw=headings)
 def test_mean_twist_is_the_inverse(x, y, turn, yaw):
-    pose = Pose(1.0, -2.0, yaw)
-    twist = mean_twist(pose, advance(pose, Twist(x, y, turn), 0.1), turn, 0.1)
-    assert (twist.x, twist.y, twist.turn) == pytest.approx((x, y, turn), abs=1e-9)
+    pose = Pose2D(1.0, -2.0, yaw)
+    twist = mean_twist(pose, advance(pose, Twist2D(x, y, turn), 0.1), turn, 0.1)
+    assert (twist.linear_x, twist.linear_y, twist.angular_z) == pytest.approx((x, y, turn), abs=1e-9)

@@ -163,5 +163,5 @@ def test_noise_is_gaussian_seeded_and_on_every_ray():
 
 def test_scanner_looks_at_the_plan_it_is_given():
     scanner = LaserScanner(FloorPlan(), HEIGHT, noise=0.0)
-    scanner.look_at(FloorPlan(boxes=(WALL,)))
+    scanner.set_plan(FloorPlan(boxes=(WALL,)))
     assert scanner.scan(0.0, 0.0, 0.0)[359] == pytest.approx(1.9, abs=1e-3)

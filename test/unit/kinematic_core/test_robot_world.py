@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from kinematic_core.checks import InvalidInput
 from kinematic_core.floor_plan import Box, FloorPlan, Panel
 from kinematic_core.omni import Limits
-from kinematic_core.planar import STILL, Pose, Twist, advance
+from kinematic_core.planar import STILL, Pose2D, Twist2D, advance
 from kinematic_core.robot_world import DT, WATCHDOG, RobotWorld
 
 LENGTH_TOLERANCE = 1e-6  # [m, rad]
@@ -34,9 +34,9 @@ def test_step_fits_the_rates_of_the_topics():
 
 def test_it_drives_the_exact_arc():
     world = drive(RobotWorld(), 120, 0.5, -0.2, 0.7)
-    assert world.pose == pytest.approx(advance(Pose(), Twist(0.5, -0.2, 0.7), 1.0), abs=LENGTH_TOLERANCE)
+    assert world.pose == pytest.approx(advance(Pose2D(), Twist2D(0.5, -0.2, 0.7), 1.0), abs=LENGTH_TOLERANCE)
     assert world.time == pytest.approx(1.0)
-    assert world.twist == Twist(0.5, -0.2, 0.7)
+    assert world.twist == Twist2D(0.5, -0.2, 0.7)
     assert world.odometry.pose == world.pose
 
 
@@ -44,7 +44,7 @@ def test_command_takes_effect_in_the_next_step_and_the_last_one_counts():
     world = RobotWorld()
     world.command(1.0, 0.0, 0.0)
     world.command(0.0, 2.0, 0.0)
-    assert world.pose == Pose() and world.twist == STILL
+    assert world.pose == Pose2D() and world.twist == STILL
     world.step()
     assert world.pose[:2] == pytest.approx((0.0, 2.0 * DT))
 
@@ -54,7 +54,7 @@ def test_watchdog_stops_after_half_a_second():
     world.command(1.0, 0.0, 1.0)
     for _ in range(60):
         world.step()
-    assert world.twist == Twist(1.0, 0.0, 1.0) and not world.timed_out
+    assert world.twist == Twist2D(1.0, 0.0, 1.0) and not world.timed_out
     world.step()
     assert world.twist == STILL and world.timed_out
     stopped = world.pose
@@ -87,7 +87,7 @@ def test_watchdog_brakes_within_the_limits():
     speeds = []
     for _ in range(180):
         world.step()
-        speeds.append(world.twist.x)
+        speeds.append(world.twist.linear_x)
     # 0.5 s of the watchdog, less the step of the last command, then 0.5 s at 1 m/s^2
     assert [round(speed, 6) for speed in speeds[:59]] == [0.5] * 59
     assert speeds[58 + 30] == pytest.approx(0.25)
@@ -97,7 +97,7 @@ def test_watchdog_brakes_within_the_limits():
 def test_it_accelerates_within_the_limits():
     world = drive(RobotWorld(limits=Limits(speed=0.4, acceleration=0.5)), 120, 3.0, 0.0, 0.0)
     # 0.4 m/s after 0.8 s: 0.16 m, then 0.2 s: 0.08 m; steps of constant speed are half a step ahead: 0.4 * DT / 2
-    assert world.twist == Twist(0.4, 0.0, 0.0)
+    assert world.twist == Twist2D(0.4, 0.0, 0.0)
     assert world.pose.x == pytest.approx(0.24 + 0.4 * DT / 2.0, abs=1e-4)
 
 
@@ -107,11 +107,11 @@ def test_it_stops_at_a_wall_and_says_so():
     assert world.twist == pytest.approx(STILL, abs=LENGTH_TOLERANCE)
     assert world.touching
     drive(world, 1, -1.0, 0.0, 0.0)
-    assert not world.touching and world.twist.x == pytest.approx(-1.0)
+    assert not world.touching and world.twist.linear_x == pytest.approx(-1.0)
 
 
 def test_it_slides_along_a_wall_with_what_is_left_of_its_speed():
-    world = drive(RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose(0.7, 0.0, math.pi / 6.0)), 120, 1.0, 0.0, 0.0)
+    world = drive(RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose2D(0.7, 0.0, math.pi / 6.0)), 120, 1.0, 0.0, 0.0)
     # cos 30 into the wall is lost, sin 30 along it stays; seen from the robot that is sin 30 * (sin 30, cos 30)
     assert world.pose.x == pytest.approx(0.77, abs=LENGTH_TOLERANCE)
     assert world.pose.y == pytest.approx(0.5, abs=LENGTH_TOLERANCE)
@@ -120,7 +120,7 @@ def test_it_slides_along_a_wall_with_what_is_left_of_its_speed():
 
 
 def test_it_turns_at_a_wall_as_elsewhere():
-    world = drive(RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose(0.77, 0.0, 0.0)), 120, 0.0, 0.0, 1.5)
+    world = drive(RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose2D(0.77, 0.0, 0.0)), 120, 0.0, 0.0, 1.5)
     assert world.pose == pytest.approx((0.77, 0.0, 1.5), abs=LENGTH_TOLERANCE)
 
 
@@ -139,7 +139,7 @@ def test_it_never_leaves_a_closed_room(seed, dt, top, limits):
 @given(x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), turn=st.floats(-10.0, 10.0))
 def test_odometry_follows_the_true_twist_at_walls(x, y, turn):
     # rolled instead of copied: what the wheels measure leads to where the robot is
-    world = RobotWorld(ROOM, start=Pose(0.5, 0.5, 0.3))
+    world = RobotWorld(ROOM, start=Pose2D(0.5, 0.5, 0.3))
     world.odometry.exact = False
     drive(world, 120, x, y, turn)
     assert world.odometry.pose[:2] == pytest.approx(world.pose[:2], abs=1e-6)
@@ -149,7 +149,7 @@ def test_wheels_turn_as_the_robot_moves():
     world = drive(RobotWorld(), 120, 0.0, 0.0, 1.0)
     assert world.wheel_angles == pytest.approx([0.146 / 0.035] * 3)
     assert world.wheel_speeds == pytest.approx([0.146 / 0.035] * 3)
-    world = drive(RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose(0.77, 0.0, 0.0)), 120, 1.0, 0.0, 0.0)
+    world = drive(RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose2D(0.77, 0.0, 0.0)), 120, 1.0, 0.0, 0.0)
     assert world.wheel_angles == pytest.approx([0.0] * 3, abs=1e-4)  # they stall at the wall
 
 
@@ -170,12 +170,12 @@ def test_absurd_command_stops_the_robot(command, said):
     world.step()
     assert world.twist == STILL and world.pose == before and not world.timed_out
     drive(world, 1, 1.0, 0.0, 0.0)
-    assert world.twist.x == 1.0
+    assert world.twist.linear_x == 1.0
 
 
 def test_spawn_inside_a_wall_is_refused():
     with pytest.raises(InvalidInput, match=r'the robot cannot be at x=1, y=0: wall is less than its radius of 0.18 m'):
-        RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose(1.0, 0.0, 0.0))
+        RobotWorld(FloorPlan(boxes=(WALL,)), start=Pose2D(1.0, 0.0, 0.0))
 
 
 def test_placing_stops_the_robot_and_begins_its_odometry_there():

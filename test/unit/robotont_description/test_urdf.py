@@ -8,7 +8,7 @@ import pytest
 import rospy
 
 from kinematic_core.omni import WHEEL_ANGLES, WHEEL_DISTANCE, WHEEL_RADIUS, WHEELS
-from kinematic_core.planar import Pose
+from kinematic_core.planar import Pose2D
 from robotont_description.urdf import MODELS, describe
 from robotont_gazebo import frames, messages
 from robotont_gazebo.node import MODELS as SIMULATED_MODELS
@@ -80,7 +80,7 @@ def test_wheels_are_where_the_kinematics_have_them(wheel, angle):
 
 @pytest.mark.parametrize('turn', [0.0, 0.7, -4.0])
 def test_wheels_turn_as_the_urdf_says(turn):
-    sent = messages.transforms(rospy.Time(), frames.frames(''), Pose(), (turn,) * 3).transforms[1:]
+    sent = messages.transforms(rospy.Time(), frames.frames(''), Pose2D(), (turn,) * 3).transforms[1:]
     about_axis = np.array([[math.cos(turn), -math.sin(turn), 0.0], [math.sin(turn), math.cos(turn), 0.0], [0, 0, 1.0]])
     for transform in sent:
         placed = place(robot('robotont_gazebo_basic'), transform.child_frame_id, 'base_link')

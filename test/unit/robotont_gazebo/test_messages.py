@@ -7,17 +7,17 @@ import rospy
 from geometry_msgs.msg import Pose as PoseMessage
 
 from kinematic_core import rays
-from kinematic_core.planar import Pose, Twist
+from kinematic_core.planar import Pose2D, Twist2D
 from robotont_gazebo import camera, camera_node, messages
 from robotont_gazebo.frames import ahead, frames
 
 STAMP = rospy.Time(12, 34)
-POSE = Pose(1.0, -2.0, math.pi / 2.0)
+POSE = Pose2D(1.0, -2.0, math.pi / 2.0)
 HALF = math.sqrt(0.5)  # sin and cos of half of 90 degrees
 
 
 def test_odometry():
-    message = messages.odometry(STAMP, 'odom', 'base_footprint', POSE, Twist(0.1, 0.2, 0.3), (1e-5, 1e-3))
+    message = messages.odometry(STAMP, 'odom', 'base_footprint', POSE, Twist2D(0.1, 0.2, 0.3), (1e-5, 1e-3))
     assert (message.header.stamp, message.header.frame_id, message.child_frame_id) == (STAMP, 'odom', 'base_footprint')
     pose, twist = message.pose.pose, message.twist.twist
     assert (pose.position.x, pose.position.y, pose.position.z) == (1.0, -2.0, 0.0)
@@ -29,7 +29,7 @@ def test_odometry():
 
 
 def test_ground_truth_is_certain():
-    message = messages.odometry(STAMP, 'world', 'base_footprint', POSE, Twist())
+    message = messages.odometry(STAMP, 'world', 'base_footprint', POSE, Twist2D())
     assert set(message.pose.covariance) == {0.0}
 
 
@@ -66,7 +66,7 @@ def test_names_of_frames_begin_with_the_prefix():
 
 
 @pytest.mark.parametrize('pose, distance, expected', [
-    (Pose(1.0, 2.0, 0.0), 0.5, (1.5, 2.0)), (Pose(1.0, 2.0, math.pi / 2.0), -0.5, (1.0, 1.5)),
+    (Pose2D(1.0, 2.0, 0.0), 0.5, (1.5, 2.0)), (Pose2D(1.0, 2.0, math.pi / 2.0), -0.5, (1.0, 1.5)),
 ])
 def test_ahead(pose, distance, expected):
     assert ahead(pose, distance) == pytest.approx(expected)

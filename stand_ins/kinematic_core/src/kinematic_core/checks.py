@@ -1,4 +1,4 @@
-"""Refusal of values that no robot can be given: the one gate between the outside and the simulated worlds."""
+"""Refuses values that no robot can be given; every value from outside passes here before it reaches a world."""
 import math
 
 ABSURD = 1e6  # [m, m/s, rad or rad/s] far beyond any course, and small enough that float32 and angles stay meaningful
@@ -8,10 +8,10 @@ class InvalidInput(ValueError):
     """A value was refused and nothing was changed; the text names the value and what is allowed."""
 
 
-def require_sane(what, **values):
+def require_sane(what: str, **values: float) -> None:
     """Raise InvalidInput unless every value is a finite number within +-ABSURD.
 
-    ``what`` names where the values came from, e.g. ``'teleport_absolute of turtle1'``.
+    ``what`` says where the values come from, e.g. ``'teleport_absolute of turtle1'``.
     """
     for name, value in values.items():
         if not math.isfinite(value):

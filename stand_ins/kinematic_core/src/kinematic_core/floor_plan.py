@@ -1,12 +1,14 @@
 """What stands in a robot's world: upright boxes and cylinders, and panels with AR markers. Immutable.
 
 World frame: x forward, y to the left, z up, the floor at z = 0; metres, radians counter-clockwise (REP 103).
-A plan can be shared between threads and kept: whoever changes one gets a new one.
+A plan can be shared between threads and kept: changing one makes a new one.
 """
 import math
-from typing import NamedTuple
+from typing import Any, Iterator, List, NamedTuple, Tuple, Union
 
 from kinematic_core.checks import InvalidInput, require_sane
+
+Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 
 GREY = (178, 178, 178)
 GROUND_COLOUR = (128, 128, 128)
@@ -15,13 +17,13 @@ PANEL_SIZE = 0.40  # [m] the white square
 PANEL_MARKER_SIZE = 0.28  # [m] the marker's black square in its middle
 PANEL_BOTTOM = 0.05  # [m]
 PANEL_THICKNESS = 0.01  # [m] behind the face
-LARGEST_ID = 2 ** 32 - 1  # that a marker of ALVAR can have
+LARGEST_ID = 2 ** 32 - 1  # of an ALVAR marker
 LARGEST = 1000.0  # [m] of any coordinate or size of a plan
-TOUCHING = 0.01  # [m] by which shapes may reach into each other and still count as side by side
+TOUCHING = 0.01  # [m] by which shapes may overlap and still count as side by side
 
 
 class Box(NamedTuple):
-    """An upright box: (x, y) [m] its middle, yaw [rad]; length, width, height [m] along its own x, y, z axes."""
+    """An upright box: centre (x, y) [m], yaw [rad]; length, width, height [m] along its own x, y, z axes."""
 
     name: str
     x: float
@@ -31,11 +33,11 @@ class Box(NamedTuple):
     width: float
     height: float
     bottom: float = 0.0  # [m] z of its lower face
-    colour: tuple = GREY  # (r, g, b), 0..255
+    colour: Colour = GREY
 
 
 class Cylinder(NamedTuple):
-    """An upright cylinder: (x, y) [m] its axis; radius, height [m]."""
+    """An upright cylinder: axis at (x, y) [m]; radius, height [m]."""
 
     name: str
     x: float
@@ -43,14 +45,14 @@ class Cylinder(NamedTuple):
     radius: float
     height: float
     bottom: float = 0.0  # [m] z of its lower face
-    colour: tuple = GREY  # (r, g, b), 0..255
+    colour: Colour = GREY
 
 
 class Panel(NamedTuple):
     """A white square board with an ALVAR marker in its middle.
 
-    (x, y) [m] is the middle of the face, which looks along the panel's own -x axis: with yaw 0 it is seen by who
-    looks along +x. The board is PANEL_THICKNESS deep, behind the face; its back and its edges are white.
+    (x, y) [m] is the middle of the face, whose normal is the panel's own -x axis: at yaw 0 it faces a viewer who looks
+    along +x. The board is PANEL_THICKNESS deep, behind the face; its back and its edges are white.
     """
 
     name: str
@@ -62,31 +64,35 @@ class Panel(NamedTuple):
     marker_size: float = PANEL_MARKER_SIZE  # [m] width of the marker's black square
     bottom: float = PANEL_BOTTOM  # [m] z of the lower edge
 
-    def board(self):
-        """Return the Box that the panel is."""
+    def board(self) -> Box:
+        """Return the panel's body."""
         half = PANEL_THICKNESS / 2.0
         return Box(self.name, self.x + half * math.cos(self.yaw), self.y + half * math.sin(self.yaw), self.yaw,
                    PANEL_THICKNESS, self.size, self.size, self.bottom, (255, 255, 255))
 
 
+Solid = Union[Box, Cylinder]
+Shape = Union[Box, Cylinder, Panel]
+
+
 class FloorPlan(NamedTuple):
-    """All shapes of a world; their names are unique. ``check`` says whether it makes sense."""
+    """All shapes of a world; their names are unique. ``check`` refuses impossible ones."""
 
-    boxes: tuple = ()
-    cylinders: tuple = ()
-    panels: tuple = ()
-    ground_colour: tuple = GROUND_COLOUR  # (r, g, b), 0..255
-    sky_colour: tuple = SKY_COLOUR  # (r, g, b), 0..255
+    boxes: Tuple[Box, ...] = ()
+    cylinders: Tuple[Cylinder, ...] = ()
+    panels: Tuple[Panel, ...] = ()
+    ground_colour: Colour = GROUND_COLOUR
+    sky_colour: Colour = SKY_COLOUR
 
-    def shapes(self):
+    def shapes(self) -> Tuple[Shape, ...]:
         """Return all shapes, boxes first, then cylinders, then panels."""
         return (*self.boxes, *self.cylinders, *self.panels)
 
-    def solids(self):
-        """Return what a robot runs into and a ray ends at, as Boxes and Cylinders; panels as their boards."""
+    def solids(self) -> Tuple[Solid, ...]:
+        """Return everything that stops a robot or a ray: boxes, cylinders, and the boards of the panels."""
         return (*self.boxes, *self.cylinders, *(panel.board() for panel in self.panels))
 
-    def with_panel(self, name, x, y, yaw):
+    def with_panel(self, name: str, x: float, y: float, yaw: float) -> 'FloorPlan':
         """Return the plan with the panel ``name`` moved to (x, y) [m], yaw [rad]; InvalidInput if there is none."""
         require_sane(f'the panel {name!r}', x=x, y=y, yaw=yaw)
         if all(panel.name != name for panel in self.panels):
@@ -95,8 +101,8 @@ class FloorPlan(NamedTuple):
         return self._replace(panels=tuple(panel._replace(x=x, y=y, yaw=yaw) if panel.name == name else panel
                                           for panel in self.panels))
 
-    def check(self):
-        """Raise InvalidInput for the first shape that cannot be: the text names the shape and the field."""
+    def check(self) -> None:
+        """Raise InvalidInput for the first impossible shape; the text names the shape and the field."""
         names = set()
         for shape in self.shapes():
             if shape.name in names:
@@ -106,9 +112,9 @@ class FloorPlan(NamedTuple):
         _check_colour('ground_colour', self.ground_colour)
         _check_colour('sky_colour', self.sky_colour)
 
-    def overlaps(self, tolerance=TOUCHING):
-        """Return [(name, name, depth [m])] of boxes and cylinders that share more than ``tolerance`` of space."""
-        solids = (*self.boxes, *self.cylinders)
+    def overlaps(self, tolerance: float = TOUCHING) -> List[Tuple[str, str, float]]:
+        """Return [(name, name, depth [m])] of the boxes and cylinders that overlap by more than ``tolerance`` [m]."""
+        solids: Tuple[Solid, ...] = (*self.boxes, *self.cylinders)
         found = []
         for index, shape in enumerate(solids):
             for other in solids[index + 1:]:
@@ -121,7 +127,7 @@ class FloorPlan(NamedTuple):
 EMPTY = FloorPlan()
 
 
-def _check_shape(shape):
+def _check_shape(shape: Shape) -> None:
     for field, value in zip(shape._fields, shape):
         if field == 'name':
             if not isinstance(value, str) or not value:
@@ -138,7 +144,7 @@ def _check_shape(shape):
         raise InvalidInput(f'{shape.name}: marker_size is {shape.marker_size:g}; the panel has only {shape.size:g} m')
 
 
-def _check_length(name, field, value):
+def _check_length(name: str, field: str, value: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise InvalidInput(f'{name}: {field} is {value!r}; it must be a finite number')
     if abs(value) > LARGEST:
@@ -149,14 +155,14 @@ def _check_length(name, field, value):
         raise InvalidInput(f'{name}: bottom is {value:g}; it must be at least 0, which is the floor')
 
 
-def _check_colour(name, colour):
+def _check_colour(name: str, colour: Any) -> None:
     if (not isinstance(colour, (tuple, list)) or len(colour) != 3
             or any(isinstance(part, bool) or not isinstance(part, int) or not 0 <= part <= 255 for part in colour)):
         raise InvalidInput(f'{name} is {colour!r}; it must be three whole numbers from 0 to 255: red, green, blue')
 
 
-def _shared_depth(shape, other):
-    """Return how far two solids must be moved at least to be apart [m]; 0 or less when they are."""
+def _shared_depth(shape: Solid, other: Solid) -> float:
+    """Return the smallest distance [m] by which two solids must move to be apart; 0 or less if they are."""
     depth = min(shape.bottom + shape.height, other.bottom + other.height) - max(shape.bottom, other.bottom)
     for axis_x, axis_y in _separating_axes(shape, other):
         low, high = _extent(shape, axis_x, axis_y)
@@ -167,8 +173,8 @@ def _shared_depth(shape, other):
     return depth
 
 
-def _separating_axes(shape, other):
-    """Yield unit vectors of which one shows a gap between two convex outlines if there is any."""
+def _separating_axes(shape: Solid, other: Solid) -> Iterator[Tuple[float, float]]:
+    """Yield unit vectors; if there is a gap between the two convex outlines, one of these axes shows it."""
     for box in (shape, other):
         if isinstance(box, Box):
             cos, sin = math.cos(box.yaw), math.sin(box.yaw)
@@ -183,7 +189,7 @@ def _separating_axes(shape, other):
                     yield (x - round_shape.x) / distance, (y - round_shape.y) / distance
 
 
-def corners(box):
+def corners(box: Box) -> List[Tuple[float, float]]:
     """Return the four corners [(x, y)] [m] of a box's outline, counter-clockwise from its own (+x, +y) corner."""
     cos, sin = math.cos(box.yaw), math.sin(box.yaw)
     return [(box.x + cos * a - sin * b, box.y + sin * a + cos * b)
@@ -191,7 +197,7 @@ def corners(box):
                          (-box.length / 2.0, -box.width / 2.0), (box.length / 2.0, -box.width / 2.0))]
 
 
-def _extent(shape, axis_x, axis_y):
+def _extent(shape: Solid, axis_x: float, axis_y: float) -> Tuple[float, float]:
     if isinstance(shape, Cylinder):
         middle = shape.x * axis_x + shape.y * axis_y
         return middle - shape.radius, middle + shape.radius

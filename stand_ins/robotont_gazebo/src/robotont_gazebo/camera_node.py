@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
 from kinematic_core.checks import InvalidInput
-from kinematic_core.planar import Pose
+from kinematic_core.planar import Pose2D
 from kinematic_ros import nodes, params, reachability
 from kinematic_ros.topics import Publisher
 from robotont_gazebo import camera, worlds
@@ -98,7 +98,7 @@ def _wanted(publisher):
 def camera_place(pose):
     """Return the camera's (x, y, z, yaw) [m, rad] of a robot's geometry_msgs/Pose."""
     yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
-    return (*ahead(Pose(pose.position.x, pose.position.y, yaw), CAMERA_X), CAMERA_Z, yaw)
+    return (*ahead(Pose2D(pose.position.x, pose.position.y, yaw), CAMERA_X), CAMERA_Z, yaw)
 
 
 def camera_info(frame, pinhole):

@@ -16,12 +16,12 @@ SCAN_PERIOD = 1.0 / 40.0  # [s]
 
 
 def odometry(stamp, frame, child, pose, twist, variances=(0.0, 0.0)):
-    """Return an Odometry of a Pose and a Twist with the variances of x and y [m^2] and of yaw [rad^2]."""
+    """Return an Odometry of a Pose2D and a Twist2D with the variances of x and y [m^2] and of yaw [rad^2]."""
     message = Odometry(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, frame
     _set_pose(message.pose.pose.position, message.pose.pose.orientation, pose)
-    message.twist.twist.linear.x, message.twist.twist.linear.y = twist.x, twist.y
-    message.twist.twist.angular.z = twist.turn
+    message.twist.twist.linear.x, message.twist.twist.linear.y = twist.linear_x, twist.linear_y
+    message.twist.twist.angular.z = twist.angular_z
     place, yaw = variances
     message.pose.covariance = message.twist.covariance = _diagonal(place, place, *[UNKNOWN if place else 0.0] * 3, yaw)
     return message
@@ -34,7 +34,7 @@ def odometry_variances(distance, noise):
 
 
 def transforms(stamp, frames, pose, angles):
-    """Return a TFMessage of a frames.Frames: the base at a Pose in odom, the wheels turned by ``angles`` [rad]."""
+    """Return a TFMessage of a frames.Frames: the base at a Pose2D in odom, the wheels turned by ``angles`` [rad]."""
     base = TransformStamped(child_frame_id=frames.footprint)
     base.header.stamp, base.header.frame_id = stamp, frames.odom
     _set_pose(base.transform.translation, base.transform.rotation, pose)

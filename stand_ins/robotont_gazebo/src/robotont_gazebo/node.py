@@ -19,7 +19,7 @@ from tf2_msgs.msg import TFMessage
 
 from kinematic_core.checks import InvalidInput
 from kinematic_core.omni import Limits
-from kinematic_core.planar import Pose
+from kinematic_core.planar import Pose2D
 from kinematic_core.recorder import Recorder
 from kinematic_core.robot_world import DT, RobotWorld
 from kinematic_ros import params, reachability
@@ -162,7 +162,7 @@ class RobotontNode:
         with self._change():
             self._world.move_panel(request.name, request.x, request.y, request.yaw)
             if self._scanner:
-                self._scanner.look_at(self._world.plan)
+                self._scanner.set_plan(self._world.plan)
             self._plan.publish(worlds.to_json(self._world.plan))
         return MoveMarkerResponse()
 
@@ -171,7 +171,7 @@ def _recorder():
     """Return the Recorder that ~record asks for, or None."""
     path = params.text('~record', '')
     try:
-        return Recorder(path, Pose._fields[:2] + ('theta',)) if path else None
+        return Recorder(path, Pose2D._fields[:2] + ('theta',)) if path else None
     except OSError as error:
         raise params.ParameterError(f'parameter {rospy.resolve_name("~record")} is {path!r}: {error}; it must be a '
                                     'file that can be written, or empty') from None
@@ -180,9 +180,9 @@ def _recorder():
 def _read_world(seed):
     """Return the RobotWorld that the parameters describe."""
     name = params.text('~world', 'empty')
-    start = Pose(params.number('~x', 0.0, -FARTHEST, FARTHEST, unit='m'),
-                 params.number('~y', 0.0, -FARTHEST, FARTHEST, unit='m'),
-                 params.number('~yaw', 0.0, -FARTHEST, FARTHEST, unit='rad'))
+    start = Pose2D(params.number('~x', 0.0, -FARTHEST, FARTHEST, unit='m'),
+                   params.number('~y', 0.0, -FARTHEST, FARTHEST, unit='m'),
+                   params.number('~yaw', 0.0, -FARTHEST, FARTHEST, unit='rad'))
     limits = Limits(params.number('~max_speed', NONE, 0.01, 10.0, unit='m/s', infinite=NONE),
                     params.number('~max_turn_speed', NONE, 0.01, 50.0, unit='rad/s', infinite=NONE),
                     params.number('~max_wheel_speed', NONE, 0.1, 1000.0, unit='rad/s', infinite=NONE),
