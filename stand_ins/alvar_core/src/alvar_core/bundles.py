@@ -17,11 +17,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from alvar_core import code
+
 METRES = 0.01  # a unit of the files
 FROM_FILE = [3, 2, 1, 0]  # top left, top right, bottom right, bottom left of a file's corners, and back
 UNEVEN = 0.05  # share of the side by which a marker may differ from a square
 LOST_CORNER = 0.02  # share of the side: this near to the centre is the corner that some versions of createMarker lose
-MAX_ID = 2 ** 32 - 1
 MAX_LENGTH = 1e6  # cm
 
 
@@ -106,7 +107,7 @@ class _Reader:
 
     def marker(self, marker, number):
         where = f'marker {number}'
-        index = self.whole(marker, 'index', where, 0, MAX_ID)
+        index = self.whole(marker, 'index', where, 0, code.MAX_NUMBER)
         where += f' (index {index})'
         if self.whole(marker, 'status', where, 0) == 0:
             return index, None

@@ -1,5 +1,4 @@
 """Between ROS messages and alvar_core: cameras from CameraInfo, messages from poses.  Needs no running ROS."""
-import math
 from dataclasses import dataclass
 
 import genpy
@@ -9,11 +8,11 @@ from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from alvar_core import rotations
+from alvar_core import code, rotations
 from alvar_core.camera import Camera, CameraError
 from alvar_core.fisheye import FisheyeCamera
 
-LARGEST_ID = 2 ** 32 - 1  # AlvarMarker.id is a uint32
+LARGEST_ID = code.MAX_NUMBER  # AlvarMarker.id, a uint32, holds no larger number either
 MARKER_FRAME = 'ar_marker_'  # and the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz
 THICKNESS = 0.2  # of a cube, in parts of its width
@@ -141,12 +140,7 @@ def alvar_marker_of(marker, header, rotation, translation):
 def matrix_of(transform):
     """Return rotation (3, 3) and translation (3,) m of a geometry_msgs/Transform."""
     t, q = transform.translation, transform.rotation
-    norm = math.sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
-    x, y, z, w = (part / norm for part in (q.x, q.y, q.z, q.w))
-    rotation = np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
-    return rotation, np.array([t.x, t.y, t.z])
+    return rotations.matrix_from_quaternion((q.x, q.y, q.z, q.w)), np.array([t.x, t.y, t.z])
 
 
 def _pose(rotation, position):

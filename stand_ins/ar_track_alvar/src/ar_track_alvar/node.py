@@ -14,7 +14,8 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Bool
 
 from alvar_core.camera import CameraError
-from alvar_core.detection.detector import Detector, PictureError
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
 from ar_track_alvar import conversions, debug_picture
 from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
@@ -174,7 +175,7 @@ class MarkerNode:
             grey = images.grey(message)
             camera = self._camera_for(info, grey)
             found = self._tracker.update(grey, camera)
-        except (CameraError, PictureError, images.ImageError) as error:
+        except (CameraError, ImageError, images.ImageError) as error:
             self._statistics.refused += 1
             topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
             self._complain('input', f'{topic}: {error}', pause=NEWS)

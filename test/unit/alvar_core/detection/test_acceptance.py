@@ -1,9 +1,10 @@
 """What makes a marker of a candidate: a clear one, and what each weakness of it costs."""
 import pytest
 
-from alvar_core.detection.acceptance import accepted
+from alvar_core.detection.acceptance import Features, accepted
 
-CLEAR = dict(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, kept=0.85, bad_inside=0, bad_rim=0)
+CLEAR = Features(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, kept=0.85, bad_inside=0, bad_rim=0,
+                 contrast=150.0, noise=1.5, blur=1.0)
 
 
 @pytest.mark.parametrize('features, expected', [
@@ -20,4 +21,4 @@ CLEAR = dict(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, kept
     ({'fit': 1.04}, True),
 ])
 def test_candidate_is_accepted(features, expected):
-    assert bool(accepted({**CLEAR, **features})) is expected
+    assert bool(accepted(CLEAR._replace(**features))) is expected

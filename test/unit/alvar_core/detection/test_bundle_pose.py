@@ -4,7 +4,7 @@ import pytest
 
 from alvar_core import bundles, drawing, rotations
 from alvar_core.camera import default_camera
-from alvar_core.detection import bundle_pose
+from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
 from marker_scenes import Placed, Scene, picture_of
 
@@ -146,7 +146,7 @@ def test_tracker_remembers_and_forgets():
     other = first.solutions[1].rotation
     tracker._last[0] = other, 0
     assert rotations.angle_between(tracker.update(detections, CAMERA)[0].rotation, other) < DEGREE
-    for _ in range(bundle_pose.MEMORY_FRAMES + 1):
+    for _ in range(thresholds.BUNDLE_MEMORY + 1):
         assert tracker.update([], CAMERA) == []
     assert tracker._last == {}
 

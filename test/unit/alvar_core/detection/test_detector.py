@@ -1,13 +1,12 @@
 """Detection in rendered pictures of known truth, in pictures without markers, and of bad input."""
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from alvar_core import code, drawing, rotations
 from alvar_core.camera import Camera, CameraError, default_camera
-from alvar_core.detection import detector
 from alvar_core.detection.detector import Detector
+from alvar_core.detection.prepared_image import ImageError
 from marker_scenes import Placed, Scene, picture_of
 
 SIZE = 0.1
@@ -146,12 +145,6 @@ def test_marker_of_another_margin_is_none(seed, cells):
     assert [d.id for d in Detector(SIZE, margin=cells).detect(blank, camera)] == [seed * 9]
 
 
-def test_confidence_is_also_a_whole_number_of_percent():
-    found = Detector(SIZE).detect(*scene(13, [one(9)]))[0]
-    assert found.confidence_percent == round(100 * found.confidence) and isinstance(found.confidence_percent, int)
-    assert replace(found, confidence=1.004).confidence_percent == 100
-
-
 GREY = np.full((480, 640), 128, np.uint8)
 K = [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]
 
@@ -163,14 +156,14 @@ K = [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]
     (np.zeros((480, 640), bool), 'got bool'), (GREY.tolist(), 'got list'),
 ])
 def test_unusable_pictures_are_refused(picture, text):
-    with pytest.raises(detector.PictureError, match=text):
+    with pytest.raises(ImageError, match=text):
         Detector(SIZE).detect(picture, default_camera())
 
 
 def test_picture_of_another_size_than_the_cameras_is_refused():
     camera = Camera(K, size=(640, 480))
     assert Detector(SIZE).detect(GREY, camera) == []
-    with pytest.raises(detector.PictureError, match='320x240 pixels, but the camera is calibrated for 640x480'):
+    with pytest.raises(ImageError, match='320x240 pixels, but the camera is calibrated for 640x480'):
         Detector(SIZE).detect(GREY[::2, ::2], camera)
 
 

@@ -4,9 +4,10 @@ import pytest
 
 from alvar_core import rotations
 from alvar_core.camera import default_camera
-from alvar_core.detection import alignment, homography
+from alvar_core.detection import homography
 from alvar_core.detection.detector import Detector
-from alvar_core.detection.edge_refiner import Edges
+from alvar_core.detection.edge_refiner import EdgeRefiner
+from alvar_core.detection.pyramid import Pyramid
 from marker_scenes import Placed, Scene, picture_of
 
 SIZE = 0.1
@@ -49,7 +50,7 @@ def seen_near(covered):
     for share in np.linspace(0, covered, 200) if covered else ():
         x, y = (left + share * (right - left)).astype(int)
         picture[y - 12:y + 12, x - 1:x + 2] = 120
-    return alignment.Pyramid(picture), camera, placed.corners
+    return Pyramid(picture), camera, placed.corners
 
 
 @pytest.mark.parametrize('covered, seen', [(0.0, True), (0.25, True), (0.8, False)])
@@ -57,7 +58,7 @@ def test_covered_part_of_a_side_does_not_count_and_a_covered_side_is_told(covere
     pyramid, camera, right = seen_near(covered)
     start = right[None] + np.random.default_rng(4).uniform(-1.5, 1.5, (1, 4, 2))
     h = homography.from_square(start, 4.5)
-    corners, covariance, good = Edges(9).refine(pyramid, camera, h, np.array([1.0]))
+    corners, covariance, good = EdgeRefiner(9).refine(pyramid, camera, h, np.array([1.0]))
     assert good.tolist() == [seen]
     assert (np.linalg.eigvalsh(covariance[0]) > 0).all()
     if seen:
@@ -71,7 +72,7 @@ def test_covariance_is_as_large_as_the_errors_are():
         placed = near(rng, camera, 80, 20)
         picture = picture_of(rng, camera, [placed], Scene(noise=4.0, blur=0.8))
         h = homography.from_square(placed.corners[None], 4.5)
-        corners, covariance, _ = Edges(9).refine(alignment.Pyramid(picture), camera, h, np.array([0.9]))
+        corners, covariance, _ = EdgeRefiner(9).refine(Pyramid(picture), camera, h, np.array([0.9]))
         error = (corners - placed.corners).reshape(8)
         chi2.append(error @ np.linalg.solve(covariance[0], error) / 8)
     assert 0.3 < np.median(chi2) < 3.0

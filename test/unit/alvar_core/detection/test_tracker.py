@@ -4,8 +4,9 @@ import pytest
 
 from alvar_core import rotations
 from alvar_core.camera import default_camera
-from alvar_core.detection import candidates
-from alvar_core.detection.detector import Detector, PictureError
+from alvar_core.detection import candidates, thresholds
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
 from marker_scenes import Placed, Scene, picture_of
 
@@ -124,7 +125,7 @@ def test_every_pass_is_made_once_in_full_every_frames(full_every, monkeypatch):
                                                                             found(smooth, passes, *more))[1])
     for _ in range(full_every):
         assert ids(tracker.update(grey, CAMERA)) == [1]
-    assert sorted(made) == sorted(candidates.PASSES)
+    assert sorted(made) == sorted(thresholds.PASSES)
 
 
 @pytest.mark.parametrize('full_every', [0, -1, 1.5, None])
@@ -135,7 +136,7 @@ def test_impossible_full_every_is_refused(full_every):
 
 def test_bad_picture_is_refused_and_forgets_nothing():
     tracker = started([one(1)])
-    with pytest.raises(PictureError):
+    with pytest.raises(ImageError):
         tracker.update(np.zeros((480, 640), np.float32), CAMERA)
     assert len(tracker.tracks) == 1 and ids(tracker.update(picture(1, [one(1)]), CAMERA)) == [1]
 

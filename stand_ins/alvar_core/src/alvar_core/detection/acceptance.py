@@ -1,28 +1,100 @@
-"""What makes a marker of an aligned candidate."""
-from collections import namedtuple
+"""What an aligned candidate looks like, and whether that makes it a marker."""
+from __future__ import annotations
 
-# Asked of every candidate: fit (of the data cells with the code word), surplus (gap to the next best word in parts of
-# what the best leaves unexplained), detail (likeness of the cells without anything smooth); noise counts against none
-# of them.  More is asked where the likeness (correlation of the whole drawing) is low or cells are covered.
-Demand = namedtuple('Demand', 'fit surplus detail')
-CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)
-COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)
-CLEAR_LIKENESS, MIN_GAP, WIDE_GAP = 0.88, 0.03, 0.1
-MIN_KEPT = 0.7  # share of the samples that agree with the drawing
-MAX_RIM = 6  # cells of the rim that do not
-# Of the contrast: darker than paper, all along a side, it is a part of something larger, but for a high likeness.
-MIN_OUTSIDE, WHOLE_LIKENESS = -0.3, 0.92
+from typing import NamedTuple
+
+import numpy as np
+
+from alvar_core.arrays import Floats
+from alvar_core.detection import thresholds
+from alvar_core.detection.alignment import Aligner, Alignment
+from alvar_core.detection.reading import without_noise
+from alvar_core.detection.thresholds import Demand
 
 
-def accepted(f):
-    """Whether a candidate with these features (Detector._features) is a marker."""
-    if f['bad_inside'] >= 2 and f['gap'] > WIDE_GAP:
-        asked = CODE_COVERED
-    elif f['bad_rim'] + 2 * f['bad_inside'] >= 3:
-        asked = COVERED
-    else:
-        asked = CLEAR if f['likeness'] > CLEAR_LIKENESS else UNLIKE
-    surplus = f['gap'] / (1.03 - min(f['fit'], 1.0))
-    return (f['gap'] > MIN_GAP and f['kept'] > MIN_KEPT and f['bad_rim'] <= MAX_RIM
-            and (f['outside'] > MIN_OUTSIDE or f['likeness'] > WHOLE_LIKENESS)
-            and f['fit'] > asked.fit and surplus > asked.surplus and f['detail'] > asked.detail)
+class Features(NamedTuple):
+    """What is asked of a candidate.
+
+    likeness: correlation of the image with the drawn marker, up to 1; outside: greys of the darkest of the four strips
+    just outside, less those of paper, as a share of the contrast; detail: likeness of the data cells without anything
+    smooth; bad_inside, bad_rim: data cells and rim cells that differ from the drawing; kept: share of the samples that
+    agree with it; contrast, noise: greys; blur: variance, px^2 at the level; fit, gap: of the Reading.
+    """
+
+    likeness: float
+    outside: float
+    detail: float
+    bad_inside: int
+    bad_rim: int
+    kept: float
+    contrast: float
+    noise: float
+    blur: float
+    fit: float = 0.0
+    gap: float = 0.0
+
+
+def demand(f: Features) -> Demand:
+    """What is asked of a candidate: more where the likeness is low or cells are covered."""
+    if f.bad_inside >= thresholds.CODE_COVERED_CELLS and f.gap > thresholds.WIDE_GAP:
+        return thresholds.CODE_COVERED
+    if f.bad_rim + 2 * f.bad_inside >= thresholds.COVERED_CELLS:
+        return thresholds.COVERED
+    return thresholds.CLEAR if f.likeness > thresholds.CLEAR_LIKENESS else thresholds.UNLIKE
+
+
+def accepted(f: Features) -> bool:
+    """Whether a candidate with these features is a marker."""
+    asked = demand(f)
+    surplus = f.gap / (thresholds.BEST_FIT - min(f.fit, 1.0))
+    return (f.gap > thresholds.MIN_GAP and f.kept > thresholds.MIN_KEPT and f.bad_rim <= thresholds.MAX_BAD_RIM
+            and (f.outside > thresholds.MIN_OUTSIDE or f.likeness > thresholds.WHOLE_LIKENESS)
+            and f.fit > asked.fit and surplus > asked.surplus and f.detail > asked.detail)
+
+
+class Appearance:
+    """Compares aligned markers of one resolution and margin (cells) with their drawings.
+
+    The methods take an Alignment of M markers; noise (M,): standard deviation of the values' noise, greys.
+    """
+
+    def __init__(self, aligner: Aligner, resolution: int, margin: int) -> None:
+        self._share, self._weight = aligner.share, aligner.fixed_weight.sum()
+        g, cells = aligner.grid, aligner.grid.cells
+        self._data_samples = np.flatnonzero(g.reach < -margin + 0.5)
+        x, y = g.x[self._data_samples], g.y[self._data_samples]
+        self._smooth_basis = np.linalg.qr(np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1))[0]
+        half = cells / 2
+        strip = (g.reach > 0) & (g.reach < 1 / thresholds.SAMPLES_PER_CELL)
+        strips = [strip & beyond for beyond in (g.x < -half, g.x > half, g.y < -half, g.y > half)]
+        column, row = (np.floor(v + half) for v in (g.x, g.y))
+        members = [(row == y) & (column == x) for y in range(cells) for x in range(cells)]
+        chosen = np.array(members + strips)
+        # (P, cells^2 + 4): takes samples to their means in each cell and in the strips just outside
+        self._means = (chosen / chosen.sum(1, keepdims=True)).T.astype(np.float32)
+        self._is_data = np.pad(np.ones((resolution, resolution), bool), margin).ravel()
+
+    def likeness(self, state: Alignment, noise: Floats) -> Floats:
+        """Normalised correlation (M,) of the image, but for its noise, with the drawn marker; light's slopes too."""
+        v = state.values - (state.values @ self._share)[:, None]
+        t = state.template - (state.template @ self._share)[:, None]
+        with np.errstate(invalid='ignore'):
+            energy = without_noise((v * v) @ self._share, noise ** 2)
+            return ((v * t) @ self._share) / np.sqrt(energy * ((t * t) @ self._share) + 1e-6)
+
+    def _detail(self, state: Alignment, noise: Floats) -> Floats:
+        """Correlation (M,) of the data cells with their drawing, without noise and what is smooth (squares of x, y)."""
+        both = np.concatenate([state.values, state.template]).take(self._data_samples, 1)
+        both -= (both @ self._smooth_basis) @ self._smooth_basis.T
+        v, t = both[:len(state.h)], both[len(state.h):]
+        energy = without_noise((v * v).sum(1), len(self._data_samples) * noise ** 2)
+        return (v * t).sum(1) / np.sqrt(energy * (t * t).sum(1) + 1e-6)
+
+    def features(self, state: Alignment, likeness: Floats, noise: Floats) -> list[Features]:
+        """Features of each marker, without those of its Reading."""
+        means = ((state.values - state.model) / state.gain) @ self._means
+        bad = np.abs(means[:, :-4]) > thresholds.BAD_CELL
+        inside = bad[:, self._is_data].sum(1)
+        columns = (likeness, means[:, -4:].min(1), self._detail(state, noise), inside, bad.sum(1) - inside,
+                   state.weights.sum(1) / self._weight, state.contrast, state.noise, state.blur)
+        return [Features(*row) for row in zip(*(column.tolist() for column in columns))]

@@ -1,58 +1,54 @@
-"""Photometric alignment: the drawn marker, blurred, is laid over the picture until the greys agree.
+"""Photometric alignment: the drawn marker, blurred, is laid over the image until the greys agree.
 
 All marker coordinates here are cells: x right, y down as the marker is drawn, origin in its centre.  A homography H
-takes them to ideal pixels (camera.py).  Everything works on a batch of M markers at once.
+takes them to ideal pixels (camera.py).  Everything works on a batch of M markers at once, on P samples of each.
 """
-import functools
+from __future__ import annotations
 
-import cv2
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple, Sequence
+
 import numpy as np
 
-from alvar_core.detection import homography
+from alvar_core.arrays import Bools, Floats, Integers
+from alvar_core.camera import Camera
+from alvar_core.detection import homography, thresholds
+from alvar_core.detection.pyramid import Pyramid
 
 # tanh(a z + b z^3 + c z^5) is twice the step of a normal distribution, less one: to 4e-5 (the form after Page, 1977)
-NORMAL_STEP = np.float32([0.7977178, 0.03679826, -0.000315808])
-ALL_STEPS = 2  # steps that every marker gets; further ones only if it has not settled
-SPARE = 0.25  # of the contrast: greys further beyond black and white are no noise but something else
-BOX_VARIANCE = 0.25  # px^2: pixel area and bilinear reading
+NORMAL_STEP = np.array([0.7977178, 0.03679826, -0.000315808], np.float32)
+# Weight of a sample by its distance from the edge, cells: all inside, little of the paper
+DISTANCES, WEIGHTS = [0, 0.05, 0.25, 0.5], [1, 0.7, 0.7, 0.25]
+HOMOGRAPHY, WHITE, BLACK, BLUR = slice(0, 8), slice(8, 11), slice(11, 14), 14  # the 15 parameters of an alignment
+PARAMETERS = 15
 
 
-class Pyramid:
-    """A grey picture (uint8) at full, half and quarter size, in one array so that one remap reads all of them."""
+class Covariance(NamedTuple):
+    """Blur of M markers as covariance in cells, each (M,)."""
 
-    LEVELS = 3
+    xx: Floats
+    yy: Floats
+    xy: Floats
 
-    def __init__(self, grey, atlas=None):
-        height, width = grey.shape
-        boxes, self.table = _atlas_of(width, height, self.LEVELS)
-        self.atlas = np.empty((height + height // 2, width), np.uint8) if atlas is None else atlas
-        self.atlas[:height], finer = grey, grey
-        for x, y, wide, high in boxes[1:]:
-            finer = cv2.resize(finer, (wide, high), dst=self.atlas[y:y + high, x:x + wide],
-                               interpolation=cv2.INTER_AREA)
-
-    def read(self, x, y, level):
-        """Grey values (float32) at real pixels x, y (M, P float32) of the full picture, read at `level` (M,)."""
-        scale, x_offset, y_offset, left, top, right, bottom = self.table[level].T[:, :, None]
-        x, y = x * scale, y * scale
-        for along, offset, low, high in (x, x_offset, left, right), (y, y_offset, top, bottom):
-            along += offset
-            np.maximum(along, low, out=along)
-            np.minimum(along, high, out=along)
-        return cv2.remap(self.atlas, x, y, cv2.INTER_LINEAR).astype(np.float32)
+    def take(self, keep: Sequence[int] | Integers) -> Covariance:
+        """The same for some of the markers."""
+        return Covariance(self.xx[keep], self.yy[keep], self.xy[keep])
 
 
-@functools.lru_cache(maxsize=8)
-def _atlas_of(width, height, levels):
-    """Of each level of a Pyramid: its box (x, y, width, height); scale, offset, lowest and highest place by x and y."""
-    sizes = np.array([[width >> level, height >> level] for level in range(levels)])
-    base = np.array([[0, 0], [0, height], [width - sizes[2, 0], height]])
-    scale = 0.5 ** np.arange(levels)[:, None]
-    table = np.hstack([scale, base + 0.5 * scale - 0.5, base, base + sizes - 1]).astype(np.float32)
-    return np.hstack([base, sizes]).tolist(), table
+class Drawing(NamedTuple):
+    """Blurred drawings of M markers, each (M, P): 0 black to 1 white, and its derivatives by x, y, blur variance."""
+
+    template: Floats
+    by_x: Floats
+    by_y: Floats
+    by_blur: Floats
+
+    def take(self, keep: Integers) -> Drawing:
+        """The same for some of the markers."""
+        return Drawing(*(part[keep] for part in self))
 
 
-def pixels_per_cell(h):
+def pixels_per_cell(h: Floats) -> Floats:
     """(M, 2, 2): derivative of ideal pixels by cells in the marker's centre."""
     w = h[:, 2, 2][:, None, None]
     centre = h[:, :2, 2:] / w
@@ -60,30 +56,35 @@ def pixels_per_cell(h):
 
 
 class Grid:
-    """Sample places over a marker of `cells` cells a side: `per_cell` a cell, `inset` samples of its surroundings."""
+    """Sample places over a marker of `cells` cells a side: `per_cell` a cell, `inset` samples of its surroundings.
 
-    def __init__(self, cells, per_cell, inset=2):
+    count: samples a row; line: (count,) their x or y, cells; x, y: (P,) of all; reach: (P,) cells beyond the edge.
+    """
+
+    def __init__(self, cells: int, per_cell: int, inset: int = 2) -> None:
         half = cells / 2 + inset / per_cell
-        count = cells * per_cell + 2 * inset
-        self.cells, self.per_cell, self.count = cells, per_cell, count
-        self.body = slice(inset, inset + cells * per_cell)
+        self.cells = cells
+        self.count = count = cells * per_cell + 2 * inset
         self.line = ((np.arange(count) + 0.5) / count * 2 - 1) * half
         self.x = np.tile(self.line, count).astype(np.float32)
         self.y = np.repeat(self.line, count).astype(np.float32)
-        self.to_edges = (self.line[:, None] - (np.arange(cells + 1) - cells / 2)).astype(np.float32)
-        self.homogeneous = np.stack([self.x, self.y, np.ones_like(self.x)])
         self.reach = np.maximum(np.abs(self.x), np.abs(self.y)) - cells / 2
+        self._to_edges = (self.line[:, None] - (np.arange(cells + 1) - cells / 2)).astype(np.float32)
+        self._homogeneous = np.stack([self.x, self.y, np.ones_like(self.x)])
 
-    def places(self, h, camera):
+    def places(self, h: Floats, camera: Camera) -> tuple[Floats, Floats]:
         """Real pixels (x, y), each (M, P), of the sample places."""
-        p = h.astype(np.float32) @ self.homogeneous
+        p = h.astype(np.float32) @ self._homogeneous
         p[:, :2] /= p[:, 2:]
         return camera.to_real(p[:, 0], p[:, 1])
 
-    def profiles(self, variance):
-        """For blur variance (M,), cells: coverage of the columns of cells, its first two derivatives: (M, 3, S, n)."""
+    def profiles(self, variance: Floats) -> Floats:
+        """(M, 3, count, cells): how much each column of cells covers each column of samples, and its two derivatives.
+
+        variance (M,): of the blur, cells^2.
+        """
         s = (1 / np.sqrt(variance)).astype(np.float32)[:, None, None]
-        z = self.to_edges * s
+        z = self._to_edges * s
         zz = np.minimum(z * z, np.float32(30))
         a, b, c = NORMAL_STEP
         steps = np.empty((len(s), 3, self.count, self.cells + 1), np.float32)
@@ -96,143 +97,173 @@ class Grid:
         return steps[..., :-1] - steps[..., 1:]
 
 
-def covariance(h, blur_variance):
-    """Blur of the picture (variance in px^2, (M,)) as covariance in cells: sxx, syy, sxy, each (M,)."""
+def covariance(h: Floats, blur_variance: Floats) -> Covariance:
+    """Blur of the image (variance (M,) in px^2) as covariance in cells."""
     p = pixels_per_cell(h)
     square = p.transpose(0, 2, 1) @ p  # the inverse of this, in closed form
     xx, yy, xy = square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]
     scale = blur_variance / (xx * yy - xy * xy)
-    return yy * scale, xx * scale, -xy * scale
+    return Covariance(yy * scale, xx * scale, -xy * scale)
 
 
-def draw(grid, black, cov):
-    """Blurred template and derivatives (T, Tx, Ty, D), each (M, P): T 0 black to 1 white; D by the blur variance."""
-    sxx, syy, sxy = (np.asarray(v, np.float32)[:, None, None] for v in cov)
+def draw(grid: Grid, black: Floats, blur: Covariance) -> Drawing:
+    """Drawings of markers with black cells (M, n, n), 0 or 1, blurred."""
+    sxx, syy, sxy = (np.asarray(v, np.float32)[:, None, None] for v in blur)
     m, n = len(black), grid.count
-    profiles = grid.profiles(np.concatenate(cov[:2])).reshape(2 * m, 3 * n, -1)
+    profiles = grid.profiles(np.concatenate([blur.xx, blur.yy])).reshape(2 * m, 3 * n, -1)
     x, y = profiles[:m].transpose(0, 2, 1), profiles[m:]
     b = ((y @ black) @ x).reshape(m, 3, n, 3, n)  # derivatives by y, by x
     txy = b[:, 1, :, 1] * sxy
     tlap = b[:, 0, :, 2] * (0.5 * sxx) + b[:, 2, :, 0] * (0.5 * syy) + txy
     template = [1 - b[:, 0, :, 0] - txy, -b[:, 0, :, 1], -b[:, 1, :, 0], -tlap]
-    return [t.reshape(m, -1) for t in template]
+    return Drawing(*(t.reshape(m, -1) for t in template))
 
 
+@dataclass
 class Alignment:
-    """What an Aligner knows of M markers: h (M, 3, 3), blur, level, contrast, noise, values, model, gain, weights"""
+    """M markers after a step of the alignment.
 
-    def __init__(self, h, blur, level, weights):
-        self.h, self.blur, self.level, self.weights = h.copy(), blur.copy(), level, weights
-        self.gain = self.dark = self.values = self.model = self.template = self.normal = None
+    h: (M, 3, 3) cells to ideal px; blur: (M,) variance, px^2 at the level; level: (M,) of the Pyramid;
+    values: (M, P) greys read; template: (M, P) the drawing, 0 black to 1 white; model: (M, P) the greys that it
+    predicts; gain: (M, P) greys from black to white; dark: (M, P) greys of black; contrast: (M,) mean of the gain;
+    weights: (M, P) 0..1, low where something covers the marker; noise: (M,) standard deviation of the greys about the
+    model; normal: (M, 15, 15) normal equations of the parameters; moved: (M,) cells, the largest move of a corner by
+    any one parameter in this step.
+    """
 
-    def take(self, keep):
+    h: Floats
+    blur: Floats
+    level: Integers
+    values: Floats
+    template: Floats
+    model: Floats
+    gain: Floats
+    dark: Floats
+    contrast: Floats
+    weights: Floats
+    noise: Floats
+    normal: Floats
+    moved: Floats
+
+    def take(self, keep: Integers) -> Alignment:
         """The same for some of the markers, given by indices in rising order."""
         if len(keep) == len(self.h):
             return self
-        out = Alignment.__new__(Alignment)
-        out.__dict__ = {k: v[keep] for k, v in self.__dict__.items()}
-        return out
+        return replace(self, **{field.name: getattr(self, field.name)[keep] for field in fields(self)})
 
-    def put(self, where, part):
+    def put(self, where: Integers, part: Alignment) -> None:
         """Replace some of the markers."""
-        for name, value in part.__dict__.items():
-            self.__dict__[name][where] = value
+        for field in fields(self):
+            getattr(self, field.name)[where] = getattr(part, field.name)
 
-    def clipped(self, which):
-        """Values (K, P) of some, what is far brighter than paper or darker than print there brought nearer to them."""
+    def clipped(self, which: Sequence[int]) -> Floats:
+        """Values (K, P) of some markers; greys far brighter than paper or darker than print are brought nearer."""
         gain, dark = self.gain[which], self.dark[which]
-        spare = SPARE * gain
+        spare = thresholds.CONTRAST_SPARE * gain
         return np.clip(self.values[which], dark - spare, dark + gain + spare)
 
-    def spread(self):
+    def spread(self) -> Floats:
         """Covariance (M, 8, 8), for noise 1, of small changes of h (homography.small); light and blur are not known."""
-        return np.linalg.inv(_with_ridge(self.normal))[:, :8, :8]
+        return np.linalg.inv(_with_ridge(self.normal))[:, HOMOGRAPHY, HOMOGRAPHY]
 
 
 class Aligner:
-    """Batch Gauss-Newton over homography, light (gain and offset with slopes) and blur, robust against what covers.
+    """Batch Gauss-Newton over homography, light (gain and offset with slopes) and blur, robust against covers.
 
     inner: only the outermost `inner` cells of the black square count (None: all of it).
+    fixed_weight: (P,) of the samples; share: the same, of sum 1.
     """
 
-    SETTLED = 0.1  # cells: the largest move of a corner by any one parameter, then it is done
-
-    def __init__(self, cells, per_cell=4, inner=None):
+    def __init__(self, cells: int, per_cell: int, inner: float | None = None) -> None:
         self.grid = g = Grid(cells, per_cell)
-        self.fixed_weight = np.interp(g.reach, [0, 0.05, 0.25, 0.5], [1, 0.7, 0.7, 0.25]).astype(np.float32)
+        self.fixed_weight = np.interp(g.reach, DISTANCES, WEIGHTS).astype(np.float32)
         if inner is not None:
             self.fixed_weight *= g.reach > -inner
         self.share = self.fixed_weight / self.fixed_weight.sum()
-        self.inside = np.flatnonzero(self.fixed_weight > 0)[::3]
-        self.u, self.v = g.x / (cells / 2), g.y / (cells / 2)
+        self._noise_samples = np.flatnonzero(self.fixed_weight > 0)[::3]
         half = cells / 2
-        self.reach_of_steps = np.array([1, half, half, 1, half, half, half * half, half * half])
-        self.plane = np.stack([np.ones_like(g.x), g.x, g.y])
-        self.light = np.stack([np.ones_like(g.x), self.u, self.v])
+        self._reach_of_parameters = np.array([1, half, half, 1, half, half, half * half, half * half])
+        ones = np.ones_like(g.x)
+        self._plane = np.stack([ones, g.x, g.y])
+        self._light = np.stack([ones, g.x / half, g.y / half])
 
-    def run(self, pyramid, camera, h, black, blur, level, iterations, redraw=(1,)):
-        """Return the Alignment from start h (M, 3, 3), black (M, n, n), blur (M,) px^2 at the level, level (M,)."""
-        state = Alignment(h, blur, level, self.fixed_weight[None].repeat(len(h), 0))
-        black = black.astype(np.float32)
-        moved = np.full(len(h), np.inf)
-        for i in range(iterations):
-            if i == 0 or i in redraw:
-                drawn = draw(self.grid, black, covariance(state.h, state.blur * 4.0 ** level))
-            cut = 4.0 if i == 0 else 3.0
-            rest = np.flatnonzero(moved > self.SETTLED)
-            if i < ALL_STEPS or len(rest) == len(h):
-                moved = self._iterate(state, pyramid, camera, drawn, cut)
-            elif len(rest):
-                part = state.take(rest)
-                moved[rest] = self._iterate(part, pyramid, camera, [d[rest] for d in drawn], cut)
-                state.put(rest, part)
+    def run(self, pyramid: Pyramid, camera: Camera, h: Floats, black: Bools, blur: Floats, level: Integers,
+            steps: int, redraw: Sequence[int] = (1,)) -> Alignment:
+        """Return the Alignment after some steps.
+
+        Start: h (M, 3, 3), black cells (M, n, n), blur variance (M,) px^2 at the level, level (M,).  redraw: the
+        steps, counted from 0, before which the drawings are made again with the blur and perspective found so far.
+        """
+        cells = black.astype(np.float32)
+        drawing = draw(self.grid, cells, covariance(h, blur * 4.0 ** level))
+        values = pyramid.read(*self.grid.places(h, camera), level)
+        weights = self.fixed_weight[None].repeat(len(h), 0)
+        gain = self._first_gain(values, drawing.template)
+        state = self._solved(values, drawing, h, blur, level, weights, gain, thresholds.FIRST_OUTLIER)
+        for step in range(1, steps):
+            if step in redraw:
+                drawing = draw(self.grid, cells, covariance(state.h, state.blur * 4.0 ** level))
+            unsettled = np.flatnonzero(state.moved > thresholds.SETTLED)
+            if step < thresholds.STEPS_OF_ALL or len(unsettled) == len(h):
+                state = self._step(state, pyramid, camera, drawing)
+            elif len(unsettled):
+                part = self._step(state.take(unsettled), pyramid, camera, drawing.take(unsettled))
+                state.put(unsettled, part)
         return state
 
-    def _iterate(self, state, pyramid, camera, drawn, cut):
-        values = pyramid.read(*self.grid.places(state.h, camera), state.level)
-        if state.gain is None:
-            state.gain = self._first_gain(values, drawn[0])
-        basis = self._basis(*drawn, state.gain, values)
-        product = ((basis[:, :-1] * state.weights[:, None]) @ basis.transpose(0, 2, 1)).astype(np.float64)
-        state.normal = product[:, :, :-1]
-        theta = np.linalg.solve(_with_ridge(state.normal), product[:, :, -1:])[:, :, 0]
-        state.values, state.template = values, drawn[0]
-        state.model = (theta[:, None].astype(np.float32) @ basis[:, :-1])[:, 0]
-        self._light(state, theta)
-        step = _within(-theta[:, :8], -0.6, 0.6)
-        state.h = state.h @ homography.small(step)
-        state.h /= state.h[:, 2:, 2:]
-        state.weights = self._robust(values - state.model, state, cut)
-        return np.abs(step * self.reach_of_steps).max(1)
+    def _step(self, last: Alignment, pyramid: Pyramid, camera: Camera, drawing: Drawing) -> Alignment:
+        values = pyramid.read(*self.grid.places(last.h, camera), last.level)
+        return self._solved(values, drawing, last.h, last.blur, last.level, last.weights, last.gain, thresholds.OUTLIER)
 
-    def _basis(self, template, tx, ty, tlap, gain, values):
-        """(M, 16, P): derivatives by the homography (8), the light (white: 8, 9, 10; black: 11, 12, 13), the blur (14);
-        the values."""
-        out = np.empty((len(template), 16, template.shape[1]), np.float32)
-        np.multiply((tx * gain)[:, None], self.plane, out=out[:, 0:3])
-        np.multiply((ty * gain)[:, None], self.plane, out=out[:, 3:6])
-        np.multiply((out[:, 1] + out[:, 5])[:, None], self.plane[1:], out=out[:, 6:8])
-        np.multiply(template[:, None], self.light, out=out[:, 8:11])
-        out[:, 11:14], out[:, 14], out[:, 15] = self.light, tlap, values
+    def _solved(self, values: Floats, drawing: Drawing, h: Floats, blur: Floats, level: Integers, weights: Floats,
+                gain: Floats, outlier: float) -> Alignment:
+        """One step of Gauss-Newton from h, blur, weights and gain, to values read there."""
+        basis = self._basis(drawing, gain, values)
+        product = ((basis[:, :-1] * weights[:, None]) @ basis.transpose(0, 2, 1)).astype(np.float64)
+        normal = product[:, :, :-1]
+        theta = np.linalg.solve(_with_ridge(normal), product[:, :, -1:])[:, :, 0]
+        model = (theta[:, None].astype(np.float32) @ basis[:, :-1])[:, 0]
+        contrast = theta[:, WHITE.start]
+        level_of_grey = np.maximum(contrast[:, None], 1.0).astype(np.float32)
+        low, high = thresholds.GAIN_LIMITS
+        gain = _within(theta[:, WHITE].astype(np.float32) @ self._light, low * level_of_grey, high * level_of_grey)
+        dark = theta[:, BLACK].astype(np.float32) @ self._light
+        change = _within(theta[:, BLUR] / level_of_grey[:, 0], *thresholds.BLUR_STEP_LIMITS)
+        blur = _within(blur * (1 + change), *thresholds.BLUR_LIMITS)
+        step = _within(-theta[:, HOMOGRAPHY], -thresholds.MAX_STEP, thresholds.MAX_STEP)
+        h = h @ homography.small(step)
+        h /= h[:, 2:, 2:]
+        residual = values - model
+        noise = self._noise(residual)
+        moved = np.abs(step * self._reach_of_parameters).max(1)
+        return Alignment(h, blur, level, values, drawing.template, model, gain, dark, contrast,
+                         self._robust(residual, noise, contrast, outlier), noise, normal, moved)
+
+    def _basis(self, drawing: Drawing, gain: Floats, values: Floats) -> Floats:
+        """(M, 16, P): derivatives by the parameters (HOMOGRAPHY, WHITE, BLACK, BLUR), then the values."""
+        out = np.empty((len(values), PARAMETERS + 1, values.shape[1]), np.float32)
+        np.multiply((drawing.by_x * gain)[:, None], self._plane, out=out[:, 0:3])
+        np.multiply((drawing.by_y * gain)[:, None], self._plane, out=out[:, 3:6])
+        np.multiply((out[:, 1] + out[:, 5])[:, None], self._plane[1:], out=out[:, 6:8])
+        np.multiply(drawing.template[:, None], self._light, out=out[:, WHITE])
+        out[:, BLACK], out[:, BLUR], out[:, PARAMETERS] = self._light, drawing.by_blur, values
         return out
 
-    def _first_gain(self, values, template):
-        """Grey levels (M, 1) from black to white."""
+    def _first_gain(self, values: Floats, template: Floats) -> Floats:
+        """Greys (M, 1) from black to white."""
         v, t = values - (values @ self.share)[:, None], template - (template @ self.share)[:, None]
-        return np.maximum(((t * v) @ self.share) / ((t * t) @ self.share + 1e-6), 2.0)[:, None]
+        return np.maximum(((t * v) @ self.share) / ((t * t) @ self.share + 1e-6), thresholds.MIN_START_GAIN)[:, None]
 
-    def _light(self, state, theta):
-        state.contrast = theta[:, 8]
-        level = np.maximum(theta[:, 8:9], 1.0).astype(np.float32)
-        state.gain = _within(theta[:, 8:11].astype(np.float32) @ self.light, 0.3 * level, 2 * level)
-        state.dark = theta[:, 11:14].astype(np.float32) @ self.light
-        state.blur = _within(state.blur * (1 + _within(theta[:, 14] / level[:, 0], -0.5, 0.8)), 0.25, 6.0)
-
-    def _robust(self, residual, state, cut):
-        size = np.abs(residual.take(self.inside, 1))
+    def _noise(self, residual: Floats) -> Floats:
+        """Standard deviation (M,) of residuals (M, P), from their median."""
+        size = np.abs(residual.take(self._noise_samples, 1))
         middle = size.shape[1] // 2
-        state.noise = 1.4826 * np.partition(size, middle, 1)[:, middle]
-        limit = cut * np.maximum(state.noise, 0.05 * np.maximum(state.contrast, 4.0))
+        return 1.4826 * np.partition(size, middle, 1)[:, middle]
+
+    def _robust(self, residual: Floats, noise: Floats, contrast: Floats, outlier: float) -> Floats:
+        """Tukey's weights (M, P) of the samples: 0 from `outlier` times the noise on."""
+        least = thresholds.MIN_OUTLIER_NOISE * np.maximum(contrast, thresholds.MIN_OUTLIER_CONTRAST)
+        limit = outlier * np.maximum(noise, least)
         t = residual * (1 / limit).astype(np.float32)[:, None]
         np.minimum(t * t, 1, out=t)
         t -= 1
@@ -241,8 +272,8 @@ class Aligner:
         return t
 
 
-def _with_ridge(normal):
-    """Normal equations (M, n, n) that can be solved whatever the picture shows."""
+def _with_ridge(normal: Floats) -> Floats:
+    """Normal equations (M, n, n) that can be solved whatever the image shows."""
     out, n = normal.copy(), normal.shape[1]
     diagonal = out.reshape(len(out), -1)[:, ::n + 1]
     diagonal *= 1 + 1e-6
@@ -250,7 +281,7 @@ def _with_ridge(normal):
     return out
 
 
-def _within(values, low, high):
-    """As numpy.clip, which takes its time."""
+def _within(values: Floats, low: Floats | float, high: Floats | float) -> Floats:
+    """As numpy.clip, without its checks, which take longer than the clipping."""
     values = np.maximum(values, low)
     return np.minimum(values, high, out=values)

@@ -1,41 +1,27 @@
-"""Candidates: quadrilaterals in a grey picture that could be the black square of a marker.
+"""Candidates: quadrilaterals in a grey image that could be the black square of a marker.
 
 Quads are (4, 2) real pixel corners, clockwise as seen (the order top left, top right, bottom right, bottom left of a
 marker standing upright); which corner comes first is not known yet.
 """
+from __future__ import annotations
+
+from typing import Sequence, Tuple
+
 import cv2
 import numpy as np
 
-from alvar_core.detection import homography
+from alvar_core.arrays import Floats, Image, Integers
+from alvar_core.detection import homography, thresholds
+from alvar_core.detection.prepared_image import ImageBuffers
+from alvar_core.detection.thresholds import Pass
 
-SAME_QUAD = 0.25  # corners nearer than this part of the side
-MAX_ASPECT = 4.0  # longest to shortest side
-MIN_FILLED = 0.12  # share of the box that the outline encloses
-MIN_SIDE = 8  # px of the outline's box
-# Shrink, window px, darker than the window's mean by: small and faint ones; what something thin touches; large and
-# faint ones in noise.
-PASSES = ((1.5, 13, 5), (2, 21, 15), (4, 9, 4))
+Point = Tuple[float, float]
 
 
-class Workspace:
-    """Pictures that are written anew for every frame, kept so that their memory need not be asked for each time."""
-
-    def __init__(self):
-        self._kept = {}
-
-    def picture(self, name, height, width):
-        """A uint8 picture (height, width) of unknown content, the same one for the same name and size."""
-        key = name, height, width
-        if key not in self._kept:
-            if len(self._kept) > 24:
-                self._kept.clear()
-            self._kept[key] = np.empty((height, width), np.uint8)
-        return self._kept[key]
-
-
-def binary(smooth, window, offset, workspace):
+def binary(smooth: Image, window: int, offset: int, buffers: ImageBuffers) -> Image:
     """Dark things (255) against the mean of their surroundings."""
-    dark, clean = (workspace.picture(name, *smooth.shape) for name in ('dark', 'clean'))
+    height, width = smooth.shape
+    dark, clean = (buffers.get(name, height, width) for name in ('dark', 'clean'))
     # As cv2.adaptiveThreshold with a mean of the window, which looks each difference up in a table.
     mean = cv2.blur(smooth, (window, window), dst=dark, borderType=cv2.BORDER_REPLICATE | cv2.BORDER_ISOLATED)
     darker = cv2.subtract(mean, smooth, dst=clean)
@@ -43,56 +29,62 @@ def binary(smooth, window, offset, workspace):
     return cv2.medianBlur(dark, 3, dst=clean)
 
 
-def candidates(smooth, passes=PASSES, workspace=None):
-    """Quads (N, 4, 2) float64 of all passes over a lightly smoothed grey picture."""
-    workspace = workspace or Workspace()
-    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, workspace, *each) for each in passes])
+def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: ImageBuffers | None = None) -> Floats:
+    """Quads (N, 4, 2) float64 of some passes (all of thresholds.PASSES) over a lightly smoothed grey image."""
+    passes = thresholds.PASSES if passes is None else passes
+    buffers = buffers or ImageBuffers()
+    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, buffers, *each) for each in passes])
     area = homography.area(quads)
     quads = np.where(area[:, None, None] < 0, quads[:, ::-1], quads)
     side = quads[:, [1, 2, 3, 0]] - quads
     square = (side * side).sum(2)
-    return quads[(np.abs(area) >= MIN_SIDE * MIN_SIDE) & (square.min(1) * MAX_ASPECT ** 2 > square.max(1))]
+    large = np.abs(area) >= thresholds.MIN_OUTLINE_SIDE * thresholds.MIN_OUTLINE_SIDE
+    return quads[large & (square.min(1) * thresholds.MAX_ASPECT ** 2 > square.max(1))]
 
 
-def _one_pass(smooth, workspace, shrink, window, offset):
+def _one_pass(smooth: Image, buffers: ImageBuffers, shrink: float, window: int, offset: int) -> Floats:
     for factor in (2, shrink / 2) if shrink > 2 else (shrink,):  # twice the half is faster than a quarter
-        size = int(smooth.shape[1] / factor), int(smooth.shape[0] / factor)
-        way = cv2.INTER_AREA if factor >= 2 else cv2.INTER_LINEAR
-        smooth = cv2.resize(smooth, size, dst=workspace.picture('shrunk', *size[::-1]), interpolation=way)
-    dark = binary(smooth, window, offset, workspace)
+        width, height = int(smooth.shape[1] / factor), int(smooth.shape[0] / factor)
+        method = cv2.INTER_AREA if factor >= 2 else cv2.INTER_LINEAR
+        smooth = cv2.resize(smooth, (width, height), dst=buffers.get('shrunk', height, width), interpolation=method)
+    dark = binary(smooth, window, offset, buffers)
     outlines, tree = cv2.findContours(dark, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     if tree is None:
         return np.zeros((0, 4, 2))
-    quads = []
+    quads: list[list[Point]] = []
     for i in np.flatnonzero(tree[0, :, 3] < 0).tolist():
-        if len(outlines[i]) >= 4 * MIN_SIDE:
+        if len(outlines[i]) >= 4 * thresholds.MIN_OUTLINE_SIDE:
             quads += quads_of_outline(outlines[i])
     return (np.array(quads, np.float64).reshape(-1, 4, 2) + 0.5) * shrink - 0.5
 
 
-def quads_of_outline(outline):
-    """Quads (lists of four corners) around the outline's convex hull: none, one or several."""
+def quads_of_outline(outline: Image) -> list[list[Point]]:
+    """Quads (lists of four corners) around the convex hull of an outline (N, 1, 2) int32: none, one or several."""
     _, _, width, height = cv2.boundingRect(outline)
-    if min(width, height) < MIN_SIDE or cv2.contourArea(outline) < MIN_FILLED * width * height:
+    smallest = thresholds.MIN_OUTLINE_SIDE
+    if min(width, height) < smallest or cv2.contourArea(outline) < thresholds.MIN_FILLED * width * height:
         return []
     stride = len(outline) // 80
     hull = cv2.convexHull(outline if stride < 2 else np.ascontiguousarray(outline[::stride]))
-    polygon = cv2.approxPolyDP(hull, max(1.0, 0.03 * (width + height)), True)
+    polygon = cv2.approxPolyDP(hull, max(1.0, thresholds.POLYGON_TOLERANCE * (width + height)), True)
     count = len(polygon)
-    if count < 4 or count > 9:
+    if count < 4 or count > thresholds.MAX_POLYGON_CORNERS:
         return []
     corners = polygon[:, 0].tolist()
     quad = four_sides(corners)
     found = [] if quad is None else [quad]
-    if 5 <= count <= 6 and min(width, height) > 2 * MIN_SIDE:
+    if 5 <= count <= 6 and min(width, height) > 2 * smallest:
         for i in range(count):
             a, b, c = corners[i - 2], corners[i - 1], corners[i]
-            found.append([a, b, c, [a[0] + c[0] - b[0], a[1] + c[1] - b[1]]])
+            found.append([a, b, c, (a[0] + c[0] - b[0], a[1] + c[1] - b[1])])
     return found
 
 
-def four_sides(corners):
-    """Drop sides of a convex polygon down to four, each time the one whose neighbours meet with least area added."""
+def four_sides(corners: Sequence[Point]) -> list[Point] | None:
+    """Drop sides of a convex polygon down to four, each time the one whose neighbours meet with least area added.
+
+    None if the neighbours of no side meet.
+    """
     p = list(corners)
     while len(p) > 4:
         sides = [(bx - ax, by - ay) for (ax, ay), (bx, by) in zip(p, p[1:] + p[:1])]
@@ -114,15 +106,13 @@ def four_sides(corners):
     return p
 
 
-ALONG = np.array([0.12, 0.31, 0.5, 0.69, 0.88], np.float32)  # places along an edge
+ALONG = np.array([0.12, 0.31, 0.5, 0.69, 0.88], np.float32)  # places along a side
 POWERS = np.stack([np.ones_like(ALONG), ALONG - 0.5, (ALONG - 0.5) ** 2], 1)
-ACROSS = np.linspace(-1, 1, 13, dtype=np.float32)  # steps across it, in parts of REACH
-REACH = 0.16  # of the side
-NEARER = 1 - 0.4 * ACROSS[1:-1] ** 2  # preference for what is near
-MIN_RISE = 3.0  # grey levels, on half of each of three sides
+ACROSS = np.linspace(-1, 1, 13, dtype=np.float32)  # places across it, in parts of the reach
+NEXT = [1, 2, 3, 0]
 
 
-def refined(smooth, quads):
+def refined(smooth: Image, quads: Floats) -> Floats:
     """The quads (K, 4, 2) moved to where the grey rises most from inside to outside, nearby; those without left out.
 
     Corners of outlines are rough: blur, noise and what touches the square move them by a cell.
@@ -130,28 +120,29 @@ def refined(smooth, quads):
     if not len(quads):
         return quads
     q = quads.astype(np.float32)
-    side = q[:, [1, 2, 3, 0]] - q
-    normal = side[..., ::-1] * np.float32([1, -1]) / np.sqrt((side * side).sum(-1, keepdims=True))
-    reach = (REACH * np.sqrt(np.abs(homography.area(q))))[:, None]
+    side = q[:, NEXT] - q
+    normal = side[..., ::-1] * np.array([1, -1], np.float32) / np.sqrt((side * side).sum(-1, keepdims=True))
+    reach = (thresholds.SIDE_REACH * homography.mean_side(q))[:, None]
     x, y = (((q[..., i, None] + ALONG * side[..., i, None])[..., None]
              + ACROSS * (normal[..., i] * reach)[..., None, None]).reshape(4 * len(q), -1) for i in (0, 1))
-    grey = cv2.remap(smooth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    grey = grey.reshape(-1, 4, len(ALONG), len(ACROSS)).astype(np.float32)
-    rise = (grey[..., 2:] - grey[..., :-2]) * NEARER
+    read = cv2.remap(smooth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    grey = read.reshape(-1, 4, len(ALONG), len(ACROSS)).astype(np.float32)
+    rise = (grey[..., 2:] - grey[..., :-2]) * (1 - thresholds.SIDE_NEARNESS * ACROSS[1:-1] ** 2)
     best = rise.argmax(-1)
     weight = rise.max(-1)
-    kept = np.flatnonzero(np.sort(np.sort(weight, -1)[..., len(ALONG) // 2], -1)[:, 1] > MIN_RISE)
+    typical = np.sort(weight, -1)[..., len(ALONG) // 2]
+    kept = np.flatnonzero(np.sort(typical, -1)[:, 1] > thresholds.MIN_SIDE_RISE)
     reach, normal = reach[kept], normal[kept]
     middle, slope = _line(ACROSS[1:-1][best[kept]], np.maximum(weight[kept], 0.5))
     middle, slope = (middle * reach)[..., None], (slope * reach)[..., None]
     return _meeting(q[kept] + (middle - 0.5 * slope) * normal, side[kept] + slope * normal).astype(np.float64)
 
 
-def _line(offset, weight):
-    """Robust straight line through offsets (N, 4, 5) over ALONG: its value in the middle and its rise."""
-    middle, slope = np.sort(offset, -1)[..., len(ALONG) // 2], np.float32(0)
+def _line(offset: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """Robust straight line through offsets (N, 4, 5) over ALONG: its value in the middle and its rise, each (N, 4)."""
+    middle, slope = np.sort(offset, -1)[..., len(ALONG) // 2], np.zeros((1, 1, 1), np.float32)
     for _ in range(2):
-        r = 4 * (offset - middle[..., None] - slope * POWERS[:, 1])
+        r = thresholds.SIDE_OUTLIERS * (offset - middle[..., None] - slope * POWERS[:, 1])
         w = weight / (1 + r * r) ** 2
         s0, s1, s2 = (w.reshape(-1, len(ALONG)) @ POWERS).T.reshape(3, *middle.shape)
         y0, y1 = ((w * offset).reshape(-1, len(ALONG)) @ POWERS[:, :2]).T.reshape(2, *middle.shape)
@@ -161,7 +152,7 @@ def _line(offset, weight):
     return middle, slope[..., 0]
 
 
-def _meeting(first, along):
+def _meeting(first: Floats, along: Floats) -> Floats:
     """Corners (N, 4, 2) where each line (through `first`, direction `along`) meets the one before."""
     p, d = first[:, [3, 0, 1, 2]], along[:, [3, 0, 1, 2]]
     cross = d[..., 0] * along[..., 1] - d[..., 1] * along[..., 0]
@@ -170,20 +161,20 @@ def _meeting(first, along):
     return p + s[..., None] * d
 
 
-_TURNS = np.array([[0, 1, 2, 3], [1, 2, 3, 0], [2, 3, 0, 1], [3, 0, 1, 2]])
+_ROTATED = np.array([[0, 1, 2, 3], [1, 2, 3, 0], [2, 3, 0, 1], [3, 0, 1, 2]])  # orders of the corners
 
 
-def distinct(quads, score, which):
+def distinct(quads: Floats, score: Floats, which: Integers) -> list[int]:
     """Of the indices `which`, best score first, those whose corners are not near those of a better one."""
     which = which[np.argsort(-score[which])]
     if len(which) < 2:
         return list(which)
     q = quads[which]
-    side = np.sqrt(np.abs(homography.area(q)))
-    turned = q[:, _TURNS]
-    apart = np.abs(turned[None] - q[:, None, None]).max((3, 4)).min(2)
-    kept = []
-    for i, near in enumerate((apart < SAME_QUAD * np.minimum(side[:, None], side[None])).tolist()):
+    side = homography.mean_side(q)
+    rotated = q[:, _ROTATED]
+    apart = np.abs(rotated[None] - q[:, None, None]).max((3, 4)).min(2)
+    kept: list[int] = []
+    for i, near in enumerate((apart < thresholds.SAME_QUAD * np.minimum(side[:, None], side[None])).tolist()):
         if not any(near[k] for k in kept):
             kept.append(i)
     return list(which[kept])

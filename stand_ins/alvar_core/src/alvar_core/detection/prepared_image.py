@@ -1,69 +1,90 @@
-"""A picture prepared for search."""
+"""An image prepared for the search: grey, lightly smoothed, in three sizes."""
+from __future__ import annotations
+
 from functools import cached_property
 
 import cv2
 import numpy as np
 
-from alvar_core.camera import CameraError
-from alvar_core.detection import alignment, candidates
+from alvar_core.arrays import Image
+from alvar_core.camera import Camera, CameraError
+from alvar_core.detection.pyramid import Pyramid
 
-SMALLEST = 16  # px
-
-
-class PictureError(ValueError):
-    """A picture that cannot be searched."""
+MIN_IMAGE_SIDE = 16  # px
 
 
-def grey_picture(picture):
-    """uint8 grey picture from uint8 or uint16, grey, BGR or BGRA; PictureError for anything else."""
-    if not isinstance(picture, np.ndarray) or picture.ndim not in (2, 3) or min(picture.shape[:2]) < SMALLEST:
-        got = getattr(picture, 'shape', type(picture).__name__)
-        raise PictureError(f'a picture of at least {SMALLEST}x{SMALLEST} pixels is needed, got {got}')
-    if picture.dtype == np.uint16:
-        picture = (picture >> 8).astype(np.uint8)
-    if picture.dtype != np.uint8:
-        raise PictureError(f'a picture of type uint8 or uint16 is needed, got {picture.dtype}')
-    if picture.ndim == 2:
-        return np.ascontiguousarray(picture)
-    if picture.shape[2] == 1:
-        return np.ascontiguousarray(picture[:, :, 0])
-    if picture.shape[2] not in (3, 4):
-        raise PictureError(f'a picture with 1, 3 or 4 channels is needed, got {picture.shape[2]}')
-    return cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY if picture.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
+class ImageError(ValueError):
+    """An image that cannot be searched."""
 
 
-class View:
-    """A picture prepared for search: grey, lightly smoothed, camera; the pyramid is made when first needed.
+def grey_image(image: Image) -> Image:
+    """uint8 grey image from uint8 or uint16, grey, BGR or BGRA; ImageError for anything else."""
+    if not isinstance(image, np.ndarray) or image.ndim not in (2, 3) or min(image.shape[:2]) < MIN_IMAGE_SIDE:
+        got = getattr(image, 'shape', type(image).__name__)
+        raise ImageError(f'an image of at least {MIN_IMAGE_SIDE}x{MIN_IMAGE_SIDE} pixels is needed, got {got}')
+    if image.dtype == np.uint16:
+        image = np.right_shift(image, 8).astype(np.uint8)
+    if image.dtype != np.uint8:
+        raise ImageError(f'an image of type uint8 or uint16 is needed, got {image.dtype}')
+    if image.ndim == 2:
+        return np.ascontiguousarray(image)
+    if image.shape[2] == 1:
+        return np.ascontiguousarray(image[:, :, 0])
+    if image.shape[2] not in (3, 4):
+        raise ImageError(f'an image with 1, 3 or 4 channels is needed, got {image.shape[2]}')
+    return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY if image.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
 
-    Raises PictureError, CameraError.
+
+class ImageBuffers:
+    """Images that are overwritten in every frame: allocating them anew would cost more than filling them."""
+
+    MOST = 24
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[str, int, int], Image] = {}
+
+    def get(self, name: str, height: int, width: int) -> Image:
+        """A uint8 image (height, width) of unknown content, the same one for the same name and size."""
+        key = name, height, width
+        if key not in self._kept:
+            if len(self._kept) > self.MOST:
+                self._kept.clear()
+            self._kept[key] = np.empty((height, width), np.uint8)
+        return self._kept[key]
+
+
+class PreparedImage:
+    """An image prepared for the search: `grey` and `smooth` (height, width) uint8, and its `camera`.
+
+    It is valid until the buffers are used for the next image.  Raises ImageError, CameraError.
     """
 
-    def __init__(self, picture, camera, workspace=None):
-        if not hasattr(camera, 'to_real'):
-            raise CameraError(f'a Camera is needed to search a picture, got {type(camera).__name__}')
-        self.grey, self.camera = grey_picture(picture), camera
-        size = getattr(camera, 'size', None)
-        if size and size != self.grey.shape[::-1]:
-            raise PictureError('the picture has {}x{} pixels, but the camera is calibrated for {}x{}: calibrate it for '
-                               'this size, or switch it to that one'.format(*self.grey.shape[::-1], *size))
-        self.workspace = workspace or candidates.Workspace()
-        self.smooth = cv2.GaussianBlur(self.grey, (3, 3), 0, dst=self.workspace.picture('smooth', *self.grey.shape))
+    def __init__(self, image: Image, camera: Camera, buffers: ImageBuffers | None = None) -> None:
+        if not isinstance(camera, Camera):
+            raise CameraError(f'a Camera is needed to search an image, got {type(camera).__name__}')
+        self.grey, self.camera = grey_image(image), camera
+        height, width = self.grey.shape
+        if camera.size and camera.size != (width, height):
+            raise ImageError('the image has {}x{} pixels, but the camera is calibrated for {}x{}: calibrate it for '
+                             'this size, or switch it to that one'.format(width, height, *camera.size))
+        self.buffers = buffers or ImageBuffers()
+        self.smooth = cv2.GaussianBlur(self.grey, (3, 3), 0, dst=self.buffers.get('smooth', height, width))
 
     @cached_property
-    def noise(self):
-        """Standard deviation of the picture's noise, grey levels."""
+    def noise(self) -> float:
+        """Standard deviation of the image's noise, greys."""
         return noise_of(self.grey)
 
     @cached_property
-    def pyramid(self):
-        """The picture in three sizes (alignment.Pyramid)."""
+    def pyramid(self) -> Pyramid:
+        """The image in three sizes; made when first needed."""
         height, width = self.grey.shape
-        return alignment.Pyramid(self.grey, self.workspace.picture('atlas', height + height // 2, width))
+        return Pyramid(self.grey, self.buffers.get('atlas', height + height // 2, width))
 
 
-def noise_of(grey):
-    """Standard deviation of the noise of a grey picture, from its second differences along some rows."""
+def noise_of(grey: Image) -> float:
+    """Standard deviation of the noise of a grey image, from its second differences along some rows."""
     rows = grey[4::max(1, len(grey) // 12)].astype(np.int16)
     second = np.abs(2 * rows[:, 1:-1] - rows[:, :-2] - rows[:, 2:]).ravel()
     share = np.bincount(second).cumsum() / second.size
-    return np.interp(0.5, share, np.arange(len(share)) + 0.5) / (0.6745 * np.sqrt(6))
+    return float(np.interp(0.5, share, np.arange(len(share)) + 0.5) / (0.6745 * np.sqrt(6)))

@@ -1,4 +1,6 @@
 """Reading the cells of a marker: soft decisions against every code word of ALVAR's 5x5 numbers, or cell by cell."""
+from __future__ import annotations
+
 import functools
 from dataclasses import dataclass
 
@@ -6,27 +8,27 @@ import cv2
 import numpy as np
 
 from alvar_core import code
-from alvar_core.detection import homography
+from alvar_core.arrays import ArrayLike, Bools, Floats, Image, Integers
+from alvar_core.detection import homography, thresholds
+from alvar_core.detection.alignment import Covariance, Grid
 
-NOISE_SHARE = 0.3
 
-
-def black_cells(white, margin):
-    """(..., n + 2 margin,) squared black masks of markers with data cells `white` (..., n, n) bool."""
+def black_cells(white: ArrayLike, margin: int) -> Bools:
+    """(..., n + 2 margin, n + 2 margin) bool: black cells of markers with data cells `white` (..., n, n) bool."""
     white = np.asarray(white, bool)
     return np.pad(~white, [(0, 0)] * (white.ndim - 2) + [(margin, margin)] * 2, constant_values=True)
 
 
 @functools.lru_cache(maxsize=1)
-def words_of_numbers():
+def words_of_numbers() -> Bools:
     """(1024, 5, 5) bool: row turns * 256 + number, as seen when numpy.rot90(seen, turns) stands upright."""
     upright = [code.encode(number) for number in range(256)]
     words = np.array([np.rot90(cells, -turns) for turns in range(4) for cells in upright])
-    words.flags.writeable = False  # one for all
+    words.flags.writeable = False  # all callers share it
     return words
 
 
-def in_chunks(a, b, limit=250000):
+def in_chunks(a: Floats, b: Floats, limit: int = 250000) -> Floats:
     """a @ b in pieces below the size from which OpenBLAS starts threads, whose start costs more than the product."""
     rows = max(1, limit // (b.shape[0] * b.shape[1]))
     if len(a) <= rows:
@@ -34,54 +36,58 @@ def in_chunks(a, b, limit=250000):
     return np.concatenate([a[i:i + rows] @ b for i in range(0, len(a), rows)])
 
 
-def without_noise(energy, noise):
-    """Energy without the share that noise has in it; that share is never taken for more than NOISE_SHARE."""
-    return energy - np.minimum(noise, NOISE_SHARE * energy)
+def without_noise(energy: Floats | float, noise: Floats | float) -> Floats:
+    """Energy less the energy of the noise in it, at most a share MAX_NOISE_SHARE of it; arrays or numbers."""
+    return energy - np.minimum(noise, thresholds.MAX_NOISE_SHARE * energy)
 
 
 @dataclass(frozen=True)
 class Reading:
     """What was read: content (code.Content), fit 0..1, gap to the next best code word, cells as seen (n, n) bool."""
 
-    content: object
+    content: code.Content
     fit: float
     gap: float
-    white: np.ndarray
+    white: Bools
 
 
 @dataclass
-class Look:
-    """Of the quads with a dark rim: their indices, homographies, the best code word's fit, gap and index, contrast."""
+class CoarseMatch:
+    """Coarse decoding of the K quads with a dark rim, of N.
 
-    kept: np.ndarray
-    h: np.ndarray
-    fit: np.ndarray
-    gap: np.ndarray
-    word: np.ndarray
-    contrast: np.ndarray
-
-
-class Glance:
-    """A first look at roughly placed quads: is the rim dark, and which code word do the cells resemble?
-
-    One grey value a cell is read, of the data cells and one ring of the rim, and some along the outer edge.
+    kept: (K,) their indices; h: (K, 3, 3) their homographies; fit: (K,) of the best code word, up to 1; gap: (K,) to
+    the fit of the next best; word: (K,) index of the best.
     """
 
-    ALONG = np.array([-0.75, -0.4, 0.0, 0.4, 0.75])
-    DEPTHS = (0.4, -0.7)
+    kept: Integers
+    h: Floats
+    fit: Floats
+    gap: Floats
+    word: Integers
 
-    def __init__(self, resolution, margin, min_contrast=5.0, min_share=0.7):
+
+class CoarseDecoder:
+    """Coarse decoding of roughly placed quads: is the rim dark, and which code word do the cells resemble?
+
+    It reads one grey value a cell, of the data cells and one ring of the rim, and some along the outer edge.
+    words: (1024, 5, 5) bool, the code words of resolution 5; None at other resolutions, where only the cells that all
+    markers share are matched.
+    """
+
+    ALONG = np.array([-0.75, -0.4, 0.0, 0.4, 0.75])  # of half a side: places along each side
+    DEPTHS = (0.4, -0.7)  # cells beyond the edge: where white, where black is read
+
+    def __init__(self, resolution: int, margin: int) -> None:
         self.half = resolution / 2 + margin
-        self.min_contrast, self.min_share = min_contrast, min_share
         n = resolution + 2
         line = np.arange(n) - (n - 1) / 2
         cells = np.stack([np.tile(line, n), np.repeat(line, n)], 1)
-        self.rim, self.inner = (np.concatenate([p, np.ones((len(p), 1))], 1).T.astype(np.float32)
-                                for p in (self._rim_points(), cells))
-        self.seen = words_of_numbers() if resolution == 5 else None
-        self._set_words(resolution)
+        self._rim, self._cells = (np.concatenate([p, np.ones((len(p), 1))], 1).T.astype(np.float32)
+                                  for p in (self._rim_points(), cells))
+        self.words = words_of_numbers() if resolution == 5 else None
+        self._known, self._words_t = self._centred_words(resolution)
 
-    def _rim_points(self):
+    def _rim_points(self) -> Floats:
         points = []
         for depth in self.DEPTHS:
             x, y = self.ALONG * self.half, np.full(len(self.ALONG), -(self.half + depth))
@@ -90,44 +96,50 @@ class Glance:
                 x, y = -y, x
         return np.concatenate(points)
 
-    def _set_words(self, resolution):
-        if resolution == 5:
-            words, known = np.pad(self.seen, ((0, 0), (1, 1), (1, 1))), np.ones((1, 7, 7))
+    def _centred_words(self, resolution: int) -> tuple[Floats, Floats]:
+        """Which cells count (W or 1, P) and the words less their mean, of length 1 (P, W); P: data cells and a ring."""
+        if self.words is not None:
+            words, known = np.pad(self.words, ((0, 0), (1, 1), (1, 1))), np.ones((1, 7, 7))
         else:
             mask, white = code.fixed_cells(resolution)
             words = np.array([np.rot90(np.pad(white, 1), -turns) for turns in range(4)])
             known = np.array([np.rot90(np.pad(mask, 1, constant_values=True), -turns) for turns in range(4)])
-        self.known = known.reshape(len(known), -1).astype(np.float32)
-        words = words.reshape(len(words), -1).astype(np.float32)
-        words = (words - (words * self.known).sum(1, keepdims=True) / self.known.sum(1, keepdims=True)) * self.known
-        self.words_t = np.ascontiguousarray((words / np.linalg.norm(words, axis=1, keepdims=True)).T)
+        flat = known.reshape(len(known), -1).astype(np.float32)
+        centred = words.reshape(len(words), -1).astype(np.float32)
+        centred = (centred - (centred * flat).sum(1, keepdims=True) / flat.sum(1, keepdims=True)) * flat
+        return flat, np.ascontiguousarray((centred / np.linalg.norm(centred, axis=1, keepdims=True)).T)
 
-    def look(self, smooth, quads):
-        """Look at quads (N, 4, 2), real px, over a lightly smoothed picture."""
+    def match(self, smooth: Image, quads: Floats) -> CoarseMatch:
+        """Match quads (N, 4, 2), real px, in a lightly smoothed image."""
         h = homography.from_square(quads, self.half)
-        rim = self._grey(smooth, h, self.rim).reshape(-1, 2, 4, len(self.ALONG))
+        rim = self._grey(smooth, h, self._rim).reshape(-1, 2, 4, len(self.ALONG))
         step = rim[:, 0] - rim[:, 1]
         contrast = np.sort(np.sort(step, 2)[:, :, len(self.ALONG) // 2], 1)[:, 1]
         step = step.reshape(len(step), -1)
-        edge = (step > np.maximum(0.35 * contrast, 2.0)[:, None]).sum(1)
-        kept = np.flatnonzero((contrast > self.min_contrast) & (edge > self.min_share * step.shape[1]))
-        fit, gap, word = self._match(self._grey(smooth, h[kept], self.inner)) if len(kept) else (np.zeros(0),) * 3
-        return Look(kept, h[kept], fit, gap, word, contrast[kept])
+        least = np.maximum(thresholds.MIN_RIM_STEP_SHARE * contrast, thresholds.MIN_RIM_STEP)
+        dark = (step > least[:, None]).sum(1)
+        kept = np.flatnonzero((contrast > thresholds.MIN_RIM_CONTRAST)
+                              & (dark > thresholds.MIN_DARK_RIM * step.shape[1]))
+        if not len(kept):
+            return CoarseMatch(kept, h[kept], np.zeros(0), np.zeros(0), np.zeros(0, int))
+        return CoarseMatch(kept, h[kept], *self._match(self._grey(smooth, h[kept], self._cells)))
 
-    def fit(self, smooth, quad, spread):
+    def fit(self, smooth: Image, quad: Floats, spread: float) -> float:
         """Fit of the best code word with the cells of one quad (4, 2), `spread` times as far apart."""
         h = homography.from_square(quad[None], self.half)
-        return float(self._match(self._grey(smooth, h, self.inner * np.float32([[spread], [spread], [1]])))[0][0])
+        cells = self._cells * np.array([[spread], [spread], [1]], np.float32)
+        return float(self._match(self._grey(smooth, h, cells))[0][0])
 
-    def _grey(self, smooth, h, points):
+    def _grey(self, smooth: Image, h: Floats, points: Floats) -> Floats:
         p = h.astype(np.float32) @ points
         inverse = 1 / p[:, 2]
         x, y = p[:, 0] * inverse, p[:, 1] * inverse
         return cv2.remap(smooth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
 
-    def _match(self, grey):
-        spread = (grey * grey) @ self.known.T - (grey @ self.known.T) ** 2 / self.known.sum(1)
-        fit = in_chunks(grey, self.words_t) / np.sqrt(np.maximum(spread, 1.0))
+    def _match(self, grey: Floats) -> tuple[Floats, Floats, Integers]:
+        """Fit (N,) of the best word, its gap to the second best, its index, for greys (N, P)."""
+        spread = (grey * grey) @ self._known.T - (grey @ self._known.T) ** 2 / self._known.sum(1)
+        fit = in_chunks(grey, self._words_t) / np.sqrt(np.maximum(spread, 1.0))
         word = fit.argmax(1)
         rows = np.arange(len(fit))
         best = fit[rows, word]
@@ -138,80 +150,83 @@ class Glance:
 class Reader:
     """Reads aligned markers of one resolution and margin (both in cells); `grid` is that of the aligned values."""
 
-    def __init__(self, grid, resolution=5, margin=2):
+    def __init__(self, grid: Grid, resolution: int = 5, margin: int = 2) -> None:
         self.resolution, self.margin, self.grid = resolution, margin, grid
         reach = self.resolution / 2 + min(0.5, margin / 2)
-        self.region = np.abs(self.grid.line) < reach
-        x, y = (v.ravel() for v in np.meshgrid(grid.line[self.region], grid.line[self.region]))
+        self._inside = np.abs(self.grid.line) < reach
+        x, y = (v.ravel() for v in np.meshgrid(grid.line[self._inside], grid.line[self._inside]))
         light = np.stack([np.ones_like(x), x, y, x * y], 1)
-        self.light = np.linalg.qr(light)[0].astype(np.float32)
-        if resolution == 5:
-            self.seen = words_of_numbers()
-            self.words = self.seen.reshape(1024, 25).astype(np.float32)
+        self._light = np.linalg.qr(light)[0].astype(np.float32)
+        self._seen = words_of_numbers() if resolution == 5 else np.zeros((0, 5, 5), bool)
+        self._words = self._seen.reshape(-1, 25).astype(np.float32)
 
-    def read(self, values, cov, noise):
-        """The best Reading of each marker of resolution 5: grey values (M, P) on the grid; cov as align.covariance.
+    def read(self, values: Floats, covariance: Covariance, noise: Floats) -> list[Reading]:
+        """The best Reading of each marker of resolution 5: grey values (M, P) on the grid, blur covariance in cells.
 
         noise (M,): standard deviation of the values' noise, which does not count against a reading.
         """
-        ex, ey = self._coverage(cov)
+        ex, ey = self._coverage(covariance)
         flat = self._region(values).reshape(len(values), -1)
-        grey = (flat - (flat @ self.light) @ self.light.T).reshape(len(values), ey.shape[1], ex.shape[1])
+        grey = (flat - (flat @ self._light) @ self._light.T).reshape(len(values), ey.shape[1], ex.shape[1])
         matched = (ey.transpose(0, 2, 1) @ grey @ ex).reshape(len(values), -1)
         return [self._number(*each) for each in zip(matched, grey, ex, ey, noise)]
 
-    def _coverage(self, cov):
+    def _coverage(self, covariance: Covariance) -> tuple[Floats, Floats]:
+        """How much of each column and row of samples the columns and rows of data cells cover: each (M, S, n)."""
         inner = slice(self.margin, self.margin + self.resolution)
-        coverage = self.grid.profiles(np.concatenate(cov[:2]))[:, 0, self.region, inner]
-        return coverage[:len(cov[0])], coverage[len(cov[0]):]
+        both = np.concatenate([covariance.xx, covariance.yy])
+        coverage = self.grid.profiles(both)[:, 0, self._inside, inner]
+        return coverage[:len(covariance.xx)], coverage[len(covariance.xx):]
 
-    def _region(self, values):
+    def _region(self, values: Floats) -> Floats:
         side = self.grid.count
-        return values.reshape(-1, side, side)[:, self.region][:, :, self.region]
+        return values.reshape(-1, side, side)[:, self._inside][:, :, self._inside]
 
-    def _gram(self, ex, ey):
+    def _gram(self, ex: Floats, ey: Floats) -> Floats:
         n = self.resolution ** 2
         side = len(ex)
-        light = (ex.T @ (ey.T @ self.light.reshape(side, -1)).reshape(-1, side, self.light.shape[1])).reshape(n, -1)
+        rows = ey.T @ self._light.reshape(side, -1)
+        light = (ex.T @ rows.reshape(-1, side, self._light.shape[1])).reshape(n, -1)
         product = ((ey.T @ ey)[:, None, :, None] * (ex.T @ ex)[None, :, None, :]).reshape(n, n)
         return product - light @ light.T
 
-    def _number(self, matched, grey, ex, ey, noise):
-        power = np.einsum('ij,ij->i', in_chunks(self.words, self._gram(ex, ey)), self.words)
+    def _number(self, matched: Floats, grey: Floats, ex: Floats, ey: Floats, noise: float) -> Reading:
+        power = np.einsum('ij,ij->i', in_chunks(self._words, self._gram(ex, ey)), self._words)
         energy = without_noise(float((grey * grey).sum()), grey.size * float(noise) ** 2)
-        fit = self.words @ matched / np.sqrt(np.maximum(power, 1e-6) * (energy + 1e-6))
+        fit = self._words @ matched / np.sqrt(np.maximum(power, 1e-6) * (energy + 1e-6))
         second, best = np.argpartition(fit, -2)[-2:]
         if fit[second] > fit[best]:
             second, best = best, second
         return self.of_word(best, fit[best], fit[best] - fit[second])
 
-    def of_word(self, word, fit, gap):
+    def of_word(self, word: int, fit: float, gap: float) -> Reading:
         """Reading of a code word (index turns * 256 + number)."""
         turns, number = divmod(int(word), 256)
-        return Reading(code.Content(code.NUMBER, number, 0, turns), float(fit), float(gap), self.seen[word])
+        return Reading(code.Content(code.NUMBER, number, 0, turns), float(fit), float(gap), self._seen[word])
 
-    def read_cells(self, shares, cov):
+    def read_cells(self, shares: Floats, covariance: Covariance) -> list[Reading | None]:
         """As read(), of any resolution, cell by cell: shares (M, P) are 0 where black and 1 where white paper is."""
-        ex, ey = self._coverage(cov)
+        ex, ey = self._coverage(covariance)
         grey = self._region(shares)
         matched = (ey.transpose(0, 2, 1) @ grey @ ex).reshape(len(shares), -1)
         return [self._cellwise(*each) for each in zip(matched, grey, ex, ey)]
 
-    def _cellwise(self, matched, grey, ex, ey):
+    def _cellwise(self, matched: Floats, grey: Floats, ex: Floats, ey: Floats) -> Reading | None:
         n = self.resolution
         gram = ((ey.T @ ey)[:, None, :, None] * (ex.T @ ex)[None, :, None, :]).reshape(n * n, n * n)
-        cells = np.linalg.solve(gram + np.eye(n * n) * 0.02 * np.trace(gram) / (n * n), matched)
+        ridge = np.eye(n * n) * thresholds.CELL_RIDGE * np.trace(gram) / (n * n)
+        cells = np.linalg.solve(gram + ridge, matched)
         white = (cells > np.sort(cells)[-3:].mean() / 2).reshape(n, n)
         content = code.decode(white)
-        upright = content and self._redrawn(content, white)
-        if upright is None:
+        upright = self._redrawn(content, white) if content else None
+        if content is None or upright is None:
             return None
         white = np.rot90(upright, -content.turns)
         w = white.ravel().astype(np.float32)
         fit = w @ matched / np.sqrt(max(w @ gram @ w, 1e-6) * (float((grey * grey).sum()) + 1e-6))
         return Reading(content, float(fit), 1.0, white)
 
-    def _redrawn(self, content, seen):
+    def _redrawn(self, content: code.Content, seen: Bools) -> Bools | None:
         """The upright cells of a marker of this content, of the drawings the nearest to what was seen; None if none."""
         drawings = []
         for strong in (False, True):

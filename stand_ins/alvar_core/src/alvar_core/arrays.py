@@ -1,0 +1,19 @@
+"""The array types of the type hints; shapes, units and number types stand in the docstrings.
+
+Floats: float32 or float64; Bools; Integers; Image: what OpenCV takes and gives, uint8 unless said otherwise.
+"""
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from cv2.typing import MatLike as Image
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.floating[Any]]
+    Bools = NDArray[np.bool_]
+    Integers = NDArray[np.integer[Any]]
+else:  # numpy before 1.21 has no NDArray, OpenCV before 4.8 no typing
+    ArrayLike = Floats = Bools = Integers = Image = np.ndarray
+
+__all__ = ['ArrayLike', 'Bools', 'Floats', 'Image', 'Integers']

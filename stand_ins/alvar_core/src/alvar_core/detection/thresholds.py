@@ -1,0 +1,150 @@
+"""Every number that decides what the detector finds, in one place, grouped by the stage that uses it.
+
+What justifies them is measured, not derived: with these values ``./run bench markers FRAMES`` reaches its goals for
+recall, pose errors, false detections, wrong ids and flips. ``./run bench markers FRAMES --sensitivity`` changes each
+number by -10 % and +10 % (whole numbers by at least 1) and prints what that does to the score. The scenes that it adds
+to the frames (7x7 markers, margins that are not the detector's, motion, bundles) are rendered by bench/sensitivity.py.
+docs/marker_thresholds.md holds the table of the last run; "Sensitivity" at each group below is its summary.
+
+A number without any effect there limits cost, or guards against input that is rarer than those scenes.
+Lengths are shares of the marker's side, cells or pixels, as stated; greys run from 0 to 255.
+"""
+import math
+from typing import NamedTuple
+
+
+class Pass(NamedTuple):
+    """One search for dark outlines: the image is shrunk, then compared with its local mean.
+
+    shrink: factor; window: px of the shrunk image, odd, whose mean is taken; offset: greys darker than that mean.
+    """
+
+    shrink: float
+    window: int
+    offset: int
+
+
+class Demand(NamedTuple):
+    """What is asked of a candidate; each of it has noise taken out.
+
+    fit: of the data cells with the code word; surplus: gap to the next best word as a share of what the best one
+    leaves unexplained; detail: likeness of the cells without anything smooth.
+    """
+
+    fit: float
+    surplus: float
+    detail: float
+
+
+# -- Candidate outlines (candidates.py)
+PASSES = (
+    Pass(1.5, 13, 5),  # small and faint markers
+    Pass(2, 21, 15),  # markers that something thin touches
+    Pass(4, 9, 4),  # large and faint markers in noise
+)
+MIN_OUTLINE_SIDE = 8  # px of the shrunk image
+MIN_FILLED = 0.12  # share of the outline's box that the outline encloses
+MAX_ASPECT = 4.0  # longest to shortest side
+POLYGON_TOLERANCE = 0.03  # of the box's width and height: how far the polygon may be off the outline
+MAX_POLYGON_CORNERS = 9
+SAME_QUAD = 0.25  # of the side: quads with corners nearer than this are one
+
+# -- Sides of a candidate, moved to where the grey rises (candidates.refined)
+SIDE_REACH = 0.16  # of the side, searched to each side of it
+SIDE_NEARNESS = 0.4  # how much less a rise counts at the end of the reach
+MIN_SIDE_RISE = 3.0  # greys, on half of each of three sides
+SIDE_OUTLIERS = 4  # a point counts a quarter at 1 / this share of the reach off the line
+
+# -- Coarse decoding (reading.CoarseDecoder)
+MIN_RIM_CONTRAST = 5.0  # greys, of three sides
+MIN_RIM_STEP, MIN_RIM_STEP_SHARE = 2.0, 0.35  # greys, of the contrast: a place on the rim is dark if the step is larger
+MIN_DARK_RIM = 0.7  # share of the places on the rim
+MIN_COARSE_FIT = 0.64  # with the best code word: worth an alignment
+COARSE_GAP_WEIGHT = 0.5  # of the gap to the next word beside the fit, to rank candidates
+MAX_ALIGNED = 16  # candidates in one image
+
+# -- Alignment with the drawn marker (alignment.py)
+SAMPLES_PER_CELL = 3
+NEXT_LEVEL = (4 * math.sqrt(2), 8 * math.sqrt(2))  # px of a cell: larger ones are read at half, at quarter size
+RIM_CELLS, RIM_SHARE = 1.6, 0.8  # cells, share of the margin: the outer part that is aligned before the id is known
+START_BLUR, RIM_START_BLUR = 0.12, 0.3  # cells
+ALIGNMENT_STEPS, RIM_ALIGNMENT_STEPS = 5, 8
+STEPS_OF_ALL = 2  # steps that every candidate gets; further ones only if it has not settled
+SETTLED = 0.1  # cells: the largest move of a corner by any one parameter
+MAX_STEP = 0.6  # of each parameter of the homography in one step
+FIRST_OUTLIER, OUTLIER = 4.0, 3.0  # noise: samples further off do not count; in the first step, later
+MIN_OUTLIER_NOISE, MIN_OUTLIER_CONTRAST = 0.05, 4.0  # of the contrast, greys: noise is never taken for less
+MIN_START_GAIN = 2.0  # greys
+GAIN_LIMITS = (0.3, 2.0)  # of the mean contrast, anywhere on the marker
+BLUR_STEP_LIMITS = (-0.5, 0.8)  # relative change in one step
+BLUR_LIMITS = (0.25, 6.0)  # px^2 at the level
+
+# -- Reading the aligned cells (reading.Reader)
+MAX_NOISE_SHARE = 0.3  # of the energy: noise is never taken for more
+SAMPLED_NOISE = 2 / 3  # of the image's noise that is left in values between its pixels
+SURE_FIT, SURE_GAP = 0.93, 0.12  # of the coarse decoding: it is not read again
+CONTRAST_SPARE = 0.25  # of the contrast: greys further beyond black and white are no noise but something else
+CHANGED_FIT = 0.72  # a reading that differs from the drawing: worth another alignment
+MIN_WHITE = 4.0  # greys: contrast of cells read one by one
+CELL_RIDGE = 0.02  # of the mean diagonal, of the equations for cells read one by one
+
+# -- Acceptance (acceptance.py, detector.py)
+MIN_MARKER_AREA = 200.0  # px^2
+MIN_LIKENESS = 0.65  # correlation of the image with the drawn marker
+MAX_BLUR = 0.85  # cells
+CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)  # likeness above CLEAR_LIKENESS, below it
+COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)  # cells differ: any; data cells, with WIDE_GAP
+CLEAR_LIKENESS = 0.88
+MIN_GAP, WIDE_GAP = 0.03, 0.1  # to the next best word
+BEST_FIT = 1.03  # the fit that leaves nothing unexplained
+BAD_CELL = 0.4  # of the contrast: a cell whose mean differs more is a bad one
+COVERED_CELLS, CODE_COVERED_CELLS = 3, 2  # bad cells, those of the data counted twice; bad data cells
+MAX_BAD_RIM = 6  # cells
+MIN_KEPT = 0.7  # share of the samples that agree with the drawing
+MIN_OUTSIDE = -0.3  # of the contrast: paper darker than this along a whole side belongs to something larger, ...
+WHOLE_LIKENESS = 0.92  # ... unless the likeness is this high
+SURE_MARGIN_DETAIL = 0.93  # above this detail the margin is not doubted
+OVERLAP = 0.4  # of the side: markers nearer to each other are one
+MAX_POSE_ERROR = 0.05  # of the side: rms reprojection error of the best pose
+
+# -- Corners of large markers (edge_refiner.py, detector.py)
+MIN_EDGE_SIDE = 36.0  # px, from where on edges are measured
+MAX_EDGE_MOVE = 0.2  # cells that they may move a corner
+EDGE_REACH, EDGE_BLURS = 2.0, 2.0  # px and blurs that are read to each side of the edge
+MAX_EDGE_REACH = 0.4  # cells: paper may end beyond
+EDGE_START = 0.15  # cells that the edge may be off at first; where that is beyond the reach it is read twice
+MIN_EDGE_STEP, MIN_EDGE_CONTRAST = 0.5, 8.0  # of the median contrast, greys: less is no edge
+EDGE_FITS = 3  # what is far off counts less each time
+EDGE_OUTLIER, MIN_EDGE_OUTLIER = 3.0, 0.4  # noise, px: what is further off is covered
+MIN_EDGE_NOISE = 0.03  # px: rounding, pixels that are no points
+MIN_EDGE_SEEN = 0.6  # share of each side
+
+# -- Errors of corners, poses (pose.py, detector.py)
+CORNER_MODEL_ERROR = 0.04  # px: corners are never known better
+COARSE_CORNER_ERROR = 0.05  # px, times the square of the px between two samples of the alignment
+CORNER_NOISE_FACTOR = 1.5  # of the variance that independent samples would give
+DEFAULT_CORNER_ERROR = 0.2  # px, of corners without a covariance
+AMBIGUOUS_CHI2 = 16.0  # two poses are ambiguous while chi2 differs less
+SAME_ROTATION = math.radians(3.0)  # two poses nearer to each other are one
+
+# -- Tracking (tracker.py)
+TRACK_MEMORY = 10  # frames that a lost marker is remembered
+SEARCHED_FRAMES = 3  # frames that the image around a lost marker is searched
+MIN_TRACKED_STEP = 0.1  # of the side: smaller motions need no prediction
+SAME_PLACE, SAME_SIZE = 0.1, 1.2  # of the side, ratio: candidates as near and as large are read once
+TRACK_REACH = 2.0  # sides that a marker may move in a frame
+COVERED_BY = 0.5  # of the side: another marker as near has replaced it
+SEARCH_SPARE = 0.5  # of the larger extent, around a lost marker
+TURN_SIGMA = math.radians(12.0)  # how far a marker may turn between frames without being odd
+MAX_TURN = 0.5  # rad: larger turns count as this
+EVIDENCE_DECAY, MAX_EVIDENCE = 0.9, 40.0  # a frame; chi2
+EVIDENCE_FRAMES = 2  # frames lost after which the past counts no more
+
+# -- Bundles (bundle_pose.py)
+AGREES_PX, AGREES_SHARE = 1.0, 0.05  # px, of the side: rms error of the corners of a marker that agrees with the pose
+SOFT_SHARES = (0.6, 0.3, 0.15, 0.08, 0.05, 0.05)  # of the side: the same while the pose is found, step by step
+FIRST_TRUST = 0.1  # how much more the first marker of the file counts than the last when they disagree
+PLACE_ERROR = 0.002  # of the side: places in the bundle file are never known better
+FINAL_STEPS = 4
+MAX_HYPOTHESES = 8
+BUNDLE_MEMORY = 10  # frames that the last pose of a bundle decides what is ambiguous
