@@ -19,6 +19,7 @@ from types import SimpleNamespace
 
 import report
 from figures import OURS, PEER, judge
+from kinematic_core.files import write_whole
 from processes import WAYS_OUT, BenchError, stop_all
 from session import Subject, find_node, first_port, free_ports, split_command
 
@@ -142,8 +143,7 @@ def hand_out(options, suite, pools, failures, facts):
     folder = os.path.dirname(os.path.abspath(options.json))
     try:
         os.makedirs(folder, exist_ok=True)
-        with open(options.json, 'w', encoding='utf-8') as file:
-            file.write(report.as_json(options.suite, rows, told, settings, facts))
+        write_whole(options.json, report.as_json(options.suite, rows, told, settings, facts))
     except OSError as error:
         raise BenchError(f'The figures cannot be written: {error}. Name another file with --json FILE.') from error
     report_progress(f'Figures: {options.json}')

@@ -15,6 +15,7 @@ import cv2
 
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
+from kinematic_core.files import write_whole
 
 
 def detection_record(detection):
@@ -68,8 +69,7 @@ def main(arguments=None):
     cv2.setNumThreads(options.threads)
     try:
         results = run(options.folder, max(1, options.repeat))
-        with open(options.json, 'w') as file:
-            json.dump(results, file, indent=1)
+        write_whole(options.json, json.dumps(results, indent=1))
     except KeyError as error:
         return _fail(f'{options.folder}/frames.json: there is no {error} where one is needed')
     except OSError as error:

@@ -15,6 +15,7 @@ import numpy as np
 
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
+from kinematic_core.files import write_whole
 
 FRAMES = 72
 RATE = 10.0  # [Hz] of the pictures
@@ -210,17 +211,16 @@ def render_to(folder):
     stage, frames = Stage(), []
     for number in range(FRAMES):
         name = f'frame_{number:03d}'
-        if not cv2.imwrite(os.path.join(folder, f'{name}.jpg'), stage.picture(number), [cv2.IMWRITE_JPEG_QUALITY, 92]):
-            raise OSError(f'{folder}/{name}.jpg could not be written')
+        _, jpeg = cv2.imencode('.jpg', stage.picture(number), [cv2.IMWRITE_JPEG_QUALITY, 92])
+        write_whole(os.path.join(folder, f'{name}.jpg'), jpeg.tobytes())
         frames.append({'name': name, 'file': f'{name}.jpg', 'camera': 'webcam', 'marker_size_m': MARKER_SIZE,
                        'kind': 'markers', 'difficulty': 'easy', 'markers': stage.truth(number)})
     matrix, distortion = stage.camera.matrix.ravel().tolist(), stage.camera.distortion[:5].tolist()
-    with open(os.path.join(folder, 'frames.json'), 'w', encoding='utf-8') as file:
-        json.dump({'set': 'marker_sequence', 'rate': RATE, 'marker': {'data_cells': 5, 'margin_cells': 2},
-                   'cameras': {'webcam': {'width': WIDTH, 'height': HEIGHT, 'K': matrix, 'D': distortion,
-                                          'distortion_model': 'plumb_bob'}}, 'frames': frames}, file)
-    with open(os.path.join(folder, 'camera.yaml'), 'w', encoding='utf-8') as file:
-        file.write(calibration_yaml(matrix, distortion))
+    write_whole(os.path.join(folder, 'frames.json'), json.dumps({
+        'set': 'marker_sequence', 'rate': RATE, 'marker': {'data_cells': 5, 'margin_cells': 2},
+        'cameras': {'webcam': {'width': WIDTH, 'height': HEIGHT, 'K': matrix, 'D': distortion,
+                               'distortion_model': 'plumb_bob'}}, 'frames': frames}))
+    write_whole(os.path.join(folder, 'camera.yaml'), calibration_yaml(matrix, distortion))
 
 
 def calibration_yaml(matrix, distortion):

@@ -23,6 +23,7 @@ from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty, Trigger
 from turtlesim.msg import Color, Pose
 
+from kinematic_core.files import write_whole
 from kinematic_core.turtle_world import ARENA_SIZE
 from turtle_robotont import checks, ports
 
@@ -217,8 +218,11 @@ class Stage:
         paths = [os.path.join(self.output, f'{name}{f"_{number}" if number > 1 else ""}.png')
                  for number in range(1, len(self._kept) + 1)]
         for path, picture in zip(paths, self._kept):
-            if not cv2.imwrite(path, picture):
-                raise StageError(f'{path} could not be written')
+            _, png = cv2.imencode('.png', picture)
+            try:
+                write_whole(path, png.tobytes())
+            except OSError as error:
+                raise StageError(f'{path} could not be written: {error.strerror}') from None
         self._kept.clear()
         return paths
 

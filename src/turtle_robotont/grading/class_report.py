@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import cv2
 
+from kinematic_core.files import write_whole
 from turtle_robotont.grading import report, verdict
 
 THUMBNAIL = 200  # [px]
@@ -28,7 +29,7 @@ def write(folder, title, students, exercises, results):
     os.makedirs(folder, exist_ok=True)
     for name, content in zip(FILES, (as_csv(students, exercises, results),
                                      as_html(title, students, exercises, results, folder), as_junit(results))):
-        report.replace(os.path.join(folder, name), content)
+        write_whole(os.path.join(folder, name), content)
 
 
 def cells(students, exercises, results):

@@ -8,13 +8,13 @@ It is a test for rostest, too: ``<test pkg="turtle_robotont" type="grade.py" arg
 import argparse
 import os
 import random
-import shutil
 import sys
 import time
 import traceback
 
 import rospkg
 
+from kinematic_core.files import write_whole
 from turtle_robotont.grading import exercise, grade_all, processes, report, sandbox, verdict
 from turtle_robotont.grading.observed import Observed
 from turtle_robotont.grading.session import Session, SessionError
@@ -61,7 +61,8 @@ def main(arguments=None):
             _grade_again(options, seed, folder, [*last, '--repeats', str(options.repeats - 1)])
         report.write(folder, chosen, session.observed if session else Observed(), decided, command, seed)
         if options.junit:
-            shutil.copy(os.path.join(folder, 'junit.xml'), options.junit)
+            with open(os.path.join(folder, 'junit.xml'), 'rb') as file:
+                write_whole(options.junit, file.read())
     except KeyboardInterrupt:
         print('./run grade: interrupted; everything that was started is ended', file=sys.stderr)
         return INTERRUPTED

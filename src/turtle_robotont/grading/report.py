@@ -1,5 +1,4 @@
 """A verdict for people and for machines: text, result.json, junit.xml and a picture of the path against the target."""
-import contextlib
 import json
 import os
 import textwrap
@@ -8,6 +7,7 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 
+from kinematic_core.files import write_whole
 from kinematic_core.turtle_world import ARENA_SIZE
 from turtle_robotont.grading import fits, verdict
 
@@ -38,13 +38,13 @@ def write(folder, exercise, observed, decided, command, seed):
               'outcome': decided.outcome, 'score': decided.score, 'objections': decided.objections,
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code}
-    replace(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
-    replace(os.path.join(folder, 'junit.xml'), junit([(exercise, command, decided, observed.seconds)]))
-    replace(os.path.join(folder, 'output.txt'), ''.join(f'{line.t - observed.begin:8.2f}  {line.text}\n'
-                                                          for line in observed.lines))
+    write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
+    write_whole(os.path.join(folder, 'junit.xml'), junit([(exercise, command, decided, observed.seconds)]))
+    said = ''.join(f'{line.t - observed.begin:8.2f}  {line.text}\n' for line in observed.lines)
+    write_whole(os.path.join(folder, 'output.txt'), said)
     encoded, png = cv2.imencode('.png', picture(exercise, observed))
     assert encoded
-    replace(os.path.join(folder, 'path.png'), png.tobytes())
+    write_whole(os.path.join(folder, 'path.png'), png.tobytes())
 
 
 def junit(graded):
@@ -108,16 +108,3 @@ def _view(exercise, points):
 def printable(words):
     """Return a text without the control characters that XML forbids."""
     return ''.join(char if char in '\n\t' or char >= ' ' else '?' for char in words)
-
-
-def replace(path, content):
-    """Write a file as a whole or not at all."""
-    temporary = f'{path}.part'
-    try:
-        with open(temporary, 'wb') as file:
-            file.write(content if isinstance(content, bytes) else content.encode('utf-8', 'replace'))
-        os.replace(temporary, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            os.remove(temporary)
-        raise

@@ -25,6 +25,7 @@ from std_srvs.srv import Trigger
 from kinematic_core import robot_world, turtle_world
 from kinematic_core.pacing import BEGIN
 from kinematic_core.patience import Patience
+from kinematic_core.recorder import ACTIVE
 from turtle_robotont import ports
 from turtle_robotont.grading import judging, processes, sandbox, sources, verdict
 from turtle_robotont.grading.observed import Event, Observed
@@ -261,6 +262,9 @@ class Session:
     def _simulator_command(self, box):
         """Return the command line of the exercise's simulator, standing still at first."""
         self._record = os.path.join(box.folder, 'record.csv')
+        for old in (self._record, self._record + ACTIVE):  # of an earlier grading
+            with contextlib.suppress(FileNotFoundError):
+                os.remove(old)
         start = {axis: self._random.uniform(*limits) for axis, limits in self.exercise.start.items()}
         common = [f'_rate:={self.speed:g}', '_clock:=true', '_paused:=true', f'_lockstep:={str(self.lockstep).lower()}']
         common.append(f'_record:={json.dumps(self._record)}')  # YAML: a folder may be called "Team #1"

@@ -4,10 +4,11 @@ Both simulators write a recording (kinematic_core.recorder), in which every comm
 node that sent it; it is read along while it grows.
 """
 import csv
+import io
 import math
-import os
 import threading
 
+from kinematic_core import recorder
 from turtle_robotont.grading.observed import Command, Event, Sample
 
 TURTLE = 'turtle1'
@@ -37,9 +38,9 @@ class RecordingReader:
 
     def _read(self):
         if self._file is None:
-            if not os.path.exists(self._path):
+            self._file = recorder.open_growing(self._path)
+            if self._file is None:
                 return
-            self._file = open(self._path, encoding='utf-8', newline='')
         self._rest += self._file.read()
         lines, _, self._rest = self._rest.rpartition('\n')
         for row in csv.reader(lines.splitlines()):
@@ -53,7 +54,7 @@ class RecordingReader:
         with self._lock:
             if self._file:
                 self._file.close()
-            self._path, self._file = '', None
+            self._file = io.StringIO()
 
     def _take(self, row):
         def field(name):

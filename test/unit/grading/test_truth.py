@@ -1,6 +1,7 @@
 """turtle_robotont.grading.truth: recordings that are read along."""
 import pytest
 
+from kinematic_core.recorder import ACTIVE
 from turtle_robotont.grading.observed import Observed
 from turtle_robotont.grading.truth import RecordingReader
 
@@ -22,3 +23,22 @@ def test_what_was_done_before_the_program_was_there_comes_first(tmp_path):
     assert (pen.kind, teleport.kind) == ('pen', 'teleport') and pen.t < observed.begin < teleport.t
     assert [sample.t for sample in observed.track] == sorted(sample.t for sample in observed.track)
     assert observed.pens()[-1] == (0, 0, 0, 3, 0) and observed.pens()[0] is None
+
+
+@pytest.mark.parametrize('suffix', ['', ACTIVE])
+def test_a_row_that_is_cut_waits_for_its_rest(tmp_path, suffix):
+    path, observed = tmp_path / 'record.csv', Observed()
+    reader = RecordingReader(str(path), DT, observed, '/grader')
+    assert reader.read() == 0.0
+    with open(str(path) + suffix, 'w', encoding='utf-8', buffering=1) as file:
+        file.write(HEAD + '0,,5,5,0,\n1,,5.25')
+        file.flush()
+        reader.read()
+        assert [sample.x for sample in observed.track] == [5.0]
+        file.write('9,5,0,\n')
+        reader.read()
+        assert [sample.x for sample in observed.track] == [5.0, 5.259]
+        reader.close()
+        file.write('2,,5,5,0,\n')
+        reader.read()
+        assert len(observed.track) == 2

@@ -148,16 +148,27 @@ def test_unrecorded_ticks_are_stepped_through(straight):
 
 def test_recording_may_begin_with_any_number(tmp_path):
     path = tmp_path / 'late.csv'
-    path.write_text('\n'.join([HEADER] + [f'{tick},,{MIDDLE}' for tick in (1000, 1001, 1005)]))
+    path.write_text('\n'.join([HEADER] + [f'{tick},,{MIDDLE}' for tick in (1000, 1001, 1005)]) + '\n')
     result = replay.replay(str(path))
     assert (result.ticks, result.different_poses) == (3, 0)
+
+
+@pytest.mark.parametrize('cut', range(1, 12))
+def test_last_row_that_is_cut_is_left_out(straight, capsys, cut):
+    """However much of it is missing: what is left of a number may be one, too."""
+    content, ticks = straight.read_bytes(), replay.replay(str(straight)).ticks
+    assert capsys.readouterr().err == ''
+    straight.write_bytes(content[:-cut])
+    result = replay.replay(str(straight))
+    assert (result.ticks, result.different_poses, result.different_colours) == (ticks - 1, 0, [])
+    assert 'the last row is incomplete' in capsys.readouterr().err
 
 
 def test_reset_and_several_events_of_one_tick_take_effect_in_their_order(tmp_path):
     path = tmp_path / 'events.csv'
     rows = ['0,cmd 1 0 0 ; reset;teleport_absolute 1 2 0; teleport_relative 1 0,2,2,0,0,0,179,184,255',
             '1,reset,' + MIDDLE, '2,,' + MIDDLE]
-    path.write_text('\n'.join([HEADER, *rows]))
+    path.write_text('\n'.join([HEADER, *rows, '']))
     result = replay.replay(str(path))
     assert (result.different_poses, result.different_colours) == (0, [])
 
@@ -191,7 +202,7 @@ MALFORMED = {  # name: (content, texts that the message has)
 @pytest.mark.parametrize('content, texts', MALFORMED.values(), ids=MALFORMED.keys())
 def test_malformed_recording_ends_with_2_and_a_text_of_file_place_and_reason(tmp_path, capsys, content, texts):
     path = tmp_path / 'bad.csv'
-    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    path.write_bytes((content if isinstance(content, bytes) else content.encode()) + b'\n' * bool(content))
     assert replay.main([str(path)]) == 2
     output = capsys.readouterr()
     assert output.err.startswith(f'{path}: ')
@@ -210,8 +221,8 @@ def test_missing_file_and_folder_end_with_2_by_name(tmp_path, capsys):
 @pytest.mark.parametrize('order, status', [('good', 0), ('other', 1), ('bad', 2), ('good other', 1), ('other good', 1),
                                            ('bad other', 2), ('other bad', 2), ('bad good', 2)])
 def test_exit_code_is_the_worst_of_all_files_and_every_file_is_looked_at(tmp_path, capsys, order, status):
-    (tmp_path / 'good').write_text(f'{HEADER}\n{ROW}')
-    (tmp_path / 'other').write_text(f'{HEADER}\n{ROW.replace("5.5", "6.5")}')
+    (tmp_path / 'good').write_text(f'{HEADER}\n{ROW}\n')
+    (tmp_path / 'other').write_text(f'{HEADER}\n{ROW.replace("5.5", "6.5")}\n')
     (tmp_path / 'bad').write_text('nothing')
     assert replay.main([str(tmp_path / name) for name in order.split()]) == status
     output = capsys.readouterr()
@@ -229,7 +240,7 @@ def test_without_files_the_usage_is_shown(capsys):
 
 def test_exit_code_reaches_the_shell(tmp_path):
     path = tmp_path / 'other.csv'
-    path.write_text(f'{HEADER}\n{ROW.replace("5.5", "6.5")}')
+    path.write_text(f'{HEADER}\n{ROW.replace("5.5", "6.5")}\n')
     result = subprocess.run([sys.executable, '-m', 'turtlesim.replay', str(path)], capture_output=True, text=True,
                             timeout=20.0, check=False)
     assert (result.returncode, result.stderr) == (1, '')

@@ -2,19 +2,40 @@
 
 Columns: ``tick``, ``event`` (several are separated by ``;``, each a name and its values), those of the simulator, and
 ``callers``, the nodes that asked for the events, in the same order.
+
+As with rosbag's .bag.active, a recording has the suffix ACTIVE while it grows, and its own name once it is closed. No
+file is ever overwritten: where the name is taken, the recording gets the next free one, a_2.csv after a.csv. A row is
+there as a whole or not at all, but where the machine itself dies.
 """
+import contextlib
 import csv
+import errno
+import io
+import itertools
+import os
+
+from kinematic_core import files
+
+ACTIVE = '.active'  # suffix of a recording that grows
 
 
 class Recorder:
-    """Writes one recording. Not thread-safe: whoever shares the world locks it for both."""
+    """Writes one recording. Not thread-safe: whoever shares the world locks it for both.
+
+    ``path``: the name that the recording gets when it is closed. Devices and pipes are written to as they are.
+    """
 
     def __init__(self, path, columns):
         """Begin the file; ``columns``: names of the simulator's own. Raise OSError when that cannot be."""
-        self._file = open(path, 'w', buffering=1, newline='', encoding='utf-8')  # whole lines, for those who read along
-        self._writer = csv.writer(self._file, lineterminator='\n')
-        self._writer.writerow(('tick', 'event', *columns, 'callers'))
+        path = os.path.abspath(path)
+        if files.is_special(path):
+            self.path, self._growing = path, path
+            self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC)
+        else:
+            self.path, self._growing, self._file = _create(path)
+        self._size = 0  # [bytes] of whole rows
         self._events = []  # [name, values, caller] since the last tick
+        self._write(('tick', 'event', *columns, 'callers'))
 
     def note(self, event, *values, caller=''):
         """Keep an event for the next tick. Of commands in a row only the last counts."""
@@ -23,15 +44,74 @@ class Recorder:
         self._events.append([event, values, caller])
 
     def tick(self, number, fields):
-        """Write the row of a tick with the simulator's fields; raise OSError when it cannot be written."""
+        """Write the row of a tick with the simulator's fields.
+
+        When it cannot be written, the recording is closed without it and OSError is raised.
+        """
         events = ';'.join(' '.join((name, *map(_text, values))) for name, values, _ in self._events)
         callers = ';'.join(caller for _, _, caller in self._events)
         self._events = []
-        self._writer.writerow((number, events, *fields, callers))
+        self._write((number, events, *fields, callers))
 
     def close(self):
-        """End the file."""
-        self._file.close()
+        """End the file and give it its name."""
+        if self._file is None:
+            return
+        file, self._file = self._file, None
+        with contextlib.suppress(OSError):
+            os.close(file)
+        for free in () if self._growing == self.path else _names(self.path):
+            with contextlib.suppress(OSError):
+                try:
+                    files.name_new(self._growing, free)
+                    self.path = free
+                except FileExistsError:  # since the beginning
+                    continue
+            break
+
+    def _write(self, row):
+        line = io.StringIO()
+        csv.writer(line, lineterminator='\n').writerow(row)
+        data = line.getvalue().encode('utf-8')
+        try:
+            written = 0
+            while written < len(data):
+                written += os.write(self._file, data[written:])
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, self._size)  # half a row
+                if not self._size:
+                    os.unlink(self._growing)
+            self.close()
+            raise type(error)(error.errno, error.strerror, self.path) from None
+        self._size += len(data)
+
+
+def open_growing(path):
+    """Return a recording opened for reading, while it grows or when it is closed; None when there is none yet."""
+    for name in (path + ACTIVE, path):  # in this order it cannot slip through
+        with contextlib.suppress(FileNotFoundError):
+            return open(name, encoding='utf-8', newline='')
+    return None
+
+
+def _names(path):
+    """Yield ``path`` and its numbered variants."""
+    stem, extension = os.path.splitext(path)
+    yield path
+    for number in itertools.count(2):
+        yield f'{stem}_{number}{extension}'
+
+
+def _create(path):
+    """Return (name, name while it grows, file descriptor) of a new file with the next free name."""
+    if os.path.isdir(path):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)
+    for free in _names(path):
+        if not os.path.lexists(free):
+            with contextlib.suppress(FileExistsError):
+                return free, free + ACTIVE, os.open(free + ACTIVE, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND
+                                                    | os.O_CLOEXEC, 0o666)
 
 
 def _text(value):

@@ -22,7 +22,7 @@ from kinematic_core.omni import Limits
 from kinematic_core.planar import Pose2D
 from kinematic_core.recorder import Recorder
 from kinematic_core.robot_world import DT, RobotWorld
-from kinematic_ros import params, reachability
+from kinematic_ros import params, reachability, recording
 from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
 from kinematic_ros.rospy_internals import caller
 from kinematic_ros.topics import LatestPublisher, Publisher
@@ -53,7 +53,7 @@ class RobotontNode:
         self._frames = frames(params.text('~frame_prefix', ''))
         numbers = seeded_random()
         self._world = _read_world(numbers.getrandbits(64))
-        self._recorder = _recorder()
+        self._recorder = recording.begin(lambda path: Recorder(path, Pose2D._fields[:2] + ('theta',)))
         self._scanner = None
         if model == LIDAR_MODEL:
             from kinematic_core import rays  # numpy is loaded only where it is needed
@@ -74,7 +74,13 @@ class RobotontNode:
 
     def run(self):
         """Step until shutdown."""
-        self._clock.run(self._step)
+        try:
+            self._clock.run(self._step)
+        finally:
+            with self._lock:
+                if self._recorder:
+                    self._recorder.close()
+                    self._recorder = None
 
     def _step(self):
         with self._lock:
@@ -165,16 +171,6 @@ class RobotontNode:
                 self._scanner.set_plan(self._world.plan)
             self._plan.publish(worlds.to_json(self._world.plan))
         return MoveMarkerResponse()
-
-
-def _recorder():
-    """Return the Recorder that ~record asks for, or None."""
-    path = params.text('~record', '')
-    try:
-        return Recorder(path, Pose2D._fields[:2] + ('theta',)) if path else None
-    except OSError as error:
-        raise params.ParameterError(f'parameter {rospy.resolve_name("~record")} is {path!r}: {error}; it must be a '
-                                    'file that can be written, or empty') from None
 
 
 def _read_world(seed):

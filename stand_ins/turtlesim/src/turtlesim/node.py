@@ -13,7 +13,7 @@ import rospy
 from std_srvs.srv import Empty, EmptyResponse
 
 from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
-from kinematic_ros import params, reachability, registration
+from kinematic_ros import params, reachability, recording, registration
 from kinematic_ros.clock import SimulatorClock, init_simulator
 from turtlesim.names import check_turtle_name
 from turtlesim.picture import PictureServer
@@ -49,7 +49,10 @@ class TurtlesimNode:
 
     def run(self):
         """Step until shutdown."""
-        self._clock.run(self._step)
+        try:
+            self._clock.run(self._step)
+        finally:
+            self._shared.end_recording()
         self._pictures.close()
 
     def _step(self):
@@ -71,13 +74,7 @@ class TurtlesimNode:
         rospy.logwarn('Oh no! I hit the wall! (Clamping from [x=%f, y=%f])', *at_wall[self._wall_turn % len(at_wall)])
 
     def _record(self):
-        path = params.text('~record', '')
-        if path:
-            try:
-                self._shared.record(path, self._background)
-            except OSError as error:
-                raise params.ParameterError(f'parameter {rospy.resolve_name("~record")} is {path!r}: {error}; it must '
-                                            'be a file that can be written, or empty') from None
+        recording.begin(lambda path: self._shared.record(path, self._background))
 
     def _clear(self, request):
         background = self._read_background()

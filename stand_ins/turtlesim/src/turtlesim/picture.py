@@ -3,7 +3,6 @@
 Everything is made in a thread of its own and only while somebody looks; OpenCV is loaded when the first picture
 is wanted, so that a simulator that nobody looks at starts at once and stays small.
 """
-import itertools
 import os
 import threading
 import time
@@ -12,6 +11,7 @@ import rospy
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger, TriggerResponse
 
+from kinematic_core.files import create_numbered
 from kinematic_core.turtle_world import CANVAS_SIZE
 from kinematic_ros import params
 from kinematic_ros.topics import Publisher, SubscriptionListener
@@ -102,11 +102,8 @@ class PictureServer:
         stem = rospy.get_name().strip('/').replace('/', '_')
         directory = params.text('~snapshot_dir', os.getcwd())
         with self._frame_lock:
-            path = next(path for path in (os.path.join(directory, f'{stem}_{number:04d}.png')
-                                          for number in itertools.count(1)) if not os.path.exists(path))
             try:
-                with open(path, 'xb') as file:
-                    file.write(sprites.encode_png(frame))
+                path = create_numbered(directory, stem, '.png', sprites.encode_png(frame))
             except OSError as error:
                 return TriggerResponse(False, f'no picture was saved: {error}; choose another folder with '
                                               f'rosparam set {rospy.resolve_name("~snapshot_dir")} FOLDER')

@@ -8,6 +8,7 @@ event one tick later, the replay moves it and says so; the share of equal colour
 """
 import argparse
 import csv
+import io
 import math
 import os
 import struct
@@ -86,17 +87,21 @@ def _run(rows, path):
 
 
 def _read(path):
-    with open(path, newline='', encoding='utf-8') as file:
-        reader = csv.DictReader(file)
-        try:
-            rows = [_parse(row) for row in reader]
-        except UnicodeDecodeError:
-            raise RecordingError(f'{path}: not a text file') from None
-        except (KeyError, TypeError, AttributeError, ValueError, OverflowError, csv.Error) as error:
-            raise RecordingError(f'{path}: line {reader.line_num}: not a row of a recording of turtlesim: {error!r}; '
-                                 f'the columns are {", ".join(("tick", "event", *Pose._fields, *COLOUR))}') from None
+    with open(path, 'rb') as file:
+        content, end, cut = file.read().rpartition(b'\n')
+    try:
+        reader = csv.DictReader(io.StringIO((content + end).decode('utf-8'), newline=''))
+    except UnicodeDecodeError:
+        raise RecordingError(f'{path}: not a text file') from None
+    try:
+        rows = [_parse(row) for row in reader]
+    except (KeyError, TypeError, AttributeError, ValueError, OverflowError, csv.Error) as error:
+        raise RecordingError(f'{path}: line {reader.line_num}: not a row of a recording of turtlesim: {error!r}; '
+                             f'the columns are {", ".join(("tick", "event", *Pose._fields, *COLOUR))}') from None
     if not rows:
         raise RecordingError(f'{path}: holds no ticks')
+    if cut:
+        print(f'{path}: the last row is incomplete, it has no end of line, and is left out', file=sys.stderr)
     return rows
 
 

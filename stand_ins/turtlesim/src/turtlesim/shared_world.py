@@ -57,13 +57,24 @@ class SharedWorld(DrawnWorld):
             return readings
 
     def record(self, path, background):
-        """Record to a file from the first step on; raise OSError when that cannot be. ``background``: as it began."""
+        """Return the Recorder of a file, from the first step on; raise OSError when that cannot be.
+
+        ``background``: as it began.
+        """
         recorder = Recorder(path)
         if self.world.start != START:
             recorder.note('start', *self.world.start)
         if background != BACKGROUND:
             recorder.note('clear', *background)
         self._recorder = recorder
+        return recorder
+
+    def end_recording(self):
+        """Close the recording, if there is one."""
+        with self.lock:
+            if self._recorder is not None:
+                self._recorder.close()
+                self._recorder = None
 
     def note(self, event, *values, turtle=TURTLE, request=None):
         """Record an event, of recording.EVENTS, that takes effect now or in the next step; the lock is held.

@@ -7,12 +7,12 @@ The functions may be called from any thread.
 import functools
 import math
 import operator
-import pathlib
 import zlib
 
 import cv2
 import numpy as np
 
+from kinematic_core.files import write_whole
 from kinematic_core.turtle_world import PIXELS_PER_METRE
 
 SIZE = 45  # [px] of a sprite; its artwork stays inside a circle, so that turned ones have room in the same square
@@ -237,4 +237,4 @@ def encode_png(frame):
 
 def save_png(frame, path):
     """Write a picture (RGB) to a PNG file; OSError where that cannot be."""
-    pathlib.Path(path).write_bytes(encode_png(frame))
+    write_whole(path, encode_png(frame))

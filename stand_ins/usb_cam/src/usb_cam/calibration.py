@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass, fields
 
 import yaml
 
+from kinematic_core.files import write_whole
+
 DEFAULT_URL = 'file://${ROS_HOME}/camera_info/${NAME}.yaml'  # that of camera_info_manager
 COEFFICIENTS = {'plumb_bob': (0, 4, 5), 'rational_polynomial': (0, 8, 12, 14), 'equidistant': (0, 4)}  # numbers of D
 MATRICES = {'camera_matrix': (3, 3), 'rectification_matrix': (3, 3), 'projection_matrix': (3, 4)}  # rows, columns
@@ -102,10 +104,7 @@ def write(path, calibration):
         document[key] = {'rows': rows, 'cols': columns or len(data), 'data': data}
     document['roi'] = dict(calibration.roi)
     os.makedirs(os.path.dirname(path), exist_ok=True)
-    new = f'{path}.{os.getpid()}.new'
-    with open(new, 'w', encoding='utf-8') as file:
-        yaml.safe_dump(document, file, sort_keys=False, default_flow_style=None, width=math.inf)
-    os.replace(new, path)
+    write_whole(path, yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=math.inf))
 
 
 def approximate(width, height, horizontal_fov):

@@ -9,6 +9,7 @@ import sys
 from alvar_core import code
 from alvar_core.printing import marker_files
 from alvar_core.printing.marker_files import DPI, CreateError, Marker
+from kinematic_core.files import write_whole
 
 CM, INCH = DPI / 2.54, DPI  # pixels a unit
 SIDE = 9.0  # units
@@ -214,8 +215,7 @@ def save(name, data):
     """Write a file, or raise a CreateError."""
     print(f'Saving: {name}')
     try:
-        with open(name, 'wb') as file:
-            file.write(data)
+        write_whole(name, data)
     except OSError as error:
         raise CreateError(f'{os.path.abspath(name)} could not be written: {error.strerror}; change to a folder of your '
                           'own with room in it') from None

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Recordings of both simulators: what exists stays, what is cut can be read, a full disk ends the recording alone."""
+import os
+import signal
+import sys
+
+import roslib.packages
+import rospy
+from kinematic_ros.srv import Step
+
+sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+from rostest_tools import DEADLINE, Process, SimulatorCase, run
+
+LARGEST = 40  # [KB] of a file on the full disk: the log fits, the recording does not
+
+
+class RecordingTest(SimulatorCase):
+    simulator = None
+
+    def start(self, package, node, *arguments, before=()):
+        """Start a paused simulator; return its Process."""
+        process = Process(*before, roslib.packages.find_node(package, node)[0], '_paused:=true', *arguments)
+        self.addCleanup(process.stop)
+        process.wait_for_output('Recording ')
+        rospy.wait_for_service(f'/{package}/step', DEADLINE)
+        return process
+
+    def check(self, package, node):
+        self.folder = self.temporary_directory()
+        path = os.path.join(self.folder, 'a.csv')
+        step = rospy.ServiceProxy(f'/{package}/step', Step)
+        simulator = self.start(package, node, f'_record:={path}')
+        step(5)
+        simulator.stop()
+        first = self.rows('a.csv')
+        self.assertEqual(6, len(first))
+        # ~record is set still: an earlier run's
+        simulator = self.start(package, node)
+        simulator.wait_for_output(rf'{path}., which exists and stays as it is: this run is recorded in .*a_2\.csv\. .*'
+                                  rf'rosparam delete /{package}/record')
+        step(3)
+        simulator.process.send_signal(signal.SIGKILL)
+        simulator.stop()
+        self.assertEqual(['a.csv', 'a_2.csv.active'], sorted(os.listdir(self.folder)))
+        self.assertEqual(first, self.rows('a.csv'))
+        self.assertEqual(4, len(self.rows('a_2.csv.active')))
+        simulator = self.start(package, node, before=('bash', '-c', f'ulimit -f {LARGEST}; exec "$@"', 'bash'))
+        step(8000)
+        simulator.wait_for_output(r'The recording ends here, after \d+ ticks: .*File too large.*a_3\.csv')
+        self.assertLess(1, step(1).steps - len(self.rows('a_3.csv')))
+        self.assertTrue(simulator.runs())
+        self.assertNotIn('Traceback', simulator.output())
+
+    def rows(self, name):
+        """Return the lines of a recording, all of them whole."""
+        with open(os.path.join(self.folder, name), encoding='utf-8') as file:
+            text = file.read()
+        self.assertEqual('\n', text[-1:])
+        lines = text.splitlines()
+        self.assertEqual({lines[0].count(',')}, {line.count(',') for line in lines})
+        return lines
+
+    def test_turtlesim_recordings(self):
+        self.check('turtlesim', 'turtlesim_node')
+
+    def test_robotont_recordings(self):
+        self.check('robotont_gazebo', 'robotont_gazebo')
+
+    def test_turtlesim_snapshot_names(self):
+        """A file, a folder and a link that leads nowhere are at the next names: they stay, a free one is found."""
+        with Process(roslib.packages.find_node('turtlesim', 'turtlesim_node')[0]) as process:
+            self.simulator = '/turtlesim'
+            folder = self.temporary_directory()
+            rospy.wait_for_service('/turtlesim/snapshot', DEADLINE)
+            self.set_parameter('snapshot_dir', folder)
+            os.symlink(os.path.join(folder, 'nowhere'), os.path.join(folder, 'turtlesim_0001.png'))
+            os.mkdir(os.path.join(folder, 'turtlesim_0002.png'))
+            answers = [self.call('snapshot').message for _ in range(2)]
+            self.assertEqual([os.path.join(folder, f'turtlesim_000{number}.png') for number in (3, 4)], answers)
+            self.assertFalse(os.path.exists(os.path.join(folder, 'nowhere')))
+            self.set_parameter('snapshot_dir', os.path.join(folder, 'nowhere'))
+            answer = self.call('snapshot')
+            self.assertFalse(answer.success)
+            self.assertIn('choose another folder', answer.message)
+            self.assertTrue(process.runs())
+
+
+if __name__ == '__main__':
+    run(RecordingTest)
