@@ -1,10 +1,12 @@
 """turtlesim.recording: what a recorder writes is what replay reads, to the bit."""
 import csv
 import errno
+import os
 
 import pytest
 import rospy
 
+from kinematic_core import recorder
 from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, random_start
 from turtlesim import replay
 from turtlesim.recording import TURTLE
@@ -18,13 +20,6 @@ class Request:
 
     def __init__(self, caller):
         self._connection_header = {'callerid': caller}
-
-
-class FullDisk:
-    """A file on which nothing can be written."""
-
-    def write(self, _):
-        raise OSError(errno.ENOSPC, 'No space left on device')
 
 
 class Recorded:
@@ -52,10 +47,11 @@ class Recorded:
             self.shared.step()
 
     def rows(self):
-        with open(self.path, newline='', encoding='utf-8') as file:
+        with recorder.open_growing(self.path) as file:
             return list(csv.DictReader(file))
 
     def assert_replays(self):
+        self.shared.end_recording()
         result = replay.replay(self.path)
         assert (result.different_poses, result.different_colours) == (0, [])
         assert result.ticks == len(self.rows())
@@ -141,7 +137,9 @@ def test_of_a_flood_of_commands_the_last_is_kept(path):
 
 def test_the_same_calls_give_the_same_bytes(tmp_path):
     for name in 'ab':
-        drive(Recorded(tmp_path / name, start=random_start(3)))
+        recorded = Recorded(tmp_path / name, start=random_start(3))
+        drive(recorded)
+        recorded.shared.end_recording()
     assert (tmp_path / 'a').read_bytes() == (tmp_path / 'b').read_bytes()
 
 
@@ -155,10 +153,15 @@ def test_a_full_disk_ends_the_recording_and_not_the_simulator(path, monkeypatch)
     errors = []
     monkeypatch.setattr(rospy, 'logerr', lambda text, *values: errors.append(text % values))
     recorded = Recorded(path)
-    recorded.shared._recorder._writer = csv.writer(FullDisk())
-    recorded.ticks(5)
+    recorded.ticks(1)
+
+    def write(*_):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+    monkeypatch.setattr(recorder.os, 'write', write)
+    recorded.ticks(4)
     assert recorded.shared.world.steps == 5
     assert len(errors) == 1 and 'No space left' in errors[0]
+    assert [row['tick'] for row in recorded.rows()] == ['0'] and os.path.exists(path)
 
 
 def test_a_recording_that_cannot_be_made_is_refused(tmp_path):
