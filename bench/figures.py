@@ -81,7 +81,10 @@ def stratified_phases(count, rng):
 
 @dataclass(frozen=True)
 class Target:
-    """What a figure has to reach. kind: 'ratio' (ours / peer at most), 'below', 'at_least', 'near' (within 0.5 %)."""
+    """What a figure has to reach.
+
+    kind: 'ratio' (ours / peer at most), 'below', 'at_least', 'at_most', 'near' (within 0.5 %).
+    """
 
     kind: str
     limit: float
@@ -90,7 +93,8 @@ class Target:
 
     def __str__(self):
         limit = f'{self.limit:,g}'
-        words = {'ratio': f'<= {limit} x peer', 'below': f'< {limit}', 'at_least': f'>= {limit}', 'near': f'= {limit}'}
+        words = {'ratio': f'<= {limit} x peer', 'below': f'< {limit}', 'at_least': f'>= {limit}',
+                 'at_most': f'<= {limit}', 'near': f'= {limit}'}
         return words[self.kind]
 
     def reached(self, ours, ratio):
@@ -104,6 +108,8 @@ class Target:
             return value < self.limit
         if self.kind == 'at_least':
             return value >= self.limit
+        if self.kind == 'at_most':
+            return value <= self.limit
         return abs(value - self.limit) <= self.NEAR_SHARE * self.limit
 
 

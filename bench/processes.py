@@ -134,9 +134,17 @@ class Child:
     def pid(self):
         return self.process.pid
 
+    def output(self):
+        """All that it has written, but for what `next_line` reads."""
+        return _read(self._log_path)
+
+    def lines(self):
+        """How many lines it has written."""
+        return self.output().count('\n')
+
     def tail(self):
         """The last lines it has written, indented; a remark when there are none."""
-        lines = _read(self._log_path).splitlines()[-TAIL_LINES:]
+        lines = self.output().splitlines()[-TAIL_LINES:]
         return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
 
     def require_alive(self):
@@ -177,6 +185,12 @@ class Child:
         except subprocess.TimeoutExpired:
             return False
         return True
+
+    def kill(self):
+        """End it by SIGKILL, without its descendants' knowing."""
+        self.process.kill()
+        self.process.wait()
+        self.stop()
 
     def stop(self):
         """End it and its descendants: asked first, killed when it does not listen. Twice is harmless."""

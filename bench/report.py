@@ -25,7 +25,8 @@ def cells(row):
     ratio = '-' if row.ratio is None else f'{row.ratio:.2f}'
     target = str(figure.target) if figure.target else ''
     verdict = {True: 'yes', False: 'NO', None: '-' if figure.target else ''}[row.ok]
-    return (f'{figure.name} [{figure.unit}]', number(row.ours), number(row.peer), ratio, target, verdict)
+    name = f'{figure.name} [{figure.unit}]' if figure.unit else figure.name
+    return (name, number(row.ours), number(row.peer), ratio, target, verdict)
 
 
 def table(rows):

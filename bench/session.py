@@ -83,17 +83,20 @@ class Subject:
     """A node under test and its master. side: 'ours' or 'peer'; command: list; folder: for logs, removed later."""
 
     def __init__(self, side, command, port, folder):
-        self.side = side
-        self._command = command
-        self._folder = folder
-        self._uri = f'http://localhost:{port}'
-        self._env = dict(os.environ, ROS_MASTER_URI=self._uri, ROS_HOSTNAME='localhost', ROS_LOG_DIR=folder,
+        self.side, self.command, self.folder = side, command, folder
+        self.uri = f'http://localhost:{port}'
+        self._env = dict(os.environ, ROS_MASTER_URI=self.uri, ROS_HOSTNAME='localhost', ROS_LOG_DIR=folder,
                          ROS_HOME=folder, QT_QPA_PLATFORM='offscreen')
         for name in ('DISPLAY', 'ROS_NAMESPACE', 'ROS_IP'):
             self._env.pop(name, None)
         self._node_env = dict(self._env)
         self._node_env['ROS_PACKAGE_PATH'] = package_path(command[0], self._env.get('ROS_PACKAGE_PATH', ''))
-        self.master = Child(f'master of {side}', ['rosmaster', '--core', '-p', str(port)], self._env, folder)
+        self.start_master()
+
+    def start_master(self):
+        """Start the master, anew after it was ended; `await_master` returns when it answers."""
+        port = self.uri.rpartition(':')[2]
+        self.master = Child(f'master of {self.side}', ['rosmaster', '--core', '-p', port], self._env, self.folder)
 
     def await_master(self):
         """Return once the master answers; BenchError with its last lines when it does not."""
@@ -101,26 +104,31 @@ class Subject:
         while True:
             self.master.require_alive()
             try:
-                xmlrpc.client.ServerProxy(self._uri).getPid('/bench')
+                xmlrpc.client.ServerProxy(self.uri).getPid('/bench')
                 return
             except OSError:
                 if time.monotonic() > deadline:
-                    raise BenchError(f'The master at {self._uri} gave no answer within {MASTER_DEADLINE:.0f} s. '
+                    raise BenchError(f'The master at {self.uri} gave no answer within {MASTER_DEADLINE:.0f} s. '
                                      f'Its last lines:\n{self.master.tail()}') from None
             time.sleep(POLL)
 
+    def start(self, name, command, **environment):
+        """Start any program beside the node under test: a Child. A variable of the environment that is None goes."""
+        env = {key: value for key, value in {**self._node_env, **environment}.items() if value is not None}
+        return Child(name, command, env, self.folder)
+
     def node(self, *arguments):
         """Start the node under test: a Child, to be used as a context manager."""
-        return Child(f'node of {self.side}', [*self._command, *arguments], self._node_env, self._folder)
+        return self.start(f'node of {self.side}', [*self.command, *arguments])
 
     def other(self, command):
         """Start another node that the one under test works with: a Child, likewise."""
-        return Child(f'other node of {self.side}', command, self._node_env, self._folder)
+        return self.start(f'other node of {self.side}', command)
 
     def probe(self, module, *arguments):
         """Start a sibling module of this one as a client that prints one JSON document a line: a Child."""
         command = [sys.executable, os.path.join(HERE, module), *(str(argument) for argument in arguments)]
-        return Child(f'{module} {arguments[0]}', command, self._env, self._folder, lines=True)
+        return Child(f'{module} {arguments[0]}', command, self._env, self.folder, lines=True)
 
 
 def answer(probe, patience, watched=()):

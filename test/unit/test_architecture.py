@@ -40,7 +40,7 @@ SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *STAND_INS.glob('*/
                  if path.is_file())
 STAND_IN_MODULES = sorted(STAND_INS.rglob('*.py')) + [path for path in SCRIPTS if STAND_INS in path.parents
                                                       and path.suffix != '.py']
-MODULES = sorted({path for folder in ('src', 'scripts', 'stand_ins', 'bench', 'test')
+MODULES = sorted({path for folder in ('src', 'scripts', 'stand_ins', 'bench', 'stress', 'test')
                   for path in (REPOSITORY / folder).rglob('*.py')} | set(SCRIPTS))
 LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *STAND_INS.glob('*/launch/*.launch')])
 

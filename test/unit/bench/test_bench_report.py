@@ -61,3 +61,8 @@ def test_json_holds_every_row():
     assert document['figures'][1]['ok'] is False
     assert document['figures'][2]['target'] is None
     assert document['machine'] == {'cores': 4}
+
+
+def test_figures_that_are_counts_have_no_unit():
+    row = judge(Figure('lost', 'lost', '', sum, Target('at_most', 0)), {'ours': {'lost': [1, 2]}})
+    assert report.cells(row) == ('lost', '3', '-', '-', '<= 0', 'NO')

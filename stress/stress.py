@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+"""Attack this project's nodes, beside a peer's turtlesim_node if one is given, and tell what was lost.
+
+`./run stress [SUITE ...]` calls it in the built workspace. The same seed sends the same inputs. Exit code: 0 nothing
+was lost and every target was reached, 1 something was lost, missed or could not be tried, 2 wrong usage, 130
+interrupted.
+"""
+
+import argparse
+import importlib
+import random
+import shutil
+import signal
+import sys
+import tempfile
+from contextlib import ExitStack
+
+import report
+from figures import OURS, PEER, judge
+from processes import WAYS_OUT, BenchError, stop_all
+from session import Subject, free_ports, split_command
+from trial import Scale
+from under_test import TROUBLE, tell
+
+SUITES = {  # minutes that the full form takes, about
+    'fuzz': 6.0, 'clients': 5.0, 'master': 6.0, 'storms': 3.0, 'system': 10.0, 'soak': 60.0}
+DEFAULT = tuple(name for name in SUITES if name != 'soak')
+FIRST_PORTS = 12000, 19900  # of the masters, below those that systems give to outgoing connections
+LARGEST_SEED = 2 ** 31 - 1
+
+
+def parse(arguments):
+    """The options; ends the program with code 2 and a text on wrong usage."""
+    parser = argparse.ArgumentParser(prog='./run stress', description=__doc__.splitlines()[0])
+    parser.add_argument('suites', nargs='*', metavar='SUITE',
+                        help=f'any of {", ".join(SUITES)}; default: all but soak')
+    parser.add_argument('--minutes', type=positive, metavar='N', help='take about so long for each suite; default: '
+                        + ', '.join(f'{name} {minutes:g}' for name, minutes in SUITES.items()))
+    parser.add_argument('--small', action='store_true', help='a little of everything, as in ./run test; what depends '
+                        'on the speed of the machine is not judged')
+    parser.add_argument('--seed', type=int, help='send the same inputs as the run that printed this seed')
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='these attacks alone; --list names them')
+    parser.add_argument('--peer', metavar='COMMAND', help='another turtlesim_node to attack in the same run')
+    parser.add_argument('--json', metavar='FILE', help='also write the figures there')
+    parser.add_argument('--list', action='store_true', help='name the attacks of the suites and end')
+    options = parser.parse_args(arguments)
+    for name in options.suites:
+        if name not in SUITES:
+            parser.error(f'there is no suite {name!r}: allowed are {", ".join(SUITES)}')
+    if options.small and options.minutes:
+        parser.error('--small has its own length: leave out --minutes')
+    if options.seed is not None and not 0 <= options.seed <= LARGEST_SEED:
+        parser.error(f'--seed {options.seed}: allowed is 0 to {LARGEST_SEED}')
+    options.suites = options.suites or list(DEFAULT)
+    if options.seed is None:
+        options.seed = random.SystemRandom().randrange(LARGEST_SEED)
+    _check_only(parser, options)
+    return options
+
+
+def _check_only(parser, options):
+    known = [name for suite in options.suites for name in load(suite).ATTACKS]
+    for name in options.only or ():
+        if name not in known:
+            parser.error(f'--only {name}: allowed are {", ".join(known)}')
+
+
+def positive(text):
+    """A finite number above 0, for argparse."""
+    value = float(text)
+    if not 0.0 < value < float('inf'):
+        raise ValueError(text)
+    return value
+
+
+def load(suite):
+    """The module of a suite: ATTACKS {name: Attack} and FIGURES."""
+    return importlib.import_module(f'stress_{suite}')
+
+
+def numbers(seed, suite, attack):
+    """The random numbers of an attack: the same for ours and the peer, whatever else runs."""
+    return random.Random(f'{seed}/{suite}/{attack}')
+
+
+def scale_of(options, suite):
+    """The Scale of a suite."""
+    return Scale(1.0 if options.minutes is None else options.minutes / SUITES[suite], options.small)
+
+
+def subjects(options, folder):
+    """Ours and the peer, each with a running master."""
+    commands = {OURS: ['unused']}
+    if options.peer:
+        commands[PEER] = split_command(options.peer)
+    ports = free_ports(random.SystemRandom().randrange(*FIRST_PORTS), len(commands))
+    found = [Subject(side, command, port, folder) for (side, command), port in zip(commands.items(), ports)]
+    for subject in found:
+        subject.await_master()
+    return found
+
+
+def attack_all(options, under_test):
+    """({side: {key: samples}}, [(suite, attack, side, text of what could not be tried)])."""
+    pools, failures = {subject.side: {} for subject in under_test}, []
+    for suite in options.suites:
+        for name, attack in load(suite).ATTACKS.items():
+            if options.only and name not in options.only:
+                continue
+            for subject in under_test:
+                if subject.side == PEER and not attack.peer:
+                    continue
+                tell(f'{suite}, {name}: {attack.about} ({subject.side})')
+                try:
+                    found = attack.run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
+                except (BenchError, *TROUBLE) as error:
+                    failures.append((suite, name, subject.side, f'{type(error).__name__}: {error}'))
+                    tell(f'    FAILED: {error}')
+                    continue
+                for key, values in found.items():
+                    pools[subject.side].setdefault(key, []).extend(values)
+    return pools, failures
+
+
+def figures_of(options):
+    """The figures of all suites, those of times and rates without a target in the small form."""
+    for suite in options.suites:
+        for figure in load(suite).FIGURES:
+            timed = bool(figure.unit)
+            yield figure.__class__(figure.name, figure.key, figure.unit, figure.reduce,
+                                   None if options.small and timed else figure.target)
+
+
+def is_lost(rows, failures):
+    """Whether ours missed a target or could not be tried."""
+    return any(row.ok is False for row in rows) or any(side == OURS for _, _, side, _ in failures)
+
+
+def hand_out(options, pools, failures, facts):
+    """Print the table and what failed, write the JSON; return the exit code."""
+    rows = [judge(figure, pools) for figure in figures_of(options)]
+    print(report.table(rows))
+    print(report.verdict([row for row in rows if row.ours is not None]))
+    for suite, name, side, text in failures:
+        print(f'Could not be tried: {suite}, {name}, of {side}. {text}')
+    print(f'The seed was {options.seed}; --seed {options.seed} sends the same inputs.')
+    if options.json:
+        settings = {'seed': options.seed, 'small': options.small, 'minutes': options.minutes,
+                    'peer': bool(options.peer)}
+        told = [{'suite': suite, 'attack': name, 'side': side, 'error': text.splitlines()[0]}
+                for suite, name, side, text in failures]
+        try:
+            with open(options.json, 'w', encoding='utf-8') as file:
+                file.write(report.as_json(' '.join(options.suites), rows, told, settings, facts))
+        except OSError as error:
+            raise BenchError(f'The figures cannot be written: {error}. Name another file with --json.') from error
+    return 1 if is_lost(rows, failures) else 0
+
+
+def run(options):
+    """Attack and hand out; the exit code."""
+    facts = report.machine()
+    tell(f'Seed: {options.seed}')
+    with ExitStack() as stack:
+        folder = tempfile.mkdtemp(prefix='turtle_robotont_stress_')
+        stack.callback(shutil.rmtree, folder, ignore_errors=True)
+        stack.callback(stop_all)
+        pools, failures = attack_all(options, subjects(options, folder))
+    return hand_out(options, pools, failures, facts)
+
+
+def _interrupt(_number, _frame):
+    for number in WAYS_OUT:
+        signal.signal(number, signal.SIG_IGN)  # the way out is not interrupted again
+    raise KeyboardInterrupt
+
+
+def main():
+    options = parse(sys.argv[1:])
+    if options.list:
+        for suite in options.suites:
+            for name, attack in load(suite).ATTACKS.items():
+                print(f'{suite:<8} {name:<14} {attack.about}')
+        return 0
+    for number in WAYS_OUT:
+        signal.signal(number, _interrupt)
+    try:
+        return run(options)
+    except BenchError as error:
+        tell(f'stress: {error}')
+        return 1
+    except KeyboardInterrupt:
+        tell('stress: interrupted; everything it had started is ended')
+        return 130
+
+
+if __name__ == '__main__':
+    sys.exit(main())
