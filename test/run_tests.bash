@@ -20,7 +20,7 @@ all_cases() {
   printf 'grading\tsame_ten_times\n'
   find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
   for manifest in package.xml stand_ins/*/package.xml; do printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"; done
-  printf 'ruff\tcheck\n'
+  printf 'ruff\tcheck\nmypy\tcheck\n'
 }
 
 # Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
@@ -61,6 +61,7 @@ case_command() {
       if [ "$2" = . ]; then set -- "$@" --ignore uninstalled_script; fi
       timeout "$check_seconds" catkin_lint -q -W1 --strict "${@:4}" "$repo/$2"
       ;;
+    mypy) cd "$repo" && timeout "$rostest_seconds" mypy --cache-dir "$ws/mypy_cache" ;;
     ruff) timeout "$check_seconds" ruff check --output-format concise --cache-dir "$ws/ruff_cache" "$repo" ;;
   esac
 }

@@ -110,7 +110,7 @@ def rostest_cases(results, name):
 
 
 def check_case(results, kind, name):
-    """The one case of roslaunch-check, catkin_lint or ruff."""
+    """The one case of roslaunch-check, catkin_lint, ruff or mypy."""
     folder = results / kind / name
     code = _exit_code(folder)
     if code == 0:

@@ -179,7 +179,7 @@ def _planks(rng, width, depth):
 
 def _texture(marker_id):
     """Return a card with a marker, one cell of white around."""
-    black = cv2.resize(drawing.marker_picture(marker_id, 9), None, fx=CELL, fy=CELL, interpolation=cv2.INTER_NEAREST)
+    black = cv2.resize(drawing.marker_image(marker_id, 9), None, fx=CELL, fy=CELL, interpolation=cv2.INTER_NEAREST)
     card = np.pad(black, CELL, constant_values=255)
     return cv2.cvtColor(cv2.convertScaleAbs(card, alpha=0.78, beta=26), cv2.COLOR_GRAY2BGR)
 

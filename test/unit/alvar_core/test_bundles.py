@@ -54,11 +54,11 @@ def test_a_marker_of_unknown_place_belongs_to_the_bundle(read):
     assert bundle.ids == (7, 9) and set(bundle.corners) == {7}
 
 
-def test_more_markers_than_announced_are_left_out(read):
+def test_more_markers_than_announced_are_ignored(read):
     bundle = read(text_of(MARKER.format(7, 1), SIDEWAYS, count=1))
     assert bundle.ids == (7,)
-    assert bundle.notes == ('2 <marker> elements, but markers="1": those after the first 1 are left out, as the '
-                            'original does',)
+    assert bundle.notes == ('2 <marker> elements, but markers="1": those after the first 1 are ignored, as in '
+                            'the original',)
 
 
 def test_the_corner_that_createmarker_lost_is_completed(read):
@@ -69,26 +69,26 @@ def test_the_corner_that_createmarker_lost_is_completed(read):
     assert note.startswith('marker 1 (index 7): its first corner lies in its centre')
 
 
-def test_corners_that_are_no_square_are_noted(read):
+def test_corners_that_are_not_a_square_are_noted(read):
     bundle = read(text_of(MARKER.format(7, 1).replace('x="2.2" y="2.2"', 'x="2.2" y="3.2"')))
-    assert bundle.notes == ('marker 1 (index 7): its corners are no square; its sides are 4.4, 5.4, 4.512, 4.4 cm, its '
-                            'diagonals 6.966, 6.223 cm',)
+    assert bundle.notes == ('marker 1 (index 7): its corners are not a square; its sides are 4.4, 5.4, 4.512, 4.4 cm, '
+                            'its diagonals 6.966, 6.223 cm',)
 
 
 GOOD = text_of(MARKER.format(7, 1), SIDEWAYS)
 
 
 @pytest.mark.parametrize('right, wrong, said', [
-    (GOOD, '', 'is no XML: no element found: line 1, column 0'),
-    ('</multimarker>', '', 'is no XML: no element found: line 10'),
-    ('UTF-8', 'no-such', 'is no XML: unknown encoding'),
+    (GOOD, '', 'is not XML: no element found: line 1, column 0'),
+    ('</multimarker>', '', 'is not XML: no element found: line 10'),
+    ('UTF-8', 'no-such', 'is not XML: unknown encoding'),
     ('multimarker', 'multi', '<multi>: the outermost element must be <multimarker markers="NUMBER OF MARKERS">'),
     (' markers="2"', '', '<multimarker>: markers is missing; a whole number from 1 on is needed'),
     ('markers="2"', 'markers="two"', '<multimarker>: markers="two": a whole number from 1 on'),
     ('markers="2"', 'markers="3"', '<multimarker>: markers="3", but there are 2 <marker> elements'),
     ('index="7"', '', 'marker 1: index is missing'),
     ('index="7"', 'index="-7"', 'marker 1: index="-7": a whole number from 0 to 4294967295'),
-    ('index="7"', 'index="2"', 'marker 2: index="2" is there twice'),
+    ('index="7"', 'index="2"', 'marker 2: index="2" appears twice'),
     ('status="2"', '', 'marker 2 (index 2): status is missing'),
     ('status="2"', 'status="1.5"', 'marker 2 (index 2): status="1.5": a whole number from 0 on'),
     ('<corner x="2.5" y="-2.2" z="-0.3" />', '', 'marker 2 (index 2): 3 <corner> elements; four are needed'),
@@ -96,8 +96,8 @@ GOOD = text_of(MARKER.format(7, 1), SIDEWAYS)
     ('x="2.5" y="-2.2" z="-4.7"', 'x="2,5" y="-2.2" z="-4.7"', 'corner 2: x="2,5": a number of centimetres from'),
     ('x="2.5" y="-2.2" z="-4.7"', 'x="nan" y="-2.2" z="-4.7"', 'corner 2: x="nan": a number'),
     ('x="2.5" y="-2.2" z="-4.7"', 'x="1e300" y="-2.2" z="-4.7"', 'corner 2: x="1e300": a number'),
-    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="-2.2" z="-0.3"', 'marker 2 (index 2): its corners are no square: two of'),
-    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="2.2" z="-0.3"', 'marker 2 (index 2): its corners are no square: two of'),
+    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="-2.2" z="-0.3"', 'marker 2 (index 2): its corners are not a square: two'),
+    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="2.2" z="-0.3"', 'marker 2 (index 2): its corners are not a square: two'),
 ])
 def test_what_is_wrong_is_named(read, tmp_path, right, wrong, said):
     assert right in GOOD
@@ -115,5 +115,5 @@ def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(bundles.BundleError, match='no.xml cannot be read: No such file or directory'):
         bundles.read(tmp_path / 'no.xml')
     (tmp_path / 'bytes.xml').write_bytes(bytes(range(256)))
-    with pytest.raises(bundles.BundleError, match='bytes.xml is no XML'):
+    with pytest.raises(bundles.BundleError, match='bytes.xml is not XML'):
         bundles.read(tmp_path / 'bytes.xml')

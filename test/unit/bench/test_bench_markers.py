@@ -61,7 +61,7 @@ def test_every_id_is_in_the_baselines_dictionary():
     camera, baseline = default_camera(), ArucoBaseline()
     for number in range(0, 256, 15):
         blank = np.full((480, 640), 220, np.uint8)
-        blank[150:330, 200:380] = drawing.marker_picture(number, 180)
+        blank[150:330, 200:380] = drawing.marker_image(number, 180)
         assert [found['id'] for found in baseline.detect(blank, camera, 0.1)] == [number]
 
 

@@ -3,8 +3,12 @@
 Ideal pixels are those of a camera with the same matrix and no distortion: u = fx x / z + cx.  Pixel (0, 0) is the
 centre of the top left pixel.
 """
+from __future__ import annotations
+
 import cv2
 import numpy as np
+
+from alvar_core.arrays import ArrayLike, Floats
 
 
 class CameraError(ValueError):
@@ -14,18 +18,19 @@ class CameraError(ValueError):
 class Camera:
     """Camera matrix (9 numbers, pixels) and distortion (k1 k2 p1 p2 [k3 [k4 k5 k6]]); CameraError if unusable.
 
-    size: (width, height) px of its pictures if known; pictures of another size are refused then.
+    size: (width, height) px of its images if known; images of another size are refused then.
     """
 
-    def __init__(self, matrix, distortion=None, size=None):
-        self.size = None if size is None else tuple(int(v) for v in size)
+    def __init__(self, matrix: ArrayLike, distortion: ArrayLike | None = None,
+                 size: tuple[int, int] | None = None) -> None:
+        self.size = None if size is None else (int(size[0]), int(size[1]))
         self.matrix = _checked_matrix(matrix)
         self.distortion = _checked_distortion(distortion)
         self.distorted = bool(np.any(self.distortion))
         self.fx, self.fy, self.cx, self.cy = self.matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
         self.focal, self.centre = self.matrix[[0, 1], [0, 1]], self.matrix[:2, 2]
 
-    def to_real(self, x, y):
+    def to_real(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Ideal pixel coordinates (two arrays of one shape) to real ones."""
         if not self.distorted:
             return x, y
@@ -41,39 +46,39 @@ class Camera:
         real_y = y * scale + p1 * (r2 + 2 * yy) + 2 * p2 * xy
         return real_x * float(self.fx) + float(self.cx), real_y * float(self.fy) + float(self.cy)
 
-    def to_ideal(self, points):
+    def to_ideal(self, points: ArrayLike) -> Floats:
         """Real pixel points (..., 2) to ideal ones, float64."""
         points = np.asarray(points, np.float64)
         if not self.distorted:
             return points.copy()
         flat = points.reshape(-1, 1, 2)
-        return cv2.undistortPoints(flat, self.matrix, self.distortion, P=self.matrix).reshape(points.shape)
+        ideal = cv2.undistortPoints(flat, self.matrix, self.distortion, P=self.matrix)
+        return np.asarray(ideal, np.float64).reshape(points.shape)
 
-    def to_rays(self, ideal):
+    def to_rays(self, ideal: ArrayLike) -> Floats:
         """Ideal pixel points (..., 2) to x/z, y/z."""
         return (np.asarray(ideal) - self.centre) / self.focal
 
 
-
-def default_camera(width=640, height=480, distorted=False):
+def default_camera(width: int = 640, height: int = 480, distorted: bool = False) -> Camera:
     """A Camera like a webcam's: 60 degrees wide; with some barrel distortion if asked."""
     focal = 0.82 * width
     return Camera([focal, 0, width / 2 - 0.5, 0, focal, height / 2 - 0.5, 0, 0, 1],
                   [-0.15, 0.04, 0.001, -0.0008, 0.0] if distorted else None)
 
 
-def _numbers(values, what):
+def _numbers(values: ArrayLike, what: str) -> Floats:
     try:
         return np.asarray(values, np.float64).ravel()
     except (TypeError, ValueError):
         raise CameraError(f'{what} is {values!r}: numbers are needed') from None
 
 
-def _checked_matrix(matrix):
-    matrix = _numbers(matrix, 'camera matrix K')
-    if matrix.size != 9:
-        raise CameraError(f'camera matrix K has {matrix.size} numbers, 9 are needed')
-    matrix = matrix.reshape(3, 3)
+def _checked_matrix(matrix: ArrayLike) -> Floats:
+    values = _numbers(matrix, 'camera matrix K')
+    if values.size != 9:
+        raise CameraError(f'camera matrix K has {values.size} numbers, 9 are needed')
+    matrix = values.reshape(3, 3)
     if not np.all(np.isfinite(matrix)) or matrix[0, 0] <= 0 or matrix[1, 1] <= 0 \
             or not np.allclose(matrix[2], [0, 0, 1]):
         raise CameraError(f'camera matrix K is {matrix.ravel().tolist()}: fx and fy must be above 0, the last row '
@@ -81,7 +86,7 @@ def _checked_matrix(matrix):
     return matrix
 
 
-def _checked_distortion(distortion):
+def _checked_distortion(distortion: ArrayLike | None) -> Floats:
     values = np.zeros(0) if distortion is None else _numbers(distortion, 'distortion D')
     if values.size > 8 or not np.all(np.isfinite(values)):
         raise CameraError(f'distortion D is {values.tolist()}: up to 8 finite numbers (k1 k2 p1 p2 k3 k4 k5 k6) '

@@ -14,17 +14,25 @@ The last block of a marker may be shorter.  Text is stored with six bits a lette
 
 Behaviour after ALVAR 2.0 as used by ar_track_alvar (resolution up to 127 there, up to MAX_RESOLUTION here).
 """
+from __future__ import annotations
+
 from dataclasses import dataclass
 from numbers import Real
+from typing import Iterable, Sequence, Tuple, Union
 
 import numpy as np
+
+from alvar_core.arrays import ArrayLike, Bools
 
 NUMBER, STRING, FILE, HTTP = range(4)
 KINDS = ('number', 'string', 'file', 'http')
 MIN_RESOLUTION, MAX_RESOLUTION = 5, 31
-MAX_NUMBER = 2 ** 32 - 1
+MAX_NUMBER = 2 ** 32 - 1  # the largest id
 LETTERS = ":abcdefghijklmnopqrstuvwxyz0123456789+-*/()$= ,.#[]%\"_!&'?<>@\\^;"
 HEADER_BITS = 8
+
+Value = Union[int, str]
+Word = Tuple[int, int, Sequence[int]]  # resolution, block size, bits
 
 
 class CodeError(ValueError):
@@ -33,18 +41,19 @@ class CodeError(ValueError):
 
 @dataclass(frozen=True)
 class Content:
-    """What a marker says: kind (an index of KINDS), the number or text, cells put right, quarter turns.
+    """What a marker says.
 
-    `turns` is how often the given cells had to be turned by 90 degrees counterclockwise (numpy.rot90) to stand upright.
+    kind: an index of KINDS; value: the number or text; corrected: number of corrected cells; turns: number of quarter
+    turns, counterclockwise as numpy.rot90's, that make the given cells upright.
     """
 
     kind: int
-    value: object
+    value: Value
     corrected: int
     turns: int = 0
 
 
-def check_resolution(resolution):
+def check_resolution(resolution: float) -> int:
     """Return the resolution as int, or raise CodeError if no marker has it."""
     if isinstance(resolution, bool) or not isinstance(resolution, Real) \
             or resolution not in range(MIN_RESOLUTION, MAX_RESOLUTION + 1, 2):
@@ -53,8 +62,8 @@ def check_resolution(resolution):
     return int(resolution)
 
 
-def fixed_cells(resolution):
-    """Return (mask, values), each (n, n) bool: the cells that every marker has alike, and which of them are white."""
+def fixed_cells(resolution: int) -> tuple[Bools, Bools]:
+    """Return (mask, white), each (n, n) bool: the cells that all markers share, and which of them are white."""
     n, mid = check_resolution(resolution), resolution // 2
     mask, white = np.zeros((n, n), bool), np.zeros((n, n), bool)
     mask[mid] = True
@@ -64,27 +73,27 @@ def fixed_cells(resolution):
     return mask, white
 
 
-def payload_cells(resolution, block):
-    """Cells that carry payload (parity included) with blocks of `block` cells."""
+def payload_cells(resolution: int, block: int) -> int:
+    """Number of cells that carry payload (parity included) with blocks of `block` cells."""
     cells = resolution * resolution - resolution - 4 - (HEADER_BITS if resolution > 5 else 0)
     tail = cells % block
     return cells - tail if tail < 3 else cells
 
 
-def _is_parity(position):
+def _is_parity(position: int) -> bool:
     return position & (position - 1) == 0
 
 
-def _block_sizes(cells, block):
+def _block_sizes(cells: int, block: int) -> list[int]:
     return [min(block, cells - start) for start in range(0, cells, block)]
 
 
-def data_bits(cells, block):
+def data_bits(cells: int, block: int) -> int:
     """Data bits that fit in `cells` cells."""
     return sum(sum(not _is_parity(i) for i in range(1, size + 1)) for size in _block_sizes(cells, block))
 
 
-def _encode_block(bits, size):
+def _encode_block(bits: Iterable[int], size: int) -> list[int]:
     word = [0] * (size + 1)
     source = iter(bits)
     syndrome = 0
@@ -100,8 +109,9 @@ def _encode_block(bits, size):
     return word[1:]
 
 
-def _encode(bits, cells, block):
-    out, start = [], 0
+def _encode(bits: Sequence[int], cells: int, block: int) -> list[int]:
+    out: list[int] = []
+    start = 0
     for size in _block_sizes(cells, block):
         count = data_bits(size, block)
         out += _encode_block(bits[start:start + count], size)
@@ -109,7 +119,7 @@ def _encode(bits, cells, block):
     return out
 
 
-def _decode_block(word):
+def _decode_block(word: Sequence[int]) -> tuple[list[int], int] | None:
     """Return (data bits, corrected) or None when two cells are wrong."""
     size = len(word)
     word = [0] + list(word)
@@ -132,8 +142,9 @@ def _decode_block(word):
     return [word[i] for i in range(1, size + 1) if not _is_parity(i)], corrected
 
 
-def _decode(word, block):
-    data, corrected = [], 0
+def _decode(word: Sequence[int], block: int) -> tuple[list[int], int] | None:
+    data: list[int] = []
+    corrected = 0
     for start in range(0, len(word), block):
         found = _decode_block(word[start:start + block])
         if found is None:
@@ -143,7 +154,7 @@ def _decode(word, block):
     return data, corrected
 
 
-def _smallest(length, first, strong, resolution):
+def _smallest(length: int, first: int, strong: bool, resolution: int | None) -> tuple[int, int]:
     """Return (resolution, block): the smallest marker with room for `length` data bits."""
     wanted = range(first, MAX_RESOLUTION + 1, 2) if resolution is None else [check_resolution(resolution)]
     for n in wanted:
@@ -157,18 +168,18 @@ def _smallest(length, first, strong, resolution):
     raise CodeError(f'{length} bits do not fit in a marker of resolution {resolution}; resolution {enough} is enough')
 
 
-def _to_bits(value, count):
+def _to_bits(value: int, count: int) -> list[int]:
     return [(value >> shift) & 1 for shift in range(count - 1, -1, -1)]
 
 
-def _from_bits(bits):
+def _from_bits(bits: Iterable[int]) -> int:
     value = 0
     for bit in bits:
         value = value * 2 + int(bit)
     return value
 
 
-def _number_word(number, strong, resolution):
+def _number_word(number: float, strong: bool, resolution: int | None) -> Word:
     if isinstance(number, bool) or int(number) != number or not 0 <= number <= MAX_NUMBER:
         raise CodeError(f'marker id {number!r}: a whole number from 0 to {MAX_NUMBER} is needed')
     number = int(number)
@@ -177,7 +188,7 @@ def _number_word(number, strong, resolution):
     return n, block, _encode(_to_bits(number, data_bits(cells, block)), cells, block)
 
 
-def _text_word(text, strong, resolution):
+def _text_word(text: str, strong: bool, resolution: int | None) -> Word:
     text = text.lower()
     unknown = ''.join(sorted(set(text) - set(LETTERS)))
     if not text or unknown:
@@ -195,7 +206,7 @@ def _text_word(text, strong, resolution):
     return n, block, _encode(bits + [0] * (room - len(bits)), cells, block)
 
 
-def encode(value, kind=None, strong=False, resolution=None):
+def encode(value: Value, kind: int | None = None, strong: bool = False, resolution: int | None = None) -> Bools:
     """Return the data cells, (n, n) bool, True is white, of a number (int) or a text (str).
 
     The smallest resolution with room is taken, as ALVAR does, unless one is given.  `strong` forbids blocks of 16.
@@ -204,10 +215,12 @@ def encode(value, kind=None, strong=False, resolution=None):
     kind = (STRING if isinstance(value, str) else NUMBER) if kind is None else kind
     if (kind == NUMBER) == isinstance(value, str):
         raise CodeError(f'a marker of kind {KINDS[kind]} cannot hold {value!r}')
-    word = _number_word if kind == NUMBER else _text_word
-    n, block, bits = word(value, strong, resolution)
+    if isinstance(value, str):
+        n, block, bits = _text_word(value, strong, resolution)
+    else:
+        n, block, bits = _number_word(value, strong, resolution)
     if n > 5:
-        bits = _encode_block([int(block == 16)] + _to_bits(kind, 3), 8) + bits
+        bits = [*_encode_block([int(block == 16), *_to_bits(kind, 3)], 8), *bits]
     mask, cells = fixed_cells(n)
     free = np.flatnonzero(~mask.ravel())
     flat = cells.ravel()
@@ -216,8 +229,8 @@ def encode(value, kind=None, strong=False, resolution=None):
     return flat.reshape(n, n)
 
 
-def decode_upright(cells, max_fixed_errors=0):
-    """Return the Content of upright cells ((n, n), true is white), or None if they are no marker."""
+def decode_upright(cells: ArrayLike, max_fixed_errors: int = 0) -> Content | None:
+    """Return the Content of upright cells ((n, n), true is white), or None if they are not a marker."""
     cells = np.asarray(cells, bool)
     n = check_resolution(len(cells))
     mask, white = fixed_cells(n)
@@ -236,23 +249,22 @@ def decode_upright(cells, max_fixed_errors=0):
     found = _decode(word[:payload_cells(n, block)], block)
     if found is None:
         return None
-    value = _from_bits(found[0])
+    data, corrected = found
     if kind != NUMBER:
-        groups = zip(*[iter(found[0])] * 6)
-        value = ''.join(LETTERS[_from_bits(g)] for g in groups).rstrip(' ')
-    elif value > MAX_NUMBER:
-        return None
-    return Content(kind, value, wrong + found[1])
+        letters = [LETTERS[_from_bits(data[start:start + 6])] for start in range(0, len(data) - 5, 6)]
+        return Content(kind, ''.join(letters).rstrip(' '), wrong + corrected)
+    number = _from_bits(data)
+    return Content(kind, number, wrong + corrected) if number <= MAX_NUMBER else None
 
 
-def decode(cells, max_wrong=1):
+def decode(cells: ArrayLike, max_wrong: int = 1) -> Content | None:
     """Return the Content of cells seen in any of the four orientations, or None.
 
     At most `max_wrong` cells may be wrong.  The orientation with the fewest wrong cells counts; None if two tie.
     """
-    best = []
+    best: list[Content] = []
     for turns in range(4):
-        found = decode_upright(np.rot90(cells, turns), max_wrong)
+        found = decode_upright(np.rot90(np.asarray(cells, bool), turns), max_wrong)
         if found and found.corrected <= max_wrong:
             best.append(Content(found.kind, found.value, found.corrected, turns))
     best.sort(key=lambda content: content.corrected)

@@ -1,23 +1,31 @@
-"""Drawn markers, and where points of a marker appear in an image."""
+"""Drawn markers, and where points of a marker appear in an image.
+
+Marker frame: origin in the centre of the black square; looking at the marker as drawn: x right, y up, z out of it.
+"""
+from __future__ import annotations
+
 import numpy as np
 
 from alvar_core import code
+from alvar_core.arrays import ArrayLike, Bools, Floats, Image
+from alvar_core.camera import Camera
 
 UNIT_CORNERS = np.array([[-0.5, 0.5, 0], [0.5, 0.5, 0], [0.5, -0.5, 0], [-0.5, -0.5, 0]])
 
 
-def object_corners(size):
-    """(4, 3) corners in the marker frame: top left, top right, bottom right, bottom left."""
+def object_corners(size: float) -> Floats:
+    """(4, 3) corners in the marker frame, in the unit of size: top left, top right, bottom right, bottom left."""
     return UNIT_CORNERS * size
 
 
-def marker_picture(value, side, margin=2, resolution=None, strong=False):
-    """uint8 picture (side, side) of a marker's black square, no white around; value: id or text; side in px."""
-    return picture_of_cells(code.encode(value, strong=strong, resolution=resolution), side, margin)
+def marker_image(value: int | str, side: int, margin: int = 2, resolution: int | None = None,
+                 strong: bool = False) -> Image:
+    """uint8 image (side, side) of a marker's black square, no white around; value: id or text; side in px."""
+    return image_of_cells(code.encode(value, strong=strong, resolution=resolution), side, margin)
 
 
-def picture_of_cells(cells, side, margin=2):
-    """As marker_picture(), of data cells (n, n), true is white."""
+def image_of_cells(cells: Bools, side: int, margin: int = 2) -> Image:
+    """As marker_image(), of data cells (n, n) bool, true is white."""
     count = len(cells) + 2 * margin
     if side < count:
         raise ValueError(f'a marker of {count} cells does not fit in {side} px; at least one pixel a cell is needed')
@@ -27,8 +35,8 @@ def picture_of_cells(cells, side, margin=2):
     return white[np.ix_(index, index)]
 
 
-def project(camera, rotation, position, points):
-    """Real pixels (N, 2) of marker points (N, 3) in metres."""
+def project(camera: Camera, rotation: Floats, position: Floats, points: ArrayLike) -> Floats:
+    """Real pixels (N, 2) of points (N, 3) m in the frame of a marker with this rotation (3, 3) and position (3,) m."""
     p = np.asarray(points, float) @ rotation.T + position
     ideal = p[:, :2] / p[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
     return np.stack(camera.to_real(ideal[:, 0], ideal[:, 1]), 1)

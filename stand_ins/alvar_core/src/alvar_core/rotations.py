@@ -1,11 +1,16 @@
 """Rotations as matrices (3, 3) and as quaternions x y z w."""
+from __future__ import annotations
+
 import math
+from typing import Sequence
 
 import cv2
 import numpy as np
 
+from alvar_core.arrays import Floats
 
-def quaternion_from_matrix(rotation):
+
+def quaternion_from_matrix(rotation: Floats) -> Floats:
     """Quaternion x y z w (w >= 0) of a rotation matrix."""
     (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation).tolist()
     x, y, z, w = max(((1 + a - e - i, b + d, c + g, h - f), (b + d, 1 - a + e - i, f + h, c - g),
@@ -15,7 +20,7 @@ def quaternion_from_matrix(rotation):
     return np.array([x / length, y / length, z / length, w / length])
 
 
-def matrix_from_quaternion(quaternion):
+def matrix_from_quaternion(quaternion: Sequence[float] | Floats) -> Floats:
     """Rotation matrix (3, 3) of a quaternion x y z w of any length above 0."""
     x, y, z, w = quaternion
     norm = math.sqrt(x * x + y * y + z * z + w * w)
@@ -25,12 +30,12 @@ def matrix_from_quaternion(quaternion):
                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
-def angle_between(a, b):
-    """Angle of the rotation from a to b, radians."""
+def angle_between(a: Floats, b: Floats) -> float:
+    """Angle of the rotation from matrix a to matrix b, radians."""
     return math.acos(min(1.0, max(-1.0, (float(np.vdot(a, b)) - 1) / 2)))
 
 
-def facing(tilt, azimuth, roll):
+def facing(tilt: float, azimuth: float, roll: float) -> Floats:
     """Rotation (3, 3) of a marker facing the camera, tilted about the image direction `azimuth`, and rolled (rad)."""
     toward = np.diag([1.0, -1.0, -1.0])
     axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) * tilt

@@ -138,7 +138,7 @@ def test_marker_of_another_margin_is_none(seed, cells):
     picture, camera = scene(seed, [one(seed * 9, tilt=20)])
     blank = np.full_like(picture, 160)
     side = 120
-    tag = drawing.marker_picture(seed * 9, side, margin=cells)
+    tag = drawing.marker_image(seed * 9, side, margin=cells)
     blank[200:200 + side, 260:260 + side] = np.where(tag > 0, 200, 30)
     blank[180:200, 240:400] = blank[320:340, 240:400] = blank[180:340, 240:260] = blank[180:340, 380:400] = 200
     assert Detector(SIZE).detect(blank, camera) == []

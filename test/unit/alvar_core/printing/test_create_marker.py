@@ -78,7 +78,7 @@ def test_texts_read_back(folder, option, kind, text, name):
 @pytest.mark.parametrize('text', [code.LETTERS[i:i + 22] for i in range(0, len(code.LETTERS), 22)])
 def test_every_letter_reads_back_by_the_detector(text):
     cells = code.encode(text)
-    picture = drawing.picture_of_cells(cells, 8 * (len(cells) + 4))
+    picture = drawing.image_of_cells(cells, 8 * (len(cells) + 4))
     assert set(detected(picture, len(cells))) == {text.rstrip()}
 
 
@@ -174,8 +174,8 @@ def test_an_array(folder, monkeypatch):
     (['-r', '6', '5'], '-r: marker resolution 6.0: an odd number from 5 to 31'),
     (['-a', '5'], 'no ARToolKit markers'),
     (['-s', '5'], 'no marker is named'),
-    (['-xy', '0', '0', '1', '2'], 'markers 1 and 2 lie on each other'),
-    (['-xy', '0', '0', '1', '-xy', '20', '0', '1'], 'marker 1 is there twice'),
+    (['-xy', '0', '0', '1', '2'], 'markers 1 and 2 overlap'),
+    (['-xy', '0', '0', '1', '-xy', '20', '0', '1'], 'marker 1 appears twice'),
     (['-xy', '0', '0', '1', '-xy', '900', '0', '2'], 'is too large; up to 20000 x 20000'),
     (['--page', 'a3', '5'], '--page a3: the pages are a4, letter'),
 ])

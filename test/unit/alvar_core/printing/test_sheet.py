@@ -134,7 +134,7 @@ def test_a_label_in_the_way_of_another_marker_is_left_out():
 
 
 @pytest.mark.parametrize('arguments, said', [
-    (['-s', '30', '5'], 'marker 5: its 300 mm with the white around are too large for page a4; up to 152 mm'),
+    (['-s', '30', '5'], 'marker 5: its 300 mm with the white margin are too large for page a4; up to 152 mm'),
     (['-s', '5', '-xy', '0', '0', '1', '-xy', '30', '0', '2'], 'the bundle is 361.1 x 65.11 mm with the white'),
 ])
 def test_what_does_not_fit_on_a_page(arguments, said):

@@ -80,7 +80,8 @@ class Appearance:
         t = state.template - (state.template @ self._share)[:, None]
         with np.errstate(invalid='ignore'):
             energy = without_noise((v * v) @ self._share, noise ** 2)
-            return ((v * t) @ self._share) / np.sqrt(energy * ((t * t) @ self._share) + 1e-6)
+            likeness: Floats = ((v * t) @ self._share) / np.sqrt(energy * ((t * t) @ self._share) + 1e-6)
+        return likeness
 
     def _detail(self, state: Alignment, noise: Floats) -> Floats:
         """Correlation (M,) of the data cells with their drawing, without noise and what is smooth (squares of x, y)."""
@@ -88,7 +89,8 @@ class Appearance:
         both -= (both @ self._smooth_basis) @ self._smooth_basis.T
         v, t = both[:len(state.h)], both[len(state.h):]
         energy = without_noise((v * v).sum(1), len(self._data_samples) * noise ** 2)
-        return (v * t).sum(1) / np.sqrt(energy * (t * t).sum(1) + 1e-6)
+        detail: Floats = (v * t).sum(1) / np.sqrt(energy * (t * t).sum(1) + 1e-6)
+        return detail
 
     def features(self, state: Alignment, likeness: Floats, noise: Floats) -> list[Features]:
         """Features of each marker, without those of its Reading."""

@@ -252,7 +252,8 @@ class Aligner:
     def _first_gain(self, values: Floats, template: Floats) -> Floats:
         """Greys (M, 1) from black to white."""
         v, t = values - (values @ self.share)[:, None], template - (template @ self.share)[:, None]
-        return np.maximum(((t * v) @ self.share) / ((t * t) @ self.share + 1e-6), thresholds.MIN_START_GAIN)[:, None]
+        gain: Floats = ((t * v) @ self.share) / ((t * t) @ self.share + 1e-6)
+        return np.maximum(gain, thresholds.MIN_START_GAIN)[:, None]
 
     def _noise(self, residual: Floats) -> Floats:
         """Standard deviation (M,) of residuals (M, P), from their median."""
@@ -264,7 +265,7 @@ class Aligner:
         """Tukey's weights (M, P) of the samples: 0 from `outlier` times the noise on."""
         least = thresholds.MIN_OUTLIER_NOISE * np.maximum(contrast, thresholds.MIN_OUTLIER_CONTRAST)
         limit = outlier * np.maximum(noise, least)
-        t = residual * (1 / limit).astype(np.float32)[:, None]
+        t: Floats = residual * (1 / limit).astype(np.float32)[:, None]
         np.minimum(t * t, 1, out=t)
         t -= 1
         t *= t

@@ -39,7 +39,8 @@ def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: Ima
     side = quads[:, [1, 2, 3, 0]] - quads
     square = (side * side).sum(2)
     large = np.abs(area) >= thresholds.MIN_OUTLINE_SIDE * thresholds.MIN_OUTLINE_SIDE
-    return quads[large & (square.min(1) * thresholds.MAX_ASPECT ** 2 > square.max(1))]
+    found: Floats = quads[large & (square.min(1) * thresholds.MAX_ASPECT ** 2 > square.max(1))]
+    return found
 
 
 def _one_pass(smooth: Image, buffers: ImageBuffers, shrink: float, window: int, offset: int) -> Floats:

@@ -51,7 +51,7 @@ class CornerEstimator:
         """Covariance (M, 8, 8) of the aligned corners, px^2, of markers with a side (M,) px."""
         noise = np.maximum(state.noise, 1.0)[:, None, None]
         coarse = thresholds.COARSE_CORNER_ERROR * (side / self.cells / thresholds.SAMPLES_PER_CELL) ** 2
-        covariance = self._spread(state) * (thresholds.CORNER_NOISE_FACTOR * noise ** 2)
+        covariance: Floats = self._spread(state) * (thresholds.CORNER_NOISE_FACTOR * noise ** 2)
         covariance += _floor(np.maximum(thresholds.CORNER_MODEL_ERROR * 2.0 ** state.level, coarse))
         return covariance
 
@@ -61,7 +61,8 @@ class CornerEstimator:
         p = h @ self._homogeneous  # (M, 4, 3, 1)
         jacobian = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self._jacobian_basis
         jacobian = jacobian.reshape(-1, 8, 8)
-        return jacobian @ state.spread() @ jacobian.transpose(0, 2, 1)
+        spread: Floats = jacobian @ state.spread() @ jacobian.transpose(0, 2, 1)
+        return spread
 
 
 def _floor(sigma: Floats) -> Floats:

@@ -264,4 +264,5 @@ class Detector:
 
 def _start_blur(cells: float, cell: Floats, level: Integers) -> Floats:
     """Blur variance (M,), px^2 at the level, of a blur of so many cells of `cell` (M,) px."""
-    return np.maximum(1.0, (cells * cell / 2.0 ** level) ** 2)
+    blur: Floats = np.maximum(1.0, (cells * cell / 2.0 ** level) ** 2)
+    return blur

@@ -218,12 +218,14 @@ class Reader:
         cells = np.linalg.solve(gram + ridge, matched)
         white = (cells > np.sort(cells)[-3:].mean() / 2).reshape(n, n)
         content = code.decode(white)
-        upright = self._redrawn(content, white) if content else None
-        if content is None or upright is None:
+        if content is None:
+            return None
+        upright = self._redrawn(content, white)
+        if upright is None:
             return None
         white = np.rot90(upright, -content.turns)
         w = white.ravel().astype(np.float32)
-        fit = w @ matched / np.sqrt(max(w @ gram @ w, 1e-6) * (float((grey * grey).sum()) + 1e-6))
+        fit = w @ matched / np.sqrt(np.maximum(w @ gram @ w, 1e-6) * (float((grey * grey).sum()) + 1e-6))
         return Reading(content, float(fit), 1.0, white)
 
     def _redrawn(self, content: code.Content, seen: Bools) -> Bools | None:

@@ -183,7 +183,9 @@ def _alike(quads: Floats, expected: Floats) -> Bools:
     side, there = homography.mean_side(quads)[:, None], np.sqrt(homography.area(expected))
     away = np.abs(quads.mean(1)[:, None] - expected.mean(1)).max(2)
     ratio = thresholds.SAME_SIZE
-    return ((away < thresholds.SAME_PLACE * there) & (side < ratio * there) & (there < ratio * side)).any(1)
+    alike = (away < thresholds.SAME_PLACE * there) & (side < ratio * there) & (there < ratio * side)
+    known: Bools = alike.any(1)
+    return known
 
 
 def _nearest(tracks: Sequence[Track], detection: Detection) -> Track | None:

@@ -1,10 +1,13 @@
-"""createMarker: its command line, that of ar_track_alvar's, and its questions.
+"""createMarker: the command line of ar_track_alvar's createMarker, and its questions.
 
-Options hold for the arguments after them; lengths are in units of so many pixels, at 96 pixels per inch.
+An option holds for the arguments after it; a length unit is a number of pixels, at 96 pixels per inch.
 """
+from __future__ import annotations
+
 import math
 import os
 import sys
+from typing import Any, Callable, Iterator, Sequence, TypeVar
 
 from alvar_core import code
 from alvar_core.printing import marker_files
@@ -15,118 +18,136 @@ CM, INCH = DPI / 2.54, DPI  # pixels a unit
 SIDE = 9.0  # units
 MARGIN, MAX_MARGIN = 2, 10  # cells
 PAGES = ('a4', 'letter')
+Answer = TypeVar('Answer')
+Read = Callable[[str], str]  # gives the next argument; what it is, is named if there is none
 
 HELP = f"""usage: createMarker [OPTION ...] ID ...
 
-Draws ALVAR markers for ar_track_alvar: MarkerData_ID.png in the current folder, for each ID one.
+Draws ALVAR markers for ar_track_alvar: for each ID, MarkerData_ID.png in the current folder.
 
-  5                   the marker with the number 5 (0 to 255 on the usual 5x5 cells, higher ones take more)
-  -1 "hello world"    a marker with a text; -2 catalog.xml: with a file's name; -3 www.vtt.fi: with a URL
-  -s 5.0              markers of 5 x 5 units, their black square (default {SIDE:g})
-  -ucm, -uin, -u 96   units: centimetres (default), inches, or so many pixels ({DPI:g} pixels are an inch)
+  5                   the marker with the number 5 (0 to 255 fit on the usual 5x5 cells, higher numbers need more)
+  -1 "hello world"    a marker with a text; -2 catalog.xml: with a file name; -3 www.vtt.fi: with a URL
+  -s 5.0              width and height of the black square, in units (default {SIDE:g})
+  -ucm, -uin, -u 96   unit: centimetres (default), inches, or a number of pixels ({DPI:g} pixels are an inch)
   -m 2                cells of the black rim (default {MARGIN})
-  -r 7                data cells a row (odd, {code.MIN_RESOLUTION} to {code.MAX_RESOLUTION}; default: as few as will do)
-  -f                  the stronger code (Hamming(8,4)) for what does not fit into 5x5 cells
-  -xy 14 0            puts the markers after it that far right of and below the origin: all go into one picture
+  -r 7                data cells a row (odd, {code.MIN_RESOLUTION} to {code.MAX_RESOLUTION}; default: as few as needed)
+  -f                  the stronger code (Hamming(8,4)) for what does not fit on 5x5 cells
+  -xy 14 0            puts the next markers that far right of and below the origin; all markers go into one image
                       MarkerData_8_9.png with a bundle file MarkerData_8_9.xml (in cm) for findMarkerBundlesNoKinect;
-                      the first one is the master and should be at 0 0
-  -p                  asks for ids and places; so does createMarker alone
+                      the first marker is the master and should be at 0 0
+  -p                  asks for ids and places; so does createMarker without arguments
   -ar                 asks for an array of markers
-  --pdf OUT.pdf       a sheet to print instead of pictures: true sizes, ids, cut lines, and a ruler to check the print
-  --page a4|letter    its paper (default {PAGES[0]})
+  --pdf OUT.pdf       a sheet to print instead of images: true sizes, ids, cut lines, and a ruler to check the print
+  --page a4|letter    paper of the sheet (default {PAGES[0]})
   -h, --help          this text
 
-Options hold for what comes after them: createMarker -s 4.4 -xy 0 0 8 -xy 14 0 9
-A PNG holds its size: print it without scaling.  Give the tracker marker_size = the side of the black square in cm."""
+An option applies to what comes after it: createMarker -s 4.4 -xy 0 0 8 -xy 14 0 9
+A PNG knows its size: print it without scaling.  Set the tracker's marker_size to the side of the black square in cm."""
 
 
 class CommandLine:
-    """The arguments, read one after the other: `markers` so far, and what holds for the next one."""
+    """The arguments, read one after the other: the `markers` so far, and the settings of the next one.
 
-    def __init__(self, arguments=()):
-        self.markers, self.pdf, self.page = [], None, PAGES[0]
+    at: its x and y, None without a place; unit: pixels; side: units; the others as the options.
+    """
+
+    def __init__(self, arguments: Sequence[str] = ()) -> None:
+        self.markers: list[Marker] = []
+        self.pdf: str | None = None
+        self.page = PAGES[0]
         self.prompt, self.array, self.help = not arguments, False, False
-        self.kind, self.strong, self.resolution, self.margin, self.at = code.NUMBER, False, None, MARGIN, None
+        self.kind, self.strong, self.margin = code.NUMBER, False, MARGIN
+        self.resolution: int | None = None
+        self.at: tuple[float, float] | None = None
         self.unit, self.side = CM, SIDE
-        rest = iter([a for a in arguments if not (a.startswith('__') and ':=' in a)])  # those are roslaunch's
+        rest = iter([a for a in arguments if not (a.startswith('__') and ':=' in a)])  # roslaunch adds those
         for argument in rest:
             self._take(argument, rest)
 
-    def _take(self, argument, rest):
+    def _take(self, argument: str, rest: Iterator[str]) -> None:
         if argument in _SETTINGS:
             for name, value in _SETTINGS[argument].items():
                 setattr(self, name, value)
         elif argument in _READERS:
             _READERS[argument](self, lambda what: _next(rest, argument, what))
         elif argument == '-a':
-            raise CreateError('-a: ar_track_alvar reads no ARToolKit markers, so they are not made')
+            raise CreateError('-a: ARToolKit markers are not made, because ar_track_alvar does not read them')
         elif self.kind == code.NUMBER and argument.startswith('-') and not argument[1:2].isdigit():
             raise CreateError(f'unknown option {argument}; createMarker --help lists them')
         else:
             self.add(argument)
 
-    def set_side(self, read):
+    def set_side(self, read: Read) -> None:
+        """-s"""
         self.side = number(read('a length in units'), '-s: marker size', 1e-3, 1e5)
 
-    def set_unit(self, read):
+    def set_unit(self, read: Read) -> None:
+        """-u"""
         self.unit = number(read('pixels a unit'), '-u: pixels a unit', 1e-3, 1e5)
 
-    def set_margin(self, read):
+    def set_margin(self, read: Read) -> None:
+        """-m"""
         value = number(read('a number of cells'), '-m: margin', 0, MAX_MARGIN)
         if value != int(value):
-            raise CreateError(f'-m: margin {value:g}: a whole number of cells is needed, ar_track_alvar reads no other')
+            raise CreateError(f'-m: margin {value:g}: a whole number of cells is needed; ar_track_alvar reads no other')
         self.margin = int(value) or MARGIN
 
-    def set_resolution(self, read):
+    def set_resolution(self, read: Read) -> None:
+        """-r"""
         value = number(read('a number of cells'), '-r: marker resolution', 0, code.MAX_RESOLUTION)
         try:
             self.resolution = code.check_resolution(value) if value else None
         except code.CodeError as error:
             raise CreateError(f'-r: {error}') from None
 
-    def set_place(self, read):
-        self.at = tuple(number(read('x and y in units'), f'-xy: {axis}', -1e5, 1e5) for axis in 'xy')
+    def set_place(self, read: Read) -> None:
+        """-xy"""
+        x = number(read('x and y in units'), '-xy: x', -1e5, 1e5)
+        self.at = x, number(read('x and y in units'), '-xy: y', -1e5, 1e5)
 
-    def set_pdf(self, read):
+    def set_pdf(self, read: Read) -> None:
+        """--pdf"""
         self.pdf = read('the name of a PDF file')
 
-    def set_page(self, read):
+    def set_page(self, read: Read) -> None:
+        """--page"""
         self.page = read(' or '.join(PAGES)).lower()
         if self.page not in PAGES:
             raise CreateError(f'--page {self.page}: the pages are {", ".join(PAGES)}')
 
-    def add(self, text):
+    def add(self, text: str) -> None:
         """Add a marker with an id or a text."""
-        if self.kind == code.NUMBER:
-            value = whole(text, 'marker')
-        else:
-            value = text.lower()
+        value = whole(text, 'marker') if self.kind == code.NUMBER else text.lower()
         try:
             cells = code.encode(value, self.kind, self.strong, self.resolution)
         except code.CodeError as error:
             raise CreateError(f'marker {text}: {error}') from None
         metres = self.unit / DPI * 0.0254
-        at = self.at and (self.at[0] * metres, -self.at[1] * metres)
+        at = (self.at[0] * metres, -self.at[1] * metres) if self.at else None
         pixels = int(self.side * self.unit + 0.5)
         self.markers.append(Marker(value, cells, self.margin, self.side * metres, at, pixels))
 
 
-_SETTINGS = {'-f': {'strong': True}, '-1': {'kind': code.STRING}, '-2': {'kind': code.FILE}, '-3': {'kind': code.HTTP},
-             '-uin': {'unit': INCH}, '-ucm': {'unit': CM}, '-p': {'prompt': True}, '-ar': {'array': True},
-             '-h': {'help': True}, '--help': {'help': True}}
-_READERS = {'-u': CommandLine.set_unit, '-s': CommandLine.set_side, '-r': CommandLine.set_resolution,
-            '-m': CommandLine.set_margin, '-xy': CommandLine.set_place, '--pdf': CommandLine.set_pdf,
-            '--page': CommandLine.set_page}
+_SETTINGS: dict[str, dict[str, Any]] = {
+    '-f': {'strong': True}, '-1': {'kind': code.STRING}, '-2': {'kind': code.FILE}, '-3': {'kind': code.HTTP},
+    '-uin': {'unit': INCH}, '-ucm': {'unit': CM}, '-p': {'prompt': True}, '-ar': {'array': True},
+    '-h': {'help': True}, '--help': {'help': True},
+}
+_READERS: dict[str, Callable[[CommandLine, Read], None]] = {
+    '-u': CommandLine.set_unit, '-s': CommandLine.set_side, '-r': CommandLine.set_resolution,
+    '-m': CommandLine.set_margin, '-xy': CommandLine.set_place, '--pdf': CommandLine.set_pdf,
+    '--page': CommandLine.set_page,
+}
 
 
-def _next(rest, option, what):
+def _next(rest: Iterator[str], option: str, what: str) -> str:
     for argument in rest:
         return argument
     raise CreateError(f'{option} needs {what} after it')
 
 
-def number(text, what, low, high):
-    """The number that a text is, from low to high, or a CreateError."""
+def number(text: str, what: str, low: float, high: float) -> float:
+    """A text as a number from low to high; CreateError if it is not one."""
     try:
         value = float(text)
     except ValueError:
@@ -136,17 +157,17 @@ def number(text, what, low, high):
     return value
 
 
-def whole(text, what):
-    """The whole number that a text is, or a CreateError."""
+def whole(text: str, what: str) -> int:
+    """A text as a whole number; CreateError if it is not one."""
     try:
         return int(text)
     except ValueError:
         raise CreateError(f'{what} {text!r}: a whole number is needed'
-                          + ('; for a text put -1 before it' if what == 'marker' else '')) from None
+                          + ('; to encode a text, put -1 before it' if what == 'marker' else '')) from None
 
 
-def ask(question, default, convert):
-    """The answer to a question, asked again while it will not do; the default for an empty one."""
+def ask(question: str, default: Answer, convert: Callable[[str], Answer]) -> Answer:
+    """The answer to a question, asked again until it is valid; the default for an empty answer."""
     shown = f'{default:g}' if isinstance(default, float) else default
     while True:
         text = input(f'{question} [{shown}]: ').strip()
@@ -158,8 +179,8 @@ def ask(question, default, convert):
             print(f'  {error}')
 
 
-def ask_for_markers(line):
-    """Ask for ids and places until -1 or the end of the input; the places offered fill a square from a corner on."""
+def ask_for_markers(line: CommandLine) -> None:
+    """Ask for ids and places until -1 or the end of the input; the default places fill a growing square."""
     pitch, asked, marker_id = 2 * line.side, 0, 0
     while True:
         marker_id = ask('  marker id (use -1 to end)', marker_id, lambda text: whole(text, 'marker id'))
@@ -180,14 +201,14 @@ def ask_for_markers(line):
         asked, marker_id = asked + 1, marker_id + 1
 
 
-def coordinate(text):
-    """The coordinate that a text is, or a CreateError."""
+def coordinate(text: str) -> float:
+    """A text as a coordinate; CreateError if it is not one."""
     return number(text, 'position', -1e5, 1e5)
 
 
-def ask_for_array(line):
+def ask_for_array(line: CommandLine) -> None:
     """Ask for rows and columns of markers with consecutive ids."""
-    def count(text):
+    def count(text: str) -> int:
         return int(number(text, 'rows or columns', 1, 1000))
 
     rows, columns = ask('Array rows : ', 1, count), ask('Array cols : ', 1, count)
@@ -200,8 +221,8 @@ def ask_for_array(line):
         line.add(str(first + place))
 
 
-def converse(line):
-    """Ask for what -p and -ar want; the end of the input ends the questions."""
+def converse(line: CommandLine) -> None:
+    """Ask the questions of -p or -ar; the end of the input ends them."""
     line.kind = code.NUMBER
     print(f'{HELP}\n\nPrompt marker placements interactively')
     print(f'  units: {line.unit / CM:g} cm {line.unit / INCH:g} inches\n  marker side: {line.side:g} units')
@@ -211,17 +232,17 @@ def converse(line):
         print()
 
 
-def save(name, data):
+def save(name: str, data: bytes) -> None:
     """Write a file, or raise a CreateError."""
     print(f'Saving: {name}')
     try:
         write_whole(name, data)
     except OSError as error:
-        raise CreateError(f'{os.path.abspath(name)} could not be written: {error.strerror}; change to a folder of your '
-                          'own with room in it') from None
+        raise CreateError(f'{os.path.abspath(name)} could not be written: {error.strerror}; change to a folder that '
+                          'you may write to and that has room') from None
 
 
-def run(arguments):
+def run(arguments: Sequence[str]) -> None:
     """Do what the arguments say.  Raises CreateError."""
     line = CommandLine(arguments)
     if line.help:
@@ -231,18 +252,18 @@ def run(arguments):
         converse(line)
     markers = line.markers
     if not markers:
-        raise CreateError('no marker is named; createMarker 5 draws the one with the number 5, --help tells more')
+        raise CreateError('no marker is named; createMarker 5 draws number 5, createMarker --help lists everything')
     if line.pdf is None:
         made = marker_files.files(markers)
     else:
-        from alvar_core.printing import sheet  # needs cairo, the pictures do not
+        from alvar_core.printing import sheet  # needs cairo, the images do not
         made = sheet.files(markers, line.pdf, line.page)
     for name, data in made:
         save(name, data)
 
 
-def main(arguments=None):
-    """Entry of the command; returns the exit status."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return the exit status."""
     try:
         run(sys.argv[1:] if arguments is None else arguments)
     except CreateError as error:

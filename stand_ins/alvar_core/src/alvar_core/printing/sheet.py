@@ -2,16 +2,24 @@
 
 On the page lengths are millimetres, x to the right and y down from the top left corner.
 """
+from __future__ import annotations
+
 import io
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Sequence, Tuple
 
 from alvar_core import bundles
 from alvar_core.printing import marker_files
-from alvar_core.printing.marker_files import CreateError
+from alvar_core.printing.marker_files import CreateError, File, Marker
+
+if TYPE_CHECKING:
+    import cairo
+
+Box = Tuple[float, float, float, float]  # left, top, right, bottom, mm
 
 PAGES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}  # mm
-EDGE, FOOT = 12.0, 22.0  # mm that printers leave white, and for the ruler below
+EDGE, FOOT = 12.0, 22.0  # mm: what printers leave white, room for the ruler below
 LABEL, GAP = 4.0, 4.0  # mm: height of a label, between markers
 RULER = 100  # mm
 POINTS = 72 / 25.4  # PDF's unit, points a mm
@@ -20,43 +28,45 @@ GREY = 0.55
 
 @dataclass(frozen=True)
 class Spot:
-    """A marker on a page: the top left corner of its black square, mm; labelled: whether there is room below."""
+    """A marker on a page: x, y of the top left corner of its black square, mm; labelled: whether a label fits below."""
 
-    marker: object
+    marker: Marker
     x: float
     y: float
     labelled: bool = True
 
     @property
-    def side(self):
+    def side(self) -> float:
+        """Of the black square, mm."""
         return 1e3 * self.marker.side
 
     @property
-    def white(self):
+    def white(self) -> float:
         """Paper that must stay white around it, mm: one cell."""
         return white_of(self.marker)
 
     @property
-    def box(self):
-        """Left, top, right, bottom of its piece of paper, label included."""
+    def box(self) -> Box:
+        """Its piece of paper, label included."""
         return (self.x - self.white, self.y - self.white, self.x + self.side + self.white,
                 self.y + self.side + self.white + LABEL)
 
 
-def white_of(marker):
+def white_of(marker: Marker) -> float:
     """One cell of a marker, mm."""
     return 1e3 * marker.side / marker.count
 
 
-def room_of(page):
+def room_of(page: str) -> tuple[float, float]:
     """Width and height of a page that can be used, mm."""
     return PAGES[page][0] - 2 * EDGE, PAGES[page][1] - EDGE - FOOT - EDGE
 
 
-def spread(markers, page):
-    """Return the pages, lists of Spots: the markers in rows, in their order.  Raises CreateError."""
+def spread(markers: Sequence[Marker], page: str) -> list[list[Spot]]:
+    """Return the pages: the markers in rows, in their order.  Raises CreateError."""
     width, height = room_of(page)
-    pages, x, y, row = [[]], 0.0, 0.0, 0.0
+    pages: list[list[Spot]] = [[]]
+    x, y, row = 0.0, 0.0, 0.0
     for marker in markers:
         white = white_of(marker)
         wide = 1e3 * marker.side + 2 * white
@@ -64,7 +74,7 @@ def spread(markers, page):
         if wide > width or high > height:
             side = 1e3 * marker.side
             most = int(min(width, height - LABEL) * side / wide)
-            raise CreateError(f'marker {marker.value}: its {side:.4g} mm with the white around are too large for page '
+            raise CreateError(f'marker {marker.value}: its {side:.4g} mm with the white margin are too large for page '
                               f'{page}; up to {most} mm are possible')
         if x + wide > width:
             x, y, row = 0.0, y + row + GAP, 0.0
@@ -76,43 +86,43 @@ def spread(markers, page):
     return pages
 
 
-def arranged(markers, page):
-    """Return the one page (a list of Spots) of a bundle, its markers at their places.  Raises CreateError."""
-    spots = [Spot(m, 1e3 * (m.at[0] - m.side / 2), 1e3 * (-m.at[1] - m.side / 2)) for m in markers]
+def arranged(markers: Sequence[Marker], page: str) -> list[Spot]:
+    """Return the one page of a bundle, its markers at their places.  Raises CreateError."""
+    spots = [Spot(m, 1e3 * (m.centre[0] - m.side / 2), 1e3 * (-m.centre[1] - m.side / 2)) for m in markers]
     left, top = (min(spot.box[k] for spot in spots) for k in (0, 1))
     wide, high = max(spot.box[2] for spot in spots) - left, max(spot.box[3] for spot in spots) - top
     width, height = room_of(page)
     if wide > width or high > height:
-        raise CreateError(f'the bundle is {wide:.4g} x {high:.4g} mm with the white around, more than the {width:.4g} '
-                          f'x {height:.4g} mm of the page {page}; make it smaller (-s, -xy), or print its markers one '
-                          'by one')
+        raise CreateError(f'the bundle is {wide:.4g} x {high:.4g} mm with the white margin, more than the {width:.4g} '
+                          f'x {height:.4g} mm of page {page}; make it smaller (-s, -xy), or print its markers one by '
+                          'one')
     move_x, move_y = EDGE + (width - wide) / 2 - left, EDGE + (height - high) / 2 - top
     return [Spot(spot.marker, spot.x + move_x, spot.y + move_y, not any(_in_the_way(spot, o) for o in spots))
             for spot in spots]
 
 
-def _in_the_way(spot, other):
+def _in_the_way(spot: Spot, other: Spot) -> bool:
     """Whether the white around another marker lies where a marker's label would be."""
     left, _, right, bottom = spot.box
     return (other is not spot and other.box[0] < right and other.box[2] > left
             and other.box[1] < bottom and other.box[3] - LABEL > bottom - LABEL)
 
 
-def files(markers, path, page):
-    """Return [(file name, bytes)]: the PDF, and of a bundle its XML beside it.  Raises CreateError."""
+def files(markers: Sequence[Marker], path: str, page: str) -> list[File]:
+    """Return the PDF and, of a bundle, its XML beside it.  Raises CreateError."""
     if not marker_files.is_bundle(markers):
-        pages, extra = spread(markers, page), []
-    else:
-        markers = marker_files.placed(markers)
-        marker_files.check_places(markers)
-        corners = marker_files.bundle_corners(markers)
-        extra = [(f'{os.path.splitext(path)[0]}.xml', bundles.xml(corners).encode())] if len(corners) > 1 else []
-        pages = [arranged(markers, page)]
-    return [(path, pdf(pages, page, cut_each=not marker_files.is_bundle(markers))), *extra]
+        return [(path, pdf(spread(markers, page), page))]
+    markers = marker_files.placed(markers)
+    marker_files.check_places(markers)
+    made = [(path, pdf([arranged(markers, page)], page, cut_each=False))]
+    corners = marker_files.bundle_corners(markers)
+    if len(corners) > 1:
+        made.append((f'{os.path.splitext(path)[0]}.xml', bundles.xml(corners).encode()))
+    return made
 
 
-def pdf(pages, page, cut_each=True):
-    """The bytes of a PDF of pages (lists of Spots); cut_each: cut lines around each marker, else around all."""
+def pdf(pages: Sequence[Sequence[Spot]], page: str, cut_each: bool = True) -> bytes:
+    """The bytes of a PDF; cut_each: cut lines around each marker, else around all."""
     try:
         import cairo
     except ImportError:
@@ -133,12 +143,12 @@ def pdf(pages, page, cut_each=True):
     return data.getvalue()
 
 
-def _around(spots):
+def _around(spots: Sequence[Spot]) -> Box:
     return (min(s.box[0] for s in spots), min(s.box[1] for s in spots), max(s.box[2] for s in spots),
             max(s.box[3] for s in spots))
 
 
-def _cut_line(context, box):
+def _cut_line(context: cairo.Context, box: Box) -> None:
     left, top, right, bottom = box
     context.set_source_rgb(GREY, GREY, GREY)
     context.set_line_width(0.15)
@@ -148,8 +158,8 @@ def _cut_line(context, box):
     context.set_dash([])
 
 
-def _marker(context, spot):
-    """Its black square, and in one path, lest there be seams, all white cells."""
+def _marker(context: cairo.Context, spot: Spot) -> None:
+    """Draw the black square, then all white cells in one path, so that no seams show between them."""
     context.set_source_rgb(0, 0, 0)
     context.rectangle(spot.x, spot.y, spot.side, spot.side)
     context.fill()
@@ -166,8 +176,8 @@ def _marker(context, spot):
         _text(context, text, spot.x, spot.y + spot.side + spot.white + LABEL - 1.2, 2.8, spot.side)
 
 
-def _text(context, text, x, y, size, room=1e3):
-    """Text from (x, y) on, made smaller where it is wider than the room."""
+def _text(context: cairo.Context, text: str, x: float, y: float, size: float, room: float = 1e3) -> None:
+    """Draw text from (x, y) on, shrunk to the room if it is wider."""
     context.select_font_face('sans-serif')
     context.set_font_size(size)
     wide = context.text_extents(text).x_advance
@@ -176,7 +186,7 @@ def _text(context, text, x, y, size, room=1e3):
     context.show_text(text)
 
 
-def _ruler(context, page, note):
+def _ruler(context: cairo.Context, page: str, note: str) -> None:
     left, line = EDGE, PAGES[page][1] - EDGE - 8.0
     context.set_source_rgb(0, 0, 0)
     context.set_line_width(0.2)
