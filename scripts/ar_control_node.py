@@ -2,12 +2,12 @@
 """The course's robot node: prints the AR markers that the tracker sees, and drives a Robotont."""
 import rospy
 
+from kinematic_core.planar import Twist2D
 from kinematic_ros import nodes, params, reachability
 from turtle_robotont import node_params
 from turtle_robotont.ar_control import Forward, MarkerDriver, MarkerListener
 from turtle_robotont.follow import Follower
 from turtle_robotont.sightings import AXES
-from turtle_robotont.vehicle import Command
 
 RATES = {'forward': 1.0, 'follow': 10.0}  # [Hz] the course's, and one that a robot follows smoothly
 
@@ -30,9 +30,9 @@ def main():
 
 
 def forward():
-    return Forward(Command(params.number('~linear', 0.2, minimum=-1.0, maximum=1.0, unit='m/s'),
-                           params.number('~angular', 0.0, minimum=-3.0, maximum=3.0, unit='rad/s'),
-                           params.number('~lateral', 0.0, minimum=-1.0, maximum=1.0, unit='m/s')))
+    return Forward(Twist2D(linear_x=params.number('~linear', 0.2, minimum=-1.0, maximum=1.0, unit='m/s'),
+                           linear_y=params.number('~lateral', 0.0, minimum=-1.0, maximum=1.0, unit='m/s'),
+                           angular_z=params.number('~angular', 0.0, minimum=-3.0, maximum=3.0, unit='rad/s')))
 
 
 def follower():

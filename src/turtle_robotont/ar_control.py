@@ -14,6 +14,7 @@ from geometry_msgs.msg import Twist
 
 from kinematic_core.checks import InvalidInput
 from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.velocities import to_twist
 from kinematic_ros.waiting import waiting_text
 from turtle_robotont.sightings import sighting
 from turtle_robotont.vehicle import STOP
@@ -88,13 +89,14 @@ class Forward:
         """Take Sightings; they do not matter."""
 
     def step(self, dt):
-        """Return the Command, and print it as the course does."""
-        rospy.loginfo('Publish velocity command[%0.2f m/s, %0.2f rad/s]', self._command.linear, self._command.angular)
+        """Return the command, and print it as the course does."""
+        rospy.loginfo('Publish velocity command[%0.2f m/s, %0.2f rad/s]', self._command.linear_x,
+                      self._command.angular_z)
         return self._command
 
 
 class MarkerDriver:
-    """Lets a behaviour drive a robot by ``cmd_vel``: it ``see``s Sightings, and ``step(dt)`` returns Commands or None.
+    """Lets a behaviour drive a robot by ``cmd_vel``: it ``see``s Sightings, and ``step(dt)`` returns commands or None.
 
     Its ``status`` is printed when it changes. The robot is stopped once when the node ends.
     """
@@ -135,6 +137,4 @@ class MarkerDriver:
         self._on_step()
 
     def _publish(self, command):
-        twist = Twist()
-        twist.linear.x, twist.angular.z, twist.linear.y = command
-        self._publisher.publish(twist)
+        self._publisher.publish(to_twist(command))

@@ -71,7 +71,7 @@ def first_publisher(stage):
     return [near('commands come at', checks.rate(times), 10.0, 1.0, 'Hz'),
             near('the turtle drives at', speed, 0.5, 1e-3, 'm/s'),
             near('in a circle of curvature', checks.curvature(track), 0.2 / 0.5, 1e-2, '1/m'),
-            Check('stands after Ctrl-C', checks.rests(track))]
+            Check('stands after Ctrl-C', checks.stands_still(track))]
 
 
 def pose_subscriber(stage):
@@ -93,7 +93,7 @@ def stop_at_x(stage):
     ended = ended_by_itself(stage.rosrun('stop_at_x.py'), PATIENCE)
     stage.until_rest()
     track = stage.seen.track
-    return [ended, Check('stands', checks.rests(track)), no_teleport(track),
+    return [ended, Check('stands', checks.stands_still(track)), no_teleport(track),
             near('stopped at x =', track[-1].x, 10.0, STOP_TOLERANCE, 'm'),
             near('driven at', checks.top_speed(track), 1.0, EXACT, 'm/s')]
 
@@ -142,7 +142,7 @@ def goto_pose(stage):
     track = stage.seen.track
     return [at_most('when answered, distance left', distance, CORNER_TOLERANCE, 'm'),
             at_most('heading left', heading, HEADING_TOLERANCE, 'rad'),
-            no_teleport(track), Check('stands', checks.rests(track))]
+            no_teleport(track), Check('stands', checks.stands_still(track))]
 
 
 def square_by_service(stage):

@@ -113,10 +113,10 @@ def maze(stage):
     stage.keep(map_of(plan, track))
     panels = [Point(panel.x, panel.y) for panel in sorted(plan.panels, key=lambda panel: panel.marker_id)]
     return [near('the robot began at x =', track[0].x, -2.0, 0.01, 'm'),
-            Check(f'it says: {said}', said.startswith('Been at the markers')),
+            Check(f'it says: {said}', said.startswith('Visited the markers')),
             at_most(f'{len(panels)} markers passed in their order, the furthest off by',
                     max(checks.corner_misses(track[::3], panels)), NEAR_MARKER, 'm'),
-            Check(f'drove {checks.path_length(track):.1f} m and stands', checks.rests(track)),
+            Check(f'drove {checks.path_length(track):.1f} m and stands', checks.stands_still(track)),
             at_most('in', took, MAZE_TIME, f's of wall time at {MAZE_RATE:g} times its speed')]
 
 
@@ -132,7 +132,7 @@ def run_maze(stage):
         views = watch_maze(node)
         took = time.monotonic() - began
         with contextlib.suppress(StageError):
-            stage.until(lambda: checks.rests(poses.entries), 'the robot moves', REST_TIMEOUT)
+            stage.until(lambda: checks.stands_still(poses.entries), 'the robot moves', REST_TIMEOUT)
     finally:
         poses.end()
         world.end()
@@ -140,14 +140,14 @@ def run_maze(stage):
         rospy.set_param('use_sim_time', False)
     if views:
         stage.keep(sheet(views))
-    said = re.findall(r'(?:Been at the markers|FATAL).*', node.output())
+    said = re.findall(r'(?:Visited the markers|FATAL).*', node.output())
     return world_plan(world.entries[-1]), list(poses.entries), took, said[0] if said else node.last_line()
 
 
 def watch_maze(node):
     """Wait for the maze's end; return what the tracker sees each time that the robot goes up to a marker."""
     views, looked = [], set()
-    while not node.ended() and not re.search(r'Been at the markers|FATAL', node.output()):
+    while not node.ended() and not re.search(r'Visited the markers|FATAL', node.output()):
         for marker in set(re.findall(r'Going up to marker (\d+)', node.output())) - looked:
             looked.add(marker)
             views.append(_next_view())

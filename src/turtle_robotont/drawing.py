@@ -1,39 +1,41 @@
-"""From the name of a shape to the drive that draws it, and to how well it was drawn. ROS-free.
+"""Turns the name of a shape into the drive that draws it, and measures how well it was drawn. ROS-free.
 
 Units and frames as in turtle_robotont.shapes.
 """
-from typing import NamedTuple
+from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
 from kinematic_core.checks import InvalidInput
 from turtle_robotont import checks, shapes
-from turtle_robotont.control import CircleDrive, Drive, Goal, GoTo, Path
+from turtle_robotont.control import CircleDrive, Drive, DriveSequence, Goal, GoTo, Leg
+from turtle_robotont.shapes import HasPosition, Point
 from turtle_robotont.strafing import StrafeCircle, StrafeTo
-from turtle_robotont.vehicle import TURTLE
+from turtle_robotont.vehicle import TURTLE, Limits, Vehicle, VehicleState
 
 
 class Drawing(NamedTuple):
-    """A shape about to be drawn: the drive, the corners to pass in order, or a circle's centre and radius [m]."""
+    """A planned shape: its drive and start, and the corners in their order or a circle's centre and radius [m]."""
 
     drive: Drive
-    begin: shapes.Point
-    corners: list
-    centre: shapes.Point = None
+    start: Point
+    corners: List[Point]
+    centre: Optional[Point] = None
     radius: float = 0.0
 
-    def errors(self, track):
+    def errors(self, track: Sequence[VehicleState]) -> Tuple[float, float]:
         """Return (largest corner or circle error, gap at the end) [m] of the track that the turtle drove."""
         if self.centre is not None:
             worst = checks.radius_deviation(track, self.centre, self.radius)
         else:
             worst = max(checks.corner_misses(track, self.corners))
-        return worst, shapes.distance(track[-1], self.begin)
+        return worst, shapes.distance(track[-1], self.start)
 
 
-def plan(shape, start, size=shapes.DEFAULT_SIZE, corners=(), limits=None, vehicle=TURTLE, strafe=False):
-    """Return the Drawing of a shape for a vehicle that stands at the pose ``start``.
+def plan(shape: str, start: VehicleState, size: float = shapes.DEFAULT_SIZE, corners: Sequence[Any] = (),
+         limits: Optional[Limits] = None, vehicle: Vehicle = TURTLE, strafe: bool = False) -> Drawing:
+    """Return the Drawing of a shape for a vehicle that stands at ``start``.
 
-    ``size`` [m] counts for a square, triangle and circle, ``corners`` (pairs [x, y], m) for 'corners'; ``limits``: the
-    vehicle's own by default. With ``strafe`` it keeps its heading, otherwise it turns into every direction it drives.
+    ``size`` [m] applies to all shapes but 'corners', which takes ``corners``, pairs [x, y] [m]. ``limits`` default to
+    the vehicle's own. With ``strafe`` the vehicle keeps its heading, otherwise it turns to every direction it drives.
     Raises InvalidInput when the shape is unknown or any part of it would leave the vehicle's arena.
     """
     if shape not in shapes.SHAPES:
@@ -43,29 +45,30 @@ def plan(shape, start, size=shapes.DEFAULT_SIZE, corners=(), limits=None, vehicl
         points = shapes.points_from(corners)
         if vehicle.arena is not None:
             shapes.require_fit(points)
-        return _polyline([*points, points[0]], points[0], start, _leg_maker(start, limits, vehicle, strafe), None)
+        legs = _legs([*points, points[0]], start, limits, vehicle, strafe, None)
+        return Drawing(DriveSequence(legs), points[0], [*points, points[0]])
     shapes.require_size(size)
     if vehicle.arena is not None:
         shapes.require_shape_fits(shape, size, start)
-    begin = shapes.Point(start.x, start.y)
+    position = Point(start.x, start.y)
     if shape == 'circle':
-        drive = (StrafeCircle if strafe else CircleDrive)(start, size / 2.0, limits, vehicle=vehicle)
-        return Drawing(drive, begin, [], shapes.circle_centre(size, start), size / 2.0)
-    return _polyline(shapes.polygon(shapes.SIDES[shape], size, start), begin,
-                     start, _leg_maker(start, limits, vehicle, strafe), start.theta)
+        circle_drive = StrafeCircle if strafe else CircleDrive
+        return Drawing(circle_drive(start, size / 2.0, limits, vehicle=vehicle), position, [],
+                       shapes.circle_centre(size, start), size / 2.0)
+    points = shapes.POLYGONS[shape](size, start)
+    return Drawing(DriveSequence(_legs(points, start, limits, vehicle, strafe, start.theta)), position, points)
 
 
-def _leg_maker(start, limits, vehicle, strafe):
-    """Return the function (begin, goal) that makes the drive of one side."""
-    if strafe:
-        return lambda begin, goal: StrafeTo(begin, goal._replace(theta=start.theta), limits, vehicle=vehicle)
-    return lambda begin, goal: GoTo(begin, goal, limits, jumps_forgiven=0, vehicle=vehicle)
-
-
-def _polyline(corners, begin, start, leg, last_heading):
-    legs, before = [], start
+def _legs(corners: Sequence[Point], start: VehicleState, limits: Limits, vehicle: Vehicle, strafe: bool,
+          last_heading: Optional[float]) -> List[Leg]:
+    """Return the drives from ``start`` from corner to corner; ``last_heading`` [rad]: the one to end with, if any."""
+    legs: List[Leg] = []
+    previous: HasPosition = start
     for corner in corners:
         heading = last_heading if len(legs) == len(corners) - 1 else None
-        legs.append(leg(before, Goal(corner.x, corner.y, heading)))
-        before = corner
-    return Drawing(Path(legs), begin, corners)
+        if strafe:
+            legs.append(StrafeTo(previous, corner, start.theta, limits, vehicle=vehicle))
+        else:
+            legs.append(GoTo(previous, Goal(corner.x, corner.y, heading), limits, jumps_forgiven=0, vehicle=vehicle))
+        previous = corner
+    return legs

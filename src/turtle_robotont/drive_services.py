@@ -76,11 +76,11 @@ class DriveServices:
             corners = [[point.x, point.y] for point in request.corners] or self._corners
             plan = drawing.plan(request.shape, self._driver.ready(), request.size or DEFAULT_SIZE, corners,
                                 self._limits_for(request.speed))
-            ride = self._driver.drive(plan.drive)
-            answer.elapsed = ride.elapsed
+            result = self._driver.drive(plan.drive)
+            answer.elapsed = result.elapsed
             answer.drawn, answer.reason = plan.drive.state is State.ARRIVED, plan.drive.reason
-            if ride.track:
-                answer.corner_error, answer.closing_error = plan.errors(ride.track)
+            if result.track:
+                answer.corner_error, answer.closing_error = plan.errors(result.track)
         except (InvalidInput, DriveError) as error:
             answer.reason = str(error)
         self._log(f'Draw {request.shape}', answer.drawn, answer)

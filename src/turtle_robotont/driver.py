@@ -12,11 +12,11 @@ import time
 from typing import NamedTuple
 
 import rospy
-from geometry_msgs.msg import Twist
 
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput
 from kinematic_ros import nodes
+from kinematic_ros.velocities import to_twist
 from turtle_robotont.control import State
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.vehicle import STOP
@@ -34,7 +34,7 @@ class DriveError(RuntimeError):
     """The vehicle cannot be driven, or did not get there; the text says why and what to do."""
 
 
-class Ride(NamedTuple):
+class DriveResult(NamedTuple):
     """What a drive did: the poses on the way and how long it took [s]."""
 
     track: list
@@ -92,7 +92,7 @@ class Driver:
             return self._latest
 
     def drive(self, drive):
-        """Follow a Drive until it ends; return the Ride. The drive's state and reason tell how it ended."""
+        """Follow a Drive until it ends; return the DriveResult. The drive's state and reason tell how it ended."""
         started, track, reporter = rospy.get_time(), [], _Reporter(self._status)
         with self._changed:
             self._hand_over(drive, 'a newer goal took over')
@@ -109,7 +109,7 @@ class Driver:
             if self._current is drive:
                 self._send(STOP)
                 self._current = None
-        return Ride(track, rospy.get_time() - started)
+        return DriveResult(track, rospy.get_time() - started)
 
     def cancel(self, reason):
         """End the present drive, if there is one, and stop the vehicle."""
@@ -156,9 +156,7 @@ class Driver:
         return poses
 
     def _send(self, command):
-        twist = Twist()
-        twist.linear.x, twist.angular.z, twist.linear.y = command
-        self._velocity.publish(twist)
+        self._velocity.publish(to_twist(command))
 
     def _take(self, pose, dt):
         """Take a pose that has come in, dt [s] after the one before."""

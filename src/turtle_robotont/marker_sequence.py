@@ -1,68 +1,71 @@
-"""The short picture sequence of the AR part: five markers swing in a room, one is covered for a while. ROS-free.
+"""The short image sequence of the AR part: five markers move in a room, one is covered for a while. ROS-free.
 
-The camera is a webcam's with some distortion; the markers have the ids 1 to 5 and the size that the course prints.
-``render`` leaves the pictures, camera.yaml as ROS's camera_calibration writes it, and frames.json with what is true:
-for each frame the markers with id, corners [px], position [m] and orientation (x y z w) in the camera's optical frame;
-``ignore`` marks one that is covered in part, a covered one is not listed. The motion repeats after the last frame.
+The camera is a webcam with some distortion; the markers have the ids 1 to 5 and the size that the course prints.
+``render_to`` writes the images, camera.yaml in the format of ROS's camera_calibration, and frames.json with the ground
+truth: for each frame the markers with id, corners [px], position [m] and orientation (x y z w) in the camera's optical
+frame. ``ignore`` is set for a marker that is partly covered; one that is covered is not listed. The motion repeats
+after the last frame.
 """
 import json
 import math
 import os
-from typing import NamedTuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
 from alvar_core import drawing, rotations
-from alvar_core.camera import default_camera
+from alvar_core.camera import Camera, default_camera
 from kinematic_core.files import write_whole
 
+VERSION = 2  # raise it with any change of the images or their ground truth: it names the cached copy
 FRAMES = 72
-RATE = 10.0  # [Hz] of the pictures
+RATE = 10.0  # [Hz] of the images
 MARKER_SIZE = 0.068  # [m] of the black square
 WIDTH, HEIGHT = 640, 480  # [px]
 MARKERS = (1, 2, 3, 4, 5)
 COVERED = 3  # the marker that is covered
-COVER_FRAMES = (26, 46)  # begin and end of the cover's way across
-CARD, COVER = 11.0 / 9.0, 2.2  # sides of a marker's white card and of the cover, in marker sides
-FINE = 2  # pixels of the drawn picture to one of the camera's, each way
-MARGIN = 48  # [px] more is drawn on each side, where the distorted camera looks
+COVER_FRAMES = (26, 46)  # first frame of the cover's path across, and the one after its last
+CARD, COVER = 11.0 / 9.0, 2.2  # side of a marker's white card and of the cover, in marker sides
+FINE = 2  # pixels of the drawn canvas per pixel of the camera, in each direction
+MARGIN = 48  # [px] of the camera that the canvas extends on each side, where the distorted camera looks
 CELL = 12  # [px] of a marker's texture
-NOISE = 1.5  # standard deviation of a pixel
+NOISE = 1.5  # grey levels, standard deviation of a pixel
 ROOM = {'left': -1.6, 'right': 1.5, 'ceiling': -1.1, 'floor': 0.95, 'wall': 3.2}  # [m] in the optical frame
 
 
-class Pose(NamedTuple):
-    """Where a marker is: rotation (3, 3) and position [m] (3,) in the optical frame."""
+class MarkerPose(NamedTuple):
+    """The pose of a marker in the optical frame: rotation (3, 3) and position (3,) [m]."""
 
     rotation: np.ndarray
     position: np.ndarray
 
 
-def poses(frame):
-    """Return {id: Pose} of all markers in a frame, 0 to FRAMES - 1."""
-    turn = 2.0 * math.pi * frame / FRAMES
-    sin, cos = math.sin(turn), math.cos(turn)
+def marker_poses(frame: int) -> Dict[int, MarkerPose]:
+    """Return {id: MarkerPose} of all markers in a frame, 0 to FRAMES - 1."""
+    phase = 2.0 * math.pi * frame / FRAMES
+    sin, cos = math.sin(phase), math.cos(phase)
     return {  # rocks; comes near; rolls, and is covered; passes by; turns aside
-        1: Pose(rotations.facing(0.6 + 0.2 * sin, turn, 0.2 * cos),
-                np.array([-0.25 + 0.05 * cos, -0.13 + 0.05 * sin, 0.75])),
-        2: Pose(rotations.facing(0.35, 0.5, 0.1 * sin), np.array([-0.03, 0.01, 0.9 + 0.4 * cos])),
-        3: Pose(rotations.facing(0.45, 2.0, turn), np.array([0.22, -0.13, 0.7])),
-        4: Pose(rotations.facing(0.5, 1.2, -0.3 * sin), np.array([0.27 * sin, 0.17, 0.75])),
-        5: Pose(rotations.facing(0.75 * math.sin(2.0 * turn), math.pi / 2.0, 0.1), np.array([0.25, 0.02, 0.65])),
+        1: MarkerPose(rotations.facing(0.6 + 0.2 * sin, phase, 0.2 * cos),
+                      np.array([-0.25 + 0.05 * cos, -0.13 + 0.05 * sin, 0.75])),
+        2: MarkerPose(rotations.facing(0.35, 0.5, 0.1 * sin), np.array([-0.03, 0.01, 0.9 + 0.4 * cos])),
+        3: MarkerPose(rotations.facing(0.45, 2.0, phase), np.array([0.22, -0.13, 0.7])),
+        4: MarkerPose(rotations.facing(0.5, 1.2, -0.3 * sin), np.array([0.27 * sin, 0.17, 0.75])),
+        5: MarkerPose(rotations.facing(0.75 * math.sin(2.0 * phase), math.pi / 2.0, 0.1),
+                      np.array([0.25, 0.02, 0.65])),
     }
 
 
-def cover_centre(frame):
-    """Return where the cover's middle is in a frame, in marker sides to the right of the covered marker, or None."""
-    begin, end = COVER_FRAMES
-    if not begin <= frame < end:
+def cover_centre(frame: int) -> Optional[float]:
+    """Return the position of the cover's middle, in marker sides to the right of the covered marker, or None."""
+    start, end = COVER_FRAMES
+    if not start <= frame < end:
         return None
-    across = 6.0 * (frame + 0.5 - begin) / (end - begin) - 3.0
+    across = 6.0 * (frame + 0.5 - start) / (end - start) - 3.0
     return across ** 3 / 9.0  # slowly over the marker
 
 
-def visible(frame, marker_id):
+def visible(frame: int, marker_id: int) -> str:
     """Return 'seen', 'part' or 'covered': how much of a marker can be seen in a frame."""
     centre = cover_centre(frame) if marker_id == COVERED else None
     if centre is None or abs(centre) > (COVER + CARD) / 2.0 + CARD:
@@ -70,10 +73,24 @@ def visible(frame, marker_id):
     return 'covered' if abs(centre) < COVER / 2.0 - math.sqrt(0.5) else 'part'
 
 
-class Stage:
-    """The camera, the empty room as it sees it, and the maps from what is drawn to the camera's pixels."""
+def ground_truth(camera: Camera, frame: int) -> List[Dict[str, Any]]:
+    """Return the entries of frames.json for the markers that a camera sees in a frame."""
+    entries = []
+    for marker_id, (rotation, position) in marker_poses(frame).items():
+        if visible(frame, marker_id) != 'covered':
+            corners = drawing.project(camera, rotation, position, drawing.object_corners(MARKER_SIZE))
+            entries.append({'id': marker_id, 'size_m': MARKER_SIZE, 'corners': corners.round(3).tolist(),
+                            'position': position.round(6).tolist(),
+                            'orientation': [round(float(v), 7) for v in rotations.quaternion_from_matrix(rotation)],
+                            'distance_m': round(float(np.linalg.norm(position)), 4),
+                            'ignore': visible(frame, marker_id) == 'part'})
+    return entries
 
-    def __init__(self):
+
+class SequenceRenderer:
+    """Renders the sequence's images; holds the camera, the empty room as it sees it, and the maps to its pixels."""
+
+    def __init__(self) -> None:
         self.camera = default_camera(WIDTH, HEIGHT, distorted=True)
         self._to_canvas = np.array([[FINE, 0, FINE * (MARGIN + 0.5) - 0.5], [0, FINE, FINE * (MARGIN + 0.5) - 0.5],
                                     [0, 0, 1]]) @ self.camera.matrix
@@ -84,44 +101,35 @@ class Stage:
         self._textures = {marker_id: _texture(marker_id) for marker_id in MARKERS}
         self._noise = np.random.default_rng(7).normal(0.0, NOISE, (HEIGHT + 64, WIDTH + 64, 1)).astype(np.float32)
 
-    def picture(self, frame):
-        """Return the picture of a frame, (HEIGHT, WIDTH, 3) uint8 BGR."""
+    def image(self, frame: int) -> np.ndarray:
+        """Return the image of a frame, (HEIGHT, WIDTH, 3) uint8 BGR."""
         canvas = self._room.copy()
-        for marker_id, where in sorted(poses(frame).items(), key=lambda one: -one[1].position[2]):
-            self._paste(canvas, self._textures[marker_id], where, MARKER_SIZE * CARD)
+        for marker_id, pose in sorted(marker_poses(frame).items(), key=lambda item: -item[1].position[2]):
+            self._paste(canvas, self._textures[marker_id], pose, MARKER_SIZE * CARD)
         centre = cover_centre(frame)
         if centre is not None:
-            where = poses(frame)[COVERED]
-            flat = Pose(rotations.facing(0.0, 0.0, 0.0), where.position + [centre * MARKER_SIZE, 0.0, -0.02])
-            self._paste(canvas, _paper(), flat, MARKER_SIZE * COVER)
-        fine = cv2.remap(canvas, *self._maps, cv2.INTER_LINEAR)
-        picture = cv2.resize(fine, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA).astype(np.float32)
+            covered = marker_poses(frame)[COVERED]
+            cover = MarkerPose(rotations.facing(0.0, 0.0, 0.0), covered.position + [centre * MARKER_SIZE, 0.0, -0.02])
+            self._paste(canvas, _paper(), cover, MARKER_SIZE * COVER)
+        fine = cv2.remap(canvas, self._maps[0], self._maps[1], cv2.INTER_LINEAR)
+        image = cv2.resize(fine, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA).astype(np.float32)
         top, left = frame * 29 % 64, frame * 47 % 64
-        return cv2.convertScaleAbs(picture + self._noise[top:top + HEIGHT, left:left + WIDTH])
+        return cv2.convertScaleAbs(image + self._noise[top:top + HEIGHT, left:left + WIDTH])
 
-    def truth(self, frame):
+    def ground_truth(self, frame: int) -> List[Dict[str, Any]]:
         """Return the entries of frames.json for the markers of a frame."""
-        entries = []
-        for marker_id, (rotation, position) in poses(frame).items():
-            if visible(frame, marker_id) != 'covered':
-                corners = drawing.project(self.camera, rotation, position, drawing.object_corners(MARKER_SIZE))
-                entries.append({'id': marker_id, 'size_m': MARKER_SIZE, 'corners': corners.round(3).tolist(),
-                                'position': position.round(6).tolist(),
-                                'orientation': [round(float(v), 7) for v in rotations.quaternion_from_matrix(rotation)],
-                                'distance_m': round(float(np.linalg.norm(position)), 4),
-                                'ignore': visible(frame, marker_id) == 'part'})
-        return entries
+        return ground_truth(self.camera, frame)
 
-    def _paste(self, canvas, texture, where, side):
-        """Draw a square texture with a side [m] where its Pose says."""
+    def _paste(self, canvas: np.ndarray, texture: np.ndarray, pose: MarkerPose, side: float) -> None:
+        """Draw a square texture (N, N, 3) with a side [m] at a pose on the canvas."""
         half, count = side / 2.0, len(texture)
-        plane = np.column_stack([where.rotation[:, 0], where.rotation[:, 1], where.position])
+        plane = np.column_stack([pose.rotation[:, 0], pose.rotation[:, 1], pose.position])
         scale = np.array([[side / count, 0, side / count / 2 - half], [0, -side / count, half - side / count / 2],
                           [0, 0, 1]])
         _warp(canvas, texture, self._to_canvas @ plane @ scale)
 
-    def _draw_room(self):
-        """Return the room without markers: back wall, side walls, ceiling and floor, each a plain texture."""
+    def _draw_room(self) -> np.ndarray:
+        """Return the canvas without markers: back wall, side walls, ceiling and floor, each a plain texture."""
         canvas = np.zeros(((HEIGHT + 2 * MARGIN) * FINE, (WIDTH + 2 * MARGIN) * FINE, 3), np.uint8)
         rng, r = np.random.default_rng(3), ROOM
         x, y, z = np.eye(3)
@@ -141,21 +149,23 @@ class Stage:
 PER_METRE = 100  # [px] of the room's textures
 
 
-def _plain(rng, colour, width, height):
+def _plain(rng: np.random.Generator, colour: Tuple[int, int, int], width: float, height: float) -> np.ndarray:
     """Return a texture in one colour with slow changes of light, width x height [m]."""
-    light = rng.normal(0.0, 7.0, (4, 5)).astype(np.float32)
+    coarse = rng.normal(0.0, 7.0, (4, 5)).astype(np.float32)
     size = round(width * PER_METRE), round(height * PER_METRE)
-    light = cv2.resize(light, size, interpolation=cv2.INTER_CUBIC)[..., None]
-    return np.clip(np.array(colour, np.float32) + light, 0, 255).astype(np.uint8)
+    light = cv2.resize(coarse, size, interpolation=cv2.INTER_CUBIC)[..., None]
+    texture: np.ndarray = np.clip(np.array(colour, np.float32) + light, 0, 255).astype(np.uint8)
+    return texture
 
 
-def _wall(rng, width, height):
+def _wall(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
     """Return the back wall: a window, a picture, a shelf, a skirting board."""
     wall = _plain(rng, (186, 200, 204), width, height)
 
-    def rectangle(left, top, right, bottom, colour, thickness=-1):
-        a, b = (round(v * PER_METRE) for v in (left, top)), (round(v * PER_METRE) for v in (right, bottom))
-        cv2.rectangle(wall, tuple(a), tuple(b), colour, thickness)
+    def rectangle(left: float, top: float, right: float, bottom: float, colour: Tuple[int, int, int],
+                  thickness: int = -1) -> None:
+        a, b = (round(left * PER_METRE), round(top * PER_METRE)), (round(right * PER_METRE), round(bottom * PER_METRE))
+        cv2.rectangle(wall, a, b, colour, thickness)
     rectangle(0.3, 0.3, 1.3, 1.2, (235, 225, 205))
     rectangle(0.3, 0.3, 1.3, 1.2, (110, 130, 140), 6)
     rectangle(0.79, 0.3, 0.81, 1.2, (110, 130, 140))
@@ -168,31 +178,32 @@ def _wall(rng, width, height):
     return wall
 
 
-def _planks(rng, width, depth):
+def _planks(rng: np.random.Generator, width: float, depth: float) -> np.ndarray:
     """Return the floor: planks that run towards the wall."""
     floor = _plain(rng, (86, 122, 158), width, depth)
     for left in range(0, floor.shape[1], 18):
-        floor[:, left:left + 18] = cv2.add(floor[:, left:left + 18], float(rng.uniform(-14.0, 14.0)))
+        plank = floor[:, left:left + 18]
+        plank[:] = cv2.add(plank, float(rng.uniform(-14.0, 14.0)))  # type: ignore[call-overload]  # stubs lack scalars
         floor[:, left] = floor[:, left] // 2
     return floor
 
 
-def _texture(marker_id):
+def _texture(marker_id: int) -> np.ndarray:
     """Return a card with a marker, one cell of white around."""
     black = cv2.resize(drawing.marker_image(marker_id, 9), None, fx=CELL, fy=CELL, interpolation=cv2.INTER_NEAREST)
     card = np.pad(black, CELL, constant_values=255)
     return cv2.cvtColor(cv2.convertScaleAbs(card, alpha=0.78, beta=26), cv2.COLOR_GRAY2BGR)
 
 
-def _paper():
+def _paper() -> np.ndarray:
     """Return a sheet of coloured paper."""
     return np.full((64, 64, 3), (96, 148, 96), np.uint8)
 
 
-def _warp(canvas, texture, homography):
-    """Draw a texture on the canvas; homography: from the texture's pixels to the canvas's."""
+def _warp(canvas: np.ndarray, texture: np.ndarray, homography: np.ndarray) -> None:
+    """Draw a texture on the canvas; homography (3, 3): from the texture's pixels to the canvas's."""
     height, width = texture.shape[:2]
-    edge = np.float32([[-0.5, -0.5], [width - 0.5, -0.5], [width - 0.5, height - 0.5], [-0.5, height - 0.5]])
+    edge = np.array([[-0.5, -0.5], [width - 0.5, -0.5], [width - 0.5, height - 0.5], [-0.5, height - 0.5]], np.float32)
     corners = cv2.perspectiveTransform(edge[None], homography)[0]
     low = np.clip(np.floor(corners.min(0)).astype(int), 0, canvas.shape[1::-1])
     high = np.clip(np.ceil(corners.max(0)).astype(int) + 1, 0, canvas.shape[1::-1])
@@ -206,16 +217,17 @@ def _warp(canvas, texture, homography):
     part[:] = (drawn * share + part * (1.0 - share) + 0.5).astype(np.uint8)
 
 
-def render_to(folder):
+def render_to(folder: str) -> None:
     """Write the sequence into a folder, which must exist; raise OSError."""
-    stage, frames = Stage(), []
-    for number in range(FRAMES):
-        name = f'frame_{number:03d}'
-        _, jpeg = cv2.imencode('.jpg', stage.picture(number), [cv2.IMWRITE_JPEG_QUALITY, 92])
+    renderer, frames = SequenceRenderer(), []
+    for frame in range(FRAMES):
+        name = f'frame_{frame:03d}'
+        _, jpeg = cv2.imencode('.jpg', renderer.image(frame), [cv2.IMWRITE_JPEG_QUALITY, 92])
         write_whole(os.path.join(folder, f'{name}.jpg'), jpeg.tobytes())
         frames.append({'name': name, 'file': f'{name}.jpg', 'camera': 'webcam', 'marker_size_m': MARKER_SIZE,
-                       'kind': 'markers', 'difficulty': 'easy', 'markers': stage.truth(number)})
-    matrix, distortion = stage.camera.matrix.ravel().tolist(), stage.camera.distortion[:5].tolist()
+                       'kind': 'markers', 'difficulty': 'easy', 'markers': renderer.ground_truth(frame)})
+    camera = renderer.camera
+    matrix, distortion = camera.matrix.ravel().tolist(), camera.distortion[:5].tolist()
     write_whole(os.path.join(folder, 'frames.json'), json.dumps({
         'set': 'marker_sequence', 'rate': RATE, 'marker': {'data_cells': 5, 'margin_cells': 2},
         'cameras': {'webcam': {'width': WIDTH, 'height': HEIGHT, 'K': matrix, 'D': distortion,
@@ -223,7 +235,7 @@ def render_to(folder):
     write_whole(os.path.join(folder, 'camera.yaml'), calibration_yaml(matrix, distortion))
 
 
-def calibration_yaml(matrix, distortion):
+def calibration_yaml(matrix: Sequence[float], distortion: Sequence[float]) -> str:
     """Return the text of a calibration file; matrix: 9 numbers row by row [px], distortion: 5 numbers, plumb_bob."""
     projection = [*matrix[0:3], 0.0, *matrix[3:6], 0.0, *matrix[6:9], 0.0]
     rows = [('camera_matrix', 3, 3, matrix), ('distortion_coefficients', 1, 5, distortion),

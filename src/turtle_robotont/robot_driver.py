@@ -6,12 +6,11 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from kinematic_core.patience import Patience
-from kinematic_core.turtle_world import Pose
 from kinematic_ros.topics import LatestPublisher, Publisher
 from kinematic_ros.waiting import waiting_text
 from turtle_robotont.driver import Driver
 from turtle_robotont.msg import DriveStatus
-from turtle_robotont.vehicle import ROBOT
+from turtle_robotont.vehicle import ROBOT, VehicleState
 
 UNIT_TOLERANCE = 0.01  # by which the length of a quaternion may differ from 1
 
@@ -47,10 +46,10 @@ class RobotDriver(Driver):
 
 
 def pose_of(odometry):
-    """Return the Pose of a nav_msgs/Odometry; its theta is NaN when the orientation is no rotation."""
+    """Return the VehicleState of a nav_msgs/Odometry; its theta is NaN when the orientation is not a rotation."""
     q, twist = odometry.pose.pose.orientation, odometry.twist.twist
     theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
     if not abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < UNIT_TOLERANCE:
         theta = math.nan
     position = odometry.pose.pose.position
-    return Pose(position.x, position.y, theta, math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)
+    return VehicleState(position.x, position.y, theta, math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)

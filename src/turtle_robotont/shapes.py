@@ -1,25 +1,47 @@
 """Shapes that a turtle or a robot can draw: where their corners lie and whether they fit into the turtles' arena.
 
 Positions are in metres, 0 .. ARENA_SIZE, origin in the lower left corner, y up; headings in rad, counter-clockwise
-from +x. A square, triangle or circle begins where the turtle stands, sets off in the direction that it faces, lies
-to its left and ends where it began. ``size`` is the length of a side, of a circle the diameter [m].
+from +x. A shape with a size starts where the vehicle stands, sets off in the direction that it faces, lies to its left
+and ends where it started. ``size`` [m] is the length of a side, or the diameter of a circle.
+
+To add a shape made of straight lines, write a function like ``polygon`` and enter it in POLYGONS; nodes, services and
+texts take it from there. A curve also needs a drive, which turtle_robotont.drawing chooses.
 """
 import math
-from typing import NamedTuple
+from functools import partial
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence
 
 from kinematic_core.checks import InvalidInput
 from kinematic_core.turtle_world import ARENA_SIZE
 
-SIDES = {'square': 4, 'triangle': 3}
-SHAPES = ('square', 'triangle', 'circle', 'corners')
 DEFAULT_SIZE = 2.0  # [m]
 DEFAULT_CORNERS = [[4.0, 4.0], [7.0, 4.0], [7.0, 7.0], [4.0, 7.0]]  # [m]
-ROBOT_SIZE = 0.5  # [m] has room where a Robotont starts in its maze
+ROBOT_SIZE = 0.5  # [m] fits where a Robotont starts in its maze
 ROBOT_CORNERS = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]]  # [m] in odom
 CIRCLE_ENDS = ('right end', 'upper end', 'left end', 'lower end')
-SMALLEST = 0.1  # [m] size that can be told from a dot
-STEEP = 1e-6  # a heading whose cosine is smaller leads to no x
-EDGE = 1e-6  # [m] a corner may lie outside by rounding
+SMALLEST = 0.1  # [m] the smallest size of a shape
+STEEP = 1e-6  # a heading with a smaller cosine never reaches another x
+EDGE = 1e-6  # [m] by which rounding may put a corner outside
+
+
+class HasPosition(Protocol):
+    """Anything with x and y [m]."""
+
+    @property
+    def x(self) -> float:
+        """Return x [m]."""
+
+    @property
+    def y(self) -> float:
+        """Return y [m]."""
+
+
+class HasPose(HasPosition, Protocol):
+    """Anything with x, y [m] and theta [rad], such as a VehicleState or a turtlesim/Pose."""
+
+    @property
+    def theta(self) -> float:
+        """Return the heading [rad]."""
 
 
 class Point(NamedTuple):
@@ -29,13 +51,13 @@ class Point(NamedTuple):
     y: float
 
 
-def distance(a, b):
-    """Return the distance [m] of two things that have x and y."""
+def distance(a: HasPosition, b: HasPosition) -> float:
+    """Return the distance [m] between two things that have x and y."""
     return math.hypot(b.x - a.x, b.y - a.y)
 
 
-def polygon(sides, size, start):
-    """Return the corners of a regular polygon in the order of driving; the last one is the pose ``start`` again."""
+def polygon(sides: int, size: float, start: HasPose) -> List[Point]:
+    """Return the corners of a regular polygon in the order of driving; the last one is the position ``start`` again."""
     corners, x, y = [], start.x, start.y
     for side in range(sides):
         heading = start.theta + side * 2.0 * math.pi / sides
@@ -45,24 +67,31 @@ def polygon(sides, size, start):
     return corners
 
 
-def circle_centre(size, start):
-    """Return the centre of the circle of diameter ``size`` to the left of the pose ``start``."""
+def circle_centre(size: float, start: HasPose) -> Point:
+    """Return the centre of the circle of diameter ``size`` to the left of ``start``."""
     radius = size / 2.0
     return Point(start.x - radius * math.sin(start.theta), start.y + radius * math.cos(start.theta))
 
 
-def outline(shape, size, start):
-    """Return the points that decide whether a square, triangle or circle fits: corners, or CIRCLE_ENDS."""
-    if shape in SIDES:
-        return polygon(SIDES[shape], size, start)
+POLYGONS: Dict[str, Callable[[float, HasPose], List[Point]]] = {  # name: function of size [m] and start: the corners
+    'square': partial(polygon, 4),
+    'triangle': partial(polygon, 3),
+}
+SHAPES = (*POLYGONS, 'circle', 'corners')
+
+
+def outline(shape: str, size: float, start: HasPose) -> List[Point]:
+    """Return the points that decide whether a polygon or circle fits: its corners, or the four CIRCLE_ENDS."""
+    if shape in POLYGONS:
+        return POLYGONS[shape](size, start)
     centre, radius = circle_centre(size, start), size / 2.0
     return [Point(centre.x + dx * radius, centre.y + dy * radius) for dx, dy in ((1, 0), (0, 1), (-1, 0), (0, -1))]
 
 
-def point_at_x(pose, x):
-    """Return where to go so that the turtle stands at ``x`` [m].
+def point_at_x(pose: HasPose, x: float) -> Point:
+    """Return where to drive so that the turtle stands at ``x`` [m].
 
-    That is straight ahead where the heading leads there inside the arena, else at the turtle's own height.
+    That is straight ahead if the heading leads there inside the arena, else at the turtle's own y.
     """
     ahead = math.cos(pose.theta)
     if abs(ahead) > STEEP and (x - pose.x) * ahead >= 0.0:
@@ -72,8 +101,8 @@ def point_at_x(pose, x):
     return Point(x, pose.y)
 
 
-def points_from(corners):
-    """Return a list of Points from pairs [x, y]; raise InvalidInput naming the first entry that is not a pair."""
+def points_from(corners: Sequence[Any]) -> List[Point]:
+    """Return Points from pairs [x, y]; raise InvalidInput naming the first entry that is not a pair."""
     for number, corner in enumerate(corners, 1):
         if not isinstance(corner, (list, tuple)) or len(corner) != 2:
             raise InvalidInput(f'corner {number} is {corner}; it must be a pair [x, y] in metres, '
@@ -83,15 +112,15 @@ def points_from(corners):
     return [Point(float(x), float(y)) for x, y in corners]
 
 
-def require_size(size):
+def require_size(size: float) -> float:
     """Return size; raise InvalidInput unless it is finite and at least SMALLEST."""
     if not math.isfinite(size) or size < SMALLEST:
         raise InvalidInput(f'the size is {size:g} m; it must be a number from {SMALLEST:g} to {ARENA_SIZE:.2f} m')
     return size
 
 
-def require_fit(points, names=None):
-    """Raise InvalidInput naming every point outside the arena, with its name or as the corner of its number."""
+def require_fit(points: Sequence[HasPosition], names: Optional[Sequence[str]] = None) -> None:
+    """Raise InvalidInput naming every point outside the arena: by ``names``, or as corner 1, corner 2, ..."""
     names = names or [f'corner {number}' for number in range(1, len(points) + 1)]
     outside = [f'{name} ({point.x:.2f}, {point.y:.2f})' for name, point in zip(names, points)
                if not (-EDGE <= point.x <= ARENA_SIZE + EDGE and -EDGE <= point.y <= ARENA_SIZE + EDGE)]
@@ -99,7 +128,7 @@ def require_fit(points, names=None):
         raise InvalidInput(f'{", ".join(outside)} outside the arena; allowed is 0 to {ARENA_SIZE:.2f} m in x and y')
 
 
-def require_shape_fits(shape, size, start):
+def require_shape_fits(shape: str, size: float, start: HasPose) -> None:
     """Raise InvalidInput, with the largest size that fits, unless the shape drawn from ``start`` fits."""
     require_size(size)
     try:
@@ -109,19 +138,19 @@ def require_shape_fits(shape, size, start):
                            f'{start.theta:.2f} rad, would leave the arena: {error}; {_advice(shape, start)}') from None
 
 
-def largest_size(shape, start):
-    """Return the largest size [m] of which the shape drawn from the pose ``start`` fits into the arena."""
+def largest_size(shape: str, start: HasPose) -> float:
+    """Return the largest size [m] with which the shape drawn from ``start`` fits into the arena."""
     sizes = [math.inf]
     for point in outline(shape, 1.0, start):  # every point moves away from the start in proportion to the size
-        for begin, end in ((start.x, point.x), (start.y, point.y)):
-            if end - begin > EDGE:
-                sizes.append((ARENA_SIZE - begin) / (end - begin))
-            elif begin - end > EDGE:
-                sizes.append(begin / (begin - end))
+        for origin, end in ((start.x, point.x), (start.y, point.y)):
+            if end - origin > EDGE:
+                sizes.append((ARENA_SIZE - origin) / (end - origin))
+            elif origin - end > EDGE:
+                sizes.append(origin / (origin - end))
     return max(0.0, min(sizes))
 
 
-def _advice(shape, start):
+def _advice(shape: str, start: HasPose) -> str:
     largest = math.floor(100.0 * largest_size(shape, start)) / 100.0
     if largest < SMALLEST:
         return 'drive or turn the turtle away from the wall first'

@@ -1,4 +1,4 @@
-"""Where AR markers lie as seen from a robot, out of what a tracker says. ROS-free.
+"""Turns what a tracker reports into positions of AR markers relative to the robot. ROS-free.
 
 ======================  ============================================================================================
 axes                    x, y, z of a position
@@ -9,16 +9,16 @@ auto                    optical where the frame's name says so, else body
 ======================  ============================================================================================
 """
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
 from kinematic_core.checks import InvalidInput
 
 AXES = ('auto', 'body', 'optical')
-FURTHEST = 100.0  # [m] further off no camera makes out a marker; broken transforms give such poses
+FURTHEST = 100.0  # [m] at which no camera makes out a marker any more; broken transforms give such poses
 
 
 class Sighting(NamedTuple):
-    """A marker seen: its id, and where its middle lies [m]: ahead, to the left and above."""
+    """A marker seen: its id, and the position of its middle [m]: ahead, to the left and above."""
 
     id: int
     ahead: float
@@ -26,20 +26,20 @@ class Sighting(NamedTuple):
     up: float
 
     @property
-    def distance(self):
+    def distance(self) -> float:
         """Return the distance [m] over the ground."""
         return math.hypot(self.ahead, self.left)
 
     @property
-    def bearing(self):
+    def bearing(self) -> float:
         """Return the direction [rad], positive to the left."""
         return math.atan2(self.left, self.ahead)
 
 
-def sighting(marker_id, position, frame_id, axes='auto'):
+def sighting(marker_id: int, position: Sequence[float], frame_id: str, axes: str = 'auto') -> Sighting:
     """Return the Sighting of a marker at ``position`` (x, y, z) [m] in a frame with these axes.
 
-    Raises InvalidInput when no marker can be there: not finite, or further off than FURTHEST.
+    Raises InvalidInput when no marker can be there: not finite, or further away than FURTHEST.
     """
     x, y, z = position
     distance = math.sqrt(x * x + y * y + z * z) if all(map(math.isfinite, position)) else math.inf

@@ -191,7 +191,7 @@ class Stage:
     def until_rest(self):
         """Wait until the turtle stands, but not for ever: whoever looks at the track will see."""
         with contextlib.suppress(StageError):
-            self.until(lambda: checks.rests(self.seen.track), 'the turtle moves', REST_TIMEOUT)
+            self.until(lambda: checks.stands_still(self.seen.track), 'the turtle moves', REST_TIMEOUT)
 
     def reset(self):
         """Bring the turtle back to the middle of an empty arena and forget what was seen."""

@@ -32,11 +32,11 @@ def draw_shape(driver, shape, size, corners, limits, strafe=False):
     """Draw a shape with a turtle or a robot; parameters as in turtle_robotont.drawing.plan."""
     pose = driver.ready()
     plan = drawing.plan(shape, pose, size, corners, limits, driver.vehicle, strafe)
-    rospy.loginfo('Drawing: %s, beginning at (%.2f, %.2f)', shape, *plan.begin)
-    ride = driver.drive(plan.drive)
-    require_arrived(plan.drive, ride)
-    worst, gap = plan.errors(ride.track)
-    rospy.loginfo('Drawn in %.1f s: largest error %.3f m, gap at the end %.3f m', ride.elapsed, worst, gap)
+    rospy.loginfo('Drawing: %s, starting at (%.2f, %.2f)', shape, *plan.start)
+    result = driver.drive(plan.drive)
+    require_arrived(plan.drive, result)
+    worst, gap = plan.errors(result.track)
+    rospy.loginfo('Drawn in %.1f s: largest error %.3f m, gap at the end %.3f m', result.elapsed, worst, gap)
 
 
 def teleport_tour(driver, positions, colour, width, pause):
@@ -53,7 +53,7 @@ def teleport_tour(driver, positions, colour, width, pause):
         teleport(driver, goal._replace(theta=theta))
         before = goal
         rospy.sleep(pause)
-    rospy.loginfo('Been at all %d positions', len(goals))
+    rospy.loginfo('Visited all %d positions', len(goals))
 
 
 def teleport(driver, goal):
@@ -85,7 +85,7 @@ def call(service, service_type, *request):
         raise DriveError(f'{name} could not be called: {error}; is the simulator running? (rosservice list)') from None
 
 
-def require_arrived(drive, ride):
+def require_arrived(drive, result):
     """Raise DriveError with the drive's reason unless it arrived."""
     if drive.state is not State.ARRIVED:
-        raise DriveError(f'not there after {ride.elapsed:.1f} s: {drive.reason}')
+        raise DriveError(f'not there after {result.elapsed:.1f} s: {drive.reason}')

@@ -1,46 +1,54 @@
-"""What is told to a turtle or a robot, how fast it may be, and what its drives are tuned to. ROS-free."""
-import math
-from typing import NamedTuple
+"""What a drive knows of its vehicle: its state, its top speeds, and what its drives are tuned to. ROS-free.
 
+Commands are kinematic_core.planar.Twist2D: velocities in the vehicle's own frame.
+"""
+import math
+from typing import NamedTuple, Optional
+
+from kinematic_core.planar import STILL, Twist2D
 from kinematic_core.turtle_world import ARENA_SIZE
 
-
-class Command(NamedTuple):
-    """A velocity: linear [m/s] forward, angular [rad/s], lateral [m/s] to the left."""
-
-    linear: float
-    angular: float
-    lateral: float = 0.0
+STOP = STILL
 
 
-STOP = Command(0.0, 0.0)
+class VehicleState(NamedTuple):
+    """The pose and velocity that a drive reads; turtlesim/Pose has the same fields and can be used as it is.
+
+    x, y [m], theta [rad] counter-clockwise from +x, linear_velocity [m/s, never negative], angular_velocity [rad/s].
+    """
+
+    x: float
+    y: float
+    theta: float
+    linear_velocity: float = 0.0
+    angular_velocity: float = 0.0
 
 
 class Limits(NamedTuple):
-    """The top speeds of a drive: speed [m/s] in whatever direction and turn_speed [rad/s], both above 0."""
+    """The top speeds of a drive: speed [m/s] in any direction and turn_speed [rad/s], both above 0."""
 
     speed: float = 2.0
     turn_speed: float = 5.0
 
-    def apply(self, command):
-        """Return the command cut to the limits, its direction kept; the last thing that happens to it."""
-        share = min(1.0, self.speed / max(self.speed, math.hypot(command.linear, command.lateral)))
-        return Command(command.linear * share, max(-self.turn_speed, min(self.turn_speed, command.angular)),
-                       command.lateral * share)
+    def apply(self, command: Twist2D) -> Twist2D:
+        """Return the command within the limits, its direction kept; always the last step before it is sent."""
+        share = min(1.0, self.speed / max(self.speed, math.hypot(command.linear_x, command.linear_y)))
+        return Twist2D(command.linear_x * share, command.linear_y * share,
+                       max(-self.turn_speed, min(self.turn_speed, command.angular_z)))
 
 
 class Vehicle(NamedTuple):
     """What the drives of a vehicle are tuned to; the gains leave room for the delay from a command to its effect.
 
-    name                in texts
-    limits              its top speeds unless others are asked for
-    acceleration        [m/s^2] at setting off and at slowing down
-    approach_gain       [1/s] speed for each metre left, close to the goal; times the loop's delay at most 1/e
+    name                for texts
+    limits              default top speeds
+    acceleration        [m/s^2] when starting and when slowing down
+    approach_gain       [1/s] speed per metre left, close to the goal; times the loop's delay at most 1/e
     turn_deceleration   [rad/s^2]
-    turn_gain           [1/s] turning speed for each radian left, close to the heading
+    turn_gain           [1/s] angular velocity per radian left, close to the heading
     steer_gain          [1/s] the same while driving
-    standing            [m/s or rad/s] slower than this is standing
-    arena               [m] side of the square that it must not leave; None: nothing is known of its surroundings
+    standing            [m/s or rad/s] slower than this counts as standing still
+    arena               [m] side of the square that it must not leave; None: its surroundings are unknown
     """
 
     name: str
@@ -51,7 +59,7 @@ class Vehicle(NamedTuple):
     turn_gain: float
     steer_gain: float
     standing: float
-    arena: float = None
+    arena: Optional[float] = None
 
 
 LIMITS = Limits()

@@ -21,7 +21,7 @@ STAND_IN_LOGIC = {'ar_track_alvar': ['command_line', 'debug_picture', 'gates'],
                   'usb_cam': ['calibration', 'capture', 'devices', 'pace', 'sources']}  # must do without ROS
 CORES = {'alvar_core', 'kinematic_core'}  # packages without ROS
 PICTURES = {'cv2', 'numpy'}  # what ROS-free modules may use beside the standard library
-MESSAGES_AND_PICTURES = ['images']  # of kinematic_ros: may import sensor_msgs, cv2 and numpy, all others may not
+CONVERSIONS = {'images': {'cv2', 'numpy', 'sensor_msgs'}, 'velocities': {'geometry_msgs'}}  # of kinematic_ros
 PAPER = {'cairo'}  # and alvar_core's sheets to print
 ROS_ITSELF = {'rosgraph', 'rosgraph_msgs', 'rospkg', 'rospy', 'std_srvs'}
 LONGEST_MODULE = 350  # [lines]
@@ -122,8 +122,7 @@ def test_alvar_core_never_imports_ros(path):
 
 @each(ROS_MODULES)
 def test_kinematic_ros_imports_only_ros_and_the_core(path):
-    more = {*PICTURES, 'sensor_msgs'} if path.stem in MESSAGES_AND_PICTURES else set()
-    assert foreign(path, {'kinematic_core', 'kinematic_ros', *ROS_ITSELF, *more}) == set()
+    assert foreign(path, {'kinematic_core', 'kinematic_ros', *ROS_ITSELF, *CONVERSIONS.get(path.stem, [])}) == set()
 
 
 @each(COURSE_LOGIC)

@@ -7,6 +7,7 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import CourseCase
 
 from rostest_tools import run
+from turtle_robotont.shapes import SHAPES
 
 AT_A_TIME = 4  # nodes
 NO_SIMULATOR_DEADLINE = 25.0  # [s] they wait 10 s themselves
@@ -17,7 +18,7 @@ REFUSED = [  # what is given to which node; what its text must contain beside th
     ('pose_subscriber.py', '_rate:=-1', ['is -1', '0 to 1000 Hz']),
     ('stop_at_x.py', '_x:=11.1', ['11.1', '0 to 11.0889 m']),
     ('stop_at_x.py', '_turtle:="a b"', ["'a b'", 'turtle1']),
-    ('drive_shape.py', '_shape:=star', ["'star'", 'square, triangle, circle, corners']),
+    ('drive_shape.py', '_shape:=star', ["'star'", ', '.join(SHAPES)]),
     ('drive_shape.py', '_size:=12', ['is 12', '0.1 to 11.0889 m']),
     ('drive_shape.py', '_turn_speed:=.inf', ['inf', '0.1 to 10 rad/s']),
     ('drive_shape.py', '_corners:=[[1,1],[2,12]]', ['corner 2 (2.00, 12.00)', '0 to 11.09 m']),

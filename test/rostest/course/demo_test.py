@@ -58,7 +58,7 @@ class DemoTest(CourseCase):
     def test_demo_ar_maze(self):
         """The robot finds all five markers, whatever time a loaded machine takes; map and camera view are left."""
         said = self.play('AR maze', None, MAZE_DEADLINE)
-        self.assertRegex(said, r'✓ it says: Been at the markers 1 .*, 2 .*, 3 .*, 4 .*, 5 ')
+        self.assertRegex(said, r'✓ it says: Visited the markers 1 .*, 2 .*, 3 .*, 4 .*, 5 ')
         self.assertRegex(said, r'✓ 5 markers passed in their order')
         self.assertRegex(said, r'✓ drove \d+\.\d m and stands')
         self.assertEqual(['1_ar_maze.png', '1_ar_maze_2.png'], self.pictures())

@@ -12,11 +12,12 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from course_tools import POSITION_TOLERANCE, BackgroundCall, CourseCase
 
 from rostest_tools import DEADLINE, MIDDLE, proxy, run
+from turtle_robotont.shapes import SHAPES
 
 MEASURED_TOLERANCE = 0.02  # [m] between two measurements: the server may miss the first and last poses
 REFUSED = [  # shape, size, corners, speed, what the reason must contain
-    ('star', 0.0, [], 0.0, ["'star'", 'square, triangle, circle, corners']),
-    ('', 0.0, [], 0.0, ["''", 'square, triangle, circle, corners']),
+    ('star', 0.0, [], 0.0, ["'star'", ', '.join(SHAPES)]),
+    ('', 0.0, [], 0.0, ["''", ', '.join(SHAPES)]),
     ('square', 7.0, [], 0.0, ['(12.54, 5.54)', 'at most 5.54 m fits']),
     ('square', math.nan, [], 0.0, ['nan', '0.1 to 11.09 m']),
     ('circle', 0.05, [], 0.0, ['0.05', '0.1 to 11.09 m']),

@@ -123,7 +123,7 @@ class DriveRobotTest(RobotCase):
         robot = self.robot(places=places)
         said = self.ended(self.start('ar_maze.py', '_markers:=[2,7]', '_search_speed:=2.0', '_turn_speed:=2.0'),
                           deadline=SHAPE_DEADLINE)
-        self.assertRegex(said, r'Been at the markers 2 \((0\.9|1\.0)\d m\), 7 \((0\.9|1\.0)\d m\)')
+        self.assertRegex(said, r'Visited the markers 2 \((0\.9|1\.0)\d m\), 7 \((0\.9|1\.0)\d m\)')
         until(robot.stands, 'a robot that stands')
         near = [[number for number, (x, y, _) in enumerate(robot.track) if math.dist((x, y), places[marker]) < 1.08]
                 for marker in (2, 7)]

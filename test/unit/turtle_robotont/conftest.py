@@ -51,7 +51,7 @@ class Loop:
         self.track.append(self.pose)
 
     def _command(self, command):
-        self.world.command('turtle1', command.linear, 0.0, command.angular)
+        self.world.command('turtle1', command.linear_x, command.linear_y, command.angular_z)
 
 
 @pytest.fixture

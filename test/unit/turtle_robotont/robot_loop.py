@@ -2,8 +2,8 @@
 import collections
 import math
 
-from kinematic_core.turtle_world import Pose
-from turtle_robotont.vehicle import STOP, Command
+from kinematic_core.planar import Twist2D
+from turtle_robotont.vehicle import STOP, VehicleState
 
 STEP = 0.01  # [s] of the simulation
 ODOMETRY_STEPS = 3  # steps between two messages of odometry: 33 Hz
@@ -12,7 +12,7 @@ TIME_LIMIT = 120.0  # [s] that no drive of these tests takes
 
 
 class Robot:
-    """A body that follows velocities (Command) ``delay`` steps late; x, y [m], theta [rad] in odom."""
+    """A body that follows commands ``delay`` steps late; x, y [m], theta [rad] in odom."""
 
     def __init__(self, start=(0.0, 0.0, 0.0), delay=5):
         self.x, self.y, self.theta = start
@@ -23,8 +23,8 @@ class Robot:
     @property
     def pose(self):
         """Return the pose as odometry tells it."""
-        return Pose(self.x, self.y, self.theta, math.hypot(self.velocity.linear, self.velocity.lateral),
-                    self.velocity.angular)
+        return VehicleState(self.x, self.y, self.theta, math.hypot(self.velocity.linear_x, self.velocity.linear_y),
+                            self.velocity.angular_z)
 
     def command(self, command):
         """Take a velocity, which counts from now on."""
@@ -34,14 +34,14 @@ class Robot:
         """Move on by STEP."""
         self._on_the_way.append(self._wanted)
         wanted = self._on_the_way.popleft()
-        limits = Command(ACCELERATION * STEP, TURN_ACCELERATION * STEP, ACCELERATION * STEP)
-        self.velocity = Command(*(now + max(-limit, min(limit, goal - now))
+        limits = Twist2D(ACCELERATION * STEP, ACCELERATION * STEP, TURN_ACCELERATION * STEP)
+        self.velocity = Twist2D(*(now + max(-limit, min(limit, goal - now))
                                   for now, goal, limit in zip(self.velocity, wanted, limits)))
-        heading = self.theta + self.velocity.angular * STEP / 2.0
-        ahead, left = self.velocity.linear * STEP, self.velocity.lateral * STEP
+        heading = self.theta + self.velocity.angular_z * STEP / 2.0
+        ahead, left = self.velocity.linear_x * STEP, self.velocity.linear_y * STEP
         self.x += ahead * math.cos(heading) - left * math.sin(heading)
         self.y += ahead * math.sin(heading) + left * math.cos(heading)
-        self.theta += self.velocity.angular * STEP
+        self.theta += self.velocity.angular_z * STEP
         self.time += STEP
 
     def seen_from(self, x, y):

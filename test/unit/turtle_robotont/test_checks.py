@@ -3,17 +3,18 @@ import math
 
 import pytest
 
-from kinematic_core.turtle_world import DT, Pose, TurtleWorld
+from kinematic_core.turtle_world import DT, TurtleWorld
 from turtle_robotont import checks
 from turtle_robotont.control import Goal
 from turtle_robotont.shapes import Point
+from turtle_robotont.vehicle import VehicleState
 
 ROUNDING = 1e-9
 STEP = 0.01  # [m] between two poses of a drawn line
 
 
 def pose(x, y, theta=0.0, speed=0.0):
-    return Pose(x, y, theta, speed, 0.0)
+    return VehicleState(x, y, theta, speed, 0.0)
 
 
 def line(*corners):
@@ -91,13 +92,7 @@ def test_top_speed_is_the_highest_reported():
     ([], False),
 ])
 def test_rest_is_standing_still_for_long_enough(track, rests):
-    assert checks.rests(track) is rests
-
-
-def test_stop_error_is_infinite_for_a_turtle_that_still_moves():
-    assert checks.stop_error([*line((5.0, 5.0), (9.99, 5.0)), *[pose(9.99, 5.0)] * 20], 10.0) == pytest.approx(0.01)
-    assert checks.stop_error(line((5.0, 5.0), (10.0, 5.0)), 10.0) == math.inf
-    assert checks.stop_error([], 10.0) == math.inf
+    assert checks.stands_still(track) is rests
 
 
 def test_goal_error_takes_the_short_way_round():

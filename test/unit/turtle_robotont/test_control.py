@@ -7,11 +7,12 @@ import pytest
 
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput
-from kinematic_core.turtle_world import ARENA_SIZE, DT, Pose
+from kinematic_core.planar import Twist2D
+from kinematic_core.turtle_world import ARENA_SIZE, DT
 from turtle_robotont import control
-from turtle_robotont.control import CircleDrive, Goal, GoTo, Path, State, Tolerance
+from turtle_robotont.control import CircleDrive, DriveSequence, Goal, GoTo, State, Tolerance
 from turtle_robotont.shapes import distance
-from turtle_robotont.vehicle import STOP, TURTLE, Command, Limits
+from turtle_robotont.vehicle import STOP, TURTLE, Limits, VehicleState
 
 TOLERANCE = control.TOLERANCE
 OVERSHOOT_TOLERANCE = 0.02  # [m] a turtle may move away from its goal again
@@ -34,7 +35,7 @@ def heading_error(pose, goal):
 
 
 def standing(x=5.0, y=5.0, theta=0.0):
-    return Pose(x, y, theta, 0.0, 0.0)
+    return VehicleState(x, y, theta, 0.0, 0.0)
 
 
 @pytest.mark.parametrize('left, speed', [
@@ -56,10 +57,10 @@ def test_approach_speed_never_needs_more_than_the_deceleration():
 
 
 @pytest.mark.parametrize('command, cut', [
-    (Command(1.0, -1.0), Command(1.0, -1.0)),
-    (Command(9.0, 9.0), Command(2.0, 3.0)),
-    (Command(-9.0, -9.0), Command(-2.0, -3.0)),
-    (Command(3.0, 0.0, -4.0), Command(1.2, 0.0, -1.6)),  # 5 m/s, cut to two fifths in the same direction
+    (Twist2D(1.0, 0.0, -1.0), Twist2D(1.0, 0.0, -1.0)),
+    (Twist2D(9.0, 0.0, 9.0), Twist2D(2.0, 0.0, 3.0)),
+    (Twist2D(-9.0, 0.0, -9.0), Twist2D(-2.0, 0.0, -3.0)),
+    (Twist2D(3.0, -4.0, 0.0), Twist2D(1.2, -1.6, 0.0)),  # 5 m/s, cut to two fifths in the same direction
 ])
 def test_limits_cut_what_is_too_fast(command, cut):
     assert Limits(2.0, 3.0).apply(command) == pytest.approx(cut)
@@ -109,9 +110,9 @@ def test_limits_hold_and_speed_is_gathered_gently(loop, limits):
         drive = GoTo(run.pose, goal, limits)
         run.run(drive)
         assert drive.state is State.ARRIVED
-        assert all(0.0 <= command.linear <= limits.speed for command in run.commands)
-        assert all(abs(command.angular) <= limits.turn_speed for command in run.commands)
-        gains = [b.linear - a.linear for a, b in zip(run.commands, run.commands[1:])]
+        assert all(0.0 <= command.linear_x <= limits.speed for command in run.commands)
+        assert all(abs(command.angular_z) <= limits.turn_speed for command in run.commands)
+        gains = [b.linear_x - a.linear_x for a, b in zip(run.commands, run.commands[1:])]
         assert max(gains) <= TURTLE.acceleration * DT + ROUNDING
 
 
@@ -155,18 +156,18 @@ def test_lost_poses_do_not_keep_the_turtle_from_arriving(loop, missed):
 
 def test_drive_does_not_end_while_the_turtle_still_moves():
     drive = GoTo(standing(), Goal(5.0, 5.0))
-    assert drive.step(Pose(5.0, 5.0, 0.0, 0.5, 0.0), DT) == STOP and drive.state is State.SETTLING
-    assert drive.step(Pose(5.0, 5.0, 0.0, 0.0, -0.5), DT) == STOP and drive.state is State.SETTLING
+    assert drive.step(VehicleState(5.0, 5.0, 0.0, 0.5, 0.0), DT) == STOP and drive.state is State.SETTLING
+    assert drive.step(VehicleState(5.0, 5.0, 0.0, 0.0, -0.5), DT) == STOP and drive.state is State.SETTLING
     drive.step(standing(), DT)
     assert drive.state is State.ARRIVED
 
 
 def test_turtle_pushed_away_while_it_settles_comes_back():
     drive = GoTo(standing(), Goal(5.0, 5.0))
-    drive.step(Pose(5.0, 5.0, 0.0, 0.5, 0.0), DT)
+    drive.step(VehicleState(5.0, 5.0, 0.0, 0.5, 0.0), DT)
     drive.step(standing(x=5.05), DT)
     assert drive.state is State.TURNING
-    assert drive.step(standing(x=5.05), DT).angular != 0.0
+    assert drive.step(standing(x=5.05), DT).angular_z != 0.0
 
 
 def test_turtle_that_has_just_passed_its_goal_stays_there():
@@ -179,12 +180,12 @@ def test_steering_fades_where_the_direction_says_little():
     drive = GoTo(standing(), Goal(5.1, 5.0))
     drive.step(standing(), DT)
     assert drive.state is State.DRIVING
-    assert drive.step(standing(x=5.08, theta=-0.4), DT).angular == pytest.approx(4.0 * 0.4 * 0.02 / 0.1)
+    assert drive.step(standing(x=5.08, theta=-0.4), DT).angular_z == pytest.approx(4.0 * 0.4 * 0.02 / 0.1)
 
 
 def test_turtle_that_others_press_against_a_wall_is_not_called_stuck():
     drive = GoTo(standing(), Goal(5.0, 5.0))
-    pressed = Pose(5.0, 5.0, 0.0, 1.0, 0.0)
+    pressed = VehicleState(5.0, 5.0, 0.0, 1.0, 0.0)
     while not drive.finished:
         drive.step(pressed, DT)
     assert 'not there after' in drive.reason and 'another node' in drive.reason
@@ -231,7 +232,7 @@ def test_turtle_that_somebody_else_drives_runs_into_the_deadline():
     times = itertools.count(1)
     while not drive.finished:
         time = next(times) * DT
-        drive.step(Pose(5.0 + math.sin(time), 5.0 + math.cos(time), 0.0, 1.0, 1.0), DT)
+        drive.step(VehicleState(5.0 + math.sin(time), 5.0 + math.cos(time), 0.0, 1.0, 1.0), DT)
     # 5 s + 2 * (4 m / 2 m/s + 2 pi rad / 4 rad/s) = 12.1 s
     assert drive.state is State.FAILED and 'not there after 12.1 s' in drive.reason
 
@@ -276,7 +277,7 @@ def legs(*goals):
 @pytest.mark.parametrize('delay', DELAYS)
 def test_path_passes_its_goals_in_order(loop, delay):
     goals = [Goal(7.5, 5.5), Goal(7.5, 7.5), Goal(5.5, 5.5, 0.0)]
-    run, drive, seen = loop(delay=delay), Path(legs(*goals)), []
+    run, drive, seen = loop(delay=delay), DriveSequence(legs(*goals)), []
     run.run(drive, lambda _: seen.append(drive.goal))
     assert drive.state is State.ARRIVED and distance(run.pose, goals[-1]) <= TOLERANCE.position
     assert [goal for goal, _ in itertools.groupby(seen)] == goals
@@ -285,14 +286,14 @@ def test_path_passes_its_goals_in_order(loop, delay):
 
 
 def test_path_ends_with_the_leg_that_fails_and_names_it(loop):
-    run, drive = loop(), Path(legs(Goal(6.5, 5.5), Goal(6.5, 7.5)))
+    run, drive = loop(), DriveSequence(legs(Goal(6.5, 5.5), Goal(6.5, 7.5)))
     run.run(drive, teleport_at(2.0))
     assert drive.state is State.FAILED
     assert drive.reason.startswith('on the way to corner 2 of 2: somebody moved the turtle')
 
 
 def test_path_ended_from_outside_stays_ended():
-    drive = Path(legs(Goal(6.5, 5.5)))
+    drive = DriveSequence(legs(Goal(6.5, 5.5)))
     drive.end(State.PREEMPTED, 'a newer goal')
     assert drive.step(standing(), DT) == STOP and drive.state is State.PREEMPTED
 

@@ -4,7 +4,7 @@ import math
 import pytest
 
 from kinematic_core.checks import InvalidInput
-from turtle_robotont import checks, drawing
+from turtle_robotont import checks, drawing, shapes
 from turtle_robotont.control import Goal, State
 from turtle_robotont.vehicle import Limits
 
@@ -36,7 +36,7 @@ def test_shape_is_drawn_within_the_tolerance(loop, shape, size, start, speed, de
 
 
 def test_closed_shape_ends_with_the_heading_it_began_with(loop):
-    for shape in ('square', 'triangle', 'circle'):
+    for shape in (*shapes.POLYGONS, 'circle'):
         run = loop((5.0, 5.0, 0.5))
         run.run(drawing.plan(shape, run.pose, 1.5).drive)
         assert run.pose.theta == pytest.approx(0.5, abs=0.03)
@@ -44,7 +44,7 @@ def test_closed_shape_ends_with_the_heading_it_began_with(loop):
 
 def test_given_corners_are_closed():
     plan = drawing.plan('corners', Goal(1.0, 1.0, 0.0), corners=FOUR)
-    assert [list(corner) for corner in plan.corners] == [*FOUR, FOUR[0]] and list(plan.begin) == FOUR[0]
+    assert [list(corner) for corner in plan.corners] == [*FOUR, FOUR[0]] and list(plan.start) == FOUR[0]
 
 
 def test_teleport_spoils_a_drawing_and_shows_in_its_errors(loop):
@@ -61,7 +61,7 @@ def test_teleport_spoils_a_drawing_and_shows_in_its_errors(loop):
 
 
 @pytest.mark.parametrize('shape, size, corners, text', [
-    ('hexagon', 1.0, (), "no shape 'hexagon'; choose one of square, triangle, circle, corners"),
+    ('hexagon', 1.0, (), f"no shape 'hexagon'; choose one of {', '.join(shapes.SHAPES)}"),
     ('square', 20.0, (), 'would leave the arena'),
     ('circle', math.nan, (), 'size is nan'),
     ('corners', 1.0, [[1.0, 1.0], [1.0, 12.0]], 'corner 2 (1.00, 12.00) outside'),

@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from kinematic_core.planar import Twist2D
 from turtle_robotont import follow
 from turtle_robotont.follow import Follower, Settings, State
 from turtle_robotont.sightings import Sighting
@@ -20,7 +21,7 @@ DT = 0.1  # [s]
 
 
 def settled(ahead, left, **settings):
-    """Return the Command of a Follower that has seen marker 1 there for long."""
+    """Return the command of a Follower that has seen marker 1 there for long."""
     follower = Follower(1, Settings(limits=Limits(10.0, 10.0), **settings))
     for _ in range(100):
         follower.see([Sighting(1, ahead, left, 0.0)])
@@ -29,14 +30,14 @@ def settled(ahead, left, **settings):
 
 
 @pytest.mark.parametrize('ahead, left, settings, command', [
-    (1.0, 0.0, {}, (0.6, 0.0, 0.0)),  # 1.2 /s * (1.0 - 0.5) m
-    (0.3, 0.0, {}, (-0.24, 0.0, 0.0)),  # too near: back
-    (1.5, 0.0, {'distance': 1.5}, (0.0, 0.0, 0.0)),
-    (0.505, 0.0, {}, (0.0, 0.0, 0.0)),  # 5 mm are not worth it
-    (0.0, 1.0, {}, (0.0, 1.5 * math.pi / 2.0, 0.0)),  # to the left: only turn
-    (0.3, -0.4, {}, (0.0, 1.5 * math.atan2(-0.4, 0.3), 0.0)),  # at 0.5 m already
-    (1.0, 0.5, {'strafe': True}, (0.6, 0.0, 0.6)),
-    (0.5, -1.0, {'strafe': True}, (0.0, 0.0, -1.2)),
+    (1.0, 0.0, {}, Twist2D(linear_x=0.6)),  # 1.2 /s * (1.0 - 0.5) m
+    (0.3, 0.0, {}, Twist2D(linear_x=-0.24)),  # too near: back
+    (1.5, 0.0, {'distance': 1.5}, STOP),
+    (0.505, 0.0, {}, STOP),  # 5 mm lie in the dead band
+    (0.0, 1.0, {}, Twist2D(angular_z=1.5 * math.pi / 2.0)),  # to the left: only turn
+    (0.3, -0.4, {}, Twist2D(angular_z=1.5 * math.atan2(-0.4, 0.3))),  # at 0.5 m already
+    (1.0, 0.5, {'strafe': True}, Twist2D(linear_x=0.6, linear_y=0.6)),
+    (0.5, -1.0, {'strafe': True}, Twist2D(linear_y=-1.2)),
 ])
 def test_wanted_velocity(ahead, left, settings, command):
     assert settled(ahead, left, **settings) == pytest.approx(command, abs=ROUNDING)
@@ -51,9 +52,9 @@ def test_limits_hold_whatever_is_seen_and_come_last(strafe):
         follower.see([Sighting(1, ahead, left, 0.0)])
         command = follower.step(DT)
         assert all(map(math.isfinite, command))
-        assert math.hypot(command.linear, command.lateral) <= limits.speed + ROUNDING
-        assert abs(command.angular) <= limits.turn_speed + ROUNDING
-        change = math.hypot(command.linear - before.linear, command.lateral - before.lateral)
+        assert math.hypot(command.linear_x, command.linear_y) <= limits.speed + ROUNDING
+        assert abs(command.angular_z) <= limits.turn_speed + ROUNDING
+        change = math.hypot(command.linear_x - before.linear_x, command.linear_y - before.linear_y)
         assert change <= follow.ACCELERATION * DT + ROUNDING
         before = command
 
@@ -79,7 +80,7 @@ def test_lost_marker_stops_the_robot_once(others, why):
         said.append(follower.step(DT))
     # seen last before step 4, whose dt counts: lost in the step that makes it more than 0.5 s
     lost = said.index(STOP)
-    assert lost in (9, 10) and all(command.linear > 0.0 for command in said[:lost])
+    assert lost in (9, 10) and all(command.linear_x > 0.0 for command in said[:lost])
     assert said[lost + 1:] == [None] * (19 - lost)
     assert follower.state is State.LOST and why in follower.status
 
@@ -98,7 +99,7 @@ def test_marker_that_comes_back_is_followed_from_standing():
         follower.step(DT)
     assert follower.state is State.LOST
     follower.see([Sighting(1, 2.0, 0.0, 0.0)])
-    assert follower.step(DT).linear == pytest.approx(follow.ACCELERATION * DT)
+    assert follower.step(DT).linear_x == pytest.approx(follow.ACCELERATION * DT)
     assert follower.state is State.FOLLOWING
 
 

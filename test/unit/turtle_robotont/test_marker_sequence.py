@@ -70,9 +70,21 @@ def test_covered_marker_is_hidden_by_one_colour(folder, truth):
 
 
 def test_same_sequence_each_time(folder):
-    stage = marker_sequence.Stage()
-    again = cv2.imencode('.jpg', stage.picture(5), [cv2.IMWRITE_JPEG_QUALITY, 92])[1].tobytes()
+    renderer = marker_sequence.SequenceRenderer()
+    again = cv2.imencode('.jpg', renderer.image(5), [cv2.IMWRITE_JPEG_QUALITY, 92])[1].tobytes()
     assert again == (folder / 'frame_005.jpg').read_bytes()
+
+
+def test_version_is_raised_with_any_change(folder, truth):
+    """The cache keeps images of the same version: record these numbers anew only together with VERSION."""
+    corners = {marker_id: np.mean([marker['corners'] for frame in truth['frames'] for marker in frame['markers']
+                                   if marker['id'] == marker_id], axis=(0, 1)) for marker_id in marker_sequence.MARKERS}
+    overview = cv2.resize(picture(folder, truth['frames'][36]), (4, 3), interpolation=cv2.INTER_AREA).mean(2)
+    assert marker_sequence.VERSION == 2
+    assert np.array(list(corners.values())) == pytest.approx(np.array(
+        [(148.33, 150.59), (300.15, 245.71), (481.32, 144.37), (319.77, 356.35), (516.72, 255.36)]), abs=0.02)  # [px]
+    assert overview == pytest.approx(np.array([(187.0, 200.7, 181.0, 174.7), (181.0, 178.7, 154.7, 165.7),
+                                               (136.7, 145.7, 145.0, 151.0)]), abs=1.0)  # [grey levels]
 
 
 def test_calibration_is_that_of_the_truth(folder, truth):

@@ -6,10 +6,11 @@ import sys
 import pytest
 
 from kinematic_core.angles import wrap_angle
+from kinematic_core.planar import Twist2D
 from turtle_robotont import checks, drawing
 from turtle_robotont.control import Goal, State
 from turtle_robotont.strafing import StrafeTo, body_velocity
-from turtle_robotont.vehicle import ROBOT, Command, Limits
+from turtle_robotont.vehicle import ROBOT, STOP, Limits
 
 sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 from robot_loop import Robot, drive
@@ -21,10 +22,10 @@ ROUNDING = 1e-9
 
 
 @pytest.mark.parametrize('speed, direction, theta, command', [
-    (0.5, 0.0, 0.0, (0.5, 0.1, 0.0)),
-    (0.5, math.pi / 2.0, 0.0, (0.0, 0.1, 0.5)),  # to the left
-    (0.5, math.pi / 2.0, math.pi / 2.0, (0.5, 0.1, 0.0)),  # where it looks
-    (0.5, 0.0, math.pi / 2.0, (0.0, 0.1, -0.5)),  # looking left, to the right
+    (0.5, 0.0, 0.0, Twist2D(0.5, 0.0, 0.1)),
+    (0.5, math.pi / 2.0, 0.0, Twist2D(0.0, 0.5, 0.1)),  # to the left
+    (0.5, math.pi / 2.0, math.pi / 2.0, Twist2D(0.5, 0.0, 0.1)),  # where it looks
+    (0.5, 0.0, math.pi / 2.0, Twist2D(0.0, -0.5, 0.1)),  # looking left, to the right
 ])
 def test_body_velocity_is_the_direction_seen_from_the_vehicle(speed, direction, theta, command):
     assert body_velocity(speed, direction, theta, 0.1) == pytest.approx(command, abs=ROUNDING)
@@ -50,16 +51,16 @@ def test_robot_draws_within_2_cm(shape, size, start, limits, strafe, delay):
     assert worst <= CORNER_TOLERANCE and gap <= CORNER_TOLERANCE
     if plan.corners:
         assert checks.path_deviation(track, [track[0], *plan.corners]) <= CORNER_TOLERANCE
-    assert max(math.hypot(command.linear, command.lateral) for command in commands) <= limits.speed + ROUNDING
-    assert max(abs(command.angular) for command in commands) <= limits.turn_speed + ROUNDING
+    assert max(math.hypot(command.linear_x, command.linear_y) for command in commands) <= limits.speed + ROUNDING
+    assert max(abs(command.angular_z) for command in commands) <= limits.turn_speed + ROUNDING
     turned = max(abs(wrap_angle(pose.theta - start[2])) for pose in track)
     assert turned < HEADING_TOLERANCE if strafe else turned > math.pi / 2.0
-    assert any(command.lateral for command in commands) is strafe
+    assert any(command.linear_y for command in commands) is strafe
 
 
 def test_robot_that_was_pushed_off_its_side_comes_back_to_it():
     robot = Robot()
-    side = StrafeTo(robot.pose, Goal(2.0, 0.0, 0.0))
+    side = StrafeTo(robot.pose, Goal(2.0, 0.0), 0.0)
 
     def push(robot):
         if robot.time == pytest.approx(1.5):
@@ -72,7 +73,7 @@ def test_robot_that_was_pushed_off_its_side_comes_back_to_it():
 
 def test_strafing_turns_back_to_its_heading():
     robot = Robot((0.0, 0.0, 0.3))
-    side = StrafeTo(robot.pose, Goal(0.0, 1.0, 0.0))
+    side = StrafeTo(robot.pose, Goal(0.0, 1.0), 0.0)
     drive(robot, side)
     assert side.state is State.ARRIVED
     assert (robot.x, robot.y, robot.theta) == pytest.approx((0.0, 1.0, 0.0), abs=CORNER_TOLERANCE)
@@ -86,12 +87,12 @@ def test_shape_planned_from_a_pose_that_was_not_the_robots_is_not_begun(shape, s
     track, commands = drive(Robot(), plan.drive)
     assert plan.drive.state is State.FAILED
     assert 'moved the robot from (50.00, 0.00) to (0.00, 0.00)' in plan.drive.reason
-    assert set(commands) == {Command(0.0, 0.0)}
+    assert set(commands) == {STOP}
 
 
 def test_stuck_robot_is_named():
-    side, pose = StrafeTo(Goal(0.0, 0.0), Goal(1.0, 0.0, 0.0)), Robot().pose
+    side, pose = StrafeTo(Goal(0.0, 0.0), Goal(1.0, 0.0), 0.0), Robot().pose
     for _ in range(100):
         command = side.step(pose, 0.033)
-    assert side.state is State.FAILED and command == Command(0.0, 0.0)
+    assert side.state is State.FAILED and command == STOP
     assert 'the robot has not moved for 2 s' in side.reason

@@ -38,17 +38,17 @@ def test_markers_are_visited_in_order_wherever_they_are():
     places = {1: (-3.0, 1.0), 2: (0.0, -3.0), 3: (2.5, 0.5)}
     go(robot, tour, places, 60.0)
     assert tour.state is State.DONE and tour.finished
-    assert [marker for marker, _ in tour.reached] == [3, 1, 2]
-    assert all(distance == pytest.approx(1.0, abs=DISTANCE_TOLERANCE) for _, distance in tour.reached)
+    assert [visit.marker_id for visit in tour.reached] == [3, 1, 2]
+    assert all(visit.distance == pytest.approx(1.0, abs=DISTANCE_TOLERANCE) for visit in tour.reached)
     assert math.hypot(*robot.seen_from(*places[2])) == pytest.approx(1.0, abs=DISTANCE_TOLERANCE)
-    assert tour.status.startswith('been at the markers 3 (')
+    assert tour.status.startswith('visited the markers 3 (')
     assert tour.step(DT) == STOP
 
 
 def test_marker_that_is_not_there_ends_the_search_and_is_named():
     robot, tour = Robot(), Tour([1, 9], search_speed=1.0)
     go(robot, tour, {1: (2.0, 0.0)}, 30.0)
-    assert tour.state is State.FAILED and tour.finished and [marker for marker, _ in tour.reached] == [1]
+    assert tour.state is State.FAILED and tour.finished and [visit.marker_id for visit in tour.reached] == [1]
     assert 'marker 9 was not seen in 2 turns' in tour.status
     assert robot.theta == pytest.approx(MOST_TURNS * 2.0 * math.pi, abs=0.3)
 
@@ -58,9 +58,9 @@ def test_silent_tracker_stops_the_robot_until_it_speaks():
     assert [tour.step(DT) for _ in range(5)] == [STOP] * 5, 'nothing was heard yet'
     tour.see([])
     said = [tour.step(DT) for _ in range(20)]
-    assert said[0].angular > 0.0 and said[-1] == STOP and 'silent' in tour.status
+    assert said[0].angular_z > 0.0 and said[-1] == STOP and 'silent' in tour.status
     tour.see([])
-    assert tour.step(DT).angular > 0.0
+    assert tour.step(DT).angular_z > 0.0
 
 
 def test_marker_that_is_lost_on_the_way_is_searched_where_it_went():
@@ -74,7 +74,7 @@ def test_marker_that_is_lost_on_the_way_is_searched_where_it_went():
         tour.see([])
         said.append(tour.step(DT))
     assert STOP in said and tour.state is State.SEARCHING
-    assert said[-1].angular < 0.0, 'it was to the right'
+    assert said[-1].angular_z < 0.0, 'it was to the right'
 
 
 def test_marker_that_is_lost_while_turning_to_it_is_searched_where_it_went():
@@ -87,7 +87,7 @@ def test_marker_that_is_lost_while_turning_to_it_is_searched_where_it_went():
     for _ in range(20):
         tour.see([])
         said.append(tour.step(DT))
-    assert STOP in said and tour.state is State.SEARCHING and said[-1].angular < 0.0
+    assert STOP in said and tour.state is State.SEARCHING and said[-1].angular_z < 0.0
 
 
 def test_limits_hold():
@@ -99,5 +99,5 @@ def test_limits_hold():
         commands.append(tour.step(STEP))
         robot.command(commands[-1])
         robot.step()
-    assert max(abs(command.angular) for command in commands) <= limits.turn_speed
-    assert max(math.hypot(command.linear, command.lateral) for command in commands) <= limits.speed + 1e-9
+    assert max(abs(command.angular_z) for command in commands) <= limits.turn_speed
+    assert max(math.hypot(command.linear_x, command.linear_y) for command in commands) <= limits.speed + 1e-9

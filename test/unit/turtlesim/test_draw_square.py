@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from turtlesim.draw_square import SPEED, STOP, TURN_SPEED, SquareDriver, approach, in_turtle_frame, square_corners
+from kinematic_core.planar import STILL
+from turtlesim.draw_square import SPEED, TURN_SPEED, SquareDriver, approach, in_turtle_frame, square_corners
 
 DT = 0.016  # [s]
 MIDDLE = 5.54444456  # [m]
@@ -19,7 +20,7 @@ class Turtle:
     def __init__(self, x=MIDDLE, y=MIDDLE, theta=0.0, delay=2):
         self.pose = (x, y, theta)
         self.path = [self.pose]
-        self._commands = [STOP] * delay
+        self._commands = [STILL] * delay
 
     def drive(self, driver, seconds):
         """Let the driver drive until it is finished or the time is over; return how long that took, s."""
@@ -27,14 +28,15 @@ class Turtle:
             if driver.finished:
                 return step * DT
             self._commands.append(driver.step(*self.pose))
-            self._step(*self._commands.pop(0))
+            self._step(self._commands.pop(0))
         return seconds
 
-    def _step(self, linear, angular):
-        assert abs(linear) <= SPEED and abs(angular) <= TURN_SPEED
+    def _step(self, command):
+        speed = command.linear_x
+        assert abs(speed) <= SPEED and command.linear_y == 0.0 and abs(command.angular_z) <= TURN_SPEED
         x, y, theta = self.pose
-        theta = (theta + angular * DT + math.pi) % (2 * math.pi) - math.pi
-        self.pose = (x + math.cos(theta) * linear * DT, y + math.sin(theta) * linear * DT, theta)
+        theta = (theta + command.angular_z * DT + math.pi) % (2 * math.pi) - math.pi
+        self.pose = (x + math.cos(theta) * speed * DT, y + math.sin(theta) * speed * DT, theta)
         self.path.append(self.pose)
 
     def closest(self, corner):

@@ -58,7 +58,8 @@ class RayCaster:
         offset = np.concatenate([side.offset for side in sides], axis=1).T @ self._rays
         inverse *= np.abs(offset, out=offset) <= inverse
         best = inverse.max(axis=0)
-        return np.divide(1.0, best, out=np.full(best.shape, np.inf), where=best > 0.0)
+        distances: np.ndarray = np.divide(1.0, best, out=np.full(best.shape, np.inf), where=best > 0.0)
+        return distances
 
     def _to_rounds(self, x: float, y: float, yaw: float) -> np.ndarray:
         """Return the distances (rays,) to the nearest cylinder: from the ray's nearest point to the axis backwards."""
@@ -72,7 +73,8 @@ class RayCaster:
         half = np.sqrt(np.maximum(square, 0.0))
         entry = nearest - half
         entry[(square < 0.0) | (nearest + half < 0.0)] = np.inf
-        return np.maximum(entry.min(axis=0), 0.0)
+        distances: np.ndarray = np.maximum(entry.min(axis=0), 0.0)
+        return distances
 
 
 class _Sides(NamedTuple):

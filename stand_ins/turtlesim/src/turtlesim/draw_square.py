@@ -8,7 +8,6 @@ Threading contract: a callback stores the newest pose; the main thread takes it,
 import math
 import threading
 import time
-from typing import NamedTuple
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -16,8 +15,10 @@ from std_srvs.srv import Empty
 
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput, require_sane
+from kinematic_core.planar import STILL, Twist2D
 from kinematic_ros import nodes, params
 from kinematic_ros.topics import LatestPublisher
+from kinematic_ros.velocities import to_twist
 from turtlesim.msg import Pose
 
 SPEED = 1.0  # [m/s] along the sides, turtlesim's
@@ -34,16 +35,6 @@ LARGEST_SIDE = 5.5  # [m] from the middle of the arena, where reset puts the tur
 
 PATIENCE = 5.0  # [s] without a pose, or between two lines that say the same
 RETRY_PERIOD = 1.0  # [s]
-
-
-class Command(NamedTuple):
-    """Speeds to send: forward [m/s] and counter-clockwise [rad/s]."""
-
-    linear: float
-    angular: float
-
-
-STOP = Command(0.0, 0.0)
 
 
 class SquareDriver:
@@ -72,7 +63,7 @@ class SquareDriver:
         return self.corners[(self.visited + 1) % 4]
 
     def step(self, x, y, theta):
-        """Return the Command that fits the pose."""
+        """Return the command that fits the pose."""
         ahead, left = in_turtle_frame(x, y, theta, *self.target)
         heading_error = math.atan2(left, ahead)
         if not self.corners_left:
@@ -82,21 +73,21 @@ class SquareDriver:
     def _turn(self, ahead, left, heading_error):
         if abs(heading_error) <= HEADING_TOLERANCE:
             self._act = self._drive
-            return STOP
-        return Command(0.0, approach(heading_error, TURN_SPEED))
+            return STILL
+        return Twist2D(angular_z=approach(heading_error, TURN_SPEED))
 
     def _drive(self, ahead, left, heading_error):
         if ahead <= DISTANCE_TOLERANCE:
             self._act = self._turn
             if math.hypot(ahead, left) <= CORNER_TOLERANCE:
                 self.visited += 1
-            return STOP
+            return STILL
         steering = GAIN * math.atan2(left, max(ahead, LOOK_AHEAD))
-        return Command(approach(ahead, SPEED), max(-TURN_SPEED, min(steering, TURN_SPEED)))
+        return Twist2D(linear_x=approach(ahead, SPEED), angular_z=max(-TURN_SPEED, min(steering, TURN_SPEED)))
 
     def _finish(self, ahead, left, heading_error):
         self.finished = abs(heading_error) <= HEADING_TOLERANCE
-        return STOP if self.finished else Command(0.0, approach(heading_error, TURN_SPEED))
+        return STILL if self.finished else Twist2D(angular_z=approach(heading_error, TURN_SPEED))
 
 
 def square_corners(x, y, theta, side):
@@ -172,16 +163,14 @@ class DrawSquareNode:
             return None if self._ended else pose
 
     def _publish(self, command):
-        twist = Twist()
-        twist.linear.x, twist.angular.z = command
         with self._news:
             if not self._ended:
-                self._publisher.publish(twist)
+                self._publisher.publish(to_twist(command))
 
     def _end(self):
         """Stop the turtle once, so that others can take over, and let the main thread go."""
         with self._news:
-            self._publish(STOP)
+            self._publish(STILL)
             self._ended = True
             self._news.notify()
 
