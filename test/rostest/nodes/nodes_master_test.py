@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""A master that goes away and comes back, however it does: every kind of node registers all that it had again.
+
+``RESTARTS=50 rosrun ...`` or the environment of the test sets how often the master is killed.
+"""
+import os
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+from nodes_tools import Nodes, OwnMaster, all_kinds
+
+from rostest_tools import run, until
+
+RESTARTS = int(os.environ.get('RESTARTS', '3'))
+RETURN_DEADLINE = 20.0  # [s] within which all is registered again; 1 to 3 s where the machine is not loaded
+ABSENCE = 2.0  # [s] in which nodes look for the master more than once
+LISTENER = '''import rospy
+rospy.init_node('listener')
+for topic in '/turtle1/pose', '/odom', '/ar_pose_marker', '/usb_cam/image_raw', '/turtle4/drive_status', '/rosout':
+    rospy.wait_for_message(topic, rospy.AnyMsg, 20.0)'''
+LINES = 'does not answer', 'registered again', 'answers again'
+
+
+class MasterTest(unittest.TestCase):
+
+    def setUp(self):
+        """Start a master and a node of every kind."""
+        self.master = OwnMaster()
+        self.master.start()
+        self.addCleanup(lambda: self.master.process.stop())
+        self.nodes = Nodes(self, self.master)
+        kinds = all_kinds()
+        simulators = [kind for kind in kinds if not kind.needs]
+        self.nodes.start(*simulators)
+        for number in range(2, 6):
+            self.nodes.call('/spawn', '5.0', f'{1 + number}.0', '0.0', f'turtle{number}')
+        self.nodes.start(*(kind for kind in kinds if kind not in simulators))
+        self.nodes.call('/turtle1/teleport_absolute', '11.0', '11.0', '0.78')  # mimic and others leave it there
+        self.names = {kind: self.master.registered(kind.node) for kind in self.nodes.running}
+        given = [name for kind in self.nodes.running for name in (*kind.parameters, f'{kind.node}/background_g')]
+        self.parameters = {name: self.master.call('getParam', name) for name in given
+                           if self.master.call('hasParam', name)}
+
+    def lacking(self):
+        """Return what is not registered as it was before."""
+        found = [f'{kind.key}: {before - now}' for kind, names in self.names.items()
+                 for before, now in zip(names, self.master.registered(kind.node)) if not before <= now]
+        return found + [name for name, value in self.parameters.items() if self.master.call('getParam', name) != value]
+
+    def back(self):
+        """Wait until all is registered as before; return how long that took [s] after the master's first answer."""
+        begin = time.monotonic()
+        until(lambda: not self.lacking(), lambda: f'registered again: {self.lacking()}', RETURN_DEADLINE)
+        return time.monotonic() - begin
+
+    def test_nodes_master_returns(self):
+        """Killed: started anew at once, or after a while; twice in a row; and one that only stands still."""
+        self.assertGreaterEqual(len(self.names), 16)
+        self.assertIn('/turtlesim/background_r', self.parameters)
+        took = []
+        for number in range(RESTARTS):
+            self.master.kill()
+            if number % 3 == 1:
+                time.sleep(ABSENCE)
+            self.master.start()
+            if number % 3 == 2:  # again while they register
+                self.master.kill()
+                self.master.start()
+            took.append(self.back())
+        print('registered again after [s]:', *(f'{one:.2f}' for one in sorted(took)))
+        self.master.process.process.send_signal(signal.SIGSTOP)
+        time.sleep(ABSENCE)
+        self.master.process.process.send_signal(signal.SIGCONT)
+        self.back()
+        self.assert_connected()
+        self.assert_all_run()
+
+    def assert_connected(self):
+        """A subscriber that comes now hears the nodes."""
+        subprocess.run([sys.executable, '-c', LISTENER], check=True, timeout=60.0,
+                       env=dict(os.environ, ROS_MASTER_URI=self.master.uri))
+
+    def assert_all_run(self):
+        """No node has ended, and each has said once that the master was away, and once that it is back."""
+        for kind, process in self.nodes.running.items():
+            self.assertTrue(process.runs(), f'{kind.key}: {process.output()}')
+            lines = process.output().splitlines()
+            said = [line for line in lines if any(text in line for text in LINES)]
+            self.assertLessEqual(len(said), 2 * (2 * RESTARTS + 1), f'{kind.key}:\n' + '\n'.join(said))
+            self.assertFalse([line for line in lines if 'Traceback' in line or 'Unable to' in line], process.output())
+
+
+if __name__ == '__main__':
+    run(MasterTest)

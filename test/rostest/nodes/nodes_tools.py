@@ -1,0 +1,119 @@
+"""What the tests of all kinds of nodes share: a master of their own, nodes beside it, and what they register."""
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import xmlrpc.client
+
+import roslib.packages
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..', 'bench'))
+import node_kinds
+from rostest_tools import Process, until
+
+OWN_TURTLES = {'velocity_publisher': 'turtle2', 'stop_at_x': 'turtle3', 'drive_shape': 'turtle4',
+               'teleport_tour': 'turtle5'}  # a turtle for each node that drives at once
+CALLER = '/nodes_test'
+START_DEADLINE = 60.0  # [s] for all kinds at once, on two loaded cores
+
+
+class OwnMaster:
+    """A rosmaster on a port of its own; what is registered with it is asked by XML-RPC."""
+
+    def __init__(self):
+        self.port = free_port()
+        self.uri = f'http://localhost:{self.port}'
+        self.process = None
+
+    def start(self):
+        """Start it, and return when it answers."""
+        self.process = Process('rosmaster', '--core', '-p', str(self.port), ROS_MASTER_URI=self.uri)
+        until(self.answers, 'a master that answers')
+
+    def kill(self):
+        """End it as a crash does."""
+        self.process.process.kill()
+        self.process.process.wait()
+
+    def answers(self):
+        """Return whether it answers."""
+        try:
+            return self.call('getPid') > 0
+        except OSError:
+            return False
+
+    def call(self, method, *arguments):
+        """Return the value of a call of its API; None where it refuses."""
+        code, _, value = getattr(xmlrpc.client.ServerProxy(self.uri), method)(CALLER, *arguments)
+        return value if code == 1 else None
+
+    def registered(self, node):
+        """Return what a node has registered: (published, subscribed, services), sets of names."""
+        return tuple({name for name, nodes in kind if node in nodes} for kind in self.call('getSystemState'))
+
+
+class Nodes:
+    """Nodes of several kinds beside a master, each a Process; they end with the test."""
+
+    def __init__(self, case, master, **environment):
+        self._master, self._environment = master, environment
+        self._folder = tempfile.TemporaryDirectory()
+        case.addCleanup(self._folder.cleanup)
+        case.addCleanup(self.stop)
+        node_kinds.make_picture(self._folder.name)
+        self.running = {}  # NodeKind: Process
+
+    def start(self, *kinds):
+        """Start a node of each kind, and return when all that they have is registered."""
+        for kind in kinds:
+            self._launch(kind)
+        for kind in kinds:
+            until(lambda kind=kind: not self.missing(kind), lambda kind=kind: f'{self.missing(kind)} of {kind.key}:\n'
+                  f'{self.output(kind)}', START_DEADLINE)
+
+    def _launch(self, kind):
+        command = [roslib.packages.find_node(kind.package, kind.executable)[0],
+                   *node_kinds.arguments(kind, self._folder.name)]
+        self.running[kind] = Process(*command, ROS_MASTER_URI=self._master.uri, **self._environment)
+
+    def missing(self, kind):
+        """Return the names of a kind that the master does not know."""
+        return node_kinds.missing(kind, self._master.registered(kind.node))
+
+    def output(self, kind):
+        """Return what a node has printed."""
+        return self.running[kind].output()
+
+    def call(self, service, *arguments):
+        """Call a service by rosservice."""
+        subprocess.run(['rosservice', 'call', service, *arguments], check=True, stdout=subprocess.DEVNULL, timeout=60.0,
+                       env=dict(os.environ, ROS_MASTER_URI=self._master.uri))
+
+    def stop(self):
+        """End all nodes, those that need others first."""
+        for process in self.running.values():
+            if process.runs():
+                process.process.send_signal(signal.SIGINT)
+        for process in reversed(list(self.running.values())):
+            process.stop()
+
+
+def all_kinds():
+    """Return every NodeKind, those that drive with a turtle of their own, in an order in which they can be started."""
+    kinds = node_kinds.in_order([kind.key for kind in node_kinds.KINDS])
+    moved = [node_kinds.on_turtle(kind, OWN_TURTLES[kind.key]) if kind.key in OWN_TURTLES else kind for kind in kinds]
+    return [kind._replace(arguments=(*kind.arguments, 'reset:=clear')) if kind.key == 'draw_square' else kind
+            for kind in moved]  # a reset would take the other turtles away
+
+
+def free_port():
+    """Return a port that is free now, below those that systems give to outgoing connections."""
+    while True:
+        port = random.randrange(15000, 32000)
+        with socket.socket() as probe:
+            if probe.connect_ex(('localhost', port)) != 0:
+                return port
