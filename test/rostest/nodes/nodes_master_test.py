@@ -36,10 +36,8 @@ class MasterTest(unittest.TestCase):
         kinds = all_kinds()
         simulators = [kind for kind in kinds if not kind.needs]
         self.nodes.start(*simulators)
-        for number in range(2, 6):
-            self.nodes.call('/spawn', '5.0', f'{1 + number}.0', '0.0', f'turtle{number}')
+        self.nodes.spawn_turtles()
         self.nodes.start(*(kind for kind in kinds if kind not in simulators))
-        self.nodes.call('/turtle1/teleport_absolute', '11.0', '11.0', '0.78')  # mimic and others leave it there
         self.names = {kind: self.master.registered(kind.node) for kind in self.nodes.running}
         given = [name for kind in self.nodes.running for name in (*kind.parameters, f'{kind.node}/background_g')]
         self.parameters = {name: self.master.call('getParam', name) for name in given

@@ -15,9 +15,14 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '
 import node_kinds
 from rostest_tools import Process, until
 
-OWN_TURTLES = {'velocity_publisher': 'turtle2', 'stop_at_x': 'turtle3', 'drive_shape': 'turtle4',
-               'teleport_tour': 'turtle5'}  # a turtle for each node that drives at once
+OWN_TURTLES = {'velocity_publisher': 'turtle7', 'stop_at_x': 'turtle3', 'drive_shape': 'turtle4',
+               'teleport_tour': 'turtle5', 'draw_square': 'turtle6'}  # a turtle for each node that drives at once
 CALLER = '/nodes_test'
+TURTLES = '''import rospy
+from turtlesim.srv import Spawn, TeleportAbsolute
+for number in range(2, 8):
+    rospy.ServiceProxy('/spawn', Spawn)(5.0, 1.0 + number, 0.0, 'turtle%d' % number)
+rospy.ServiceProxy('/turtle1/teleport_absolute', TeleportAbsolute)(11.0, 11.0, 0.78)'''
 START_DEADLINE = 60.0  # [s] for all kinds at once, on two loaded cores
 
 
@@ -88,9 +93,9 @@ class Nodes:
         """Return what a node has printed."""
         return self.running[kind].output()
 
-    def call(self, service, *arguments):
-        """Call a service by rosservice."""
-        subprocess.run(['rosservice', 'call', service, *arguments], check=True, stdout=subprocess.DEVNULL, timeout=60.0,
+    def spawn_turtles(self):
+        """Make a turtle for each node that drives one of its own, and put turtle1 to the wall."""
+        subprocess.run([sys.executable, '-c', TURTLES], check=True, timeout=60.0,
                        env=dict(os.environ, ROS_MASTER_URI=self._master.uri))
 
     def stop(self):
@@ -105,9 +110,16 @@ class Nodes:
 def all_kinds():
     """Return every NodeKind, those that drive with a turtle of their own, in an order in which they can be started."""
     kinds = node_kinds.in_order([kind.key for kind in node_kinds.KINDS])
-    moved = [node_kinds.on_turtle(kind, OWN_TURTLES[kind.key]) if kind.key in OWN_TURTLES else kind for kind in kinds]
-    return [kind._replace(arguments=(*kind.arguments, 'reset:=clear')) if kind.key == 'draw_square' else kind
-            for kind in moved]  # a reset would take the other turtles away
+    return [on_own_turtle(kind) for kind in kinds]
+
+
+def on_own_turtle(kind):
+    """Return a kind with a turtle of its own, if it is one that drives at once, and without a reset."""
+    if kind.key in OWN_TURTLES:
+        kind = node_kinds.on_turtle(kind, OWN_TURTLES[kind.key])
+    if kind.key == 'draw_square':
+        kind = kind._replace(arguments=(*kind.arguments, 'reset:=clear'))  # it would take the other turtles away
+    return kind
 
 
 def free_port():
