@@ -19,6 +19,7 @@ def main():
     log_rate = params.number('~log_rate', 0.0, minimum=0.0, maximum=1000.0, unit='Hz')
     if mode == 'print':
         params.log_effective()
+        nodes.end_when_unread()
         MarkerListener(axes, log_rate)
     else:
         rate = params.number('~rate', RATES[mode], minimum=0.1, maximum=100.0, unit='Hz')

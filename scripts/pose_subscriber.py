@@ -8,6 +8,7 @@ from turtle_robotont.course_nodes import PosePrinter
 
 def main():
     nodes.init_node('pose_subscriber', anonymous=True)
+    nodes.end_when_unread()
     PosePrinter('turtle1/pose', rate=params.number('~rate', 0.0, minimum=0.0, maximum=1000.0, unit='Hz'))
     params.log_effective()
     reachability.watch()

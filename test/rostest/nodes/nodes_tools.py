@@ -64,26 +64,26 @@ class OwnMaster:
 class Nodes:
     """Nodes of several kinds beside a master, each a Process; they end with the test."""
 
-    def __init__(self, case, master, **environment):
-        self._master, self._environment = master, environment
+    def __init__(self, case, master):
+        self._master = master
         self._folder = tempfile.TemporaryDirectory()
         case.addCleanup(self._folder.cleanup)
         case.addCleanup(self.stop)
         node_kinds.make_picture(self._folder.name)
         self.running = {}  # NodeKind: Process
 
-    def start(self, *kinds):
-        """Start a node of each kind, and return when all that they have is registered."""
+    def start(self, *kinds, under=None):
+        """Start a node of each kind, and return when all that they have is registered.
+
+        under: {kind: words of a command that starts it}.
+        """
         for kind in kinds:
-            self._launch(kind)
+            command = [*(under or {}).get(kind, ()), *command_of(kind, self._folder.name)]
+            self.running[kind] = Process(*command, ROS_MASTER_URI=self._master.uri)
         for kind in kinds:
             until(lambda kind=kind: not self.missing(kind), lambda kind=kind: f'{self.missing(kind)} of {kind.key}:\n'
                   f'{self.output(kind)}', START_DEADLINE)
 
-    def _launch(self, kind):
-        command = [roslib.packages.find_node(kind.package, kind.executable)[0],
-                   *node_kinds.arguments(kind, self._folder.name)]
-        self.running[kind] = Process(*command, ROS_MASTER_URI=self._master.uri, **self._environment)
 
     def missing(self, kind):
         """Return the names of a kind that the master does not know."""
@@ -105,6 +105,11 @@ class Nodes:
                 process.process.send_signal(signal.SIGINT)
         for process in reversed(list(self.running.values())):
             process.stop()
+
+
+def command_of(kind, folder):
+    """Return the command that starts a node of a kind; ``folder`` has a picture."""
+    return [roslib.packages.find_node(kind.package, kind.executable)[0], *node_kinds.arguments(kind, folder)]
 
 
 def all_kinds():

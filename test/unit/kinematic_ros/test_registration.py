@@ -68,7 +68,6 @@ class Master:
 REGISTERED = [
     ('setParam', '/sim/node/rate', 5.0), ('setParam', '/sim/node/name', 'anna'),
     ('registerSubscriber', '/t/cmd_vel', 'geometry_msgs/Twist', URI), ('registerSubscriber', '/any', '*', URI),
-    ('subscribeParam', URI, rospy_internals.LOG_PARAMETER),
     ('registerPublisher', '/t/pose', 'turtlesim/Pose', URI), ('registerPublisher', '/rosout', 'rosgraph_msgs/Log', URI),
     ('registerService', '/t/set_pen', SIGN_URI, URI), ('registerService', SIGN, SIGN_URI, URI),
 ]
@@ -214,7 +213,7 @@ def test_master_that_only_stood_still_is_told_to_be_back(master, logged, watch, 
 
 
 @pytest.mark.parametrize('method', ['lookupService', 'hasParam', 'setParam', 'registerPublisher', 'registerService',
-                                    'registerSubscriber', 'subscribeParam'])
+                                    'registerSubscriber'])
 def test_registration_that_breaks_off_half_way_is_done_again_until_it_is_complete(master, connected, watch, method):
     returned = []
     registration.on_return(lambda: returned.append(None))

@@ -93,6 +93,11 @@ def outcome(main):
         return 1
 
 
+def end_when_unread():
+    """End the node in order when the reader of its standard output has gone (``node | head``): it only prints."""
+    console.when_unread(lambda: shut_down('nobody reads what it prints'))
+
+
 def shut_down(reason):
     """Shut rospy down in a thread of its own, which is returned; it ends when that is done, whoever does it."""
     _limit_the_end()

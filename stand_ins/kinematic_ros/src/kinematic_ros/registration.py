@@ -130,7 +130,6 @@ def _register_all(parameters):
     services = sorted(rospy_internals.services(), key=lambda service: service[0] == sign)  # the sign comes last
     values = call_master([
         *(('registerSubscriber', name, data_type, uri) for name, data_type in subscribed),
-        ('subscribeParam', uri, rospy_internals.LOG_PARAMETER),
         *(('registerPublisher', name, data_type, uri) for name, data_type in rospy_internals.publications()),
         *(('registerService', name, service_uri, uri) for name, service_uri in services)])
     for (name, _), publishers in zip(subscribed, values):

@@ -10,6 +10,7 @@ import importlib
 import importlib.metadata
 import inspect
 import io
+import re
 import sys
 import xmlrpc.client
 
@@ -151,16 +152,15 @@ def command_line_parameters(argv=None):
 def log_without_asking():
     """Let no line that is logged ask the master; call it once rospy is initialised.
 
-    rospy asks at each line whether LOG_PARAMETER is set, until it is: that takes time, a master that stands stops the
-    node with it, and one that was started anew believes that it knows the node. Here it is asked once; the parameter is
-    subscribed to, so that it still takes effect.
+    rospy asks at each line whether LOG_PARAMETER is set, until it is, and subscribes to it: that takes time, a master
+    that stands stops the node with it, one that was started anew believes that it knows the node, and one that the node
+    has left still does: it would tell whoever has the node's port then to shut down. Here it is asked once.
     """
-    cache = rospy.impl.paramserver.get_param_server_cache()
     try:
-        value = rospy.get_param_cached(LOG_PARAMETER, False)
+        value = rospy.get_param(LOG_PARAMETER, False)
     except (OSError, xmlrpc.client.Error):
         value = False
-    cache.set(LOG_PARAMETER, value)
+    rospy.impl.paramserver.get_param_server_cache().set(LOG_PARAMETER, value)
 
 
 def new_publishers(topic, uris):
@@ -182,9 +182,16 @@ def wait_for_shutdown():
 
 
 def shut_down_by(function):
-    """Let ``function(reason)`` shut down when another node (the master, rosnode kill) asks for it, which it answers."""
+    """Let ``function(reason)`` shut down when another node (the master, rosnode kill) asks for it, which it answers.
+
+    A master that was not told of a node's end may ask whoever has that node's port now; that is ignored.
+    """
     def shutdown(self, caller_id, msg=''):
         print(f'shutdown request: {msg}')
+        meant = re.match(r'\[(/\S*)\] Reason: ', str(msg))  # the master's way to say who
+        if meant and meant.group(1) != self.name:
+            rospy.logwarn('Ignored a request to shut down that was meant for %s', meant.group(1))
+            return 0, f'this is {self.name}', 0
         function(f'external shutdown request from [{caller_id}]: [{msg}]')
         return 1, 'shutdown', 0
     rospy.impl.masterslave.ROSHandler.shutdown = shutdown
