@@ -1,8 +1,7 @@
 """The course's nodes for AR markers: what the tracker sees is printed, and a robot driven by it.
 
 Threads: rospy calls ``_on_markers`` in a thread of its own, timers the rest; a lock guards what they share. The
-velocity is published by a timer and, once at the end, by rospy's shutdown hook, in the main thread, which does
-nothing but spin and so never holds that lock.
+velocity is published by a timer and, once at the end, by rospy's shutdown hook, in whatever thread that is called.
 """
 import math
 import threading
@@ -13,6 +12,7 @@ from ar_track_alvar_msgs.msg import AlvarMarkers
 from geometry_msgs.msg import Twist
 
 from kinematic_core.checks import InvalidInput
+from kinematic_ros import threads
 from kinematic_ros.topics import LatestPublisher
 from kinematic_ros.velocities import to_twist
 from kinematic_ros.waiting import waiting_text
@@ -36,7 +36,7 @@ class MarkerListener:
         self._topic = rospy.resolve_name(TOPIC)
         rospy.loginfo('Subscribing to %s', self._topic)
         self._subscriber = rospy.Subscriber(TOPIC, AlvarMarkers, self._on_markers, tcp_nodelay=True)
-        threading.Thread(target=self._watch, name='watch', daemon=True).start()
+        threads.keep_running('watch', self._watch)
 
     def _on_markers(self, message):
         self._heard = time.monotonic()
@@ -108,7 +108,7 @@ class MarkerDriver:
         self._status, self._ended = '', False
         self._publisher = LatestPublisher('cmd_vel', Twist)
         rospy.on_shutdown(self.stop)
-        rospy.Timer(rospy.Duration.from_sec(1.0 / rate), self._step, reset=True)
+        threads.call_every(1.0 / rate, self._step)
 
     def see(self, sightings):
         """Take the Sightings of a message."""

@@ -1,8 +1,7 @@
 """The course's first nodes: a velocity publisher and a pose subscriber.
 
-Threads: the publisher works in a timer's thread and stops the turtle from rospy's shutdown hook. That hook runs in
-the main thread wherever a signal interrupts it: a main thread that published itself might wait there for a lock of
-rospy that it holds. The subscriber's callback runs in rospy's thread and shares nothing.
+Threads: the publisher works in a timer's thread and stops the turtle from rospy's shutdown hook, in whatever thread
+that is called; a lock orders the two. The subscriber's callback runs in rospy's thread and shares nothing.
 """
 import threading
 import time
@@ -11,6 +10,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
 
+from kinematic_ros import threads
 from kinematic_ros.topics import LatestPublisher
 
 
@@ -25,7 +25,7 @@ class VelocityPublisher:
         self._stopped = False
         self._publisher = LatestPublisher(topic, Twist)
         rospy.on_shutdown(self.stop)
-        rospy.Timer(rospy.Duration.from_sec(1.0 / rate), self._publish, reset=True)
+        threads.call_every(1.0 / rate, self._publish)
 
     def _publish(self, _):
         with self._lock:

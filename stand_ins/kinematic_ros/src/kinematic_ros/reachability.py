@@ -15,7 +15,7 @@ import rosgraph
 import rosgraph.network
 import rospy
 
-from kinematic_ros import rospy_internals
+from kinematic_ros import rospy_internals, threads
 
 PERIOD = 3.0  # [s] between two looks; a connection takes far less
 LOG_TOPIC = '/rosout'
@@ -40,9 +40,7 @@ def watch(period=PERIOD):
             for topic, others in sorted(now & before):  # twice in a row: not just about to connect
                 rospy.logwarn_throttle_identical(REMINDER, _silence(topic, others))
             before = now
-    thread = threading.Thread(target=look, name='reachability', daemon=True)
-    thread.start()
-    return thread
+    return threads.keep_running('reachability', look)
 
 
 def wrong_address():

@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.files import create_numbered
 from kinematic_core.turtle_world import CANVAS_SIZE
-from kinematic_ros import params
+from kinematic_ros import params, threads
 from kinematic_ros.topics import Publisher, SubscriptionListener
 
 FRAME_ID = 'turtlesim_canvas'
@@ -39,8 +39,7 @@ class PictureServer:
             self._window = Window('TurtleSim', self._window_fails)
             self._wanted.set()
         rospy.Service('~snapshot', Trigger, self._snapshot)
-        self._thread = threading.Thread(target=self._serve, name='pictures', daemon=True)
-        self._thread.start()
+        self._thread = threads.keep_running('pictures', self._serve)
 
     def close(self):
         """Stop serving."""
