@@ -2,6 +2,12 @@
 # shellcheck shell=bash
 : "${ws=}" "${ros_dir=}"
 
+# A ./run within a ./run shell must not preload from a workspace that it may be about to remove.
+if [ -n "${LD_PRELOAD:-}" ]; then
+  LD_PRELOAD=$(printf '%s' "$LD_PRELOAD" | tr ' ' ':' | sed 's#[^:]*/libturtle_robotont_local_sockets\.so:*##g; s#:*$##')
+  [ -n "$LD_PRELOAD" ] || unset LD_PRELOAD
+fi
+
 # Also written to the workspace as env.bash: everything foreign out, the workspace in (not for the argument `build`).
 # shellcheck disable=SC2120
 enter_workspace() {
@@ -19,6 +25,20 @@ enter_workspace() {
     . "$ros_dir/setup.bash"
   fi
   export PATH="$ws/venv/bin:$PATH"
+  keep_local ros
+}
+
+# keep_local all|ros: while ROS_HOSTNAME is localhost, sockets of all programs, or only those of ROS's C++ libraries,
+# that would listen on all addresses listen on loopback; tools/local_sockets.c does it.
+keep_local() {
+  local library=$ws/devel/lib/libturtle_robotont_local_sockets.so
+  [ -f "$library" ] || return 0
+  export TURTLE_ROBOTONT_LOCAL=$1
+  case :${LD_PRELOAD:-}: in
+    *:"$library":*) ;;
+    *) export LD_PRELOAD="$library${LD_PRELOAD:+:$LD_PRELOAD}" ;;
+  esac
+  export ASAN_OPTIONS="${ASAN_OPTIONS:-verify_asan_link_order=0}"  # its runtime would insist on being the first library
 }
 
 # For a command that must not meet the user's own roscore, log folder or namespace.
@@ -29,6 +49,7 @@ enter_apart() {
   set +eu
   # shellcheck disable=SC2119
   enter_workspace
+  keep_local all
   set -eu
   find "$ROS_HOME" -mindepth 2 -maxdepth 2 -mtime +2 -exec rm -rf {} + 2>/dev/null || true
 }
@@ -55,9 +76,9 @@ write_shell_files() {
   rosbash >"$ws/rosbash.bash"
   {
     printf '# Written by ./run. In a bash of your own, type: source %s/env.bash\n' "$ws"
-    declare -f enter_workspace
+    declare -f enter_workspace keep_local
     printf 'enter_turtle_robotont() { local ws=%q ros_dir=%q; enter_workspace; }\n' "$ws" "$ros_dir"
-    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace'
+    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace keep_local'
     printf '. %q\n' "$ws/rosbash.bash"
   } >"$ws/env.bash"
   cat >"$ws/shell.bash" <<END

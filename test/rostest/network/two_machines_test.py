@@ -127,8 +127,8 @@ class RobotTest(TwoMachinesCase):
         self.drive_with_a_wrong_ros_ip(*self.node, connection='/cmd_vel: /robotont_gazebo')
 
 
-def main():
-    """Run the test as root of a namespace, or skip it where namespaces cannot be had."""
+def main(run_tests):
+    """Call ``run_tests`` as root of a namespace, or skip the test where namespaces cannot be had."""
     as_root = [] if os.getuid() == 0 else ['unshare', '--user', '--map-root-user']
     probe = subprocess.run([*as_root, 'unshare', '-n', 'ip', 'link'], stdout=subprocess.DEVNULL,
                            stderr=subprocess.PIPE, check=False)
@@ -137,8 +137,8 @@ def main():
     elif as_root:
         os.execvp('unshare', [*as_root, *sys.argv])
     else:
-        run(TurtleTest, RobotTest)
+        run_tests()
 
 
 if __name__ == '__main__':
-    main()
+    main(lambda: run(TurtleTest, RobotTest))

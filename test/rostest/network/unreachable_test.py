@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Nothing that ./run demo, test, grade and shell start can be reached from another machine: a network namespace of ours
+asks all ports of another, in which they run, and ss there tells what waits for anybody, UDP included.
+"""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
+sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+import listening
+import two_machines_test
+from two_machines_test import LAPTOP, ROBOT, Machine
+
+from rostest_tools import Process, run, until
+
+REPOSITORY = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..'))
+ROBOT_6 = 'fd77::1'
+DEADLINE = 140.0  # [s] for all of it; on an idle machine it takes 20
+EXPOSED_PORT = 4567  # of a program that has nothing to do with ./run: the scan has to find it
+FOREIGN = 'env', '-u', 'LD_PRELOAD', '-u', 'TURTLE_ROBOTONT_LOCAL', '-u', 'ROS_HOSTNAME', '-u', 'ROS_MASTER_URI'
+SERVER = f'''
+import socket
+server = socket.socket(socket.AF_INET6)
+server.bind(("::", {EXPOSED_PORT}))
+server.listen()
+print("listens", flush=True)
+while True:
+    server.accept()[0].close()
+'''
+STUDENT = '''
+import socket, rospy
+opened = []
+for family, kind, address in ((socket.AF_INET, socket.SOCK_STREAM, ""), (socket.AF_INET6, socket.SOCK_STREAM, "::"),
+                              (socket.AF_INET, socket.SOCK_DGRAM, ""), (socket.AF_INET6, socket.SOCK_DGRAM, "::")):
+    opened.append(socket.socket(family, kind))
+    opened[-1].bind((address, 0))
+    if kind == socket.SOCK_STREAM:
+        opened[-1].listen()
+opened.append(socket.socket())
+opened[-1].listen()
+rospy.init_node("server")
+rospy.spin()
+'''
+NODES = {'rosmaster', 'rosout', 'robot_state_pub', 'robotont_gazebo', 'turtlesim_node'}  # as ss shortens them
+
+
+class UnreachableTest(unittest.TestCase):
+
+    def setUp(self):
+        self.inside, self.outside = Machine(ROBOT), Machine(LAPTOP)
+        self.addCleanup(self.outside.remove)
+        self.addCleanup(self.inside.remove)
+        subprocess.run(['ip', 'link', 'add', 'cable', 'netns', str(self.inside.pid), 'type', 'veth',
+                        'peer', 'name', 'cable', 'netns', str(self.outside.pid)], check=True, timeout=20)
+        for machine, address in ((self.inside, ROBOT_6), (self.outside, 'fd77::2')):
+            machine.do('ip', 'link', 'set', 'lo', 'up')
+            machine.do('ip', 'address', 'add', f'{machine.address}/24', 'dev', 'cable')
+            machine.do('ip', 'address', 'add', f'{address}/64', 'dev', 'cable', 'nodad')
+            machine.do('ip', 'link', 'set', 'cable', 'up')
+
+    def start(self, machine, *command):
+        process = Process(*machine.command(*command))
+        self.addCleanup(process.stop)
+        return process
+
+    def test_nothing_is_reachable_from_another_machine(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        student = os.path.join(folder.name, 'student.py')
+        with open(student, 'w', encoding='utf-8') as file:
+            file.write(STUDENT)
+        self.start(self.inside, *FOREIGN, sys.executable, '-c', SERVER).wait_for_output('listens')
+        scanner = (sys.executable, listening.__file__, ROBOT, ROBOT_6)
+        ours = (*FOREIGN, os.path.join(REPOSITORY, 'run'))
+        shell = self.start(self.inside, *ours, 'shell', '-c', 'roslaunch -p 11377 robotont_gazebo gazebo.launch')
+        running = [
+            self.start(self.inside, *ours, 'demo', '--output', os.path.join(folder.name, 'demo'), 'First publisher'),
+            self.start(self.inside, *ours, 'grade', 'publish_circle', '--output', os.path.join(folder.name, 'grade'),
+                       '--', sys.executable, student),
+            self.start(self.inside, 'rostest', '--results-base-dir', folder.name, os.path.join(
+                REPOSITORY, 'test/rostest/robotont_gazebo/robotont_basic.test'))]  # with the environment of ./run test
+        scans, exposed, seen = [], set(), set()
+
+        def look():
+            lines = subprocess.run(self.inside.command('ss', '-Hlntup'), stdout=subprocess.PIPE, text=True, check=True,
+                                   timeout=20).stdout.splitlines()
+            seen.update(re.findall(r'"([^"]*)"', ' '.join(lines)))
+            exposed.update(listening.exposed(lines))
+            if not scans and NODES <= seen:
+                scans.append(self.start(self.outside, *scanner))
+            return scans and not any(process.runs() for process in [*running, *scans])
+        until(look, lambda: f'an end of {[process.process.args for process in running if process.runs()]}; '
+                            f'seen: {seen}', DEADLINE)
+        self.assertTrue(shell.runs(), shell.output())
+        for process in running[:2]:
+            self.assertIn(process.process.returncode, (0, 1), process.output())  # the student's program fails
+        self.assertEqual({('tcp', f'*:{EXPOSED_PORT}')}, {each[:2] for each in exposed}, exposed)
+        self.assertEqual(f'{ROBOT} {EXPOSED_PORT}\n{ROBOT_6} {EXPOSED_PORT}\n', scans[0].output())
+
+
+if __name__ == '__main__':
+    two_machines_test.main(lambda: run(UnreachableTest))
