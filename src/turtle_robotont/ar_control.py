@@ -21,6 +21,7 @@ from turtle_robotont.vehicle import STOP
 
 TOPIC = 'ar_pose_marker'
 SILENT_AFTER = 5.0  # [s] wall time without a message after which the node says so
+LATEST_STEP = 3.0  # periods: a later step of a driver counts as one of that time
 REMIND = 10.0  # [s] between two warnings of the same kind
 
 
@@ -106,6 +107,7 @@ class MarkerDriver:
         self._behaviour, self._on_step = behaviour, on_step
         self._lock = threading.Lock()
         self._status, self._ended = '', False
+        self._longest_step = LATEST_STEP / rate  # [s]
         self._publisher = LatestPublisher('cmd_vel', Twist)
         rospy.on_shutdown(self.stop)
         threads.call_every(1.0 / rate, self._step)
@@ -123,11 +125,11 @@ class MarkerDriver:
                 self._publish(STOP)
 
     def _step(self, event):
-        since = event.current_real - (event.last_real or event.current_real)
+        since = (event.current_real - (event.last_real or event.current_real)).to_sec()
         with self._lock:
             if self._ended:
                 return
-            command = self._behaviour.step(max(0.0, since.to_sec()))
+            command = self._behaviour.step(min(max(0.0, since), self._longest_step))  # the clock may have been set
             if command is not None:
                 self._publish(command)
             status, before = self._behaviour.status, self._status

@@ -16,6 +16,7 @@ import rospy
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput
 from kinematic_ros import nodes
+from kinematic_ros.rospy_internals import steady_time
 from kinematic_ros.velocities import to_twist
 from turtle_robotont.control import State
 from turtle_robotont.msg import DriveStatus
@@ -93,7 +94,7 @@ class Driver:
 
     def drive(self, drive):
         """Follow a Drive until it ends; return the DriveResult. The drive's state and reason tell how it ended."""
-        started, track, reporter = rospy.get_time(), [], _Reporter(self._status)
+        started, track, reporter = steady_time(), [], _Reporter(self._status)
         with self._changed:
             self._hand_over(drive, 'a newer goal took over')
             self._waiting.clear()
@@ -109,7 +110,7 @@ class Driver:
             if self._current is drive:
                 self._send(STOP)
                 self._current = None
-        return DriveResult(track, rospy.get_time() - started)
+        return DriveResult(track, steady_time() - started)
 
     def cancel(self, reason):
         """End the present drive, if there is one, and stop the vehicle."""
@@ -124,9 +125,9 @@ class Driver:
         The time is counted in short waits, so that a machine which stands still for a moment uses up one of them only;
         and it must have passed in ROS time as well, unless nobody publishes poses: a simulator may be slow, or paused.
         """
-        begin, waited, said = rospy.get_time(), 0.0, False
+        begin, waited, said = steady_time(), 0.0, False
         while not self._changed.wait_for(happened, SHORT_WAIT):
-            waited, now = waited + SHORT_WAIT, rospy.get_time()
+            waited, now = waited + SHORT_WAIT, steady_time()
             if not 0.0 < begin <= now:  # time has only begun, or was set back
                 begin = now
             if waited >= timeout and (now - begin >= timeout or not self._subscriber.get_num_connections()):

@@ -38,11 +38,16 @@ class RobotDriver(Driver):
                                         'of the message before; left out. Do two nodes publish it? (rostopic info)')
             return
         self._stamp, self._since = stamp, Patience()
-        self._take(pose_of(odometry), 0.0 if before is None else max(0.0, stamp - before))
+        self._take(pose_of(odometry), 0.0 if before is None else step_time(before, stamp, self.pose_timeout))
 
     def _no_pose(self, timeout):
         text = f'no odometry on {self.pose_topic} for {timeout:g} s; is the robot or its simulator running?'
         return f'{text} {waiting_text(self._subscriber, "odom")}' if self._stamp is None else text
+
+
+def step_time(before, stamp, longest):
+    """Return the time [s] between two stamps, 0 to ``longest``: where a clock is set, it may be anything."""
+    return min(max(0.0, stamp - before), longest)
 
 
 def pose_of(odometry):

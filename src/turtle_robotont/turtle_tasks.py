@@ -7,6 +7,7 @@ import math
 import rospy
 from turtlesim.srv import SetPen, TeleportAbsolute
 
+from kinematic_ros.rospy_internals import steady_time
 from turtle_robotont import drawing
 from turtle_robotont.control import Goal, GoTo, State, require_goal
 from turtle_robotont.driver import DriveError
@@ -59,10 +60,10 @@ def teleport_tour(driver, positions, colour, width, pause):
 def teleport(driver, goal):
     """Teleport the turtle to ``goal`` and wait until its pose shows that."""
     call(f'{driver.turtle}/teleport_absolute', TeleportAbsolute, goal.x, goal.y, goal.theta)
-    deadline = rospy.get_time() + TELEPORT_TIMEOUT
+    deadline = steady_time() + TELEPORT_TIMEOUT
     pose = driver.pose()
     while distance(pose, goal) > TELEPORT_TOLERANCE:
-        if rospy.get_time() > deadline:
+        if steady_time() > deadline:
             raise DriveError(f'teleported to ({goal.x:.2f}, {goal.y:.2f}), but the turtle is at ({pose.x:.2f}, '
                              f'{pose.y:.2f}); does another node move it?')
         pose = driver.pose()

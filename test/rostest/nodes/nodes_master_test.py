@@ -86,6 +86,7 @@ class MasterTest(unittest.TestCase):
             if not process.runs():
                 self.assertEqual(0, process.process.poll(), f'{kind.key}: {process.output()}')
                 self.nodes.start(kind)
+                self.nodes.running[kind].wait_for_output('Parameters: ')  # it asks the master for them
 
     def assert_connected(self):
         """A subscriber that comes now hears the nodes."""

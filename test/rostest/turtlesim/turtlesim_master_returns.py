@@ -59,11 +59,15 @@ class MasterTest(SimulatorCase):
         # a connection that needs no master to be found
         spawn = self.persistent('spawn')
         jump = self.persistent('turtle1/teleport_absolute')
+        clear = rospy.ServiceProxy('/clear', SERVICES['clear'], persistent=True)
+        self.addCleanup(clear.close)
+        clear()
         self.master.stop()
         with self.assertRaises(rospy.ServiceException) as failure:
             spawn(1.0, 1.0, 0.0, 'berta')
         self.assertIn('roscore', str(failure.exception))
         self.assertIn('berta', str(failure.exception))
+        clear()
         jump(4.0, 5.0, 0.0)
         poses.next(lambda pose: pose.x == 4.0, 'the turtle where it was teleported')
         drive(x=1.0)

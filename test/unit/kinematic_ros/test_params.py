@@ -1,5 +1,6 @@
 """kinematic_ros.params: what each reader takes, what it refuses, and what the refusal tells. Without a master."""
 import math
+import socket
 
 import pytest
 import rospy
@@ -238,3 +239,13 @@ def test_refusal_of_a_public_parameter_suggests_no_private_one(server):
     server['/sim/scale'] = 'fast'
     text = refusal(params.number, 'scale', 2.0)
     assert ':=' not in text and 'rosparam set' in text
+
+
+@pytest.mark.parametrize('error', [ConnectionRefusedError('refused'), socket.timeout('timed out')])
+def test_a_master_that_does_not_answer_is_told(monkeypatch, error):
+    def get_param(*_):
+        raise error
+    monkeypatch.setattr(rospy, 'get_param', get_param)
+    monkeypatch.setattr(rospy, 'resolve_name', lambda name: name.replace('~', '/sim/node/'))
+    with pytest.raises(params.MasterAway, match=f'/sim/node/rate cannot be read.*{error}.*roscore'):
+        params.number('~rate', 1.0)

@@ -3,8 +3,11 @@
 Every reader takes the parameter's name, usually private (``'~rate'``), and its default, and raises
 ParameterError when the parameter is set to something else than it may be. rospy must be initialised.
 """
+import http.client
 import math
+import xmlrpc.client
 
+import rosgraph
 import rospy
 
 _effective = {}  # resolved name -> text of the value, in the order of reading
@@ -12,6 +15,10 @@ _effective = {}  # resolved name -> text of the value, in the order of reading
 
 class ParameterError(ValueError):
     """A parameter has a value that it must not have; the text says which, what is allowed and what to type."""
+
+
+class MasterAway(ParameterError):
+    """A parameter could not be read because no master answers."""
 
 
 def number(name, default, minimum=-math.inf, maximum=math.inf, unit='', infinite='', clamp=False):
@@ -98,7 +105,11 @@ def _range(minimum, maximum):
 
 def _read(name, default, convert, allowed, unit=''):
     resolved = rospy.resolve_name(name)
-    value = rospy.get_param(name, default)
+    try:
+        value = rospy.get_param(name, default)
+    except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
+        raise MasterAway(f'parameter {resolved} cannot be read: the ROS master at {rosgraph.get_master_uri()} does not '
+                         f'answer ({error}); start roscore and try again') from None
     try:
         converted = convert(value)
     except ValueError:

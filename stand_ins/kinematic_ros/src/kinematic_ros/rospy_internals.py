@@ -12,6 +12,7 @@ import inspect
 import io
 import re
 import sys
+import time
 import xmlrpc.client
 
 import rosgraph.roslogging
@@ -95,9 +96,9 @@ def frame(message, seq=0):
     return buffer.getvalue()
 
 
-def set_time(time):
-    """Set what rospy.Time.now() is in this process, as a message on /clock does; ``time`` is a rospy.Time."""
-    rospy.rostime._set_rostime(time)
+def set_time(now):
+    """Set what rospy.Time.now() is in this process, as a message on /clock does; ``now`` is a rospy.Time."""
+    rospy.rostime._set_rostime(now)
 
 
 def follow_time():
@@ -109,6 +110,11 @@ def follow_time():
 def is_wall_time():
     """Return whether rospy's time is the wall clock's."""
     return rospy.rostime.is_wallclock()
+
+
+def steady_time():
+    """Return a time [s] to measure durations with: ROS time where it is simulated, else that of a clock nobody sets."""
+    return time.monotonic() if is_wall_time() else rospy.get_time()
 
 
 def publications():

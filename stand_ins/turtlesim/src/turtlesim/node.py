@@ -132,6 +132,8 @@ class TurtlesimNode:
             self._background = tuple(params.integer(f'~background_{channel}', default, 0, 255)
                                      for channel, default in zip('rgb', BACKGROUND))
             return self._background
+        except params.MasterAway:
+            return self._background  # there is nobody to have set another one
         except params.ParameterError as error:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None
