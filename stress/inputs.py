@@ -51,10 +51,11 @@ BAD_REQUESTS = {
 
 
 def wrong_length(rng, right):
-    """Bytes that are no request of the type whose bytes are ``right``."""
-    return rng.choice([b'', right[:rng.randrange(len(right))], right + b'\0' * rng.randint(1, 100),
-                       bytes(rng.randrange(256) for _ in range(rng.randint(1, 8))),
-                       right[:12] + struct.pack('<I', rng.choice([5000, 2 ** 31 - 1, 2 ** 32 - 1]))])
+    """Bytes that are no request of the type whose bytes are ``right``; taken for numbers, they are absurd."""
+    wrong = rng.choice([b'', right[:rng.randrange(len(right))], right + b'\xff' * rng.randint(1, 100),
+                        b'\xff' * rng.randint(1, 8),
+                        right[:12] + struct.pack('<I', rng.choice([5000, 2 ** 31 - 1, 2 ** 32 - 1]))])
+    return wrong if len(wrong) != len(right) else b''
 
 
 def bad_twist(rng):
@@ -69,7 +70,7 @@ def bad_frame(rng):
     """Bytes on a topic's connection that are no Twist: another length, or a length that is not true."""
     size = rng.choice((0, 1, 47, 49, 4096))
     lengths = size, 0, 2 ** 31 - 1, 2 ** 32 - 1
-    return struct.pack('<I', rng.choice(lengths)) + bytes(rng.randrange(256) for _ in range(min(size, 64)))
+    return struct.pack('<I', rng.choice(lengths)) + b'\xff' * min(size, 64)  # NaN, where it is taken for a Twist
 
 
 TOPIC_FIELDS = {'callerid': tcpros.CALLER, 'topic': '/turtle1/pose', 'md5sum': '*', 'type': 'turtlesim/Pose'}

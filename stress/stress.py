@@ -100,6 +100,13 @@ def subjects(options, folder):
     return found
 
 
+def _new_master(subject):
+    """Start the master anew: without parameters, and without the registrations that a killed peer left."""
+    subject.master.kill()
+    subject.start_master()
+    subject.await_master()
+
+
 def attack_all(options, under_test):
     """({side: {key: samples}}, [(suite, attack, side, text of what could not be tried)])."""
     pools, failures = {subject.side: {} for subject in under_test}, []
@@ -112,6 +119,7 @@ def attack_all(options, under_test):
                     continue
                 tell(f'{suite}, {name}: {attack.about} ({subject.side})')
                 try:
+                    _new_master(subject)
                     found = attack.run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
                 except (BenchError, *TROUBLE) as error:
                     failures.append((suite, name, subject.side, f'{type(error).__name__}: {error}'))

@@ -7,6 +7,8 @@ import signal
 import subprocess
 import time
 
+from roscpp.srv import GetLoggers
+
 import inputs
 import node_kinds
 import tcpros
@@ -56,8 +58,10 @@ def _without_descriptors(subject, key):
         limits = resource.prlimit(node.pid, resource.RLIMIT_NOFILE)
         resource.prlimit(node.pid, resource.RLIMIT_NOFILE, (node.descriptors() + SPARE_FILES, limits[1]))
         open_ones = []
-        for where in (place, tcpros.address(node.uri)):
-            open_ones += _flood(trial, where)
+        hello = tcpros.header(callerid=tcpros.CALLER, service=f'{node.kind.node}/get_loggers', persistent='1',
+                              md5sum=GetLoggers._md5sum)  # without it a node may only ever take one connection
+        open_ones += _flood(trial, place, hello)
+        open_ones += _flood(trial, tcpros.address(node.uri), b'')
         time.sleep(1.0)
         for one in open_ones:
             one.close()
@@ -69,13 +73,14 @@ def _without_descriptors(subject, key):
         return {**trial.samples('nofile'), 'nofile_back': [back]}
 
 
-def _flood(trial, place):
-    """Up to FLOOD connections, as long as more are taken."""
+def _flood(trial, place, hello):
+    """Up to FLOOD connections that say ``hello``, as long as more are taken."""
     open_ones = []
     with contextlib.suppress(*TROUBLE):
         for _ in range(FLOOD):
             trial.inputs += 1
             open_ones.append(tcpros.connect(place, 1.0))
+            tcpros.send(open_ones[-1], hello)
     return open_ones
 
 

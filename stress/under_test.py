@@ -20,11 +20,12 @@ from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelativ
 import node_kinds
 import tcpros
 from figures import OURS, rate_in_window
-from processes import BenchError, kilobytes
+from processes import BenchError, kilobytes, process_tree
 from session import find_node
 
 COME_UP = 40.0  # [s] until a node has registered everything, on a loaded machine
 POLL = 0.05  # [s]
+POLITE = 2.0  # [s] for an answer while it starts
 TICK = 1.0 / 62.5  # [s]
 POSE = struct.Struct('<5f')
 TEXT_LENGTH = struct.Struct('<I')
@@ -69,10 +70,12 @@ class Node:
         """Return once all its names are with the master."""
         def there():
             self.child.require_alive()
-            return not self.missing()
+            if self.missing():
+                return False
+            self.uri = self.master.lookupNode(tcpros.CALLER, self.kind.node)[2]
+            self.pid = tcpros.api(self.uri, POLITE).getPid(tcpros.CALLER)[2]
+            return self.pid in process_tree(self.child.pid)  # not one of the same name that was killed
         until(there, f'{self.kind.key} has registered {self.kind.published + self.kind.services}', deadline)
-        self.uri = self.master.lookupNode(tcpros.CALLER, self.kind.node)[2]
-        self.pid = tcpros.api(self.uri).getPid(tcpros.CALLER)[2]
 
     def registered(self):
         """(published, subscribed, services) that the master knows of it, sets."""

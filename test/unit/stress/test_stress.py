@@ -90,6 +90,7 @@ def run_with(monkeypatch, tmp_path, run, arguments=()):
     """The exit code of a run of one attack, and its JSON."""
     module = SimpleNamespace(ATTACKS={'one': Attack(run, 'about')}, FIGURES=tuple(losses('one', 'words')))
     monkeypatch.setattr(stress, 'load', lambda _suite: module)
+    monkeypatch.setattr(stress, '_new_master', lambda _subject: None)
     monkeypatch.setattr(stress, 'subjects', lambda _options, _folder: [SimpleNamespace(side='ours')])
     file = tmp_path / 'figures.json'
     options = stress.parse(['fuzz', '--seed', '5', '--json', str(file), *arguments])
