@@ -25,6 +25,7 @@ from turtlesim.msg import Color, Pose
 
 from kinematic_core.files import write_whole
 from kinematic_core.turtle_world import ARENA_SIZE
+from kinematic_ros import servers
 from turtle_robotont import checks, ports
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle begins
@@ -147,6 +148,7 @@ class Stage:
         os.environ.pop('ROS_NAMESPACE', None)
         simulator = self.start('roslaunch', '-p', str(port), 'turtle_robotont', 'turtlesim.launch', 'window:=false')
         self.until(rosgraph.is_master_online, 'there is no ROS master', PATIENCE, simulator)
+        servers.protect()
         rospy.init_node('demo', disable_signals=True)
         self.seen = Observer('turtle1')
         self.until(lambda: self.seen.track, 'the simulator sends no pose', PATIENCE, simulator)

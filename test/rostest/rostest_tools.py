@@ -267,10 +267,10 @@ SERVICES = {'clear': Empty, 'reset': Empty, 'spawn': Spawn, 'kill': Kill, 'set_p
 class Process:
     """A program that a test starts itself; what it prints is kept. Use it in a with statement."""
 
-    def __init__(self, *command, **environment):
+    def __init__(self, *command, stdin=subprocess.DEVNULL, **environment):
         self._output = tempfile.NamedTemporaryFile()
         # -u: what a node has printed is there at once
-        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._output,
+        self.process = subprocess.Popen(command, stdin=stdin, stdout=self._output,
                                         stderr=subprocess.STDOUT,
                                         env=dict(os.environ, PYTHONUNBUFFERED='1', **environment))
 

@@ -23,8 +23,8 @@ CORES = {'alvar_core', 'kinematic_core'}  # packages without ROS
 PICTURES = {'cv2', 'numpy'}  # what ROS-free modules may use beside the standard library
 CONVERSIONS = {'images': {'cv2', 'numpy', 'sensor_msgs'}, 'velocities': {'geometry_msgs'}}  # of kinematic_ros
 PAPER = {'cairo'}  # and alvar_core's sheets to print
-ROS_ITSELF = {'rosgraph', 'rosgraph_msgs', 'rospkg', 'rospy', 'std_srvs'}
-LONGEST_MODULE = 350  # [lines]
+ROS_ITSELF = {'genmsg', 'genpy', 'rosgraph', 'rosgraph_msgs', 'rospkg', 'rospy', 'std_srvs'}
+LONGEST_MODULE = 400  # [lines], but for INTERNALS, which is one module by intent
 INTERNALS = 'stand_ins/kinematic_ros/src/kinematic_ros/rospy_internals.py'  # may use private parts of rospy
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
@@ -177,7 +177,7 @@ def test_script_is_executable_and_finds_its_python(path):
 @each(MODULES)
 def test_module_is_short_and_in_the_oldest_python(path):
     source = path.read_text(encoding='utf-8')
-    assert source.count('\n') <= LONGEST_MODULE
+    assert source.count('\n') <= LONGEST_MODULE or name_of(path) == INTERNALS
     ast.parse(source, feature_version=OLDEST_PYTHON)
 
 
@@ -213,6 +213,13 @@ def test_private_parts_are_found(source, found):
 @each([path for path in MODULES if name_of(path) != INTERNALS and 'test' not in path.relative_to(REPOSITORY).parts])
 def test_one_module_uses_private_parts_of_rospy(path):
     assert private_parts(path.read_text(encoding='utf-8')) == set(), f'use or extend {INTERNALS}'
+
+
+@each([path for path in MODULES if 'test' not in path.relative_to(REPOSITORY).parts and 'bench' not in path.parts])
+def test_who_calls_init_node_has_servers_that_idle_connections_do_not_block(path):
+    source = path.read_text(encoding='utf-8')
+    if 'rospy.init_node' in {dotted(node) for node in ast.walk(ast.parse(source))}:
+        assert 'servers.protect()' in source, 'call nodes.init_node, or servers.protect() before it'
 
 
 def test_the_repository_was_found():

@@ -26,6 +26,7 @@ from kinematic_core import robot_world, turtle_world
 from kinematic_core.pacing import BEGIN
 from kinematic_core.patience import Patience
 from kinematic_core.recorder import ACTIVE
+from kinematic_ros import servers
 from turtle_robotont import ports
 from turtle_robotont.grading import judging, processes, sandbox, sources, verdict
 from turtle_robotont.grading.observed import Event, Observed
@@ -102,6 +103,7 @@ class Session:
             self._start_master(box)
             rospy.set_param('/use_sim_time', True)
             # it polls: no part of the lockstep; the command's remaps are not its own
+            servers.protect()
             rospy.init_node(NODE[1:], argv=[], disable_signals=True, disable_rostime=True)
             try:
                 self._observe(box)

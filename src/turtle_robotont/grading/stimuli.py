@@ -18,6 +18,7 @@ import rospy
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
 from geometry_msgs.msg import Twist
 
+from kinematic_ros import servers
 from turtle_robotont.grading.observed import Call, Shown
 
 DRIVE_RATE = 10.0  # [Hz]
@@ -156,6 +157,7 @@ def told(line, observed):
 def main():
     """Run the stimuli node: arguments are its name, the stimuli as JSON, the seed and the time zero [s]."""
     name, stimuli, seed, zero = sys.argv[1:5]
+    servers.protect()
     rospy.init_node(name)
     while rospy.get_rostime().is_zero():  # nothing has come on /clock yet
         time.sleep(POLL)

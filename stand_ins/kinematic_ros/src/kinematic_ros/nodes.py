@@ -32,7 +32,7 @@ import traceback
 import rosgraph
 import rospy
 
-from kinematic_ros import console, registration, rospy_internals
+from kinematic_ros import console, registration, rospy_internals, servers
 from kinematic_ros.params import ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
@@ -46,6 +46,7 @@ def init_node(name, argv=None, **options):
 
     Raises rospy.exceptions.ROSInitException when it was ended before a master answered.
     """
+    servers.protect()
     with console.log_file_guarded():
         rospy.init_node(name, argv=argv, disable_signals=True, **options)
     if rospy.is_shutdown():

@@ -5,29 +5,38 @@ this module fails with that text. student_path/sitecustomize.py, which runs in a
 package, changes ``rospy.impl.simtime.init_simtime``; what it uses is checked here too.
 """
 import contextlib
+import errno
 import functools
 import importlib
 import importlib.metadata
 import inspect
 import io
 import re
+import struct
 import sys
+import threading
 import time
 import xmlrpc.client
 
+import genpy
+import rosgraph.network
 import rosgraph.roslogging
+import rosgraph.xmlrpc
 import rospy
 import rospy.client
 import rospy.core
 import rospy.impl.masterslave
 import rospy.impl.paramserver
 import rospy.impl.simtime
+import rospy.impl.tcpros_base
+import rospy.impl.tcpros_service
 import rospy.msg
 import rospy.rostime
 from rospy.impl.registration import RegManager, get_registration_listeners, get_service_manager, get_topic_manager
 
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # leaves out a field of lines on /rosout
+ANY_TYPE = '*'  # in the place of a md5sum
 
 FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rosgraph.roslogging.configure_logging': ('logname', 'level', 'filename', 'env'),
@@ -39,6 +48,10 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rospy.impl.paramserver.ParamServerCache.set': ('self', 'key', 'value'),
     'rospy.impl.registration.get_registration_listeners': (),
     'rospy.impl.registration.RegManager.publisher_update': ('self', 'resolved_name', 'uris'),
+    'rospy.impl.registration.RegManager._connect_topic_thread': ('self', 'topic', 'uri'),
+    'rospy.impl.masterslave.ROSHandler.publisherUpdate': ('args', 'kwds'),  # as its decorator leaves it
+    'rospy.impl.masterslave.xmlrpcapi': ('uri', 'cache'),
+    'rospy.topics._TopicManager.has_subscription': ('self', 'resolved_name'),
     'rospy.msg.args_kwds_to_message': ('data_class', 'args', 'kwds'),
     'rospy.msg.serialize_message': ('b', 'seq', 'msg'),
     'rospy.rostime._set_rostime': ('t',),
@@ -54,12 +67,32 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rospy.topics._TopicImpl.has_connections': ('self',),
     'rospy.topics._PublisherImpl.set_queue_size': ('self', 'queue_size'),
     'rospy.service.ServiceManager.get_services': ('self',),
+    'rospy.service.ServiceManager.get_service': ('self', 'resolved_service_name'),
+    'rospy.impl.tcpros_service.convert_return_to_response': ('response', 'response_class'),
+    'rospy.impl.tcpros_service.ServiceImpl._handle_request': ('self', 'transport', 'request'),
+    'rospy.impl.tcpros_service.ServiceImpl.error_handler': ('self', 'e', 'exc_type', 'exc_value', 'tb'),
+    'rospy.impl.tcpros_service.TCPService.get_header_fields': ('self',),
+    'rospy.impl.tcpros_service.TCPROSServiceClient.read_messages': ('self', 'b', 'msg_queue', 'sock'),
+    'rospy.impl.tcpros_base.TCPServer.__init__': ('self', 'inbound_handler', 'port'),
+    'rospy.impl.tcpros_base.TCPServer.start': ('self',),
+    'rospy.impl.tcpros_base.TCPServer.shutdown': ('self',),
+    'rospy.impl.tcpros_base.TCPROSServer._tcp_server_callback': ('self', 'sock', 'client_addr'),
+    'rospy.impl.tcpros_base.TCPROSTransport.__init__': ('self', 'protocol', 'name', 'header'),
+    'rospy.impl.tcpros_base.TCPROSTransport.set_socket': ('self', 'sock', 'endpoint_id'),
     'rospy.impl.tcpros_base.TCPROSTransport.close': ('self',),
+    'rospy.impl.tcpros_base.TCPROSTransportProtocol.read_messages': ('self', 'b', 'msg_queue', 'sock'),
+    'rospy.impl.tcpros_base.read_ros_handshake_header': ('sock', 'b', 'buff_size'),
+    'rospy.impl.tcpros_pubsub.TCPROSHandler.topic_connection_handler': ('self', 'sock', 'client_addr', 'header'),
+    'rosgraph.xmlrpc.ThreadingXMLRPCServer.__init__': ('self', 'addr', 'log_requests'),
 }
 ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
     'rospy.topics.Topic': ('impl',),
     'rospy.topics._TopicImpl': ('connections',),
-    'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id'),
+    'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id', 'header'),
+    'rospy.impl.tcpros_base.TCPServer': ('server_sock', 'inbound_handler', 'is_shutdown'),
+    'rospy.impl.tcpros_base.TCPROSServer': ('topic_connection_handler',),
+    'rospy.impl.tcpros_service.ServiceImpl': ('handler', 'seq', 'protocol'),
+    'rospy.service._Service': ('resolved_name', 'service_class', 'request_class', 'response_class'),
 }
 OBJECTS = ('rospy.core._shutdown_lock.acquire',)  # what is used besides
 
@@ -142,6 +175,190 @@ def unconnected_subscriptions():
     """Return the names of the topics that this node subscribes to and is connected to no publisher of."""
     manager = get_topic_manager()
     return _unconnected(manager.get_subscriptions(), manager.get_subscriber_impl)
+
+
+def find_service(header):
+    """Return the service of this node that a caller's header {field: text} asks for, and ''; else None and why not.
+
+    A service has ``resolved_name`` and ``request_class``; see also ``service_header`` and ``respond``.
+    """
+    for field in ('md5sum', 'callerid'):
+        if field not in header:
+            return None, f"Missing required '{field}' field"
+    found = get_service_manager().get_service(header['service'])
+    if found is None:
+        return None, f'[{rospy.get_name()}] is not a provider of [{header["service"]}]'
+    if header['md5sum'] not in (ANY_TYPE, found.service_class._md5sum):
+        return None, (f'request from [{header["callerid"]}]: md5sums do not match: [{header["md5sum"]}] vs. '
+                      f'[{found.service_class._md5sum}]')
+    return found, ''
+
+
+def service_header(found):
+    """Return the header {field: text} that answers a caller of a service."""
+    return found.protocol.get_header_fields()
+
+
+def transport_of(found, connection, header):
+    """Return rospy's object for a connection (socket) to a service whose caller has sent a header {field: text}."""
+    transport = rospy.impl.tcpros_base.TCPROSTransport(found.protocol, found.resolved_name, header=header)
+    transport.set_socket(connection, header['callerid'])
+    return transport
+
+
+def respond(found, transport, data):
+    """Call a service with a request (bytes of the right length) and write the answer. Raises OSError."""
+    request = found.request_class()
+    try:
+        request.deserialize(data)
+    except genpy.DeserializationError as error:
+        transport.socket.sendall(service_error(f'a request of {request._type} cannot be read: {error}'))
+        return
+    request._connection_header = transport.header
+    found._handle_request(transport, request)
+
+
+def _handle_request(self, transport, request):
+    """Be ServiceImpl._handle_request, which takes a caller that has gone for an error of the handler."""
+    try:
+        response = rospy.impl.tcpros_service.convert_return_to_response(self.handler(request), self.response_class)
+        self.seq += 1
+        answer = b'\1' + frame(response, self.seq)
+    except rospy.ServiceException as error:
+        answer = service_error(f'service cannot process request: {error}')
+    except Exception as error:
+        self.error_handler(error, *sys.exc_info())
+        answer = service_error(f'error processing request: {error}')
+    transport.socket.sendall(answer)
+
+
+def service_error(text):
+    """Return the bytes that make a caller raise a ServiceException with a text."""
+    data = text.encode()
+    return struct.pack('<BI', 0, len(data)) + data
+
+
+def is_shutdown_requested():
+    """Return whether this node is about to end."""
+    return rospy.core.is_shutdown_requested()
+
+
+def replace_tcpros_server(start, stop):
+    """Let the servers of this process be run by others; to be called before init_node.
+
+    ``start(listening socket, topic handler)`` and ``stop(listening socket)``: the handler takes (socket, address,
+    header) of a connection, writes rospy's header and returns None, or returns a text that says why not.
+    """
+    class Server(rospy.impl.tcpros_base.TCPServer):
+        def start(self):
+            start(self.server_sock, self.inbound_handler.__self__.topic_connection_handler)
+
+        def shutdown(self):
+            if not self.is_shutdown:
+                self.is_shutdown = True
+                stop(self.server_sock)
+    rospy.impl.tcpros_base.TCPServer = Server
+    rospy.impl.tcpros_service.ServiceImpl._handle_request = _handle_request
+
+
+def replace_slave_server(make):
+    """Let ``make(address, log_requests)`` make the XML-RPC server of this process; to be called before init_node."""
+    rosgraph.xmlrpc.ThreadingXMLRPCServer = make
+
+
+def limit_lengths(header, message, report):
+    """Close connections to publishers and services that announce more bytes than these; to be called before init_node.
+
+    ``report(text)`` is told.
+    """
+    base, client = rospy.impl.tcpros_base, rospy.impl.tcpros_service.TCPROSServiceClient
+
+    def limited(read_messages, start):
+        def read(self, buffer, queue, connection):
+            if buffer.tell() >= start + 4:
+                size = struct.unpack_from('<I', buffer.getbuffer(), start)[0]
+                if size > message:
+                    report(f'{self.resolved_name}: the other side announces {size} bytes, at most {message} are '
+                           'allowed; the connection is closed.')
+                    raise rospy.exceptions.TransportTerminated(f'a length of {size} bytes')
+            return read_messages(self, buffer, queue, connection)
+        return read
+
+    def read_header(connection, buffer, size):
+        return rosgraph.network.read_ros_handshake_header(_Limited(connection, header), buffer, size)
+    base.TCPROSTransportProtocol.read_messages = limited(base.TCPROSTransportProtocol.read_messages, 0)
+    client.read_messages = limited(client.read_messages, 1)  # behind the byte that says whether the call went well
+    base.read_ros_handshake_header = read_header
+
+
+def limit_publishers(most):
+    """Make one thread for each publisher of a topic, which ends once the master does not name it any more.
+
+    rospy makes one whenever the master says who publishes, and each tries for ever; ``most`` publishers of a topic are
+    taken from what it says. To be called before init_node.
+    """
+    _Publishers(most).install()
+
+
+class _Publishers:
+    """What takes the place of rospy's functions that connect subscribers to publishers."""
+
+    def __init__(self, most):
+        self._most = most
+        self._named = {}  # topic: URIs of the publishers that the master has named last
+        self._lock, self._trying = threading.Lock(), {}  # (topic, URI): whether it is named once more meanwhile
+        self._own = threading.local()  # topic: what this thread connects
+
+    def install(self):
+        handler, manager = rospy.impl.masterslave.ROSHandler, RegManager
+        told, update, connect = handler.publisherUpdate, manager.publisher_update, manager._connect_topic_thread
+        xmlrpcapi = rospy.impl.masterslave.xmlrpcapi
+        handler.publisherUpdate = lambda *arguments: told(*self._shortened(arguments))
+        manager.publisher_update = lambda *arguments: self._update(update, *arguments)
+        manager._connect_topic_thread = lambda *arguments: self._connect(connect, *arguments)
+        rospy.impl.masterslave.xmlrpcapi = lambda uri, cache=True: self._proxy(xmlrpcapi, uri, cache)
+
+    def _shortened(self, arguments):
+        return [each[:self._most] if isinstance(each, list) else each for each in arguments]
+
+    def _update(self, update, manager, topic, uris):
+        subscribed = get_topic_manager().has_subscription
+        if subscribed(topic):
+            self._named = {name: named for name, named in self._named.items() if subscribed(name)}
+            self._named[topic] = frozenset(uris)
+            update(manager, topic, uris)
+
+    def _connect(self, connect, manager, topic, uri):
+        with self._lock:
+            once_more = (topic, uri) in self._trying
+            self._trying[topic, uri] = once_more
+        self._own.topic = topic
+        while not once_more:
+            connect(manager, topic, uri)
+            with self._lock:
+                if not self._trying[topic, uri]:
+                    del self._trying[topic, uri]
+                    return
+                self._trying[topic, uri] = False
+
+    def _proxy(self, xmlrpcapi, uri, cache):
+        if uri not in self._named.get(getattr(self._own, 'topic', None), (uri,)):
+            raise ConnectionRefusedError(errno.ECONNREFUSED, f'{uri} does not publish it any more')
+        return xmlrpcapi(uri, cache)
+
+
+class _Limited:
+    """A socket that gives up to so many bytes."""
+
+    def __init__(self, connection, left):
+        self._connection, self._left = connection, left
+
+    def recv(self, size):
+        if self._left <= 0:
+            raise rosgraph.network.ROSHandshakeException('the header is too long')
+        data = self._connection.recv(size)
+        self._left -= len(data)
+        return data
 
 
 def _unconnected(topics, implementation):

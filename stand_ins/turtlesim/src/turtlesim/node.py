@@ -5,7 +5,6 @@ reach the world through SharedWorld's lock; ``_interfaces_lock`` orders spawn, k
 master; pictures are made by a thread of their own (picture.py).
 """
 import math
-import resource
 import threading
 
 import rosgraph
@@ -22,7 +21,6 @@ from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
-MANY_FILES = 65536
 
 
 class TurtlesimNode:
@@ -179,16 +177,8 @@ def _log_spawn(name, x, y, theta):
     rospy.loginfo('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]', name, x, y, theta)
 
 
-def _allow_many_files():
-    """Raise the soft limit of open files: rospy needs several a turtle, and 1024 is a usual limit."""
-    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-
-
 def main():
     """Run turtlesim_node."""
-    _allow_many_files()
     init_simulator('turtlesim')
     reachability.watch()
     TurtlesimNode().run()

@@ -1,0 +1,345 @@
+#!/usr/bin/env python3
+"""Every kind of node is attacked through its two ports; it answers others all the while, and lives on.
+
+The nodes of a group run together, with what they need. An attack is the name of a method of Attacks.
+"""
+import concurrent.futures
+import contextlib
+import http.client
+import os
+import resource
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import xmlrpc.client
+import xmlrpc.server
+
+import rosgraph
+import roslib.packages
+import rospy
+from turtlesim.srv import Spawn
+
+sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *up) for up in (['..'], [*3 * ['..'], 'bench'])]
+from tcpros_client import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
+
+import node_kinds
+from kinematic_core.patience import Patience
+from node_kinds import BY_KEY, NodeKind
+from rostest_tools import DEADLINE, Process, proxy, registered_names, run, until
+
+IDLE = 2000  # connections
+SOON = 0.2  # [s] in which a new subscriber and a call get through beside them: the median of
+TRIES = 7
+AT_ONCE = 3  # nodes that are attacked at the same time
+ENOUGH_TROUBLES = 4  # of one node
+SILENT = 100  # publishers that do not answer
+HEADER_DEADLINE = 5.0  # [s] that kinematic_ros gives for a header
+BUNDLE = os.path.join(roslib.packages.get_pkg_dir('ar_track_alvar'), 'bundles', 'board.xml')
+STIMULI = '[["call", {"after": 3600, "service": "/none", "type": "std_srvs/Empty", "times": 1, "request": []}]]'
+MORE = (  # kinds that the table of node_kinds leaves out
+    NodeKind('bundles', '/bundles', 'ar_track_alvar', 'findMarkerBundlesNoKinect',
+             (f'_bundle_files:={BUNDLE}', 'camera_image:=/usb_cam/image_raw', 'camera_info:=/usb_cam/camera_info',
+              '_output_frame:=head_camera', '__name:=bundles'), needs=('usb_cam',),
+             subscribed=('/usb_cam/image_raw',)),
+    NodeKind('teleop', '/teleop_turtle', 'turtlesim', 'turtle_teleop_key', published=('/turtle1/cmd_vel',)),
+    NodeKind('stimuli', '/grader_stimuli', '', ''),
+)
+GROUPS = {
+    'simulators': ('turtlesim', 'draw_square', 'robotont', 'camera', 'tracker', 'usb_cam', 'bundles'),
+    'course': ('turtlesim', 'goto_pose_server', 'drive_shape', 'velocity_publisher', 'pose_subscriber', 'stop_at_x',
+               'teleport_tour', 'mimic', 'teleop', 'stimuli', 'ar_control', 'ar_maze'),
+}
+DRIVING = 'drive_shape', 'velocity_publisher', 'stop_at_x', 'teleport_tour'  # each has a turtle of its own
+KINDS = {**BY_KEY, **{kind.key: kind for kind in MORE}}
+
+
+class Attacks:
+    """What a peer does to one node; what each method leaves open is closed with ``hostile``."""
+
+    def __init__(self, peer, kind, output):
+        self.peer, self.kind, self.output = peer, kind, output
+        self.hostile = contextlib.ExitStack()
+
+    def open(self, data=b'', address=None):
+        connection = socket.create_connection(address or self.peer.address, timeout=DEADLINE)
+        self.hostile.callback(connection.close)
+        connection.sendall(data)
+        return connection
+
+    def assert_answers(self, what):
+        """Assert that a new subscriber and a call get through."""
+        try:
+            self.peer.answers()
+        except (OSError, EOFError, AssertionError, http.client.HTTPException) as error:
+            raise AssertionError(f'{self.kind.key}: {what}: {error!r}') from None
+
+    def closed(self, connection, what):
+        until(lambda: is_closed(connection), f'{self.kind.key} closes the connection of {what}')
+
+    def idle_connection(self):
+        self.open()
+        self.assert_answers('one idle connection')
+
+    def slow_header(self):
+        connections = [self.open(header(callerid=CALLER, **LOG)[:size]) for size in (1, 3, 4, 9)]
+        self.assert_answers('a header that comes slowly')
+        for connection in connections:
+            connection.sendall(b'\0')
+        self.assert_answers('a header that goes on slowly')
+
+    def endless_header(self):
+        connection = self.open(b'\xff\xff\xff\xff' + b'x' * 100)
+        self.assert_answers('a header of 4 GB')
+        self.closed(connection, 'a header of 4 GB')
+
+    def garbage_header(self):
+        for name, data in GARBAGE.items():
+            connection = self.open(data)
+            self.closed(connection, name)
+        self.assert_answers('headers of garbage')
+
+    def header_with_error(self):
+        connection = self.open(header(error='I am an error', callerid=CALLER))
+        assert 'error' in receive_header(connection)
+        self.closed(connection, 'a header with an error')
+        self.assert_answers('a header with an error')
+
+    def wrong_md5(self):
+        for opened in (self.peer.subscribe(md5sum='0' * 32), self.peer.open_service(md5sum='0' * 32),
+                       self.peer.subscribe(topic='/none'), self.peer.open_service('none')):
+            answer, connection = opened
+            assert answer.get('error'), (self.kind.key, answer)
+            self.closed(connection, answer['error'])
+        self.assert_answers('wrong types')
+
+    def wrong_request(self):
+        """A service request of wrong length is answered, and the next one on that connection too."""
+        level = block(b'rosout') + block(b'info')
+        for service, request, size in (('get_loggers', b'.' * 3, b'3 bytes'), ('set_logger_level', b'', b'0 bytes'),
+                                       ('set_logger_level', level[:-1], b'17 bytes'),
+                                       ('set_logger_level', level + b'..', b'20 bytes'),
+                                       ('set_logger_level', b'\xff\xff\xff\xff' + level, b'22 bytes')):
+            done, text = self.peer.call(request, service)
+            assert not done and size in text, (self.kind.key, service, request, text)
+        _, connection = self.peer.open_service(persistent='1')
+        with connection:
+            connection.sendall(block(b'...'))
+            assert not receive_answer(connection)[0]
+            connection.sendall(block(b''))
+            assert receive_answer(connection)[0]
+        self.assert_answers('requests of wrong length')
+
+    def endless_request(self):
+        _, connection = self.peer.open_service()
+        self.hostile.callback(connection.close)
+        connection.sendall(b'\xff\xff\xff\xff....')
+        self.closed(connection, 'a request of 4 GB')
+        self.assert_answers('a request of 4 GB')
+
+    def half_closed(self):
+        for data in (b'', b'\0', header(callerid=CALLER, **LOG)[:20]):
+            connection = self.open(data)
+            connection.shutdown(socket.SHUT_WR)
+            self.closed(connection, 'a peer that has closed its side')
+        connection = self.open(header(callerid=CALLER, service=f'{self.peer.name}/get_loggers', md5sum='*'))
+        connection.sendall(block(b''))
+        connection.shutdown(socket.SHUT_WR)  # it still reads
+        receive_header(connection)
+        assert receive_answer(connection)[0]
+        self.assert_answers('half-closed connections')
+
+    def many_idle_connections(self):
+        threads = self.peer.threads()
+        alone = self._time_to_answer()
+        for _ in range(IDLE):
+            self.open()
+        beside = self._time_to_answer()
+        assert beside < max(SOON, 4.0 * alone), (self.kind.key, f'{beside:.3f} s beside {IDLE} idle connections', alone)
+        assert self.peer.threads() < threads + 20, (self.kind.key, threads, self.peer.threads())
+
+    def _time_to_answer(self):
+        """The median time [s] of the slower one of a new subscriber and a call."""
+        return statistics.median(max(self.peer.answers()) for _ in range(TRIES))
+
+    def idle_callers(self):
+        """Callers that send no request, and nodes that keep a connection to the XML-RPC server, cost no thread."""
+        threads = self.peer.threads()
+        for _ in range(100):
+            self.hostile.callback(self.peer.open_service(persistent='1')[1].close)
+            self.open(address=self.peer.slave_address)
+            self.open(b'POST / HTTP/1.1\r\nContent-Length: 100\r\n', address=self.peer.slave_address)
+        self.assert_answers('callers that do not call')
+        until(lambda: self.peer.threads() < threads + 20, f'{self.kind.key}: few threads')
+
+    def bodies(self):
+        """Requests to the XML-RPC server that are too long, or none."""
+        for text, status in (('Content-Length: 50000000', b'413'), ('Content-Length: -1', b'413'),
+                             ('Content-Length: 1e3', b'413'), ('X: ' + 'y' * 70000, b'431'), ('X: y', b'500')):
+            connection = self.open(f'POST /RPC2 HTTP/1.1\r\n{text}\r\n\r\n'.encode(), address=self.peer.slave_address)
+            answer = connection.recv(100)
+            assert status in answer, (self.kind.key, text[:50], answer)
+        self.open(os.urandom(10000), address=self.peer.slave_address)
+        self.assert_answers('bad HTTP')
+
+    def bad_calls(self):
+        """Calls of the slave API with nonsense; it is the answer that counts: there is one."""
+        slave = self.peer.slave
+        for method in ('publisherUpdate', 'requestTopic', 'paramUpdate', 'getBusInfo', 'getBusStats', 'no_such_method',
+                       'system.multicall', '_shutdown'):
+            for arguments in ((), (1,), (CALLER, 1, 2), (CALLER, '', []), (CALLER, '/rosout', [[]]),
+                              (CALLER, '/rosout', [[[]]]), (CALLER, '/rosout', 'x'), (CALLER, '/x', {}, [])):
+                with contextlib.suppress(xmlrpc.client.Fault):
+                    getattr(slave, method)(*arguments)
+        self.assert_answers('nonsense for the slave API')
+
+    def endless_message(self):
+        """A publisher announces a message of 4 GB."""
+        if self.kind.subscribed:
+            with HostilePublisher(self.peer, self.kind.subscribed[0]) as connection:
+                connection.sendall(b'\xff\xff\xff\xff' + b'x' * 100)
+                self.closed(connection, 'a message of 4 GB')
+        self.assert_answers('a message of 4 GB')
+
+    def no_descriptors(self):
+        """The node has no file descriptor left: it waits without burning processor time, says why, and comes back."""
+        soft, hard = resource.prlimit(self.peer.pid, resource.RLIMIT_NOFILE)
+        resource.prlimit(self.peer.pid, resource.RLIMIT_NOFILE, (len(os.listdir(f'/proc/{self.peer.pid}/fd')), hard))
+        try:
+            for address in [self.peer.address] * 30 + [self.peer.slave_address] * 30:
+                self.open(address=address)
+            until(lambda: 'ulimit -n' in self.output(), f'{self.kind.key} names the reason')
+            ran, begin = self.peer.processor_time(), time.monotonic()
+            time.sleep(1.0)  # a span to measure over
+            share = (self.peer.processor_time() - ran) / (time.monotonic() - begin)
+        finally:
+            resource.prlimit(self.peer.pid, resource.RLIMIT_NOFILE, (soft, hard))
+        self.assert_answers('file descriptors again')
+        assert self.output().count('ulimit -n') == 1, self.output()
+        assert share < 0.8, (self.kind.key, f'{share:.0%} of a core without descriptors')
+
+    def many_publishers(self):
+        """Somebody says again and again that a topic has publishers, none of which answers."""
+        if self.kind.subscribed:
+            threads = self.peer.threads()
+            with socket.create_server(('localhost', 0), backlog=SILENT) as silent:
+                uris = [f'http://localhost:{silent.getsockname()[1]}/{number}' for number in range(SILENT)]
+                for _ in range(5):
+                    self.peer.slave.publisherUpdate(CALLER, self.kind.subscribed[0], uris)
+                    time.sleep(0.2)  # the node takes the newest of the updates that lie there
+                self.assert_answers('publishers that do not answer')
+                now = self.peer.threads()
+                assert now < threads + SILENT + 20, (self.kind.key, threads, now)
+
+
+GARBAGE = {
+    'a field of no length': block(block(b'')), 'a field without =': block(block(b'topic')),
+    'a field that is longer than the header': block(b'\xff\0\0\0a=b'), 'half a length': block(b'\1\0'),
+    'no text': block(block(b'topic=\xff\xfe')), 'no field': block(b''), 'no name': block(block(b'=')),
+    'many fields': block(block(b'a=b') * 10000), 'HTTP': b'GET / HTTP/1.1\r\nHost: localhost\r\n\r\n',
+    'no caller': header(topic='/rosout', md5sum='*'), 'no md5sum': header(service='/x', callerid=CALLER),
+}
+
+
+class HostilePublisher:
+    """A publisher of one topic as a node sees it; gives the connection of the node, the headers being exchanged."""
+
+    def __init__(self, peer, topic):
+        self._server = xmlrpc.server.SimpleXMLRPCServer(('localhost', 0), logRequests=False)
+        self._listening = socket.create_server(('localhost', 0))
+        self._listening.settimeout(DEADLINE)
+        port = self._listening.getsockname()[1]
+        self._server.register_function(lambda *_: (1, '', ['TCPROS', 'localhost', port]), 'requestTopic')
+        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+        self._peer, self._topic = peer, topic
+
+    def __enter__(self):
+        self._thread.start()
+        self._peer.slave.publisherUpdate(CALLER, self._topic, [f'http://localhost:{self._server.server_address[1]}/'])
+        self.connection, _ = self._listening.accept()
+        asked = receive_header(self.connection)
+        self.connection.sendall(header(callerid=CALLER, topic=self._topic, type=asked['type'], md5sum=asked['md5sum']))
+        return self.connection
+
+    def __exit__(self, *_):
+        self.connection.close()
+        self._listening.close()
+        self._server.shutdown()
+        self._server.server_close()
+
+
+ATTACKS = [name for name, method in vars(Attacks).items() if callable(method) and not name.startswith('_')
+           and name not in ('open', 'assert_answers', 'closed')]
+
+
+def command(kind, folder):
+    """The command that starts a node of a kind."""
+    if kind.key == 'stimuli':
+        return [sys.executable, '-m', 'turtle_robotont.grading.stimuli', kind.node[1:], STIMULI, '0', str(time.time())]
+    return [roslib.packages.find_node(kind.package, kind.executable)[0], *node_kinds.arguments(kind, folder)]
+
+
+class AttackTest(unittest.TestCase):
+
+    def attack(self, group):
+        """Start the nodes of a group; attack each in every way."""
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        kinds = [node_kinds.on_turtle(KINDS[key], key) if key in DRIVING else KINDS[key] for key in GROUPS[group]]
+        with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+            node_kinds.make_picture(folder)
+            processes = [stack.enter_context(Process(*command(kind, folder), stdin=subprocess.PIPE)) for kind in kinds]
+            for kind in kinds:
+                if kind.key in DRIVING:
+                    proxy('/spawn', Spawn)(3.0, 3.0, 0.0, kind.key)
+            peers = [self.peer(kind, process) for kind, process in zip(kinds, processes)]
+            idle = [stack.enter_context(peer.connect()) for peer in peers]
+            waiting = Patience()
+            with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
+                troubles = sum(pool.map(attack_one, peers, kinds, processes), [])
+            until(lambda: all(map(is_closed, idle)), 'idle connections are closed at their deadline')
+            self.assertGreater(waiting.look() + waiting.lost, HEADER_DEADLINE - 2.0)
+            troubles += [f'{kind.key} has ended:\n{process.output()}' for kind, process in zip(kinds, processes)
+                         if not process.runs()]
+            troubles += [f'{kind.key} printed a traceback:\n{process.output()}'
+                         for kind, process in zip(kinds, processes) if 'Traceback' in process.output()]
+        self.assertFalse(troubles, '\n'.join(troubles))
+
+    def peer(self, kind, process):
+        """The Peer of a node, once it has registered all that it has."""
+        master = rosgraph.Master(rospy.get_name())
+        sign = f'{kind.node}/set_logger_level'
+        complete = kind._replace(services=(*kind.services, sign))
+        until(lambda: not node_kinds.missing(complete, registered_names(kind.node)),
+              lambda: f'{kind.key} is up:\n{process.output()}', 3.0 * DEADLINE)
+        return Peer(kind.node, master.lookupNode(kind.node))
+
+    def test_attack_simulators(self):
+        self.attack('simulators')
+
+    def test_attack_course_nodes(self):
+        self.attack('course')
+
+
+def attack_one(peer, kind, process):
+    """Attack a node in every way; the list of what went wrong."""
+    troubles = []
+    for name in ATTACKS:
+        attacks = Attacks(peer, kind, process.output)
+        with attacks.hostile:
+            try:
+                getattr(attacks, name)()
+            except Exception as error:
+                troubles.append(f'{kind.key} {name}: {error!r}')
+                if len(troubles) >= ENOUGH_TROUBLES:
+                    return [*troubles, f'{kind.key}: no further attacks']
+    return troubles
+
+
+if __name__ == '__main__':
+    run(AttackTest)
