@@ -9,6 +9,7 @@ could not be measured, 2 wrong usage, 130 interrupted.
 import argparse
 import glob
 import importlib
+import json
 import os
 import shutil
 import signal
@@ -59,6 +60,8 @@ def parse(arguments):
     parser.add_argument('--rounds', type=positive, default=None, help=f'rounds of each, default {ROUNDS}; quick: 1')
     parser.add_argument('--quick', action='store_true', help='short windows and few samples: does it all work?')
     parser.add_argument('--json', metavar='FILE', help='where the figures go, default output/bench.json')
+    parser.add_argument('--sensitivity', action='store_true',
+                        help='of the suite markers: what -10 %% and +10 %% of each threshold changes')
     parser.add_argument('--list', action='store_true', help='name the measurements of the suite and end')
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
@@ -74,8 +77,11 @@ def parse(arguments):
             parser.error(str(error))
     if (options.peer or options.node) and not getattr(suite, 'NEEDS_NODE', True):
         parser.error(f'the suite {options.suite} measures no node: --peer and --node are not for it')
+    if options.sensitivity and not hasattr(suite, 'sensitivity'):
+        parser.error(f'--sensitivity: the suite {options.suite} has no thresholds; the suite markers has')
     options.rounds = options.rounds or (1 if options.quick else ROUNDS)
-    options.json = options.json or default_json(options.suite)
+    about = f'{options.suite}_sensitivity' if options.sensitivity else options.suite
+    options.json = options.json or default_json(about)
     return options, suite
 
 
@@ -140,13 +146,25 @@ def hand_out(options, suite, pools, failures, facts):
     settings = {'rounds': options.rounds, 'quick': options.quick, 'peer': bool(options.peer)}
     told = [{'measurement': name, 'side': side, 'round': number, 'error': text.splitlines()[0]}
             for name, side, number, text in failures]
-    folder = os.path.dirname(os.path.abspath(options.json))
+    write_figures(options.json, report.as_json(options.suite, rows, told, settings, facts))
+
+
+def write_figures(path, text):
+    """Write the JSON of a run; BenchError if that is impossible."""
     try:
-        os.makedirs(folder, exist_ok=True)
-        write_whole(options.json, report.as_json(options.suite, rows, told, settings, facts))
+        os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
+        write_whole(path, text)
     except OSError as error:
         raise BenchError(f'The figures cannot be written: {error}. Name another file with --json FILE.') from error
-    report_progress(f'Figures: {options.json}')
+    report_progress(f'Figures: {path}')
+
+
+def run_sensitivity(options, suite):
+    """Print what changed thresholds change, and write it as JSON; the exit code."""
+    text, figures = suite.sensitivity(report_progress)
+    print(text)
+    write_figures(options.json, json.dumps(figures, indent=1))
+    return 0
 
 
 def run(options, suite):
@@ -177,7 +195,7 @@ def main():
     for number in WAYS_OUT:
         signal.signal(number, _interrupt)
     try:
-        return run(options, suite)
+        return run_sensitivity(options, suite) if options.sensitivity else run(options, suite)
     except BenchError as error:
         report_progress(f'bench: {error}')
         return 1

@@ -3,7 +3,8 @@
 A detection of id i counts as found if the marker i of the frame (ids are unique) has its centre within a side, or a
 tenth of the picture's width, of where the detection's position projects to; without a position the id alone counts.  Of
 several the nearest counts, the others are doubles.  All others are wrong ids if they lie on a marker, else false
-positives.  Markers with `ignore` (cut by the picture's edge) count neither way.  A flip is a rotation error above FLIP.
+positives.  Markers with `ignore` (cut by the image's edge) are ignored (neither found nor missed).  A flip is a
+rotation error above FLIP.
 """
 import math
 from dataclasses import dataclass, field
@@ -147,5 +148,3 @@ def score(truth, results):
         out.setdefault(frame['difficulty'], Score()).add(score_frame(frame, cameras[frame['camera']], width, found))
     return out
 
-
-__all__ = ['Match', 'Score', 'cameras_of', 'rotation_between', 'score', 'score_frame']

@@ -18,6 +18,7 @@ from figures import OURS, Figure, Target, median, p95
 from marker_score import cameras_of, score
 from markers_cli import detection_record
 from processes import BenchError
+from sensitivity import report as sensitivity_report
 from suite_turtlesim import Measurement
 
 NEEDS_NODE = False
@@ -159,6 +160,12 @@ def stored(_subject, _scale):
                 if ms is not None:
                     out.setdefault(f'{tool}_{PICTURES.get(picture.shape[::-1], "other")}', []).append(ms)
     return out
+
+
+def sensitivity(progress):
+    """(text, figures) of what -10 % and +10 % of each of the detector's thresholds changes."""
+    cv2.setNumThreads(1)
+    return sensitivity_report(frames(), progress)
 
 
 MEASUREMENTS = {

@@ -1,5 +1,7 @@
 """Pose of a square marker from its corners: both solutions of the planar ambiguity, weighed.
 
+OpenCV's IPPE gives both starts; one step of Gauss-Newton with the corners' covariance refines them.
+
 Marker frame: origin in the centre of the black square; looking at the marker as drawn: x right, y up, z out of it.
 Camera frame: optical (x right, y down, z forward).  Lengths in metres, angles in radians.
 """
@@ -13,12 +15,13 @@ import cv2
 import numpy as np
 
 from alvar_core import drawing
-from alvar_core.arrays import ArrayLike, Floats
+from alvar_core.arrays import ArrayLike, Floats, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import thresholds
 from alvar_core.rotations import angle_between, quaternion_from_matrix
 
 DEGREES_OF_FREEDOM = 2  # eight corner coordinates less six of a pose
+_RAYS_CAMERA = np.eye(3)  # the camera matrix of rays x / z, y / z
 _DAMPED = 1 + 1e-4 * np.eye(6)  # times the normal equations of a refinement
 # p @ _CROSS: the matrix (9 numbers) that takes a turn t to t x p
 _CROSS = np.array([[0, 0, 0, 0, 0, 1, 0, -1, 0], [0, 0, -1, 0, 0, 0, 1, 0, 0], [0, 1, 0, -1, 0, 0, 0, 0, 0]], float)
@@ -53,79 +56,33 @@ def solve(ideal_corners: ArrayLike, sizes: ArrayLike, camera: Camera,
     if not len(corners):
         return found
     sizes = np.asarray(sizes, np.float64)
-    rotations, positions = _both_poses(camera.to_rays(corners), sizes)
-    good = np.isfinite(positions).all(1) & np.isfinite(rotations).all((1, 2)) & (positions[:, 2] > 0)
-    owner = np.tile(np.arange(len(corners)), 2)[good]
-    if len(owner):
-        points = drawing.UNIT_CORNERS * sizes[owner, None, None]
-        refined = _refine(points, corners[owner], camera, information[owner], rotations[good], positions[good])
-        for m, solution in zip(owner, refined):
+    owners, rotations, positions = _both_poses(camera.to_rays(corners), sizes)
+    if len(owners):
+        points = drawing.UNIT_CORNERS * sizes[owners, None, None]
+        refined = _refine(points, corners[owners], camera, information[owners], rotations, positions)
+        for m, solution in zip(owners, refined):
             found[m].append(solution)
     for solutions in found:
         solutions.sort(key=lambda s: s.chi2)
     return found
 
 
-def _both_poses(rays: Floats, sizes: Floats) -> tuple[Floats, Floats]:
-    """Rotations (2M, 3, 3) and positions (2M, 3), first one then the other pose of each square, from rays (M, 4, 2)."""
-    turned = [_both_rotations(*each) for each in zip(rays.tolist(), sizes.tolist())]
-    toward, first, other = (np.array(part).reshape(-1, 3, 3) for part in zip(*turned))
-    rotations = np.concatenate([toward @ first, toward @ other])
-    return rotations, _positions(rotations, np.concatenate([rays, rays]), np.concatenate([sizes, sizes]))
+def _both_poses(rays: Floats, sizes: Floats) -> tuple[Integers, Floats, Floats]:
+    """Both poses of squares seen along rays (M, 4, 2), without those that have none.
 
-
-def _both_rotations(rays: Sequence[Sequence[float]], size: float) -> tuple[list[float], list[float], list[float]]:
-    """Three matrices, 9 numbers each: what turns the optical axis to the centre of a square seen along four rays, and
-    both rotations of the square against that direction.
-
-    After Collins and Bartoli, Infinitesimal Plane-Based Pose Estimation (2014): the homography's derivative in the
-    centre of the square fixes the rotation but for a sign.  Plain numbers: arrays of so few take longer.
+    Returns the index of the square of each pose (B,), rotations (B, 3, 3) and positions (B, 3).
     """
-    try:
-        x, y, j00, j01, j10, j11 = _centre_of(rays, size)
-        z = 1 / math.sqrt(x * x + y * y + 1)
-        cx, cy, x, y = x, y, x * z, y * z
-        k = 1 / (1 + z)
-        t00, t01, t11 = 1 - x * x * k, -x * y * k, 1 - y * y * k
-        b00, b01, b10, b11 = t00 + cx * x, t01 + cx * y, t01 + cy * x, t11 + cy * y
-        det = b00 * b11 - b01 * b10
-        a00, a01 = (b11 * j00 - b01 * j10) / det, (b11 * j01 - b01 * j11) / det
-        a10, a11 = (b00 * j10 - b10 * j00) / det, (b00 * j11 - b10 * j01) / det
-        square, det = a00 * a00 + a01 * a01 + a10 * a10 + a11 * a11, a00 * a11 - a01 * a10
-        scale = 1 / math.sqrt(0.5 * (square + math.sqrt(max(square * square - 4 * det * det, 0.0))))
-    except (ZeroDivisionError, OverflowError):
-        nowhere = [math.nan] * 9
-        return nowhere, nowhere, nowhere
-    a00, a01, a10, a11 = a00 * scale, a01 * scale, a10 * scale, a11 * scale
-    u, v = math.sqrt(max(1 - a00 * a00 - a10 * a10, 0.0)), math.sqrt(max(1 - a01 * a01 - a11 * a11, 0.0))
-    v = -v if a00 * a01 + a10 * a11 > 0 else v
-    normal = a10 * v - u * a11, u * a01 - a00 * v, a00 * a11 - a10 * a01
-    return ([t00, t01, x, t01, t11, y, -x, -y, z],
-            [a00, a01, normal[0], a10, a11, normal[1], u, v, normal[2]],
-            [a00, a01, -normal[0], a10, a11, -normal[1], -u, -v, normal[2]])
-
-
-def _centre_of(rays: Sequence[Sequence[float]], size: float) -> tuple[float, float, float, float, float, float]:
-    """Where the centre of a square of this size is seen, and the derivative there by the marker's x and y (upwards)."""
-    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = rays
-    ax, ay, bx, by = x1 - x2, y1 - y2, x3 - x2, y3 - y2
-    cx, cy = x0 - x1 - bx, y0 - y1 - by
-    den = ax * by - bx * ay
-    g, h = (cx * by - bx * cy) / den, (ax * cy - cx * ay) / den
-    ax, ay, bx, by = x1 - x0 + g * x1, y1 - y0 + g * y1, x3 - x0 + h * x3, y3 - y0 + h * y3
-    w = 1 + 0.5 * (g + h)
-    cx, cy, w_size = (x0 + 0.5 * (ax + bx)) / w, (y0 + 0.5 * (ay + by)) / w, w * size
-    return cx, cy, (ax - cx * g) / w_size, (cx * h - bx) / w_size, (ay - cy * g) / w_size, (cy * h - by) / w_size
-
-
-def _positions(rotations: Floats, rays: Floats, sizes: Floats) -> Floats:
-    """Least squares positions (B, 3) of squares of given rotation seen along rays (B, 4, 2)."""
-    p = drawing.UNIT_CORNERS * sizes[:, None, None] @ rotations.transpose(0, 2, 1)
-    right = rays * p[..., 2:] - p[..., :2]
-    total, rest = rays.sum(1), right.sum(1)
-    both = (rays * np.stack([right, rays])).sum((2, 3))  # each point gives two equations: x = u z, y = v z
-    z = ((total * rest).sum(1) / 4 - both[0]) / (both[1] - (total * total).sum(1) / 4)
-    return np.concatenate([(rest + total * z[:, None]) / 4, z[:, None]], 1)
+    owners, rotations, positions = [], [], []
+    for m, (seen, size) in enumerate(zip(rays, sizes)):
+        _, turns, shifts, _ = cv2.solvePnPGeneric(drawing.UNIT_CORNERS * size, seen, _RAYS_CAMERA, None,
+                                                  flags=cv2.SOLVEPNP_IPPE_SQUARE)
+        for turn, shift in zip(turns, shifts):
+            if np.isfinite(turn).all() and shift[2, 0] > 0:
+                owners.append(m)
+                rotations.append(cv2.Rodrigues(turn)[0])
+                positions.append(shift[:, 0])
+    return (np.array(owners, int), np.array(rotations, float).reshape(-1, 3, 3),
+            np.array(positions, float).reshape(-1, 3))
 
 
 def _refine(points: Floats, corners: Floats, camera: Camera, information: Floats, rotations: Floats,
