@@ -31,7 +31,7 @@ def node(monkeypatch):
     'a' * names.LONGEST,
 ])
 def test_legal_names_pass(name):
-    assert names.check_turtle_name(name, ['turtle1', 'a2']) is None
+    assert names.TurtleNames(['turtle1', 'a2']).check(name) is None
 
 
 @pytest.mark.parametrize('name', [
@@ -41,7 +41,7 @@ def test_legal_names_pass(name):
 ])
 def test_names_that_ros_forbids_are_refused_with_the_name_and_what_is_allowed(name):
     with pytest.raises(InvalidInput) as refusal:
-        names.check_turtle_name(name, ['turtle1'])
+        names.TurtleNames(['turtle1']).check(name)
     text = str(refusal.value)
     assert text.startswith(f'spawn: the name {name!r} is not allowed; ')
     assert 'begins with a letter' in text and 'single / between its parts' in text
@@ -50,12 +50,12 @@ def test_names_that_ros_forbids_are_refused_with_the_name_and_what_is_allowed(na
 @pytest.mark.parametrize('name', ['a' * 201, 'a/' * 500 + 'a'])
 def test_names_without_end_are_refused_by_their_length_without_repeating_them(name):
     with pytest.raises(InvalidInput, match=f'^spawn: the name has {len(name)} characters; allowed are at most 200$'):
-        names.check_turtle_name(name, [])
+        names.TurtleNames([]).check(name)
 
 
 def test_a_long_name_that_is_illegal_as_well_is_cut_short_in_the_text():
     with pytest.raises(InvalidInput) as refusal:
-        names.check_turtle_name('ä' * 100_000, [])
+        names.TurtleNames([]).check('ä' * 100_000)
     assert len(str(refusal.value)) < 500
 
 
@@ -65,7 +65,7 @@ def test_a_long_name_that_is_illegal_as_well_is_cut_short_in_the_text():
 ])
 def test_names_of_the_simulator_itself_are_refused(name, resolved):
     with pytest.raises(InvalidInput) as refusal:
-        names.check_turtle_name(name, ['turtle1'])
+        names.TurtleNames(['turtle1']).check(name)
     assert str(refusal.value) == (f'spawn: the name {name!r} belongs to the simulator itself ({resolved}); '
                                   'choose another')
 
@@ -73,11 +73,11 @@ def test_names_of_the_simulator_itself_are_refused(name, resolved):
 @pytest.mark.parametrize('name, other', [('/sim/leo', 'leo'), ('leo', '/sim/leo'), ('/sim/a/b', 'a/b')])
 def test_another_spelling_of_a_turtles_name_is_refused(name, other):
     with pytest.raises(InvalidInput) as refusal:
-        names.check_turtle_name(name, ['turtle1', other])
+        names.TurtleNames(['turtle1', other]).check(name)
     text = str(refusal.value)
     assert repr(name) in text and repr(other) in text and rospy.resolve_name(name, NODE) in text
 
 
 @pytest.mark.parametrize('name, other', [('leo', 'leo2'), ('leo', '/leo'), ('leo', 'Leo'), ('leo', 'leo')])
 def test_names_that_mean_something_else_do_not_clash_and_the_same_one_is_the_worlds_business(name, other):
-    assert names.check_turtle_name(name, ['turtle1', other]) is None
+    assert names.TurtleNames(['turtle1', other]).check(name) is None

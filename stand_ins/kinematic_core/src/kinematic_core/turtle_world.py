@@ -16,6 +16,7 @@ pen colour, width      (r, g, b) 0..255 each; width 1..255 px
 Nothing here knows a clock, ROS or pixels being drawn: strokes come out as data, in the order in which they
 are to be drawn. The class is not thread-safe; whoever shares a world between threads locks it.
 """
+import bisect
 import ctypes
 import math
 import random
@@ -173,14 +174,13 @@ class TurtleWorld:
         self.start = start  # x, y [m], theta [rad] of turtle1, now and after each reset
         self._watchdog_steps = watchdog_steps
         self.steps = 0  # done so far; the first has the number 0
-        self.turtles = {}
-        self._order = ()
+        self.turtles, self._names, self._order = {}, [], []  # the last two are in the order of the names
         self._counter = 0
         self.reset()
 
     def reset(self):
         """Remove all turtles, begin the numbering anew and spawn turtle1 where it begins."""
-        self.turtles = {}
+        self.turtles, self._names, self._order = {}, [], []
         self._counter = 0
         self.spawn(*self.start)
 
@@ -191,29 +191,33 @@ class TurtleWorld:
             number += 1
         return f'turtle{number}'
 
+    def check_spawn(self, x, y, theta, name):
+        """Raise InvalidInput when ``spawn`` would refuse this."""
+        require_sane('spawn', x=x, y=y, theta=theta)
+        if name in self.turtles:
+            # turtlesim's words, its 'turtled' included
+            raise NameTaken(f'A turtled named [{name}] already exists; choose another name or leave it empty')
+
     def spawn(self, x, y, theta, name='', taken=()):
         """Add a turtle at (x, y) [m, y up] with heading theta [rad], each rounded to float32; return its name.
 
         Without a name it gets the next free one of turtle1, turtle2, ..., but none of ``taken``.
         """
-        require_sane('spawn', x=x, y=y, theta=theta)
-        if name in self.turtles:
-            # turtlesim's words, its 'turtled' included
-            raise NameTaken(f'A turtled named [{name}] already exists; choose another name or leave it empty')
+        self.check_spawn(x, y, theta, name)
         if not name:
             name = self.next_name(taken)
             self._counter = int(name[len('turtle'):])
         # the subtraction is one of float32 numbers in turtlesim, too
         turtle = Turtle(name, float32(x), float32(ARENA_SIZE - float32(y)), float32(theta))
         self.turtles[name] = turtle
-        self._reorder()
+        self._insert(turtle)
         return name
 
     def kill(self, name):
         """Remove a turtle; its strokes stay."""
         self._turtle(f'Tried to kill turtle [{name[:LONGEST_ECHO]}], which does not exist', name)
-        del self.turtles[name]
-        self._reorder()
+        self._names.remove(name)
+        self._order.remove(self.turtles.pop(name))
 
     def command(self, name, linear_x, linear_y, angular_z):
         """Set a turtle's velocities [m/s, m/s, rad/s] and wind up its watchdog."""
@@ -267,5 +271,8 @@ class TurtleWorld:
         except KeyError:
             raise UnknownTurtle(f'{complaint}; the turtles are: {", ".join(sorted(self.turtles)) or "none"}') from None
 
-    def _reorder(self):
-        self._order = tuple(self.turtles[name] for name in sorted(self.turtles))
+    def _insert(self, turtle):
+        """Put a new turtle in its place; sorting all of them anew would take longer the more there are."""
+        place = bisect.bisect(self._names, turtle.name)
+        self._names.insert(place, turtle.name)
+        self._order.insert(place, turtle)

@@ -5,7 +5,8 @@ For a simulator's author::
     def main():
         init_simulator('my_simulator')       # instead of rospy.init_node
         clock = SimulatorClock(STEP)         # [s]; reads the parameters below, offers the services
-        ...                                  # topics, services
+        clock.services.add(...)              # services that change the world: answered at the start of the next step
+        ...                                  # topics
         clock.run(step)                      # calls step() until shutdown
 
 ``step()`` lets STEP pass in the simulated world and publishes what is new; stamps are ``rospy.Time.now()``, which
@@ -37,6 +38,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.pacing import Pacer
 from kinematic_ros import lag, nodes, params, registration, rospy_internals
+from kinematic_ros.frame_services import PATIENCE, FrameServices
 from kinematic_ros.lockstep import Lockstep
 from kinematic_ros.msg import ClockStatus
 from kinematic_ros.rospy_internals import frame
@@ -93,6 +95,7 @@ class SimulatorClock:
                 self._lockstep = Lockstep(self._clock, self._patience, step)
         else:
             self._follow()
+        self.services = FrameServices(self._call_came, by_name=self._lockstep is not None)
         rospy.Service('~pause', Trigger, self._pause)
         rospy.Service('~resume', Trigger, self._resume)
         rospy.Service('~step', Step, self._step_by_hand)
@@ -116,6 +119,7 @@ class SimulatorClock:
                 self._wait_for_nodes()
             if self._publishes:
                 now = self._set_time()
+                self._answer()
                 step()
                 if self._lockstep:  # else chance would say which a node takes first, these messages or /clock
                     self._wait_for_nodes()
@@ -124,6 +128,7 @@ class SimulatorClock:
                     self._look_who_is_behind()
                 self._report()
             else:
+                self._answer()
                 step()
 
     def _restore(self):
@@ -144,9 +149,20 @@ class SimulatorClock:
 
     def _rest(self):
         """There is no step to make: say so, and to late-comers what time it is."""
+        if self._pacer.paused:
+            self.services.answer()
         if self._publishes:
             self._clock.publish(self._set_time())
         self._report()
+
+    def _call_came(self):
+        """Let a pause be interrupted: calls are answered at once in it."""
+        if self._pacer.paused:
+            self._pacer.wake()
+
+    def _answer(self):
+        """Answer calls at the start of a step; in lockstep no call may be late, which chance would decide."""
+        self.services.answer(max(PATIENCE, self._patience) if self._lockstep else PATIENCE)
 
     def _wait_for_nodes(self):
         if not self._lockstep.wait():

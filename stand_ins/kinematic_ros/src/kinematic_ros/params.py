@@ -43,15 +43,18 @@ def number(name, default, minimum=-math.inf, maximum=math.inf, unit='', infinite
     return _read(name, default, convert, f'a number{_range(minimum, maximum)}{word}', unit)
 
 
-def integer(name, default, minimum=-math.inf, maximum=math.inf, unit=''):
-    """Return a parameter as an int within [minimum, maximum], in ``unit``."""
+def integer(name, default, minimum=-math.inf, maximum=math.inf, unit='', values=None):
+    """Return a parameter as an int within [minimum, maximum], in ``unit``.
+
+    ``values``: {resolved name: value} of the parameters that are set, where they have been read already.
+    """
     def convert(value):
         if isinstance(value, float) and value.is_integer():  # rosparam keeps 3.0 as a float
             value = int(value)
         if isinstance(value, bool) or not isinstance(value, int) or not minimum <= value <= maximum:
             raise ValueError
         return value
-    return _read(name, default, convert, f'a whole number{_range(minimum, maximum)}', unit)
+    return _read(name, default, convert, f'a whole number{_range(minimum, maximum)}', unit, values)
 
 
 def boolean(name, default):
@@ -103,10 +106,10 @@ def _range(minimum, maximum):
     return f' from {minimum:g} to {maximum:g}'
 
 
-def _read(name, default, convert, allowed, unit=''):
+def _read(name, default, convert, allowed, unit='', values=None):
     resolved = rospy.resolve_name(name)
     try:
-        value = rospy.get_param(name, default)
+        value = rospy.get_param(name, default) if values is None else values.get(resolved, default)
     except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
         raise MasterAway(f'parameter {resolved} cannot be read: the ROS master at {rosgraph.get_master_uri()} does not '
                          f'answer ({error}); start roscore and try again') from None

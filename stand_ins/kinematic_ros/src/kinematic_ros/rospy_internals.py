@@ -12,6 +12,8 @@ import importlib.metadata
 import inspect
 import io
 import re
+import select
+import socket
 import struct
 import sys
 import threading
@@ -32,11 +34,18 @@ import rospy.impl.tcpros_base
 import rospy.impl.tcpros_service
 import rospy.msg
 import rospy.rostime
-from rospy.impl.registration import RegManager, get_registration_listeners, get_service_manager, get_topic_manager
+from rospy.impl.registration import (
+    Registration,
+    RegManager,
+    get_registration_listeners,
+    get_service_manager,
+    get_topic_manager,
+)
 
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # leaves out a field of lines on /rosout
 ANY_TYPE = '*'  # in the place of a md5sum
+SHUTDOWN_POLL = 0.5  # [s] between two looks whether a call can still be answered
 
 FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rosgraph.roslogging.configure_logging': ('logname', 'level', 'filename', 'env'),
@@ -60,6 +69,11 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rospy.impl.simtime.init_simtime': (),
     'rospy.impl.registration.get_topic_manager': (),
     'rospy.impl.registration.get_service_manager': (),
+    'rospy.impl.registration.RegistrationListeners.notify_added': ('self', 'resolved_name', 'data_type', 'reg_type'),
+    'rospy.impl.registration.RegistrationListeners.notify_removed': ('self', 'resolved_name', 'data_type_or_uri',
+                                                                     'reg_type'),
+    'rospy.impl.tcpros_service.ServiceImpl._handle_request': ('self', 'transport', 'request'),
+    'rospy.topics._TopicManager._recalculate_topics': ('self',),
     'rospy.topics._TopicManager.get_publications': ('self',),
     'rospy.topics._TopicManager.get_subscriptions': ('self',),
     'rospy.topics._TopicManager.get_publisher_impl': ('self', 'resolved_name'),
@@ -87,7 +101,9 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
 }
 ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
     'rospy.topics.Topic': ('impl',),
-    'rospy.topics._TopicImpl': ('connections',),
+    'rospy.topics._TopicImpl': ('connection_poll', 'connections'),
+    'rospy.topics._TopicManager': ('lock', 'pubs', 'subs'),
+    'rospy.impl.registration.RegistrationListeners': ('listeners',),
     'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id', 'header'),
     'rospy.impl.tcpros_base.TCPServer': ('server_sock', 'inbound_handler', 'is_shutdown'),
     'rospy.impl.tcpros_base.TCPROSServer': ('topic_connection_handler',),
@@ -429,6 +445,151 @@ def logging_configured_by(function):
         yield
     finally:
         rosgraph.roslogging.configure_logging = original
+
+
+class ServiceCall:
+    """A request of a QueuedService, until it is answered; ``answer`` or ``fail`` is called once, on any thread."""
+
+    def __init__(self, service, transport, request):
+        self.service, self.request = service, request
+        self._transport = transport
+        self._unsent = b''
+        self._answered = threading.Event()
+
+    def answer(self, response):
+        """Write a response at once, without ever waiting for a client that does not read."""
+        self._write(b'\x01' + frame(response))
+
+    def fail(self, reason):
+        """Write, likewise, why the call failed."""
+        self._write(service_error(reason))
+
+    def _write(self, data):
+        connection = self._transport.socket
+        try:
+            taken = select.poll()
+            taken.register(connection, select.POLLOUT)
+            # a socket with a time limit waits in spite of MSG_DONTWAIT
+            sent = connection.send(data, socket.MSG_DONTWAIT) if taken.poll(0) else 0
+        except BlockingIOError:
+            sent = 0
+        except (OSError, TypeError, AttributeError):  # gone; it is None once rospy has closed it
+            sent = len(data)
+        self._unsent = data[sent:]
+        self._answered.set()
+
+    def finish(self):
+        """Wait for the answer, and for a client that did not take all of it; the connection's own thread does this."""
+        while not self._answered.wait(SHUTDOWN_POLL):
+            if rospy.is_shutdown():
+                return
+        if self._unsent:
+            self._transport.socket.sendall(self._unsent)
+
+
+class QueuedService(rospy.Service):
+    """A rospy.Service that answers nothing itself: it hands its requests over, as ServiceCalls."""
+
+    def __init__(self, name, service_class, hand_over):
+        """``hand_over(call)`` is called in one of rospy's threads, which then waits until the call is answered."""
+        self._hand_over = hand_over
+        super().__init__(name, service_class, hand_over)
+
+    def _handle_request(self, transport, request):
+        call = ServiceCall(self, transport, request)
+        self._hand_over(call)
+        call.finish()
+
+
+class _ConnectionPoll:
+    """What rospy asks which connections of a topic are broken; its own takes a file descriptor for each topic."""
+
+    def __init__(self):
+        self._lock = threading.Lock()  # select.poll refuses to be used by two threads at once
+        self._poll = select.poll()
+        self._files = 0
+
+    def add_fd(self, file):
+        """Watch a connection from now on."""
+        with self._lock:
+            self._poll.register(file, 0)  # POLLHUP and POLLERR come unasked
+            self._files += 1
+
+    def remove_fd(self, file):
+        """Watch it no more; raise KeyError when it was not watched."""
+        with self._lock:
+            self._poll.unregister(file)
+            self._files -= 1
+
+    def error_iter(self):
+        """Return the connections that are broken."""
+        if not self._files:
+            return ()
+        with self._lock:
+            return [file for file, event in self._poll.poll(0) if event]
+
+
+_collecting = threading.local()  # calls: those of this thread, while it collects
+
+
+@contextlib.contextmanager
+def collected_registrations():
+    """Tell the master nothing of what this thread registers meanwhile; give a list that gets the calls to make.
+
+    A call is (method of the master's XML-RPC interface, its arguments after the caller's name).
+    """
+    _divert(get_registration_listeners())
+    _collecting.calls = calls = []
+    try:
+        yield calls
+    finally:
+        _collecting.calls = None
+    manager = get_topic_manager()
+    for method, name, *_ in calls:
+        if method == 'registerPublisher':
+            manager.pubs[name].connection_poll = _ConnectionPoll()
+        elif method == 'registerSubscriber':
+            manager.subs[name].connection_poll = _ConnectionPoll()
+
+
+@contextlib.contextmanager
+def collected_unregistrations():
+    """As collected_registrations, for what this thread unregisters; many topics take no longer than one."""
+    _divert(get_registration_listeners())
+    manager = get_topic_manager()
+    _collecting.calls = calls = []
+    with manager.lock:
+        manager._recalculate_topics = lambda: None  # it looks through all topics, for each one removed
+        try:
+            yield calls
+        finally:
+            _collecting.calls = None
+            del manager._recalculate_topics
+            manager._recalculate_topics()
+
+
+def _divert(listeners):
+    """Let rospy's calls of the master be collected where somebody collects them."""
+    if 'notify_added' in vars(listeners):
+        return
+    tell_added, tell_removed = listeners.notify_added, listeners.notify_removed
+
+    def added(name, type_or_uri, kind):
+        if getattr(_collecting, 'calls', None) is None:
+            tell_added(name, type_or_uri, kind)
+        else:
+            _collecting.calls.append((f'register{_KINDS[kind]}', name, type_or_uri, rospy.get_node_uri()))
+
+    def removed(name, type_or_uri, kind):
+        if getattr(_collecting, 'calls', None) is None:
+            tell_removed(name, type_or_uri, kind)
+        else:
+            uri = type_or_uri if kind == Registration.SRV else rospy.get_node_uri()
+            _collecting.calls.append((f'unregister{_KINDS[kind]}', name, uri))
+    listeners.notify_added, listeners.notify_removed = added, removed
+
+
+_KINDS = {Registration.PUB: 'Publisher', Registration.SUB: 'Subscriber', Registration.SRV: 'Service'}
 
 
 def version():

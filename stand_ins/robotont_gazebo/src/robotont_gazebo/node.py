@@ -1,6 +1,6 @@
 """The node robotont_gazebo: one Robotont in its world, stepped by a SimulatorClock.
 
-Threading contract: the main thread steps and publishes; cmd_vel and the services come in rospy's threads and reach
+Threading contract: the main thread steps, publishes and answers services; cmd_vel comes in rospy's threads and reaches
 the world through ``_lock``. The camera is a node of its own (camera_node.py): pictures would hold up the steps.
 """
 import contextlib
@@ -67,8 +67,8 @@ class RobotontNode:
         self._joints = LatestPublisher('joint_states', JointState)
         self._plan = Publisher('~world', String, latch=True, queue_size=1)
         self._plan.publish(worlds.to_json(self._world.plan))
-        rospy.Service('~set_pose', SetPose, self._set_pose)
-        rospy.Service('~move_marker', MoveMarker, self._move_marker)
+        self._clock.services.add('~set_pose', SetPose, self._set_pose)
+        self._clock.services.add('~move_marker', MoveMarker, self._move_marker)
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
         params.log_effective()
 

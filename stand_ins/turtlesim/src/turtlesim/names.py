@@ -10,21 +10,37 @@ LONGEST = 200  # [characters]
 LEGAL = re.compile(r'/?[A-Za-z]\w*(/\w+)*', re.ASCII)  # a ROS graph name without '~'
 
 
-def check_turtle_name(name, others):
-    """Raise InvalidInput unless ``name`` is legal in ROS and clashes with nothing.
+class TurtleNames:
+    """The names of the turtles that exist, found by what they mean in ROS."""
 
-    ``others`` are the names of the turtles that exist. A turtle of exactly that name is not looked for here:
-    the world refuses it with a text of its own.
-    """
-    if not LEGAL.fullmatch(name):
-        raise InvalidInput(f'spawn: the name {name[:LONGEST]!r} is not allowed; a name begins with a letter and has '
-                           'only the letters a-z and A-Z, digits and _, with single / between its parts')
-    if len(name) > LONGEST:
-        raise InvalidInput(f'spawn: the name has {len(name)} characters; allowed are at most {LONGEST}')
-    resolved = rospy.resolve_name(name)
-    if resolved == rospy.get_name() or resolved in map(rospy.resolve_name, NODE_SERVICES):
-        raise InvalidInput(f'spawn: the name {name!r} belongs to the simulator itself ({resolved}); choose another')
-    for other in others:
-        if other != name and rospy.resolve_name(other) == resolved:
+    def __init__(self, names=()):
+        self._names = {rospy.resolve_name(name): name for name in names}  # resolved name: name
+
+    def __contains__(self, name):
+        return rospy.resolve_name(name) in self._names
+
+    def add(self, name):
+        """Note a new turtle's name."""
+        self._names[rospy.resolve_name(name)] = name
+
+    def remove(self, name):
+        """Forget the name of a turtle that is gone."""
+        del self._names[rospy.resolve_name(name)]
+
+    def check(self, name):
+        """Raise InvalidInput unless a new turtle's name is legal in ROS and clashes with nothing.
+
+        A turtle of exactly that name is not looked for here: the world refuses it with a text of its own.
+        """
+        if not LEGAL.fullmatch(name):
+            raise InvalidInput(f'spawn: the name {name[:LONGEST]!r} is not allowed; a name begins with a letter and '
+                               'has only the letters a-z and A-Z, digits and _, with single / between its parts')
+        if len(name) > LONGEST:
+            raise InvalidInput(f'spawn: the name has {len(name)} characters; allowed are at most {LONGEST}')
+        resolved = rospy.resolve_name(name)
+        if resolved == rospy.get_name() or resolved in map(rospy.resolve_name, NODE_SERVICES):
+            raise InvalidInput(f'spawn: the name {name!r} belongs to the simulator itself ({resolved}); choose another')
+        other = self._names.get(resolved, name)
+        if other != name:
             raise InvalidInput(f'spawn: the name {name!r} means {resolved}, as does the turtle {other!r}; '
                                'choose another')

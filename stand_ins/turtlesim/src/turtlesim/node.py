@@ -1,26 +1,26 @@
 """The node turtlesim_node: turtlesim's interface on a SharedWorld, stepped by a SimulatorClock.
 
-Threading contract: the main thread steps and publishes; services and subscribers run in rospy's threads and
-reach the world through SharedWorld's lock; ``_interfaces_lock`` orders spawn, kill and reset, which talk to the
-master; pictures are made by a thread of their own (picture.py).
+Threading contract: the main thread steps, publishes and answers services (frame_services); what they have to ask the
+master is asked on a thread of its own, which changes neither the world nor ``_interfaces``; subscribers run in rospy's
+threads and reach the world through SharedWorld's lock; pictures are made by a thread of their own (picture.py).
 """
 import math
-import threading
 
-import rosgraph
 import rospy
 from std_srvs.srv import Empty, EmptyResponse
 
 from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
-from kinematic_ros import params, reachability, recording, registration
+from kinematic_ros import params, reachability, recording, registration, rospy_internals
 from kinematic_ros.clock import SimulatorClock, init_simulator
-from turtlesim.names import check_turtle_name
+from kinematic_ros.master import Master, NoMaster
+from turtlesim.names import TurtleNames
 from turtlesim.picture import PictureServer
 from turtlesim.shared_world import SharedWorld
 from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
+BACKGROUND_PARAMETERS = '~background_r', '~background_g', '~background_b'
 
 
 class TurtlesimNode:
@@ -33,15 +33,15 @@ class TurtlesimNode:
         self._set_background()
         self._shared = SharedWorld(self._initial_background(), _start())
         self._record()
-        self._interfaces = {}
-        self._interfaces_lock = threading.Lock()
+        self._master = Master()
         self._wall_turn = 0
-        rospy.loginfo('Starting turtlesim with node name %s', rospy.get_name())
-        self._connect(FIRST)
-        _log_spawn(FIRST, *self._shared.world.start)
         for name, service, handler in (('clear', Empty, self._clear), ('reset', Empty, self._reset),
                                        ('spawn', Spawn, self._spawn), ('kill', Kill, self._kill)):
-            rospy.Service(name, service, handler)
+            self._clock.services.add(name, service, handler)
+        rospy.loginfo('Starting turtlesim with node name %s', rospy.get_name())
+        self._interfaces = {FIRST: TurtleInterface(FIRST, self._shared, self._clock.services)}
+        self._names = TurtleNames([FIRST])
+        _log_spawn(FIRST, *self._shared.world.start)
         self._pictures = PictureServer(self._shared)
         registration.on_return(self._set_background)
 
@@ -62,7 +62,6 @@ class TurtlesimNode:
                 interface.publish(turtle, colour)
             if wall is not None:
                 at_wall.append(wall)
-        self._shared.published()
         if at_wall:
             self._warn_of_wall(at_wall)
 
@@ -75,60 +74,57 @@ class TurtlesimNode:
         recording.begin(lambda path: self._shared.record(path, self._background))
 
     def _clear(self, request):
-        background = self._read_background()
         rospy.loginfo('Clearing turtlesim.')
+        background = yield self._ask_background
         with self._shared.lock:
             self._shared.canvas.fill(background)
             self._shared.note('clear', *background, request=request)
         return EmptyResponse()
 
     def _reset(self, request):
-        background = self._read_background()
         rospy.loginfo('Resetting turtlesim.')
-        with self._interfaces_lock:
-            _require_master(FIRST)
-            for name in set(self._interfaces) - {FIRST}:
-                self._interfaces.pop(name).shutdown()
-            with self._shared.lock:
-                self._shared.reset(background)
-                self._shared.note('reset', *background, request=request)
-            if FIRST not in self._interfaces:
-                self._connect(FIRST)
+        first = self._interfaces.get(FIRST)  # its subscribers stay connected
+        gone = [interface for interface in self._interfaces.values() if interface is not first]
+        background = yield self._ask_background
+        connected = yield lambda: self._connect(gone, '' if first else FIRST)
+        with self._shared.lock:
+            self._shared.reset(background)
+            self._shared.note('reset', *background, request=request)
+        self._interfaces, self._names = {FIRST: first or connected}, TurtleNames([FIRST])
         _log_spawn(FIRST, *self._shared.world.start)
         return EmptyResponse()
 
     def _spawn(self, request):
-        namespace = rospy.get_namespace()
-        with self._interfaces_lock:
-            with self._shared.change() as world:
-                # /turtle2 means the same as turtle2 in the namespace /
-                taken = {name[len(namespace):] for name in world.turtles if name.startswith(namespace)}
-                check_turtle_name(request.name or world.next_name(taken), world.turtles)
-                name = world.spawn(request.x, request.y, request.theta, request.name, taken)
-                self._shared.note('spawn', request.x, request.y, request.theta, turtle=name, request=request)
-            try:
-                self._connect(name)
-            except Exception:
-                with self._shared.change() as world:
-                    world.kill(name)
-                    self._shared.note('kill', turtle=name)
-                raise
+        with self._shared.change() as world:
+            name = request.name or world.next_name(self._names)
+            self._names.check(name)
+            world.check_spawn(request.x, request.y, request.theta, name)
+        interface = yield lambda: self._connect((), name)
+        with self._shared.lock:
+            self._shared.world.spawn(request.x, request.y, request.theta, request.name, self._names)
+            self._shared.note('spawn', request.x, request.y, request.theta, turtle=name, request=request)
+        self._interfaces[name] = interface
+        self._names.add(name)
         _log_spawn(name, request.x, request.y, request.theta)
         return SpawnResponse(name)
 
     def _kill(self, request):
-        with self._interfaces_lock:
-            with self._shared.change() as world:
-                world.kill(request.name)
-                self._shared.note('kill', turtle=request.name, request=request)
-            self._interfaces.pop(request.name).shutdown()
+        with self._shared.change() as world:
+            world.kill(request.name)
+            self._shared.note('kill', turtle=request.name, request=request)
+        interface = self._interfaces.pop(request.name)
+        self._names.remove(request.name)
+        yield lambda: self._connect([interface])
         return KillResponse()
 
-    def _read_background(self):
-        """Return the colour that the private parameters ask for; a bad one fails the service call."""
+    def _read_background(self, values=None):
+        """Return the colour that the private parameters ask for; a bad one fails the service call.
+
+        ``values``: of the parameters, where they have been read already.
+        """
         try:
-            self._background = tuple(params.integer(f'~background_{channel}', default, 0, 255)
-                                     for channel, default in zip('rgb', BACKGROUND))
+            self._background = tuple(params.integer(name, default, 0, 255, values=values)
+                                     for name, default in zip(BACKGROUND_PARAMETERS, BACKGROUND))
             return self._background
         except params.MasterAway:
             return self._background  # there is nobody to have set another one
@@ -136,11 +132,18 @@ class TurtlesimNode:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None
 
+    def _ask_background(self):
+        """As _read_background, in one request, and without waiting for ever for a master that does not answer."""
+        try:
+            return self._read_background(self._master.parameters(BACKGROUND_PARAMETERS))
+        except NoMaster:
+            return self._background  # there is nobody to have set another one
+
     def _set_background(self):
         """Set the parameters that are absent: at the start, and on a new master, which has none."""
-        for channel, value in zip('rgb', self._background):
-            if not rospy.has_param(f'~background_{channel}'):
-                rospy.set_param(f'~background_{channel}', value)
+        for name, value in zip(BACKGROUND_PARAMETERS, self._background):
+            if not rospy.has_param(name):
+                rospy.set_param(name, value)
 
     def _initial_background(self):
         try:
@@ -150,17 +153,27 @@ class TurtlesimNode:
                           BACKGROUND)
             return BACKGROUND
 
-    def _connect(self, name):
-        """Give a turtle its topics and services; they exist when this returns."""
-        _require_master(name)
-        self._interfaces[name] = TurtleInterface(name, self._shared)
+    def _connect(self, gone, name=''):
+        """Take away the TurtleInterfaces ``gone``, and return a new one for the turtle ``name`` if there is one.
 
-
-def _require_master(name):
-    """Fail the service call when nothing can be registered: rospy would wait, and with it every later call."""
-    if not rosgraph.is_master_online():
-        raise rospy.ServiceException(f'the turtle {name!r} cannot be registered: no ROS master answers at '
-                                     f'{rosgraph.get_master_uri()}; start roscore and call again')
+        The master knows of both when this returns.
+        """
+        with rospy_internals.collected_unregistrations() as old:
+            for interface in gone:
+                interface.shutdown()
+        with rospy_internals.collected_registrations() as new:
+            interface = TurtleInterface(name, self._shared, self._clock.services) if name else None
+        try:
+            self._master.register(old + new)
+        except NoMaster as error:
+            if interface is None:
+                rospy.logwarn('%s: it may still know turtles that are gone.', error)
+                return None
+            with rospy_internals.collected_unregistrations():
+                interface.shutdown()
+            raise rospy.ServiceException(f'the turtle {name!r} cannot be registered: {error}; start roscore and call '
+                                         'again') from None
+        return interface
 
 
 def _start():

@@ -1,8 +1,7 @@
 """A DrawnWorld shared between the thread that steps it and those in which rospy runs callbacks.
 
 Threading contract: ``lock`` guards world and canvas and is held for microseconds; whoever registers with the
-master or draws pictures does so without it. A service answers when its effect is there: at once for most, after
-the next step for teleports, so that a caller's next call comes after its last one took effect.
+master or draws pictures does so without it.
 """
 import contextlib
 import threading
@@ -15,8 +14,6 @@ from kinematic_ros.rospy_internals import caller
 from turtlesim.drawn_world import DrawnWorld
 from turtlesim.recording import TURTLE, Recorder
 
-SHUTDOWN_POLL = 0.5  # [s] between two looks whether a step can still be waited for
-
 
 class SharedWorld(DrawnWorld):
     """A DrawnWorld with its lock."""
@@ -25,32 +22,23 @@ class SharedWorld(DrawnWorld):
         super().__init__(background, start=start)
         self.lock = threading.Lock()
         self._recorder = None
-        self._waiting = []  # events of those who wait for the next step
-        self._stepped = []  # events of those whose step is done and not yet published
 
     @contextlib.contextmanager
-    def change(self, effect_in_step=False):
+    def change(self):
         """Hold the lock and hand out the TurtleWorld; what it refuses becomes the failure of a service call.
 
-        Who changes something calls ``note``, too. With ``effect_in_step`` the change waits, after the lock is free
-        again, until the next step is published.
+        Who changes something calls ``note``, too.
         """
-        done = threading.Event()
         try:
             with self.lock:
                 yield self.world
-                if effect_in_step:
-                    self._waiting.append(done)
         except InvalidInput as refusal:
             rospy.logerr('%s', refusal)
             raise rospy.ServiceException(str(refusal)) from None
-        while effect_in_step and not done.wait(SHUTDOWN_POLL) and not rospy.is_shutdown():
-            pass
 
     def step(self):
-        """As DrawnWorld.step, under the lock; what it returns is to be published, then ``published`` called."""
+        """As DrawnWorld.step, under the lock."""
         with self.lock:
-            self._stepped, self._waiting = self._waiting, []
             readings = super().step()
             if self._recorder is not None:
                 self._record(readings)
@@ -90,11 +78,6 @@ class SharedWorld(DrawnWorld):
         except OSError as error:
             rospy.logerr('The recording ends here, after %d ticks: %s', self.world.steps - 1, error)
             self._recorder = None
-
-    def published(self):
-        """Let go those who waited for the step."""
-        for done in self._stepped:
-            done.set()
 
     def picture(self):
         """Return a copy of the canvas's RGB bytes and (name, x, y_down, theta) of every turtle, of one moment."""

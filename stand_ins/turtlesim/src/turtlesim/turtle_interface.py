@@ -5,6 +5,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from kinematic_core.checks import InvalidInput
+from kinematic_core.turtle_world import UnknownTurtle
 from kinematic_ros.rospy_internals import frame
 from kinematic_ros.topics import LatestPublisher
 from turtlesim.msg import Color, Pose
@@ -23,20 +24,24 @@ WARNING_PERIOD = 1.0  # [s] between two warnings about refused velocities
 class TurtleInterface:
     """Connects one turtle of a SharedWorld to ROS; publishing is done by the simulator's step, the rest by rospy."""
 
-    def __init__(self, name, shared):
-        """Register everything of the turtle ``name`` with the master; ``shared`` is the SharedWorld it lives in."""
+    def __init__(self, name, shared, services):
+        """Make everything of the turtle ``name``, in the original's order, by which the master gets to know it.
+
+        ``shared`` is the SharedWorld it lives in, ``services`` the simulator's FrameServices.
+        """
         self.name = name
         self._shared = shared
-        self._registered = []
         self._published = self._pose_frame = None
         self._warned = -WARNING_PERIOD  # [s] of time.monotonic
+        self._registered = []
         try:
+            self._keep(rospy.Subscriber(f'{name}/cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True))
             self._pose = self._keep(LatestPublisher(f'{name}/pose', Pose))
             self._color = self._keep(LatestPublisher(f'{name}/color_sensor', Color))
-            self._keep(rospy.Service(f'{name}/set_pen', SetPen, self._set_pen))
-            self._keep(rospy.Service(f'{name}/teleport_absolute', TeleportAbsolute, self._teleport_absolute))
-            self._keep(rospy.Service(f'{name}/teleport_relative', TeleportRelative, self._teleport_relative))
-            self._keep(rospy.Subscriber(f'{name}/cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True))
+            for service, kind, handler in (('set_pen', SetPen, self._set_pen),
+                                           ('teleport_relative', TeleportRelative, self._teleport_relative),
+                                           ('teleport_absolute', TeleportAbsolute, self._teleport_absolute)):
+                self._keep(services.add(f'{name}/{service}', kind, handler))
         except Exception:
             self.shutdown()
             raise
@@ -46,8 +51,8 @@ class TurtleInterface:
         return registered
 
     def shutdown(self):
-        """Unregister everything."""
-        for registered in self._registered:
+        """Unregister everything, the last first, as the original does."""
+        for registered in reversed(self._registered):
             if isinstance(registered, rospy.Service):
                 registered.shutdown('the turtle is gone')
             else:
@@ -70,6 +75,8 @@ class TurtleInterface:
                 velocity = twist.linear.x, twist.linear.y, twist.angular.z
                 self._shared.world.command(self.name, *velocity)
                 self._note(twist, 'cmd', *velocity)
+        except UnknownTurtle:  # it is being killed
+            pass
         except InvalidInput as refusal:
             self._warn(refusal)
 
@@ -91,13 +98,13 @@ class TurtleInterface:
         return SetPenResponse()
 
     def _teleport_absolute(self, request):
-        with self._shared.change(effect_in_step=True) as world:
+        with self._shared.change() as world:
             world.teleport_absolute(self.name, request.x, request.y, request.theta)
             self._note(request, 'teleport_absolute', request.x, request.y, request.theta)
         return TeleportAbsoluteResponse()
 
     def _teleport_relative(self, request):
-        with self._shared.change(effect_in_step=True) as world:
+        with self._shared.change() as world:
             world.teleport_relative(self.name, request.linear, request.angular)
             self._note(request, 'teleport_relative', request.linear, request.angular)
         return TeleportRelativeResponse()
