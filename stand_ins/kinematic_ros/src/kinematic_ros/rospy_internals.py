@@ -72,7 +72,6 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rospy.impl.registration.RegistrationListeners.notify_added': ('self', 'resolved_name', 'data_type', 'reg_type'),
     'rospy.impl.registration.RegistrationListeners.notify_removed': ('self', 'resolved_name', 'data_type_or_uri',
                                                                      'reg_type'),
-    'rospy.impl.tcpros_service.ServiceImpl._handle_request': ('self', 'transport', 'request'),
     'rospy.topics._TopicManager._recalculate_topics': ('self',),
     'rospy.topics._TopicManager.get_publications': ('self',),
     'rospy.topics._TopicManager.get_subscriptions': ('self',),
