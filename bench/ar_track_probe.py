@@ -17,7 +17,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from alvar_core.camera import default_camera
 from kinematic_ros import images
-from marker_scenes import Scene, picture_of, random_markers
+from marker_scenes import Scene, image_of, random_markers
 
 clock = time.perf_counter  # CLOCK_MONOTONIC on Linux: one clock for all processes
 NODE = 'marker_detect'
@@ -41,7 +41,7 @@ def shown(width, height, markers, colour):
     rng = np.random.default_rng(1)
     camera, scene = default_camera(width, height), Scene(width=width, height=height, clutter=6)
     placed = random_markers(rng, camera, scene, markers, side=(40, 110), max_tilt=45.0, size=SIZE)
-    picture = picture_of(rng, camera, placed, scene)
+    picture = image_of(rng, camera, placed, scene)
     if colour:
         picture = np.repeat(picture[:, :, None], 3, 2)
     info = CameraInfo(width=width, height=height, distortion_model='plumb_bob', D=[0.0] * 5,

@@ -23,9 +23,9 @@ class ArucoBaseline:
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         self._detector = cv2.aruco.ArucoDetector(dictionary(), parameters)
 
-    def detect(self, picture, camera, size):
-        """Detections as score_cli writes them: id, position m, orientation x y z w; size: the markers' width, m."""
-        corners, ids, _ = self._detector.detectMarkers(picture)
+    def detect(self, image, camera, size):
+        """Detections as markers_cli writes them: id, position m, orientation x y z w; size: the markers' width, m."""
+        corners, ids, _ = self._detector.detectMarkers(image)
         found = []
         for quad, number in zip(corners, [] if ids is None else ids.ravel().tolist()):
             good, turns, shifts, _ = cv2.solvePnPGeneric(drawing.object_corners(size), quad.reshape(4, 2).astype(float),

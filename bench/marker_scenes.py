@@ -1,6 +1,6 @@
-"""Test pictures of markers through a camera with lens distortion, blur, noise, light and covers.
+"""Test images of markers through a camera with lens distortion, blur, noise, light and covers.
 
-Scenes are made from a numpy Generator given by the caller: the same seed gives the same picture.
+Scenes are made from a numpy Generator given by the caller: the same seed gives the same image.
 """
 from dataclasses import dataclass, field
 
@@ -34,7 +34,7 @@ class Placed:
 
 @dataclass
 class Scene:
-    """How a picture is taken: size px, blur sigma px, noise sigma, slope of the light (share over the picture)."""
+    """How an image is taken: size px, blur sigma px, noise sigma, slope of the light (share over the image)."""
 
     width: int = 640
     height: int = 480
@@ -49,32 +49,32 @@ class Scene:
 
 def _background(rng, scene):
     small = rng.uniform(30, 210, (scene.height // 60 + 2, scene.width // 60 + 2)).astype(np.float32)
-    picture = cv2.resize(small, (scene.width * SUPERSAMPLE, scene.height * SUPERSAMPLE), interpolation=cv2.INTER_CUBIC)
-    picture = np.clip(picture, 0, 255).astype(np.uint8)
+    image = cv2.resize(small, (scene.width * SUPERSAMPLE, scene.height * SUPERSAMPLE), interpolation=cv2.INTER_CUBIC)
+    image = np.clip(image, 0, 255).astype(np.uint8)
     for _ in range(scene.clutter):
-        _one_clutter(rng, picture)
-    return picture
+        _one_clutter(rng, image)
+    return image
 
 
-def _one_clutter(rng, picture):
-    height, width = picture.shape
+def _one_clutter(rng, image):
+    height, width = image.shape
     at = rng.uniform([0, 0], [width, height])
     size, grey = rng.uniform(20, 150) * SUPERSAMPLE, float(rng.uniform(0, 255))
     kind = rng.integers(5)
     if kind == 0:
         angle = rng.uniform(0, np.pi)
         other = at + 4 * size * np.array([np.cos(angle), np.sin(angle)])
-        cv2.line(picture, tuple(map(int, at)), tuple(map(int, other)), grey, int(rng.uniform(1, 6)) * SUPERSAMPLE)
+        cv2.line(image, tuple(map(int, at)), tuple(map(int, other)), grey, int(rng.uniform(1, 6)) * SUPERSAMPLE)
     elif kind == 1:
-        cv2.circle(picture, tuple(map(int, at)), int(size / 2), grey, -1)
+        cv2.circle(image, tuple(map(int, at)), int(size / 2), grey, -1)
     elif kind == 2:
         text = ''.join(rng.choice(list('ABCDEFGHKLMNPRSTX0123456789'), 6))
-        cv2.putText(picture, text, tuple(map(int, at)), 0, float(rng.uniform(1, 4)), grey, 2 * SUPERSAMPLE)
+        cv2.putText(image, text, tuple(map(int, at)), 0, float(rng.uniform(1, 4)), grey, 2 * SUPERSAMPLE)
     else:
-        _pattern(rng, picture, at, size, kind == 3)
+        _pattern(rng, image, at, size, kind == 3)
 
 
-def _pattern(rng, picture, at, size, random_cells):
+def _pattern(rng, image, at, size, random_cells):
     """A look-alike: nested squares, or a square of random cells in a black rim, on white paper."""
     count = int(rng.integers(4, 10))
     cells = rng.integers(0, 2, (count, count)) if random_cells else np.indices((count, count)).sum(0) % 2
@@ -84,14 +84,14 @@ def _pattern(rng, picture, at, size, random_cells):
         (0, 0), float(rng.uniform(0, 360)), 1)[:, :2] + rng.uniform(-0.15, 0.15, (4, 2)) * size
     n = len(tile)
     h = cv2.getPerspectiveTransform(np.float32([[0, 0], [n, 0], [n, n], [0, n]]) - 0.5, quad.astype(np.float32))
-    shape = picture.shape[::-1]
+    shape = image.shape[::-1]
     warped = cv2.warpPerspective(tile, h, shape, flags=cv2.INTER_NEAREST)
     mask = cv2.warpPerspective(np.ones_like(tile), h, shape, flags=cv2.INTER_NEAREST) > 0.5
-    picture[mask] = warped[mask]
+    image[mask] = warped[mask]
 
 
 def _window(fine, camera, placed, width):
-    """Slices (rows, columns) of the fine picture with all that a square `width` m wide in the marker's plane covers."""
+    """Slices (rows, columns) of the fine image with all that a square `width` m wide in the marker's plane covers."""
     rim = np.linspace(-0.5, 0.5, 9) * width
     points = np.array([(x, y, 0) for x in rim for y in rim])
     if ((points @ placed.rotation.T + placed.position)[:, 2] <= 0).any():
@@ -110,12 +110,12 @@ def _ideal_of(camera, rows, columns):
     return camera.to_ideal(grid) if camera.distorted and grid.size else grid
 
 
-def _paint(rng, picture, camera, placed, margin):
+def _paint(rng, image, camera, placed, margin):
     cells = code.encode(placed.id)
     count = len(cells) + 2 * margin
     half = placed.size / 2
-    window = _window(picture, camera, placed, placed.size * (1 + 2 * placed.paper / count))
-    fine, ideal = picture[window], _ideal_of(camera, *window)
+    window = _window(image, camera, placed, placed.size * (1 + 2 * placed.paper / count))
+    fine, ideal = image[window], _ideal_of(camera, *window)
     h = np.column_stack([placed.rotation[:, 0], placed.rotation[:, 1], placed.position])
     rays = np.concatenate([camera.to_rays(ideal), np.ones(ideal.shape[:2] + (1,))], -1)
     p = rays @ np.linalg.inv(h).T
@@ -128,7 +128,7 @@ def _paint(rng, picture, camera, placed, margin):
     value = white[np.clip(row + 8, 0, count + 15).astype(int), np.clip(column + 8, 0, count + 15).astype(int)]
     fine[on_paper] = np.where(value, placed.white, placed.black)
     if placed.cover:
-        _cover(rng, picture, placed, camera)
+        _cover(rng, image, placed, camera)
 
 
 def _cover(rng, fine, placed, camera):
@@ -159,8 +159,8 @@ def _light(rng, scene, fine):
     return fine * light
 
 
-def picture_of(rng, camera, placed, scene, margin=2):
-    """uint8 grey picture of Placed markers (their corners are filled in) seen by a camera."""
+def image_of(rng, camera, placed, scene, margin=2):
+    """uint8 grey image of Placed markers (their corners are filled in) seen by a camera."""
     fine = _background(rng, scene)
     for marker in placed:
         marker.corners = drawing.project(camera, marker.rotation, marker.position, drawing.object_corners(marker.size))
@@ -168,8 +168,8 @@ def picture_of(rng, camera, placed, scene, margin=2):
     fine = _light(rng, scene, fine).astype(np.float32)
     if scene.blur > 0:
         fine = cv2.GaussianBlur(fine, (0, 0), scene.blur * SUPERSAMPLE)
-    picture = cv2.resize(fine, (scene.width, scene.height), interpolation=cv2.INTER_AREA)
-    return np.clip(np.round(picture + rng.normal(0, scene.noise, picture.shape)), 0, 255).astype(np.uint8)
+    image = cv2.resize(fine, (scene.width, scene.height), interpolation=cv2.INTER_AREA)
+    return np.clip(np.round(image + rng.normal(0, scene.noise, image.shape)), 0, 255).astype(np.uint8)
 
 
 def random_markers(rng, camera, scene, count, side=(20, 120), max_tilt=60.0, size=0.1, cover=0.0):

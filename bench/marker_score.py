@@ -1,9 +1,9 @@
 """Score of marker detections against frames with ground truth.
 
 A detection of id i counts as found if the marker i of the frame (ids are unique) has its centre within a side, or a
-tenth of the picture's width, of where the detection's position projects to; without a position the id alone counts.  Of
-several the nearest counts, the others are doubles.  All others are wrong ids if they lie on a marker, else false
-positives.  Markers with `ignore` (cut by the image's edge) are ignored (neither found nor missed).  A flip is a
+tenth of the image's width, of where the detection's position projects to; without a position the id alone counts. Of
+several the nearest counts, the others are doubles. All others are wrong ids if they lie on a marker, else false
+positives. Markers with `ignore` (cut by the image's edge) are ignored (neither found nor missed). A flip is a
 rotation error above FLIP.
 """
 import math
@@ -109,7 +109,7 @@ def _lies_on(marker, at):
 
 
 def score_frame(frame, camera, width, detections):
-    """Score of one frame: its entry in frames.json, Camera, the picture's width px, detections as of score_cli."""
+    """Score of one frame: its entry in frames.json, Camera, the image's width px, detections as of markers_cli."""
     near = [[] for _ in frame['markers']]
     score = Score()
     for detection in detections:
@@ -140,7 +140,7 @@ def cameras_of(truth):
 
 
 def score(truth, results):
-    """{difficulty: Score} of results (score_cli's `frames`) on a frames.json; a frame without a result has nothing."""
+    """{difficulty: Score} of the `frames` of markers_cli on a frames.json; a frame without a result has nothing."""
     cameras, out = cameras_of(truth), {}
     for frame in truth['frames']:
         found = results.get(frame['name'], {}).get('detections', [])

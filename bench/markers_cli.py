@@ -1,6 +1,6 @@
-"""Detector over a folder of frames (frames.json and pictures): ./run markers DIR --json OUT.
+"""Detector over a folder of frames (frames.json and images): ./run markers DIR --json OUT.
 
-Every frame stands on its own.  DIR/frames.json names the frames with file, camera and marker_size_m, and the cameras
+Every frame stands on its own. DIR/frames.json names the frames with file, camera and marker_size_m, and the cameras
 with K and D; OUT gets
 {"tool", "frames": {name: {"detections": [{"id", "position", "orientation", ...}], "detect_ms"}}}.
 """
@@ -27,17 +27,17 @@ def detection_record(detection):
             'ambiguity': round(detection.ambiguity, 4), 'reprojection_error_px': round(detection.error, 4)}
 
 
-def _milliseconds(detector, picture, camera, repeats):
+def _milliseconds(detector, image, camera, repeats):
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
-        found = detector.detect(picture, camera)
+        found = detector.detect(image, camera)
         times.append((time.perf_counter() - start) * 1e3)
     return found, sorted(times)[len(times) // 2]
 
 
 def run(folder, repeats=1):
-    """Results dictionary of all frames in a folder.  Raises OSError or ValueError naming what is wrong."""
+    """Results dictionary of all frames in a folder. Raises OSError or ValueError naming what is wrong."""
     with open(os.path.join(folder, 'frames.json')) as file:
         truth = json.load(file)
     if not isinstance(truth, dict):
@@ -48,11 +48,11 @@ def run(folder, repeats=1):
     frames = {}
     for frame in truth['frames']:
         path = os.path.join(folder, frame['file'])
-        picture = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
-        if picture is None:
-            raise ValueError(f'{path} cannot be read as a picture')
+        image = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+        if image is None:
+            raise ValueError(f'{path} cannot be read as an image')
         detector.size = float(frame.get('marker_size_m') or 1.0)
-        found, ms = _milliseconds(detector, picture, cameras[frame['camera']], repeats)
+        found, ms = _milliseconds(detector, image, cameras[frame['camera']], repeats)
         frames[frame['name']] = {'detections': [detection_record(d) for d in found], 'detect_ms': round(ms, 3)}
     return {'tool': f'alvar_core, single frames, {cv2.getNumThreads()} thread', 'set': truth.get('set'),
             'frames': frames}

@@ -19,7 +19,7 @@ from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from marker_scenes import Placed, Scene, picture_of, random_markers
+from marker_scenes import Placed, Scene, image_of, random_markers
 from marker_score import Match, Score, score_frame
 from markers_cli import detection_record
 
@@ -124,7 +124,7 @@ class Scenes:
         placed = random_markers(rng, self.camera, scene, count, side=(35, 130), size=SIZE, cover=0.15)
         for marker in placed:
             marker.id += first_id
-        return picture_of(rng, self.camera, placed, scene, margin), placed
+        return image_of(rng, self.camera, placed, scene, margin), placed
 
     def _moving(self, seed):
         """(image, Placed) of 20 frames: a marker swings and recedes, one passes by and is hidden for a while."""
@@ -137,7 +137,7 @@ class Scenes:
             if not 8 <= frame < 12:
                 placed.append(Placed(7, SIZE, rotations.facing(0.3, 1.0, 0.3),
                                      np.array([-0.25 + 0.03 * frame, -0.15, 0.8])))
-            yield picture_of(rng, self.camera, placed, scene), placed
+            yield image_of(rng, self.camera, placed, scene), placed
 
     def _board(self, seed):
         """(image, rotation and position of the board, ids that were moved)."""
@@ -149,7 +149,7 @@ class Scenes:
         placed = [Placed(number, SIZE, rotation,
                          rotation @ (self.BOARD[number].mean(0) + [0.02 * (number in moved), 0, 0]) + position)
                   for number in ids]
-        image = picture_of(rng, self.camera, placed, Scene(blur=0.8, noise=2.0))
+        image = image_of(rng, self.camera, placed, Scene(blur=0.8, noise=2.0))
         return image, (rotation, position), set(moved)
 
     def run(self, only: str = '') -> Dict[str, Score]:

@@ -24,7 +24,7 @@ from suite_turtlesim import Measurement
 NEEDS_NODE = False
 FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'test', 'data', 'alvar')
 DIFFICULTIES = ('easy', 'medium', 'hard')
-PICTURES = {(640, 480): '640x480', (1280, 720): '1280x720'}
+SIZES = {(640, 480): '640x480', (1280, 720): '1280x720'}
 STEP, STEPS = (2, 1), 6  # [px] how far a frame moves a step while tracking is measured; the first step is no sample
 FULL, QUICK = 1, 6  # every n-th frame is timed
 STORED = {'real': ('real_alvar.json', 'real tracker, stored'), 'aruco_stored': ('aruco.json', 'ArUco, stored')}
@@ -32,7 +32,7 @@ TOOLS = {'ours': 'here', 'aruco': 'ArUco', **{key: words for key, (_, words) in 
 
 
 class Frames:
-    """Frames with ground truth in a folder, pictures and cameras; BenchError if they cannot be read."""
+    """Frames with ground truth in a folder, images and cameras; BenchError if they cannot be read."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -42,18 +42,18 @@ class Frames:
             self.cameras = cameras_of(self.truth)
         except (OSError, ValueError, KeyError) as error:
             raise BenchError(f'{folder} has no frames with ground truth: {error}.') from error
-        self.pictures = {}
+        self.images = {}
 
     def __iter__(self):
-        """Yield (entry of frames.json, grey picture, Camera)."""
+        """Yield (entry of frames.json, grey image, Camera)."""
         for frame in self.truth['frames']:
             path = os.path.join(self.folder, frame['file'])
-            picture = self.pictures.get(path)
-            if picture is None:
-                picture = self.pictures[path] = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
-            if picture is None:
-                raise BenchError(f'{path} cannot be read as a picture.')
-            yield frame, picture, self.cameras[frame['camera']]
+            image = self.images.get(path)
+            if image is None:
+                image = self.images[path] = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
+            if image is None:
+                raise BenchError(f'{path} cannot be read as an image.')
+            yield frame, image, self.cameras[frame['camera']]
 
     def stored(self, name):
         """Results that lie beside the frames, or None."""
@@ -102,13 +102,13 @@ def _timed(samples, key, function, *arguments):
 
 
 def _all_frames(tool, detect):
-    """Scores and times of detect(frame, picture, camera) on every frame."""
+    """Scores and times of detect(frame, image, camera) on every frame."""
     cv2.setNumThreads(1)
     samples, results = {}, {}
-    for frame, picture, camera in frames():
-        detect(frame, picture, camera)  # what is needed once is no part of the time
-        size = PICTURES.get(picture.shape[::-1], 'other')
-        found = _timed(samples, f'{tool}_{size}', detect, frame, picture, camera)
+    for frame, image, camera in frames():
+        detect(frame, image, camera)  # what is needed once is no part of the time
+        size = SIZES.get(image.shape[::-1], 'other')
+        found = _timed(samples, f'{tool}_{size}', detect, frame, image, camera)
         results[frame['name']] = {'detections': found}
     return {**samples, **scores(tool, results)}
 
@@ -117,16 +117,16 @@ def single(_subject, _scale):
     """Score and time of our detector, each frame on its own."""
     detector = Detector(1.0)
 
-    def detect(frame, picture, camera):
+    def detect(frame, image, camera):
         detector.size = frame.get('marker_size_m') or 1.0
-        return [detection_record(found) for found in detector.detect(picture, camera)]
+        return [detection_record(found) for found in detector.detect(image, camera)]
     return _all_frames('ours', detect)
 
 
 def aruco(_subject, _scale):
     """Score and time of OpenCV's detector."""
     baseline = ArucoBaseline()
-    return _all_frames('aruco', lambda frame, picture, camera: baseline.detect(picture, camera,
+    return _all_frames('aruco', lambda frame, image, camera: baseline.detect(image, camera,
                                                                               frame.get('marker_size_m') or 1.0))
 
 
@@ -135,11 +135,11 @@ def tracking(_subject, scale):
     cv2.setNumThreads(1)
     samples, seen, alone = {}, 0, 0
     chosen = [each for each in frames() if each[0]['markers']][::scale]
-    for frame, picture, camera in chosen:
+    for frame, image, camera in chosen:
         detector = Detector(frame.get('marker_size_m') or 1.0)
-        tracker, size = Tracker(detector), PICTURES.get(picture.shape[::-1], 'other')
+        tracker, size = Tracker(detector), SIZES.get(image.shape[::-1], 'other')
         for step in range(STEPS):
-            moved = np.roll(picture, (step * STEP[1], step * STEP[0]), (0, 1))
+            moved = np.roll(image, (step * STEP[1], step * STEP[0]), (0, 1))
             if step:
                 seen += len(_timed(samples, f'tracking_{size}', tracker.update, moved, camera))
                 alone += len(detector.detect(moved, camera))
@@ -155,10 +155,10 @@ def stored(_subject, _scale):
         results = frames().stored(name)
         if results:
             out.update(scores(tool, results))
-            for frame, picture, _ in frames():
+            for frame, image, _ in frames():
                 ms = results.get(frame['name'], {}).get('detect_ms')
                 if ms is not None:
-                    out.setdefault(f'{tool}_{PICTURES.get(picture.shape[::-1], "other")}', []).append(ms)
+                    out.setdefault(f'{tool}_{SIZES.get(image.shape[::-1], "other")}', []).append(ms)
     return out
 
 
@@ -179,7 +179,7 @@ MEASUREMENTS = {
 def preface(pools):
     """The scores of all tools beside each other, as text."""
     pool = pools[OURS]
-    head = ('', 'recall %', 'position %, median', 'rotation deg, 95th', 'flips/false/wrong', *PICTURES.values())
+    head = ('', 'recall %', 'position %, median', 'rotation deg, 95th', 'flips/false/wrong', *SIZES.values())
     rows = [head] + [_row(pool, tool, words) for tool, words in TOOLS.items() if f'{tool}_flips' in pool]
     widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
     lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
@@ -197,7 +197,7 @@ def _row(pool, tool, words):
         return f'{median(samples):.1f} / {p95(samples):.1f}' if samples else '-'
     counts = ' / '.join(f"{median(pool[f'{tool}_{key}']):.0f}" for key in ('flips', 'false', 'wrong'))
     return (words, three('recall', '{:.1f}'), three('position', '{:.2f}'), three('rotation', '{:.1f}'), counts,
-            *(time_of(size) for size in PICTURES.values()))
+            *(time_of(size) for size in SIZES.values()))
 
 
 def _score_figures():
@@ -214,7 +214,7 @@ def _score_figures():
 
 def _time_figures():
     for key, words, limits in (('ours', 'single', (5.0, 10.0)), ('tracking', 'with tracking', (2.5, 5.0))):
-        for size, limit in zip(PICTURES.values(), limits):
+        for size, limit in zip(SIZES.values(), limits):
             # CPU time is judged: what one thread takes. Other load on the machine makes the wall time longer.
             yield Figure(f'{words}, {size}, CPU, median', f'{key}_{size}_cpu', 'ms', median, Target('below', limit))
             yield Figure(f'{words}, {size}, wall, median', f'{key}_{size}', 'ms', median)

@@ -21,7 +21,7 @@ from alvar_core import rotations
 from alvar_core.camera import default_camera
 from ar_track_alvar.conversions import matrix_of
 from kinematic_ros import images
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 from rostest_tools import Collected, NodeLog, Process, until
 
 TRACKER = '/tracker'
@@ -40,7 +40,7 @@ PLACED = {number: Placed(number, SIZE, rotations.facing(0.45, 1.0 + number, 0.4 
 def picture(*placed, camera=CAMERA, size=(640, 480)):
     """Return the grey picture of Placed markers."""
     scene = Scene(width=size[0], height=size[1])
-    return picture_of(np.random.default_rng(1), camera, [copy.copy(marker) for marker in placed], scene)
+    return image_of(np.random.default_rng(1), camera, [copy.copy(marker) for marker in placed], scene)
 
 
 def camera_info(camera=CAMERA, size=(640, 480)):

@@ -7,7 +7,7 @@ from alvar_core import rotations
 from alvar_core.camera import CameraError
 from alvar_core.detection.detector import Detector
 from alvar_core.fisheye import FisheyeCamera
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 
 MATRIX = [300.0, 0, 319.5, 0, 305.0, 239.5, 0, 0, 1]
 LENS = [0.05, -0.01, 0.002, -0.0005]
@@ -42,7 +42,7 @@ def test_markers_far_from_the_axis_are_where_they_are():
     camera = FisheyeCamera(MATRIX, LENS)
     placed = [Placed(i, 0.1, rotations.facing(0.3 + 0.1 * i, 1.0 + i, 0.2 * i),
                             np.array([-0.5 + 0.33 * i, 0.1 * i - 0.15, 0.5])) for i in range(4)]
-    picture = picture_of(np.random.default_rng(1), camera, placed, Scene())
+    picture = image_of(np.random.default_rng(1), camera, placed, Scene())
     found = {d.id: d for d in Detector(0.1).detect(picture, camera)}
     assert set(found) == {0, 1, 2, 3}
     for marker in placed:

@@ -9,7 +9,7 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
 from ar_track_alvar import debug_picture
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1  # [m]
 
@@ -19,7 +19,7 @@ def seen():
     """(camera, grey picture, its one Detection)."""
     camera = default_camera()
     placed = [Placed(7, SIZE, rotations.facing(0.5, 0.7, 0.0), np.array([0.02, 0.01, 0.5]))]
-    picture = picture_of(np.random.default_rng(1), camera, placed, Scene())
+    picture = image_of(np.random.default_rng(1), camera, placed, Scene())
     return camera, picture, Detector(SIZE).detect(picture, camera)[0]
 
 

@@ -12,7 +12,7 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from aruco_baseline import ArucoBaseline
 from figures import OURS
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 from processes import BenchError
 
 
@@ -27,7 +27,7 @@ def folder(tmp_path):
     """A folder with one easy frame: marker 42, 0.1 m wide, 0.6 m away."""
     camera = default_camera()
     placed = Placed(42, 0.1, rotations.facing(0.5, 0.7, 0.3), np.array([0.05, 0.0, 0.6]))
-    picture = picture_of(np.random.default_rng(1), camera, [placed], Scene())
+    picture = image_of(np.random.default_rng(1), camera, [placed], Scene())
     cv2.imwrite(str(tmp_path / 'a.png'), picture)
     marker = {'id': 42, 'position': placed.position.tolist(),
               'orientation': rotations.quaternion_from_matrix(placed.rotation).tolist(),

@@ -4,7 +4,7 @@ import pytest
 
 from alvar_core import code, drawing
 from alvar_core.camera import default_camera
-from marker_scenes import Scene, picture_of
+from marker_scenes import Scene, image_of
 
 
 def test_marker_picture_is_the_pattern_in_a_black_rim():
@@ -27,5 +27,5 @@ def test_too_small_a_picture_is_refused():
 def test_scene_is_the_same_for_the_same_seed():
     camera = default_camera(320, 240)
     scene = Scene(320, 240)
-    pictures = [picture_of(np.random.default_rng(3), camera, [], scene) for _ in range(2)]
+    pictures = [image_of(np.random.default_rng(3), camera, [], scene) for _ in range(2)]
     assert (pictures[0] == pictures[1]).all()

@@ -1,1 +1,1 @@
-"""ALVAR markers without ROS: their code, finding them in pictures, poses, bundles, and making them."""
+"""ALVAR markers without ROS: their code, detection, poses, bundles, drawing and printing."""

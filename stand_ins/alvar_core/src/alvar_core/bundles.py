@@ -5,7 +5,7 @@
         <corner x="-2.2" y="-2.2" z="0" /> ... four: bottom left, bottom right, top right, top left as drawn
     </marker> ...
 
-Lengths in the files are centimetres, here metres.  The first marker is the master: it gives the bundle its number; the
+Lengths in the files are centimetres, here metres. The first marker is the master: it gives the bundle its number; the
 bundle's frame is that of the corners (by custom the master's: origin in its centre, x right, y up, z out of it).
 A marker of status 0 belongs to the bundle, but its place is unknown (a training that never saw it writes this).
 
@@ -73,7 +73,7 @@ def marker_pose(corners: Floats) -> tuple[Floats, Floats]:
 
 
 def read(path: str | os.PathLike[str]) -> Bundle:
-    """Return the Bundle of an XML file.  Raises BundleError."""
+    """Return the Bundle of an XML file. Raises BundleError."""
     try:
         root = ElementTree.parse(path).getroot()
     except OSError as error:

@@ -1,6 +1,6 @@
 """The camera's two maps: ideal (undistorted) pixels and real pixels, plumb_bob or rational distortion.
 
-Ideal pixels are those of a camera with the same matrix and no distortion: u = fx x / z + cx.  Pixel (0, 0) is the
+Ideal pixels are those of a camera with the same matrix and no distortion: u = fx x / z + cx. Pixel (0, 0) is the
 centre of the top left pixel.
 """
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The code of ALVAR's markers: numbers and short texts as black and white cells.
 
-A marker of resolution n (odd, 5 and up) has n x n data cells; 1 stands for a white cell here.  The middle row
-alternates white and black, starting white, and tells the resolution.  In the middle column the two cells above the
-middle are black and the two below white: they tell which side is up.  Every other cell carries, row by row from the
+A marker of resolution n (odd, 5 and up) has n x n data cells; 1 stands for a white cell here. The middle row
+alternates white and black, starting white, and tells the resolution. In the middle column the two cells above the
+middle are black and the two below white: they tell which side is up. Every other cell carries, row by row from the
 top left, one bit (black is 1) of a code word:
 
 * resolution 5: the number, 8 bits, as two extended Hamming(8,4) blocks;
@@ -10,7 +10,7 @@ top left, one bit (black is 1) of a code word:
   of 8 or, with the first flag, of 16 cells.
 
 Inside a block of n cells the positions 1, 2, 4, 8 ... are parity bits, the last one of a whole block over all others.
-The last block of a marker may be shorter.  Text is stored with six bits a letter.
+The last block of a marker may be shorter. Text is stored with six bits a letter.
 
 Behaviour after ALVAR 2.0 as used by ar_track_alvar (resolution up to 127 there, up to MAX_RESOLUTION here).
 """
@@ -209,8 +209,8 @@ def _text_word(text: str, strong: bool, resolution: int | None) -> Word:
 def encode(value: Value, kind: int | None = None, strong: bool = False, resolution: int | None = None) -> Bools:
     """Return the data cells, (n, n) bool, True is white, of a number (int) or a text (str).
 
-    The smallest resolution with room is taken, as ALVAR does, unless one is given.  `strong` forbids blocks of 16.
-    `kind` is an index of KINDS, by default NUMBER or STRING after the type.  Raises CodeError.
+    The smallest resolution with room is taken, as ALVAR does, unless one is given. `strong` forbids blocks of 16.
+    `kind` is an index of KINDS, by default NUMBER or STRING after the type. Raises CodeError.
     """
     kind = (STRING if isinstance(value, str) else NUMBER) if kind is None else kind
     if (kind == NUMBER) == isinstance(value, str):
@@ -260,7 +260,7 @@ def decode_upright(cells: ArrayLike, max_fixed_errors: int = 0) -> Content | Non
 def decode(cells: ArrayLike, max_wrong: int = 1) -> Content | None:
     """Return the Content of cells seen in any of the four orientations, or None.
 
-    At most `max_wrong` cells may be wrong.  The orientation with the fewest wrong cells counts; None if two tie.
+    At most `max_wrong` cells may be wrong. The orientation with the fewest wrong cells counts; None if two tie.
     """
     best: list[Content] = []
     for turns in range(4):

@@ -1,7 +1,7 @@
 """A wide lens: the equidistant (Kannala-Brandt) model, as camera_calibration writes it and cv2.fisheye has it.
 
 The angle theta of a ray to the optical axis is drawn at the radius theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
-k4 theta^8) focal lengths.  Ideal pixels exist in front of the camera only, below 90 degrees.
+k4 theta^8) focal lengths. Ideal pixels exist in front of the camera only, below 90 degrees.
 """
 from __future__ import annotations
 

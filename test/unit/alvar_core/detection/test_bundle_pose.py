@@ -6,7 +6,7 @@ from alvar_core import bundles, drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 
 SIDE = 0.044  # [m]
 PLACES = {8: (0, 0, 0), 9: (0.09, 0, 0), 10: (0, -0.09, 0), 16: (0, 0.09, 0)}
@@ -30,7 +30,7 @@ def placed(bundle, number, rotation=ROTATION, position=POSITION, moved=(0, 0, 0)
 def seen(markers, seed=0):
     """Detections of placed markers in a rendered picture."""
     rng = np.random.default_rng(seed)
-    return DETECTOR.detect(picture_of(rng, CAMERA, markers, Scene(blur=0.8)), CAMERA)
+    return DETECTOR.detect(image_of(rng, CAMERA, markers, Scene(blur=0.8)), CAMERA)
 
 
 def off(found, rotation=ROTATION, position=POSITION):

@@ -7,7 +7,7 @@ from alvar_core import code, drawing, rotations
 from alvar_core.camera import Camera, CameraError, default_camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1
 CORNER_TOLERANCE = 0.35   # px
@@ -18,7 +18,7 @@ ROTATION_TOLERANCE = np.radians(2.5)
 def scene(seed, placed, camera=None, **how):
     rng = np.random.default_rng(seed)
     camera = camera or default_camera()
-    picture = picture_of(rng, camera, placed, Scene(**how))
+    picture = image_of(rng, camera, placed, Scene(**how))
     return picture, camera
 
 

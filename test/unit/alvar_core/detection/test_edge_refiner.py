@@ -8,7 +8,7 @@ from alvar_core.detection import homography
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.edge_refiner import EdgeRefiner
 from alvar_core.detection.pyramid import Pyramid
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1
 CORNER_TOLERANCE = 0.1  # px, median of several markers' worst corners
@@ -31,7 +31,7 @@ def test_large_markers_are_exact(side, distorted):
     for seed, (tilt, blur) in enumerate(((3, 0.4), (20, 0.6), (40, 1.0))):
         rng = np.random.default_rng(10 * side + seed)
         placed = near(rng, camera, side, tilt)
-        found, = detector.detect(picture_of(rng, camera, [placed], Scene(blur=blur)), camera)
+        found, = detector.detect(image_of(rng, camera, [placed], Scene(blur=blur)), camera)
         assert found.id == placed.id
         errors.append((np.abs(found.corners - placed.corners).max(),
                        np.linalg.norm(found.position - placed.position) / np.linalg.norm(placed.position),
@@ -45,7 +45,7 @@ def seen_near(covered):
     """(Pyramid, camera, right corners) of a marker 180 px wide; `covered`: share of its upper side."""
     rng, camera = np.random.default_rng(3), default_camera()
     placed = Placed(9, SIZE, rotations.facing(0.4, 1.0, 0.1), np.array([0, 0, camera.fx * SIZE / 180]))
-    picture = picture_of(rng, camera, [placed], Scene())
+    picture = image_of(rng, camera, [placed], Scene())
     left, right = placed.corners[:2]
     for share in np.linspace(0, covered, 200) if covered else ():
         x, y = (left + share * (right - left)).astype(int)
@@ -70,7 +70,7 @@ def test_covariance_is_as_large_as_the_errors_are():
     for seed in range(12):
         rng = np.random.default_rng(seed)
         placed = near(rng, camera, 80, 20)
-        picture = picture_of(rng, camera, [placed], Scene(noise=4.0, blur=0.8))
+        picture = image_of(rng, camera, [placed], Scene(noise=4.0, blur=0.8))
         h = homography.from_square(placed.corners[None], 4.5)
         corners, covariance, _ = EdgeRefiner(9).refine(Pyramid(picture), camera, h, np.array([0.9]))
         error = (corners - placed.corners).reshape(8)

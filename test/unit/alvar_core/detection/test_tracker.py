@@ -8,7 +8,7 @@ from alvar_core.detection import candidates, thresholds
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
-from marker_scenes import Placed, Scene, picture_of
+from marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1
 CAMERA = default_camera()
@@ -16,7 +16,7 @@ CAMERA = default_camera()
 
 def picture(seed, placed, **how):
     how.setdefault('noise', 1.5)
-    return picture_of(np.random.default_rng(seed), CAMERA, placed, Scene(**how))
+    return image_of(np.random.default_rng(seed), CAMERA, placed, Scene(**how))
 
 
 def one(marker_id=42, tilt=30, azimuth=40, roll=20, position=(0, 0, 0.6), **more):

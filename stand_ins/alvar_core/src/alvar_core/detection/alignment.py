@@ -1,7 +1,7 @@
 """Photometric alignment: the drawn marker, blurred, is laid over the image until the greys agree.
 
-All marker coordinates here are cells: x right, y down as the marker is drawn, origin in its centre.  A homography H
-takes them to ideal pixels (camera.py).  Everything works on a batch of M markers at once, on P samples of each.
+All marker coordinates here are cells: x right, y down as the marker is drawn, origin in its centre. A homography H
+takes them to ideal pixels (camera.py). Everything works on a batch of M markers at once, on P samples of each.
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """One pose of a bundle from the corners of all its markers in an image; one that contradicts the others is left out.
 
-Camera frame: optical (x right, y down, z forward).  Lengths in metres, angles in radians, images in pixels.
+Camera frame: optical (x right, y down, z forward). Lengths in metres, angles in radians, images in pixels.
 """
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class BundlePose:
 
 
 class BundleTracker:
-    """Poses of bundles over frames: what one image leaves ambiguous is settled by the last one.  Not thread safe."""
+    """Poses of bundles over frames: what one image leaves ambiguous is settled by the last one. Not thread safe."""
 
     def __init__(self, known: Iterable[Bundle]) -> None:
         """known: the Bundles to look for."""
@@ -104,7 +104,7 @@ def _settled(bundle: Bundle, seen: Sequence[Detection], agree: Bools, solutions:
 
 
 class _BundleProblem:
-    """K markers of a bundle in an image.  Poses of the bundle come in batches: (B, 3, 3) and (B, 3).
+    """K markers of a bundle in an image. Poses of the bundle come in batches: (B, 3, 3) and (B, 3).
 
     limit: (K,) px, the largest rms error of a marker that agrees with a pose.
     """

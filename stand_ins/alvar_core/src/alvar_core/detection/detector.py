@@ -1,4 +1,4 @@
-"""The marker detector: image, camera, marker size in; ids, corners, poses out.  Every image stands on its own.
+"""The marker detector: image, camera, marker size in; ids, corners, poses out. Every image stands on its own.
 
 An image passes these stages, each on all candidates at once:
 
@@ -100,7 +100,7 @@ class Detector:
         self._size = checked_size(size)
 
     def detect(self, image: Image, camera: Camera) -> list[Detection]:
-        """Return the Detections in an image.  Raises ImageError, CameraError."""
+        """Return the Detections in an image. Raises ImageError, CameraError."""
         prepared = self.prepare(image, camera)
         return self.examine(prepared, candidates.candidates(prepared.smooth, buffers=self.buffers))
 

@@ -1,9 +1,9 @@
 """Large markers once more at the image's full size: the outer edges of the black square, found to parts of a pixel.
 
 The alignment (alignment.py) reads large markers at a fraction of the size, a few samples a cell, and is as exact as
-that allows.  Here the grey is read across the four sides.  Where it turns from black to white is measured by the area
+that allows. Here the grey is read across the four sides. Where it turns from black to white is measured by the area
 under it, which noise and blur change little; a line through each side follows by robust least squares, and the corners
-are where they meet.  All of it works on a batch of M markers at once, in cells (see alignment.py) unless px are named;
+are where they meet. All of it works on a batch of M markers at once, in cells (see alignment.py) unless px are named;
 sides and corners are counted from the upper one and from its left end, clockwise.
 """
 from __future__ import annotations

@@ -3,7 +3,7 @@
 OpenCV's IPPE gives both starts; one step of Gauss-Newton with the corners' covariance refines them.
 
 Marker frame: origin in the centre of the black square; looking at the marker as drawn: x right, y up, z out of it.
-Camera frame: optical (x right, y down, z forward).  Lengths in metres, angles in radians.
+Camera frame: optical (x right, y down, z forward). Lengths in metres, angles in radians.
 """
 from __future__ import annotations
 

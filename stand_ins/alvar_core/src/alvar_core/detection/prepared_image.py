@@ -56,7 +56,7 @@ class ImageBuffers:
 class PreparedImage:
     """An image prepared for the search: `grey` and `smooth` (height, width) uint8, and its `camera`.
 
-    It is valid until the buffers are used for the next image.  Raises ImageError, CameraError.
+    It is valid until the buffers are used for the next image. Raises ImageError, CameraError.
     """
 
     def __init__(self, image: Image, camera: Camera, buffers: ImageBuffers | None = None) -> None:

@@ -63,7 +63,7 @@ class Tracker:
         self._skipped: tuple[PreparedImage, list[Pass]] | None = None  # the last image, the passes not run on it
 
     def update(self, image: Image, camera: Camera) -> list[Detection]:
-        """Return the Detections of the next image.  Raises ImageError, CameraError."""
+        """Return the Detections of the next image. Raises ImageError, CameraError."""
         self._skipped = None
         prepared = self.detector.prepare(image, camera)
         if prepared.grey.shape != self._shape:

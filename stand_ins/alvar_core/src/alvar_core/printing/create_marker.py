@@ -42,7 +42,7 @@ Draws ALVAR markers for ar_track_alvar: for each ID, MarkerData_ID.png in the cu
   -h, --help          this text
 
 An option applies to what comes after it: createMarker -s 4.4 -xy 0 0 8 -xy 14 0 9
-A PNG knows its size: print it without scaling.  Set the tracker's marker_size to the side of the black square in cm."""
+A PNG knows its size: print it without scaling. Set the tracker's marker_size to the side of the black square in cm."""
 
 
 class CommandLine:
@@ -243,7 +243,7 @@ def save(name: str, data: bytes) -> None:
 
 
 def run(arguments: Sequence[str]) -> None:
-    """Do what the arguments say.  Raises CreateError."""
+    """Do what the arguments say. Raises CreateError."""
     line = CommandLine(arguments)
     if line.help:
         print(HELP)

@@ -63,7 +63,7 @@ def room_of(page: str) -> tuple[float, float]:
 
 
 def spread(markers: Sequence[Marker], page: str) -> list[list[Spot]]:
-    """Return the pages: the markers in rows, in their order.  Raises CreateError."""
+    """Return the pages: the markers in rows, in their order. Raises CreateError."""
     width, height = room_of(page)
     pages: list[list[Spot]] = [[]]
     x, y, row = 0.0, 0.0, 0.0
@@ -87,7 +87,7 @@ def spread(markers: Sequence[Marker], page: str) -> list[list[Spot]]:
 
 
 def arranged(markers: Sequence[Marker], page: str) -> list[Spot]:
-    """Return the one page of a bundle, its markers at their places.  Raises CreateError."""
+    """Return the one page of a bundle, its markers at their places. Raises CreateError."""
     spots = [Spot(m, 1e3 * (m.centre[0] - m.side / 2), 1e3 * (-m.centre[1] - m.side / 2)) for m in markers]
     left, top = (min(spot.box[k] for spot in spots) for k in (0, 1))
     wide, high = max(spot.box[2] for spot in spots) - left, max(spot.box[3] for spot in spots) - top
@@ -109,7 +109,7 @@ def _in_the_way(spot: Spot, other: Spot) -> bool:
 
 
 def files(markers: Sequence[Marker], path: str, page: str) -> list[File]:
-    """Return the PDF and, of a bundle, its XML beside it.  Raises CreateError."""
+    """Return the PDF and, of a bundle, its XML beside it. Raises CreateError."""
     if not marker_files.is_bundle(markers):
         return [(path, pdf(spread(markers, page), page))]
     markers = marker_files.placed(markers)
