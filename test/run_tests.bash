@@ -5,7 +5,7 @@ set -eu
 
 export repo=$1 ws=$2
 shift 2
-export results rostest_seconds=180 grading_seconds=240 check_seconds=60
+export results stress_seconds=150 rostest_seconds=180 grading_seconds=240 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 3 / 2))}  # a rostest mostly waits
@@ -21,6 +21,7 @@ all_cases() {
   find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
   for manifest in package.xml stand_ins/*/package.xml; do printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"; done
   printf 'ruff\tcheck\nmypy\tcheck\n'
+  printf 'stress\t%s\n' fuzz clients master storms system soak
 }
 
 # Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
@@ -55,6 +56,10 @@ case_command() {
   case $1 in
     rostest) timeout -s INT -k 20 "$rostest_seconds" rostest --results-base-dir "$3/xml" "$repo/$2" ;;
     grading) timeout -s INT -k 20 "$grading_seconds" python3 "$repo/test/check_grading.py" "$2" "$3/files" ;;
+    stress)
+      PYTHONPATH="$repo/bench:$PYTHONPATH" timeout -s INT -k 20 "$stress_seconds" python3 "$repo/stress/stress.py" \
+        "$2" --small --seed 1 --json "$3/figures.json"
+      ;;
     roslaunch-check) timeout "$check_seconds" rosrun roslaunch roslaunch-check -o "$3/roslaunch-check.xml" "$repo/$2" ;;
     catkin_lint)
       # The root package holds the stand-ins' scripts too, which the stand-ins install themselves.
