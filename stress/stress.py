@@ -13,6 +13,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import traceback
 from contextlib import ExitStack
 
 import report
@@ -107,6 +108,11 @@ def _new_master(subject):
     subject.await_master()
 
 
+def _place(error):
+    """The functions in which an error came up, the outermost last."""
+    return ' < '.join(frame.name for frame in reversed(traceback.extract_tb(error.__traceback__)[1:]))
+
+
 def attack_all(options, under_test):
     """({side: {key: samples}}, [(suite, attack, side, text of what could not be tried)])."""
     pools, failures = {subject.side: {} for subject in under_test}, []
@@ -122,8 +128,8 @@ def attack_all(options, under_test):
                     _new_master(subject)
                     found = attack.run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
                 except (BenchError, *TROUBLE) as error:
-                    failures.append((suite, name, subject.side, f'{type(error).__name__}: {error}'))
-                    tell(f'    FAILED: {error}')
+                    failures.append((suite, name, subject.side, f'{type(error).__name__} in {_place(error)}: {error}'))
+                    tell(f'    FAILED in {_place(error)}: {error}')
                     continue
                 for key, values in found.items():
                     pools[subject.side].setdefault(key, []).extend(values)

@@ -114,7 +114,7 @@ def test_what_could_not_be_tried_is_told(monkeypatch, tmp_path, capsys):
         raise BenchError('the node did not come up')
     code, document = run_with(monkeypatch, tmp_path, fail)
     assert code == 1
-    assert document['failures'][0]['error'] == 'BenchError: the node did not come up'
+    assert document['failures'][0]['error'] == 'BenchError in fail: the node did not come up'
     assert 'the node did not come up' in capsys.readouterr().out
 
 
