@@ -113,27 +113,29 @@ def _place(error):
     return ' < '.join(frame.name for frame in reversed(traceback.extract_tb(error.__traceback__)[1:]))
 
 
-def attack_all(options, under_test):
-    """({side: {key: samples}}, [(suite, attack, side, text of what could not be tried)])."""
-    pools, failures = {subject.side: {} for subject in under_test}, []
+def attack_all(options, under_test, pools, failures):
+    """Fill {side: {key: samples}} and [(suite, attack, side, text of what could not be tried)]."""
     for suite in options.suites:
         for name, attack in load(suite).ATTACKS.items():
             if options.only and name not in options.only:
                 continue
             for subject in under_test:
-                if subject.side == PEER and not attack.peer:
-                    continue
-                tell(f'{suite}, {name}: {attack.about} ({subject.side})')
-                try:
-                    _new_master(subject)
-                    found = attack.run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
-                except (BenchError, *TROUBLE) as error:
-                    failures.append((suite, name, subject.side, f'{type(error).__name__} in {_place(error)}: {error}'))
-                    tell(f'    FAILED in {_place(error)}: {error}')
-                    continue
-                for key, values in found.items():
-                    pools[subject.side].setdefault(key, []).extend(values)
-    return pools, failures
+                if subject.side == OURS or attack.peer:
+                    tell(f'{suite}, {name}: {attack.about} ({subject.side})')
+                    _attack(options, suite, name, subject, pools, failures)
+
+
+def _attack(options, suite, name, subject, pools, failures):
+    """Let one attack loose on one subject."""
+    try:
+        _new_master(subject)
+        found = load(suite).ATTACKS[name].run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
+    except (BenchError, *TROUBLE) as error:
+        failures.append((suite, name, subject.side, f'{type(error).__name__} in {_place(error)}: {error}'))
+        tell(f'    FAILED in {_place(error)}: {error}')
+        return
+    for key, values in found.items():
+        pools[subject.side].setdefault(key, []).extend(values)
 
 
 def figures_of(options):
@@ -172,14 +174,19 @@ def hand_out(options, pools, failures, facts):
 
 
 def run(options):
-    """Attack and hand out; the exit code."""
+    """Attack and hand out, what there is when it is interrupted, too; the exit code."""
     facts = report.machine()
     tell(f'Seed: {options.seed}')
-    with ExitStack() as stack:
-        folder = tempfile.mkdtemp(prefix='turtle_robotont_stress_')
-        stack.callback(shutil.rmtree, folder, ignore_errors=True)
-        stack.callback(stop_all)
-        pools, failures = attack_all(options, subjects(options, folder))
+    pools, failures = {OURS: {}, PEER: {}}, []
+    try:
+        with ExitStack() as stack:
+            folder = tempfile.mkdtemp(prefix='turtle_robotont_stress_')
+            stack.callback(shutil.rmtree, folder, ignore_errors=True)
+            stack.callback(stop_all)
+            attack_all(options, subjects(options, folder), pools, failures)
+    except KeyboardInterrupt:
+        hand_out(options, pools, failures, facts)
+        raise
     return hand_out(options, pools, failures, facts)
 
 

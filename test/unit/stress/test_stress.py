@@ -123,3 +123,16 @@ def test_the_same_numbers_for_all(monkeypatch, tmp_path):
     for _ in range(2):
         run_with(monkeypatch, tmp_path, lambda _subject, _scale, rng: drawn.append(rng.random()) or {'one_hung': [0]})
     assert drawn[0] == drawn[1] == random.Random('5/fuzz/one').random()
+
+
+def test_an_interrupted_run_tells_what_there_is(monkeypatch, tmp_path, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+    module = SimpleNamespace(ATTACKS={'one': Attack(lambda *_: {'one_hung': [0]}, 'about'),
+                                      'two': Attack(interrupted, 'about')}, FIGURES=tuple(losses('one', 'words')))
+    monkeypatch.setattr(stress, 'load', lambda _suite: module)
+    monkeypatch.setattr(stress, '_new_master', lambda _subject: None)
+    monkeypatch.setattr(stress, 'subjects', lambda _options, _folder: [SimpleNamespace(side='ours')])
+    with pytest.raises(KeyboardInterrupt):
+        stress.run(stress.parse(['fuzz', '--seed', '5']))
+    assert 'words: never answered' in capsys.readouterr().out
