@@ -5,7 +5,7 @@ set -eu
 
 export repo=$1 ws=$2
 shift 2
-export results stress_seconds=150 rostest_seconds=180 grading_seconds=240 check_seconds=60
+export results stress_seconds=240 rostest_seconds=180 grading_seconds=240 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 3 / 2))}  # a rostest mostly waits
