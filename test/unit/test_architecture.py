@@ -30,7 +30,7 @@ PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
-WITH_NUMPY = {'rays'}  # of kinematic_core: everything else there is plain Python
+MORE = {'rays': 'numpy', 'documents': 'yaml'}  # of kinematic_core: everything else there is plain Python
 
 CORE_MODULES = sorted((STAND_INS / 'kinematic_core' / 'src' / 'kinematic_core').glob('*.py'))
 ALVAR_MODULES = sorted((STAND_INS / 'alvar_core' / 'src' / 'alvar_core').rglob('*.py'))
@@ -112,7 +112,7 @@ def test_standard_library_is_told_from_the_rest(name, known):
 
 @each(CORE_MODULES)
 def test_core_imports_only_the_standard_library_and_itself(path):
-    assert foreign(path, {'kinematic_core', *(['numpy'] if path.stem in WITH_NUMPY else [])}) == set()
+    assert foreign(path, {'kinematic_core', MORE.get(path.stem)}) == set()
 
 
 @each(ALVAR_MODULES)

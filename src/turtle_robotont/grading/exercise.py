@@ -18,10 +18,11 @@ checks         a list of {check: NAME, points: N, must: true|false, ...}; the ot
 The points of all checks add up to 100. A check that ``must`` hold fails the exercise below half of its share.
 """
 import re
+import sys
 from typing import NamedTuple
 
-import yaml
-
+from kinematic_core import documents
+from kinematic_core.checks import shown
 from kinematic_core.turtle_world import ARENA_SIZE
 from turtle_robotont.grading import checks_of_driving, checks_of_output, judging
 from turtle_robotont.grading.quantities import UNITS, QuantityError, quantity, span
@@ -78,11 +79,10 @@ KEYS = {'title': ('text', ...), 'asks': ('text', ''), 'simulator': (SIMULATORS, 
 
 def load(path):
     """Return the Exercise of a file. Raise ExerciseError, or OSError when it cannot be read."""
-    with open(path, encoding='utf-8') as file:
-        try:
-            content = yaml.safe_load(file)
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            raise ExerciseError(f'{path} is no YAML: {error}') from None
+    try:
+        content = documents.read_yaml(path)
+    except documents.DocumentError as error:
+        raise ExerciseError(f'{path}: {error}') from None
     name = re.sub(r'\.ya?ml$', '', str(path).rsplit('/', 1)[-1])
     try:
         return parse(content, name)
@@ -94,14 +94,14 @@ def parse(content, name='exercise'):
     """Return the Exercise in what a YAML file holds."""
     values = _fields(content, KEYS, 'the exercise')
     if not 0.0 < values['time'] <= LONGEST:
-        raise ExerciseError(f'time is {content["time"]!r}; it must be above 0 and at most {LONGEST:g} s')
+        raise ExerciseError(f'time is {shown(content["time"])}; it must be above 0 and at most {LONGEST:g} s')
     if not 1.0 <= values['speed'] <= FASTEST:
         raise ExerciseError(f'speed is {values["speed"]:g}; it must be 1 to {FASTEST}')
     if not 0.0 < values['pass'] <= 100.0:
         raise ExerciseError(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
     unknown = [kind for kind in values['allows'] if kind not in ALLOWED]
     if unknown:
-        raise ExerciseError(f'allows has {unknown[0]!r}; allowed are {", ".join(ALLOWED)}')
+        raise ExerciseError(f'allows has {shown(unknown[0])}; allowed are {", ".join(ALLOWED)}')
     start = {axis: limits for axis, limits in _fields(values['start'], START, 'start').items() if limits is not None}
     for axis in 'xy' if values['simulator'] == 'turtlesim' else '':
         if not 0.0 <= start.get(axis, (0.0,))[0] <= start.get(axis, (0.0,))[-1] <= ARENA_SIZE:
@@ -119,8 +119,8 @@ def _check(entry, number):
     where = f'check {number}'
     entry = dict(_mapping(entry, where))
     name = entry.pop('check', None)
-    if name not in judging.CHECKS:
-        raise ExerciseError(f'{where} is {name!r}; it must be one of {", ".join(sorted(judging.CHECKS))}')
+    if not isinstance(name, str) or name not in judging.CHECKS:
+        raise ExerciseError(f'{where} is {shown(name)}; it must be one of {", ".join(sorted(judging.CHECKS))}')
     where = f'{where} ({name})'
     common = _fields({key: entry.pop(key) for key in ('points', 'must') if key in entry},
                      {'points': ('number', ...), 'must': ('boolean', False)}, where)
@@ -133,14 +133,14 @@ def _stimulus(entry, number):
     where = f'stimulus {number}'
     entry = dict(_mapping(entry, where))
     what = entry.pop('do', None)
-    if what not in STIMULI:
-        raise ExerciseError(f'{where} does {what!r}; it must be one of {", ".join(STIMULI)}')
+    if not isinstance(what, str) or what not in STIMULI:
+        raise ExerciseError(f'{where} does {shown(what)}; it must be one of {", ".join(STIMULI)}')
     return what, _fields(entry, STIMULI[what], f'{where} ({what})')
 
 
 def _mapping(value, where):
     if not isinstance(value, dict):
-        raise ExerciseError(f'{where} is {"empty" if value is None else repr(value)}; it must be keys with values')
+        raise ExerciseError(f'{where} is {"empty" if value is None else shown(value)}; it must be keys with values')
     return value
 
 
@@ -149,7 +149,7 @@ def _fields(entry, kinds, where):
     entry = _mapping(entry, where)
     unknown = [key for key in entry if key not in kinds]
     if unknown:
-        raise ExerciseError(f'{where} has the unknown key {unknown[0]!r}; allowed are {", ".join(kinds) or "none"}')
+        raise ExerciseError(f'{where} has the unknown key {shown(unknown[0])}; allowed are {", ".join(kinds) or "none"}')
     values = {}
     for key, (kind, default) in kinds.items():
         if key not in entry:
@@ -159,7 +159,7 @@ def _fields(entry, kinds, where):
             continue
         try:
             values[key] = _convert(entry[key], kind)
-        except (QuantityError, re.error) as error:
+        except (QuantityError, re.error, OverflowError, RecursionError) as error:
             raise ExerciseError(f'{where}: {key}: {error}') from None
     return values
 
@@ -172,18 +172,19 @@ def _convert(value, kind):
     """Return a value of a kind (see judging.py); raise QuantityError."""
     if isinstance(kind, tuple):
         if value not in kind:
-            raise QuantityError(f'{value!r} must be one of {", ".join(kind)}')
+            raise QuantityError(f'{shown(value)} must be one of {", ".join(kind)}')
         return value
     if kind in PLAIN:
         types, words = PLAIN[kind]
-        if not isinstance(value, types) or (isinstance(value, bool) and kind != 'boolean'):
-            raise QuantityError(f'{value!r} must be {words}')
+        if (not isinstance(value, types) or (isinstance(value, bool) and kind != 'boolean')
+                or kind in ('number', 'integer') and not abs(value) <= sys.float_info.max):
+            raise QuantityError(f'{shown(value)} must be {words}')
         return float(value) if kind == 'number' else value
     if kind == 'pattern':
         return re.compile(_convert(value, 'text')).pattern
     if kind == 'colour':
         if not isinstance(value, list) or len(value) != 3 or not all(type(v) is int and 0 <= v <= 255 for v in value):
-            raise QuantityError(f'{value!r} must be three whole numbers from 0 to 255, [red, green, blue]')
+            raise QuantityError(f'{shown(value)} must be three whole numbers from 0 to 255, [red, green, blue]')
         return tuple(value)
     if kind == 'spans':
         return [span(entry, _dimension(entry)) for entry in _convert(value, 'list')]
@@ -196,5 +197,5 @@ def _dimension(text):
     """Return what the unit at the end of a text measures."""
     unit = str(text).split()[-1] if str(text).split() else ''
     if unit not in UNITS:
-        raise QuantityError(f'{text!r} ends with no unit; the units are {", ".join(UNITS)}')
+        raise QuantityError(f'{shown(text)} ends with no unit; the units are {", ".join(UNITS)}')
     return UNITS[unit][0]

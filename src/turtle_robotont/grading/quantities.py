@@ -2,6 +2,8 @@
 import math
 import re
 
+from kinematic_core.checks import shown
+
 UNITS = {  # unit: (dimension, factor to the SI unit)
     's': ('time', 1.0), 'ms': ('time', 1e-3), 'min': ('time', 60.0),
     'm': ('length', 1.0), 'cm': ('length', 1e-2), 'mm': ('length', 1e-3),
@@ -35,10 +37,10 @@ def quantity(text, dimension):
     match = re.fullmatch(rf'\s*({NUMBER})\s*({UNIT})\s*', text) if isinstance(text, str) else None
     allowed = f'a number with one of the units {units_of(dimension)}, such as "2 {units_of(dimension).split(",")[0]}"'
     if match is None:
-        raise QuantityError(f'{text!r} is not {allowed}')
+        raise QuantityError(f'{shown(text)} is not {allowed}')
     unit = match.group(2)
     if UNITS.get(unit, ('',))[0] != dimension:
-        raise QuantityError(f'the unit {unit!r} in {text!r} does not measure a {dimension}; it must be {allowed}')
+        raise QuantityError(f'the unit {shown(unit)} in {shown(text)} does not measure a {dimension}; it must be {allowed}')
     return float(match.group(1)) * UNITS[unit][1]
 
 
@@ -49,7 +51,7 @@ def span(text, dimension):
     if between:
         low, high = (quantity(f'{between.group(end)} {between.group(3)}', dimension) for end in (1, 2))
         if low > high:
-            raise QuantityError(f'{text!r} begins above its end; it must be like "9 to 11 Hz"')
+            raise QuantityError(f'{shown(text)} begins above its end; it must be like "9 to 11 Hz"')
         return low, high
     for words, limits in (('at least ', lambda value: (value, math.inf)),
                           ('at most ', lambda value: (-math.inf, value))):

@@ -17,13 +17,14 @@ import math
 import os
 from dataclasses import dataclass
 from typing import Mapping, NoReturn
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from alvar_core import code
 from alvar_core.arrays import ArrayLike, Floats
+from kinematic_core import documents
+from kinematic_core.checks import shown
 
 METRES = 0.01  # a unit of the files
 FROM_FILE = [3, 2, 1, 0]  # top left, top right, bottom right, bottom left of a file's corners, and back
@@ -75,11 +76,11 @@ def marker_pose(corners: Floats) -> tuple[Floats, Floats]:
 def read(path: str | os.PathLike[str]) -> Bundle:
     """Return the Bundle of an XML file. Raises BundleError."""
     try:
-        root = ElementTree.parse(path).getroot()
+        root = documents.read_xml(path)
     except OSError as error:
         raise BundleError(f'bundle file {path} cannot be read: {error.strerror}') from None
-    except (ElementTree.ParseError, LookupError, ValueError) as error:
-        raise BundleError(f'bundle file {path} is not XML: {error}') from None
+    except documents.DocumentError as error:
+        raise BundleError(f'bundle file {path}: {error}') from None
     return _Reader(path).bundle(root)
 
 
@@ -93,11 +94,11 @@ class _Reader:
 
     def bundle(self, root: Element) -> Bundle:
         if root.tag != 'multimarker':
-            self.fail(f'<{root.tag}>', 'the outermost element must be <multimarker markers="NUMBER OF MARKERS">')
+            self.fail(f'<{root.tag:.80}>', 'the outermost element must be <multimarker markers="NUMBER OF MARKERS">')
         count = self.whole(root, 'markers', '<multimarker>', 1)
         markers = root.findall('marker')
         if len(markers) < count:
-            self.fail('<multimarker>', f'markers="{count}", but there are {len(markers)} <marker> elements')
+            self.fail('<multimarker>', f'markers="{shown(count)}", but there are {len(markers)} <marker> elements')
         if len(markers) > count:
             self.notes.append(f'{len(markers)} <marker> elements, but markers="{count}": those after the first {count} '
                               'are ignored, as in the original')
@@ -155,7 +156,7 @@ class _Reader:
         if value is None or value < low or high is not None and value > high:
             allowed = f'a whole number from {low}' + (f' to {high}' if high is not None else ' on')
             self.fail(where, f'{name} is missing; {allowed} is needed' if text is None else
-                      f'{name}="{text}": {allowed} is needed')
+                      f'{name}="{text:.80}": {allowed} is needed')
         return value
 
     def number(self, element: Element, name: str, where: str) -> float:
@@ -166,7 +167,7 @@ class _Reader:
             value = math.nan
         if not abs(value) <= MAX_LENGTH:
             self.fail(where, f'{name} is missing; a number of centimetres is needed' if text is None else
-                      f'{name}="{text}": a number of centimetres from -{MAX_LENGTH:g} to {MAX_LENGTH:g} is needed')
+                      f'{name}="{text:.80}": a number of centimetres from -{MAX_LENGTH:g} to {MAX_LENGTH:g} is needed')
         return value
 
 

@@ -1,11 +1,22 @@
 """Refuses values that no robot can be given; every value from outside passes here before it reaches a world."""
 import math
+import reprlib
 
 ABSURD = 1e6  # [m, m/s, rad or rad/s] far beyond any course, and small enough that float32 and angles stay meaningful
 
 
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80  # [characters]
+_SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 16  # [entries]
+
+
 class InvalidInput(ValueError):
     """A value was refused and nothing was changed; the text names the value and what is allowed."""
+
+
+def shown(value):
+    """Return a value as repr does, but of large ones only beginning and end; for the texts of errors."""
+    return _SHORT.repr(value)
 
 
 def require_sane(what: str, **values: float) -> None:

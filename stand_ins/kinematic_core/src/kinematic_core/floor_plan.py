@@ -6,7 +6,7 @@ A plan can be shared between threads and kept: changing one makes a new one.
 import math
 from typing import Any, Iterator, List, NamedTuple, Tuple, Union
 
-from kinematic_core.checks import InvalidInput, require_sane
+from kinematic_core.checks import InvalidInput, require_sane, shown
 
 Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 
@@ -19,6 +19,8 @@ PANEL_BOTTOM = 0.05  # [m]
 PANEL_THICKNESS = 0.01  # [m] behind the face
 LARGEST_ID = 2 ** 32 - 1  # of an ALVAR marker
 LARGEST = 1000.0  # [m] of any coordinate or size of a plan
+MOST_SHAPES = 1000  # of a plan: each is compared with each
+LONGEST_NAME = 200  # characters
 TOUCHING = 0.01  # [m] by which shapes may overlap and still count as side by side
 
 
@@ -103,12 +105,15 @@ class FloorPlan(NamedTuple):
 
     def check(self) -> None:
         """Raise InvalidInput for the first impossible shape; the text names the shape and the field."""
+        number = len(self.shapes())
+        if number > MOST_SHAPES:
+            raise InvalidInput(f'there are {number} shapes; allowed are at most {MOST_SHAPES}')
         names = set()
         for shape in self.shapes():
+            _check_shape(shape)
             if shape.name in names:
                 raise InvalidInput(f'{shape.name}: the name is used twice')
             names.add(shape.name)
-            _check_shape(shape)
         _check_colour('ground_colour', self.ground_colour)
         _check_colour('sky_colour', self.sky_colour)
 
@@ -130,13 +135,13 @@ EMPTY = FloorPlan()
 def _check_shape(shape: Shape) -> None:
     for field, value in zip(shape._fields, shape):
         if field == 'name':
-            if not isinstance(value, str) or not value:
-                raise InvalidInput(f'{value!r}: a name must be a text')
+            if not isinstance(value, str) or not 0 < len(value) <= LONGEST_NAME:
+                raise InvalidInput(f'{shown(value)}: a name must be a text of 1 to {LONGEST_NAME} characters')
         elif field == 'colour':
             _check_colour(f'{shape.name}: colour', value)
         elif field == 'marker_id':
             if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LARGEST_ID:
-                raise InvalidInput(f'{shape.name}: marker_id is {value!r}; it must be a whole number from 0 to '
+                raise InvalidInput(f'{shape.name}: marker_id is {shown(value)}; it must be a whole number from 0 to '
                                    f'{LARGEST_ID}')
         else:
             _check_length(shape.name, field, value)
@@ -145,10 +150,10 @@ def _check_shape(shape: Shape) -> None:
 
 
 def _check_length(name: str, field: str, value: Any) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise InvalidInput(f'{name}: {field} is {value!r}; it must be a finite number')
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf:
+        raise InvalidInput(f'{name}: {field} is {shown(value)}; it must be a finite number')
     if abs(value) > LARGEST:
-        raise InvalidInput(f'{name}: {field} is {value:g}; allowed is at most {LARGEST:g}')
+        raise InvalidInput(f'{name}: {field} is {shown(value)}; allowed is at most {LARGEST:g}')
     if field not in ('x', 'y', 'yaw', 'bottom') and value <= 0.0:
         raise InvalidInput(f'{name}: {field} is {value:g}; it must be more than 0')
     if field == 'bottom' and value < 0.0:
@@ -158,7 +163,7 @@ def _check_length(name: str, field: str, value: Any) -> None:
 def _check_colour(name: str, colour: Any) -> None:
     if (not isinstance(colour, (tuple, list)) or len(colour) != 3
             or any(isinstance(part, bool) or not isinstance(part, int) or not 0 <= part <= 255 for part in colour)):
-        raise InvalidInput(f'{name} is {colour!r}; it must be three whole numbers from 0 to 255: red, green, blue')
+        raise InvalidInput(f'{name} is {shown(colour)}; it must be three whole numbers from 0 to 255: red, green, blue')
 
 
 def _shared_depth(shape: Solid, other: Solid) -> float:

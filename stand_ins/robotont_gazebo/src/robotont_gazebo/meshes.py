@@ -1,10 +1,10 @@
 """Mesh files (STL, COLLADA) that are boxes, as walls of Gazebo worlds often are. No ROS."""
 import os
 import re
-import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
+from kinematic_core import documents
 from kinematic_core.checks import InvalidInput
 
 SEARCHED = ('GAZEBO_RESOURCE_PATH', 'GAZEBO_MODEL_PATH')  # folders, separated by colons
@@ -38,7 +38,7 @@ def read_box(path):
         vertices = reader(path)
     except OSError as error:
         raise InvalidInput(error.strerror) from None
-    except (ElementTree.ParseError, ValueError) as error:
+    except (ValueError, OverflowError) as error:
         raise InvalidInput(f'it cannot be read: {error}') from None
     if not len(vertices) or not np.isfinite(vertices).all():
         raise InvalidInput('it has no vertices, or some that are not finite')
@@ -61,7 +61,7 @@ def _stl(path):
 
 
 def _collada(path):
-    root = ElementTree.parse(path).getroot()
+    root = documents.read_xml(path)
     for element in root.iter():
         element.tag = element.tag.rpartition('}')[2]
     if root.findtext('asset/up_axis', 'Y_UP').strip() != 'Z_UP':

@@ -8,11 +8,12 @@ else that would stand in the way or be seen is left out and named in a warning.
 import math
 import os
 import re
-import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 
-from kinematic_core.checks import InvalidInput
+from kinematic_core import documents
+from kinematic_core.checks import InvalidInput, shown
+from kinematic_core.documents import DocumentError
 from kinematic_core.floor_plan import EMPTY, GREY, Box, Cylinder, Panel
 from robotont_gazebo import meshes
 from robotont_gazebo.colours import COLOURS
@@ -27,14 +28,14 @@ MARKER_MESH = (0.5, 0.35)  # [m] size of such a mesh's board, and of its marker,
 def read(path):
     """Return (FloorPlan, warnings) of a world file; InvalidInput, without its name, if it is none or makes no sense."""
     try:
-        root = ElementTree.parse(path).getroot()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(getattr(error, 'strerror', None) or str(error)) from None
-    except ElementTree.ParseError as error:
-        raise InvalidInput(f'no XML: {error}') from None
+        root = documents.read_xml(path)
+    except OSError as error:
+        raise InvalidInput(error.strerror or str(error)) from None
+    except DocumentError as error:
+        raise InvalidInput(str(error)) from None
     world = root.find('world') if root.tag == 'sdf' else None
     if world is None:
-        raise InvalidInput(f'no SDF world: the file begins with <{root.tag}>, <sdf> with a <world> in it is needed')
+        raise InvalidInput(f'no SDF world: the file begins with <{root.tag:.80}>, <sdf> with a <world> in it is needed')
     reader = _Reader(world, os.path.dirname(os.path.abspath(path)))
     plan = reader.plan()
     plan.check()
@@ -217,7 +218,7 @@ def _numbers(where, text, length):
     except ValueError:
         numbers = []
     if len(numbers) != length or not all(map(math.isfinite, numbers)):
-        raise InvalidInput(f'{where} is {(text or "").strip()!r}; it must be {length} finite numbers')
+        raise InvalidInput(f'{where} is {shown((text or "").strip())}; it must be {length} finite numbers')
     return numbers
 
 

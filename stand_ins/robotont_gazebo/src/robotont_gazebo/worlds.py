@@ -16,9 +16,9 @@ Panel, with the same units, frames and defaults. Everything is optional, but not
 import json
 import os
 
-import yaml
-
-from kinematic_core.checks import InvalidInput
+from kinematic_core import documents
+from kinematic_core.checks import InvalidInput, shown
+from kinematic_core.documents import DocumentError
 from kinematic_core.floor_plan import EMPTY, Box, Cylinder, Panel
 from robotont_gazebo import sdf
 from robotont_gazebo.colours import COLOURS
@@ -66,20 +66,22 @@ def find_world(world, folder):
 def read_yaml(path):
     """Return the FloorPlan of a YAML file; WorldError if it makes no sense."""
     try:
-        with open(path, encoding='utf-8') as file:
-            return parse_yaml(file.read())
-    except (OSError, UnicodeDecodeError) as error:
-        raise WorldError(f'{path}: {getattr(error, "strerror", None) or error}') from None
-    except InvalidInput as error:
+        return _parse_document(documents.read_yaml(path))
+    except OSError as error:
+        raise WorldError(f'{path}: {error.strerror or error}') from None
+    except (DocumentError, InvalidInput) as error:
         raise WorldError(f'{path}: {error}') from None
 
 
 def parse_yaml(text):
     """Return the FloorPlan that a YAML text describes; InvalidInput, without a file name, if it makes no sense."""
     try:
-        world = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise InvalidInput(f'no YAML: {" ".join(str(error).split())}') from None
+        return _parse_document(documents.parse_yaml(text))
+    except DocumentError as error:
+        raise InvalidInput(str(error)) from None
+
+
+def _parse_document(world):
     return parse({} if world is None else world)
 
 
@@ -96,7 +98,7 @@ def parse(world):
     plan.check()
     may_overlap = world.get('may_overlap', False)
     if not isinstance(may_overlap, bool):
-        raise InvalidInput(f'may_overlap is {may_overlap!r}; it must be true or false')
+        raise InvalidInput(f'may_overlap is {shown(may_overlap)}; it must be true or false')
     overlaps = [] if may_overlap else plan.overlaps()
     if overlaps:
         name, other, depth = overlaps[0]
@@ -115,13 +117,15 @@ def to_json(plan):
 
 def _shapes(key, kind, entries):
     if not isinstance(entries, list):
-        raise InvalidInput(f'{key} is {entries!r}; it must be a list of shapes')
+        raise InvalidInput(f'{key} is {shown(entries)}; it must be a list of shapes')
     return tuple(_shape(f'{key}[{index}]', kind, entry) for index, entry in enumerate(entries))
 
 
 def _shape(where, kind, entry):
     _check_keys(where, entry, kind._fields)
-    named = f'{where} ({entry["name"]})' if 'name' in entry else where
+    named = f'{where} ({entry["name"]:.80})' if isinstance(entry.get('name'), str) else where
+    if 'name' in entry and named == where:
+        raise InvalidInput(f'{where}: name is {shown(entry["name"])}; it must be a text')
     missing = [field for field in kind._fields if field not in entry and field not in kind._field_defaults]
     if missing:
         raise InvalidInput(f'{named}: {missing[0]} is missing')
@@ -132,16 +136,16 @@ def _shape(where, kind, entry):
 
 def _check_keys(where, mapping, known):
     if not isinstance(mapping, dict):
-        raise InvalidInput(f'{where} is {mapping!r}; it must be a mapping with some of the keys: {", ".join(known)}')
+        raise InvalidInput(f'{where} is {shown(mapping)}; it must be a mapping with some of the keys: {", ".join(known)}')
     for key in mapping:
         if key not in known:
-            raise InvalidInput(f'{where}: unknown key {key!r}; allowed are: {", ".join(known)}')
+            raise InvalidInput(f'{where}: unknown key {shown(key)}; allowed are: {", ".join(known)}')
 
 
 def _colour(where, value):
     if isinstance(value, str):
         if value not in COLOURS:
-            raise InvalidInput(f'{where} is {value!r}; allowed are [red, green, blue], 0 to 255 each, or one of: '
+            raise InvalidInput(f'{where} is {shown(value)}; allowed are [red, green, blue], 0 to 255 each, or one of: '
                                f'{", ".join(COLOURS)}')
         return COLOURS[value]
     return tuple(value) if isinstance(value, list) else value

@@ -6,6 +6,9 @@ from dataclasses import asdict, dataclass, fields
 
 import yaml
 
+from kinematic_core import documents
+from kinematic_core.checks import shown
+from kinematic_core.documents import DocumentError
 from kinematic_core.files import write_whole
 
 DEFAULT_URL = 'file://${ROS_HOME}/camera_info/${NAME}.yaml'  # that of camera_info_manager
@@ -43,17 +46,17 @@ class Calibration:
         for key, least in (('image_width', 1), ('image_height', 1), ('binning_x', 0), ('binning_y', 0)):
             value = getattr(self, key)
             if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= LARGEST_SIDE:
-                raise CalibrationError(f'{key} is {value!r}; it must be a whole number from {least} to {LARGEST_SIDE}')
+                raise CalibrationError(f'{key} is {shown(value)}; it must be a whole number from {least} to {LARGEST_SIDE}')
         allowed = COEFFICIENTS.get(self.distortion_model)
         if allowed is None:
-            raise CalibrationError(f'distortion_model is {self.distortion_model!r}; it must be one of '
+            raise CalibrationError(f'distortion_model is {shown(self.distortion_model)}; it must be one of '
                                    f'{", ".join(COEFFICIENTS)}')
         if len(self.distortion_coefficients) not in allowed:
             raise CalibrationError(f'distortion_coefficients has {len(self.distortion_coefficients)} numbers; '
                                    f'{self.distortion_model} needs {" or ".join(map(str, allowed[1:]))}')
         for key in (*MATRICES, 'distortion_coefficients'):
             if not all(map(math.isfinite, getattr(self, key))):
-                raise CalibrationError(f'{key} is {list(getattr(self, key))}; all of it must be finite')
+                raise CalibrationError(f'{key} is {shown(list(getattr(self, key)))}; all of it must be finite')
         if self.camera_matrix[0] <= 0.0 or self.camera_matrix[4] <= 0.0:
             raise CalibrationError(f'camera_matrix has fx = {self.camera_matrix[0]:g} and fy = '
                                    f'{self.camera_matrix[4]:g}; both must be above 0')
@@ -67,27 +70,29 @@ class Calibration:
 def read(path):
     """Return the Calibration in a file. Raise FileNotFoundError when there is none, CalibrationError when it is bad."""
     try:
-        with open(path, encoding='utf-8') as file:
-            return parse(file.read())
+        return _parse_document(documents.read_yaml(path))
     except FileNotFoundError:
         raise
-    except (CalibrationError, OSError, UnicodeDecodeError) as error:
+    except (CalibrationError, DocumentError, OSError) as error:
         raise CalibrationError(f'{path}: {getattr(error, "strerror", None) or error}') from None
 
 
 def parse(text):
     """Return the Calibration in the text of a YAML file; raise CalibrationError with the key."""
     try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise CalibrationError('no YAML: ' + ' '.join(str(error).split())) from None
+        return _parse_document(documents.parse_yaml(text))
+    except DocumentError as error:
+        raise CalibrationError(str(error)) from None
+
+
+def _parse_document(document):
     if not isinstance(document, dict):
         raise CalibrationError('no calibration: the keys image_width, camera_matrix and so on are expected')
     values = {key: _matrix(document, key, *shape) for key, shape in MATRICES.items()}
     model = document.get('distortion_model', 'plumb_bob')  # old files have none, as camera_calibration_parsers knows
     roi = document.get('roi', {})
     if not isinstance(roi, dict):
-        raise CalibrationError(f'roi is {roi!r}; it must hold {", ".join(ROI)}')
+        raise CalibrationError(f'roi is {shown(roi)}; it must hold {", ".join(ROI)}')
     return Calibration(
         image_width=_entry(document, 'image_width'), image_height=_entry(document, 'image_height'),
         camera_name=str(document.get('camera_name', 'unknown')), distortion_model=str(model),
@@ -152,16 +157,16 @@ def _matrix(document, key, rows=None, columns=None):
     """Return the numbers of a matrix {rows, cols, data}, of the size asked for where one is given."""
     matrix = _entry(document, key)
     if not isinstance(matrix, dict) or not isinstance(matrix.get('data'), list):
-        raise CalibrationError(f'{key} is {matrix!r}; it must hold rows, cols and data: [...]')
+        raise CalibrationError(f'{key} is {shown(matrix)}; it must hold rows, cols and data: [...]')
     shape, count = (matrix.get('rows'), matrix.get('cols')), len(matrix['data'])
     if rows is not None and shape != (rows, columns):
-        raise CalibrationError(f'{key} has rows and cols {shape}; it must be ({rows}, {columns})')
+        raise CalibrationError(f'{key} has rows and cols {shown(shape)}; it must be ({rows}, {columns})')
     if not all(isinstance(side, int) for side in shape) or shape[0] * shape[1] != count:
-        raise CalibrationError(f'{key} has {count} numbers in data, but rows and cols are {shape}')
+        raise CalibrationError(f'{key} has {count} numbers in data, but rows and cols are {shown(shape)}')
     try:
         return tuple(_number(value) for value in matrix['data'])
-    except (TypeError, ValueError):
-        raise CalibrationError(f'{key} is {matrix["data"]}; all of it must be numbers') from None
+    except (TypeError, ValueError, OverflowError):
+        raise CalibrationError(f'{key} is {shown(matrix["data"])}; all of it must be numbers') from None
 
 
 def _number(value):
@@ -171,7 +176,7 @@ def _number(value):
 
 
 def _roi_entry(key, value, default):
-    if type(value) is not type(default) or value < 0:
-        raise CalibrationError(f'roi: {key} is {value!r}; it must be '
-                               f'{"true or false" if default is False else "a whole number of at least 0"}')
+    if type(value) is not type(default) or not 0 <= value <= LARGEST_SIDE:
+        raise CalibrationError(f'roi: {key} is {shown(value)}; it must be '
+                               f'{"true or false" if default is False else f"a whole number from 0 to {LARGEST_SIDE}"}')
     return value

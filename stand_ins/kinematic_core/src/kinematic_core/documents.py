@@ -1,0 +1,121 @@
+"""Reads YAML and XML files that anybody may have written: every malformed one gives one error, and no file costs much.
+
+Limited are size, depth and what aliases or entities multiply; Python objects are never made from a file's tags.
+"""
+from xml.etree import ElementTree
+from xml.parsers import expat
+
+import yaml
+
+LARGEST_YAML = 1_000_000  # [bytes], for which PyYAML takes about ten seconds
+LARGEST_XML = 100_000_000  # [bytes]
+DEEPEST = 100  # elements or lists within each other
+MOST_ENTRIES = 100_000  # of a YAML file, with its aliases written out
+
+
+class DocumentError(ValueError):
+    """A file is no YAML or XML, or beyond the limits; the text says where and why, but does not name the file."""
+
+
+def read_yaml(path):
+    """Return what a YAML file holds: dicts, lists, texts, numbers. Raise DocumentError, or OSError."""
+    return parse_yaml(_read(path, LARGEST_YAML))
+
+
+def parse_yaml(text):
+    """Return what a YAML text (or UTF-8) holds. Raise DocumentError."""
+    loader = None
+    try:
+        loader = _Loader(text.decode('utf-8') if isinstance(text, bytes) else text)
+        node = loader.get_single_node()
+        if node is None:
+            return None
+        _entries(node, {})
+        return loader.construct_document(node)
+    except UnicodeDecodeError as error:
+        raise DocumentError(f'no UTF-8 text: {error.reason} at byte {error.start}') from None
+    except yaml.YAMLError as error:
+        raise DocumentError('no YAML: ' + ' '.join(str(error).split())) from None
+    except (ValueError, TypeError, AttributeError, KeyError, IndexError, OverflowError, RecursionError) as error:
+        # PyYAML's own words, of values that are tagged as something that they cannot be
+        raise DocumentError(f'no YAML: {error!r:.200}') from None
+
+
+def read_xml(path):
+    """Return the root Element of an XML file. Raise DocumentError, or OSError."""
+    return parse_xml(_read(path, LARGEST_XML))
+
+
+def parse_xml(content):
+    """Return the root Element of an XML document, text or bytes. Raise DocumentError."""
+    parser, builder, depth = expat.ParserCreate(), ElementTree.TreeBuilder(), [0]
+    parser.buffer_text = True
+
+    def start(tag, attributes):
+        depth[0] += 1
+        if depth[0] > DEEPEST:
+            raise DocumentError(f'line {parser.CurrentLineNumber}: <{tag:.80}> lies in {DEEPEST} other elements; one '
+                                'less is allowed')
+        builder.start(tag, attributes)
+
+    def end(tag):
+        depth[0] -= 1
+        builder.end(tag)
+
+    def entity(name, *_):
+        raise DocumentError(f'line {parser.CurrentLineNumber}: it defines the entity {name:.80}; write its text '
+                            'instead')
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, entity
+    try:
+        parser.Parse(content, True)
+        return builder.close()
+    except DocumentError:
+        raise
+    except (expat.ExpatError, AssertionError, LookupError, ValueError) as error:
+        raise DocumentError(f'no XML: {error}') from None
+
+
+def _read(path, largest):
+    with open(path, 'rb') as file:
+        content = file.read(largest + 1)
+    if len(content) > largest:
+        raise DocumentError(f'it is too large; allowed are {largest / 1e6:g} MB')
+    return content
+
+
+class _Loader(yaml.SafeLoader):
+    """Knows how deep it is."""
+
+    def __init__(self, stream):
+        super().__init__(stream)
+        self._depth = 0
+
+    def compose_node(self, parent, index):
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise yaml.MarkedYAMLError(problem=f'more than {DEEPEST} lists or mappings lie within each other',
+                                       problem_mark=self.peek_event().start_mark)
+        try:
+            return super().compose_node(parent, index)
+        finally:
+            self._depth -= 1
+
+
+def _entries(node, known):
+    """Return the number of entries of a node with its aliases written out; YAMLError when there are too many."""
+    number = known.get(id(node))
+    if number is None and id(node) in known:
+        raise yaml.MarkedYAMLError(problem='it contains itself', problem_mark=node.start_mark)
+    if number is None:
+        known[id(node)] = None
+        number = 1
+        if isinstance(node, yaml.CollectionNode):
+            for entry in node.value:
+                for part in entry if isinstance(entry, tuple) else (entry,):
+                    number += _entries(part, known)
+        known[id(node)] = number
+    if number > MOST_ENTRIES:
+        raise yaml.MarkedYAMLError(problem=f'it has more than {MOST_ENTRIES} entries, aliases written out',
+                                   problem_mark=node.start_mark)
+    return number
