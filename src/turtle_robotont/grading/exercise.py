@@ -149,7 +149,8 @@ def _fields(entry, kinds, where):
     entry = _mapping(entry, where)
     unknown = [key for key in entry if key not in kinds]
     if unknown:
-        raise ExerciseError(f'{where} has the unknown key {shown(unknown[0])}; allowed are {", ".join(kinds) or "none"}')
+        raise ExerciseError(f'{where} has the unknown key {shown(unknown[0])}; allowed are '
+                            f'{", ".join(kinds) or "none"}')
     values = {}
     for key, (kind, default) in kinds.items():
         if key not in entry:

@@ -40,7 +40,8 @@ def quantity(text, dimension):
         raise QuantityError(f'{shown(text)} is not {allowed}')
     unit = match.group(2)
     if UNITS.get(unit, ('',))[0] != dimension:
-        raise QuantityError(f'the unit {shown(unit)} in {shown(text)} does not measure a {dimension}; it must be {allowed}')
+        raise QuantityError(f'the unit {shown(unit)} in {shown(text)} does not measure a {dimension}; it must be '
+                            f'{allowed}')
     return float(match.group(1)) * UNITS[unit][1]
 
 

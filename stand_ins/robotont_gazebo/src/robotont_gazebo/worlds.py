@@ -136,7 +136,8 @@ def _shape(where, kind, entry):
 
 def _check_keys(where, mapping, known):
     if not isinstance(mapping, dict):
-        raise InvalidInput(f'{where} is {shown(mapping)}; it must be a mapping with some of the keys: {", ".join(known)}')
+        raise InvalidInput(f'{where} is {shown(mapping)}; it must be a mapping with some of the keys: '
+                           f'{", ".join(known)}')
     for key in mapping:
         if key not in known:
             raise InvalidInput(f'{where}: unknown key {shown(key)}; allowed are: {", ".join(known)}')

@@ -46,7 +46,8 @@ class Calibration:
         for key, least in (('image_width', 1), ('image_height', 1), ('binning_x', 0), ('binning_y', 0)):
             value = getattr(self, key)
             if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= LARGEST_SIDE:
-                raise CalibrationError(f'{key} is {shown(value)}; it must be a whole number from {least} to {LARGEST_SIDE}')
+                raise CalibrationError(f'{key} is {shown(value)}; it must be a whole number from {least} to '
+                                       f'{LARGEST_SIDE}')
         allowed = COEFFICIENTS.get(self.distortion_model)
         if allowed is None:
             raise CalibrationError(f'distortion_model is {shown(self.distortion_model)}; it must be one of '
