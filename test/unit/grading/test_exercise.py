@@ -101,7 +101,7 @@ def test_wrong_parameters_of_checks(parameters, said):
 
 def test_files_that_are_no_yaml_or_not_there(tmp_path):
     (tmp_path / 'bad.yaml').write_text('title: [', encoding='utf-8')
-    with pytest.raises(exercise.ExerciseError, match='bad.yaml is no YAML'):
+    with pytest.raises(exercise.ExerciseError, match='bad.yaml: no YAML'):
         exercise.load(tmp_path / 'bad.yaml')
     (tmp_path / 'empty.yml').write_text('', encoding='utf-8')
     with pytest.raises(exercise.ExerciseError, match='empty.yml: the exercise is empty'):

@@ -1,4 +1,4 @@
-"""kinematic_core runs with plain python3: no ROS, no numpy, no site-packages; only casting rays takes numpy."""
+"""kinematic_core runs with plain python3: no ROS, no site-packages; casting rays takes numpy, reading files yaml."""
 import pathlib
 import shutil
 import subprocess
@@ -7,9 +7,9 @@ import pytest
 
 CORE = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'kinematic_core' / 'src'
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
-WITH_NUMPY = {'rays'}
+WITH_MORE = {'rays', 'documents'}
 MODULES = sorted(f'kinematic_core.{path.stem}' for path in CORE.glob('kinematic_core/[!_]*.py')
-                 if path.stem not in WITH_NUMPY)
+                 if path.stem not in WITH_MORE)
 TIMEOUT = 20.0  # [s]
 PROGRAM = '''
 import sys

@@ -31,7 +31,7 @@ def test_good_shape_passes(shape):
     (BOX._replace(x=math.inf), 'wall: x is inf; it must be a finite number'),
     (BOX._replace(yaw='1'), "wall: yaw is '1'; it must be a finite number"),
     (BOX._replace(y=True), 'wall: y is True; it must be a finite number'),
-    (BOX._replace(x=1e7), r'wall: x is 1e\+07; allowed is at most 1000'),
+    (BOX._replace(x=1e7), r'wall: x is 10000000.0; allowed is at most 1000'),
     (BOX._replace(bottom=-0.1), 'wall: bottom is -0.1; it must be at least 0, which is the floor'),
     (BOX._replace(colour=(0, 0, 256)), r'wall: colour is \(0, 0, 256\); it must be three whole numbers from 0 to 255'),
     (BOX._replace(colour=(0, 0)), 'wall: colour is .*three whole numbers'),

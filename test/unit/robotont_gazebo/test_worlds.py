@@ -68,7 +68,7 @@ def test_good_world(world, text, plan):
     ('sky_colour: 5', 'sky_colour is 5'),
     ('may_overlap: 1', 'may_overlap is 1; it must be true or false'),
     ('panels: [{name: m, marker_id: a, x: 0.0, y: 0.0, yaw: 0.0}]', "m: marker_id is 'a'; it must be a whole number"),
-    (b'boxes: \xff\xfe', 'utf-8'),
+    (b'boxes: \xff\xfe', 'no UTF-8 text'),
 ])
 def test_bad_world_is_refused_with_file_and_key(world, text, said):
     path = world(text)

@@ -102,7 +102,7 @@ def test_bad_files_are_refused_with_the_key(old, new, said, tmp_path):
 
 def test_what_is_no_text_file(tmp_path):
     (tmp_path / 'a.yaml').write_bytes(b'\xff\xfe\0image')
-    with pytest.raises(CalibrationError, match='a.yaml: .*decode'):
+    with pytest.raises(CalibrationError, match='a.yaml: no UTF-8 text'):
         read(str(tmp_path / 'a.yaml'))
     with pytest.raises(CalibrationError, match='Is a directory'):
         read(str(tmp_path))
