@@ -1,0 +1,203 @@
+"""Does what a page of the documentation says, as a reader would, and checks that it comes out as the page says.
+
+usage: check_page.py PAGE FOLDER     such as docs/course.md; FOLDER takes what the terminals showed
+
+Terminals are shells behind pseudo-terminals, opened as the page says: in the repository's folder, or by ./run shell;
+the home folder is empty. Everything runs in a network namespace of its own, so that `roscore` finds its port free;
+where none is allowed, the port must be free. Commands in LEFT_OUT are not typed. page.py tells how a page is written.
+Exit code 0 when all is as the page says, else a text says which line is not.
+"""
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+import page
+import pictures
+from terminal import Terminal, TerminalError
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+LEFT_OUT = re.compile(r'git clone |cd turtle_robotont$|\./run test\b')
+LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot')  # may be typed again: changes nothing
+SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
+SILENCE = 60.0  # [s] without a new line, after which nothing more is expected of a program
+PRINTING = 180.0  # [s] after which no more is expected of a program that prints for ever
+LOOKING = 60.0  # [s] until what is looked at must be as the page says
+CLOSING = 30.0  # [s] in which all programs end by Ctrl-C
+KEY_PAUSE = 0.3  # [s] between two keys, as fingers need
+POLL = 0.1  # [s]
+ROS_PORT = 11311
+KEPT = ('PATH', 'LANG', 'http_proxy', 'https_proxy', 'TURTLE_ROBOTONT_ROS', 'TURTLE_ROBOTONT_CASE')  # of environment
+APART = 'TURTLE_ROBOTONT_PAGE_APART'  # set in the network namespace
+
+
+class WrongError(Exception):
+    """Something is not as the page says."""
+
+
+class Reader:
+    """Somebody who does what a page in ``folder`` says; ``terminals`` {number: Terminal}."""
+
+    def __init__(self, folder, home, workspace):
+        self.terminals, self._folder, self._commands, self._last = {}, folder, {}, None
+        self._environment = {'LANG': 'C.UTF-8', **{name: os.environ[name] for name in KEPT if name in os.environ},
+                             'HOME': str(home), 'TURTLE_ROBOTONT_WS': str(workspace)}
+        self._ways = {page.Command: self._type, page.Keys: self._press, page.Output: self._expect,
+                      page.File: self._write, page.Picture: self._compare}
+
+    def do(self, action):
+        """Do one action of the page; raise WrongError or TerminalError when it does not come out as it says."""
+        self._ways[type(action)](action)
+
+    def _terminal(self, number):
+        """Return the terminal with a number, opened if it is a new one."""
+        if number not in self.terminals:
+            self.terminals[number] = terminal = Terminal(REPOSITORY, self._environment)
+            if number != page.REPOSITORY_TERMINAL:
+                terminal.type('./run shell', SILENCE)
+                terminal.wait_free(SILENCE)
+        return self.terminals[number]
+
+    def _turn_to(self, number):
+        """Return the terminal with a number; what was typed in another one has started by then."""
+        terminal = self._terminal(number)
+        if self._last not in (None, number):
+            self.terminals[self._last].wait_started()
+        self._last = number
+        return terminal
+
+    def _type(self, command):
+        if not LEFT_OUT.match(command.text):
+            self._turn_to(command.terminal).type(command.text, SILENCE)
+            self._commands[command.terminal] = command.text
+
+    def _press(self, keys):
+        terminal = self._turn_to(keys.terminal)
+        terminal.wait_started()
+        for key in keys.keys:
+            terminal.send(key)
+            time.sleep(KEY_PAUSE)
+
+    def _write(self, file):
+        terminal = self._turn_to(file.terminal)
+        terminal.type('pwd', SILENCE)
+        terminal.wait_free(SILENCE)
+        (Path(terminal.printed()[0]) / file.name).write_text(file.text, encoding='utf-8')
+
+    def _look_again(self, number):
+        """Type the last command again if it only looks and has ended; return whether it was."""
+        command = self._commands.get(number, '')
+        looks = LOOKS.match(command) is not None and self.terminals[number].free()
+        if looks:
+            self.terminals[number].type(command, SILENCE)
+        return looks
+
+    def _expect(self, output):
+        terminal, end = self._terminal(output.terminal), time.monotonic() + LOOKING
+        while True:
+            over = (terminal.free() or terminal.silent_for() > SILENCE  # what is read next is complete then
+                    or time.monotonic() > end + PRINTING)
+            line = page.missing(output.lines, terminal.printed())
+            if line is None:
+                return
+            if over and (time.monotonic() > end or not self._look_again(output.terminal)):
+                raise WrongError(f'terminal {output.terminal} does not print\n  {line}\nbut\n{terminal.tail()}')
+            time.sleep(POLL)
+
+    def _compare(self, picture):
+        saved, end = self._saved(), time.monotonic() + LOOKING
+        while saved:
+            drawn = self._folder / picture.path
+            if not drawn.exists():
+                shutil.move(saved, drawn)
+                raise WrongError(f'there was no {picture.path}; now there is what was saved: look at it')
+            wrong = pictures.differences(cv2.imread(str(drawn)), cv2.imread(saved))
+            os.remove(saved)
+            if not wrong:
+                return
+            if time.monotonic() > end or not self._look_again(self._last):
+                raise WrongError(f'the saved picture is not {picture.path}: {wrong}')
+            saved = self._saved()
+
+    def _saved(self):
+        """Return the path of the picture that the last command saved, or None."""
+        if self._last is None or 'snapshot' not in self._commands.get(self._last, ''):
+            return None
+        self.terminals[self._last].wait_free(SILENCE)
+        found = SNAPSHOT.search('\n'.join(self.terminals[self._last].printed()))
+        return found.group(1) if found and os.path.exists(found.group(1)) else None
+
+    def close(self):
+        """End everything; return what is wrong then: programs that do not end by Ctrl-C, and tracebacks."""
+        wrong = []
+        for number, terminal in sorted(self.terminals.items(), reverse=True):  # roscore at last
+            wrong += [f'terminal {number} {text}' for text in terminal.close(CLOSING)]
+            if 'Traceback (most recent call last)' in terminal.transcript:
+                wrong.append(f'terminal {number} shows a traceback')
+        return wrong
+
+
+def follow(path, workspace, folder):
+    """Do what the page ``path`` says; return what is not as it says."""
+    home = Path(tempfile.mkdtemp(prefix='page_'))
+    reader, wrong = Reader(path.parent, home, workspace), []
+    try:
+        for action in page.actions(path.read_text(encoding='utf-8')):
+            print(f'{time.monotonic() - BEGIN:6.1f} s  {action}', flush=True)
+            reader.do(action)
+    except (WrongError, TerminalError) as error:
+        wrong.append(f'{error}\nat {action}')
+    finally:
+        wrong += reader.close()
+        for number, terminal in reader.terminals.items():
+            (folder / f'terminal_{number}.txt').write_text(terminal.transcript, encoding='utf-8')
+        shutil.rmtree(home, ignore_errors=True)
+    return wrong
+
+
+def enter_own_network():
+    """Go on in a network namespace with a loopback interface alone, if that is allowed; else return."""
+    if APART in os.environ:
+        return
+    unshare = ['unshare', '-n'] if os.getuid() == 0 else ['unshare', '-rn']
+    if subprocess.run([*unshare, 'ip', 'link', 'set', 'lo', 'up'], stderr=subprocess.DEVNULL, check=False).returncode == 0:
+        os.environ[APART] = '1'
+        os.execvp(unshare[0], [*unshare, 'sh', '-c', 'ip link set lo up && exec "$@"', 'sh', sys.executable, *sys.argv])
+
+
+def port_is_free():
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(('127.0.0.1', ROS_PORT))
+        except OSError:
+            return False
+    return True
+
+
+def main(arguments):
+    """Follow a page; return the exit code."""
+    if len(arguments) != 2:
+        print(__doc__, file=sys.stderr)
+        return 2
+    enter_own_network()
+    if not port_is_free():
+        print(f'Port {ROS_PORT} is taken: a roscore runs on this machine. End it, and the page can be tested.')
+        return 1
+    folder = Path(arguments[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    wrong = follow((REPOSITORY / arguments[0]).resolve(), os.environ['ws'], folder)
+    for text in wrong:
+        print(f'WRONG: {text}')
+    return 1 if wrong else 0
+
+
+BEGIN = time.monotonic()
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,159 @@
+"""Reads a page of the documentation as a list of actions: what a reader types, and what the page says comes of it.
+
+The page stays plain Markdown, and nothing in it is hidden from the reader:
+
+* A ```bash block holds commands, one a line. `# terminal 2` after one names the terminal; without a number anywhere in
+  the block it is a terminal in the repository's folder.
+* A ```text block holds what a terminal prints: the one that the paragraph above it names, else the one typed in last.
+  `...` stands for anything. The other lines must come in this order; others may stand between them. Whole numbers
+  must be equal, decimal ones within TOLERANCE or RELATIVE_TOLERANCE; the time stamps of log lines do not count.
+* A ```python block is a file: the paragraph above it says "as `NAME.py`".
+* "In terminal 2 press" and <kbd>keys</kbd>: they are pressed there, in their order.
+* A picture after a command that saved one must look like the saved one.
+"""
+import re
+from typing import NamedTuple
+
+REPOSITORY_TERMINAL = 0  # the number of the terminal in the repository's folder
+TOLERANCE = 0.05  # of a decimal number; in metres and radians what a drive may be off
+RELATIVE_TOLERANCE = 0.02
+KEYS = {'↑': '\x1b[A', '↓': '\x1b[B', '→': '\x1b[C', '←': '\x1b[D', 'Ctrl+C': '\x03', 'Enter': '\n'}
+BLOCK = re.compile(r'^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+PICTURE = re.compile(r'!\[[^\]]*\]\(([^)]+\.png)\)')
+PRESS = re.compile(r'\bin terminal (\d+) press\b(.*?)(?=\bin terminal \d+ press\b|\Z)', re.IGNORECASE | re.DOTALL)
+KBD = re.compile(r'(?:<kbd>[^<]+</kbd>\+)?<kbd>[^<]+</kbd>')
+NUMBER = re.compile(r'(?<![\w.])-?\d+\.\d+(?:e-?\d+)?(?![\w.]*\d)')
+TIME_STAMP = re.compile(r'\[\d{9,}\.\d+\]')
+
+
+class Command(NamedTuple):
+    """A command line that the reader types."""
+
+    terminal: int
+    text: str
+
+
+class Keys(NamedTuple):
+    """Keys that the reader presses: the bytes that the terminal sends for each."""
+
+    terminal: int
+    keys: tuple
+
+
+class Output(NamedTuple):
+    """What a terminal prints: lines of the page, without those of `...` alone."""
+
+    terminal: int
+    lines: tuple
+
+
+class File(NamedTuple):
+    """A file that the reader writes into the current folder of a terminal."""
+
+    terminal: int
+    name: str
+    text: str
+
+
+class Picture(NamedTuple):
+    """The path of a picture, relative to the page."""
+
+    path: str
+
+
+class PageError(ValueError):
+    """The page is not written as the module says."""
+
+
+def actions(text):
+    """Return the actions of a page in their order; raise PageError where the page cannot be read."""
+    found, end = [], 0
+    for block in BLOCK.finditer(text):
+        prose = text[end:block.start()]
+        end = block.end()
+        found += _of_prose(prose)
+        last = next((action.terminal for action in reversed(found) if hasattr(action, 'terminal')), None)
+        found += _of_block(block.group(1), block.group(2), _last_paragraph(prose), last)
+    return found + _of_prose(text[end:])
+
+
+def _last_paragraph(prose):
+    return re.split(r'\n\s*\n', prose.strip())[-1]
+
+
+def _of_prose(prose):
+    found = []
+    for paragraph in re.split(r'\n\s*\n', prose):
+        pressed = PRESS.findall(paragraph)
+        if not pressed and KBD.search(paragraph):
+            raise PageError(f'the page does not say "in terminal N press" before the keys: {paragraph.strip()}')
+        found += [Keys(int(number), tuple(map(key_bytes, KBD.findall(rest)))) for number, rest in pressed]
+        found += [Picture(path) for path in PICTURE.findall(paragraph)]
+    return found
+
+
+def key_bytes(markup):
+    """Return what a terminal sends for `<kbd>x</kbd>` or `<kbd>Ctrl</kbd>+<kbd>C</kbd>`."""
+    key = re.sub(r'</?kbd>', '', markup)
+    if key not in KEYS and len(key) != 1:
+        raise PageError(f'there is no key {key}; there are {", ".join(KEYS)} and single characters')
+    return KEYS.get(key, key)
+
+
+def _of_block(language, body, paragraph, last):
+    if language == 'bash':
+        return list(_commands(body))
+    if language == 'text':
+        named = re.findall(r'terminal (\d+)', paragraph, re.IGNORECASE)
+        terminal = int(named[-1]) if named else last
+        if terminal is None:
+            raise PageError(f'output before any command:\n{body}')
+        return [Output(terminal, tuple(line for line in body.splitlines() if line.strip(' .')))]
+    if language == 'python':
+        name = re.search(r'as `([\w.]+\.py)`', paragraph)
+        if not name:
+            raise PageError(f'the paragraph above a program does not say "as `NAME.py`": {paragraph}')
+        return [File(last, name.group(1), body)]
+    return []
+
+
+def _commands(body):
+    lines = body.replace('\\\n', '').splitlines()
+    numbered = any(re.search(r'#\s*terminal \d', line) for line in lines)
+    terminal = None if numbered else REPOSITORY_TERMINAL
+    for line in lines:
+        command, _, comment = line.partition(' #')
+        named = re.search(r'terminal (\d+)', comment)
+        terminal = int(named.group(1)) if named else terminal
+        if not command.strip():
+            continue
+        if terminal is None:
+            raise PageError(f'the first command of a block names no terminal: {line}')
+        yield Command(terminal, re.sub(r'\s+', ' ', command).strip() if '"' not in command else command.strip())
+
+
+def missing(expected, printed):
+    """Return the first of the expected lines that is not among the printed ones in its order, or None."""
+    rest = iter(printed)
+    for line in expected:
+        if not any(fits(line, candidate) for candidate in rest):
+            return line
+    return None
+
+
+def fits(expected, printed):
+    """Return whether a printed line is what the page says, by the rules of this module."""
+    pattern, numbers, end = '', [], 0
+    expected, printed = (TIME_STAMP.sub('[TIME]', line.rstrip()) for line in (expected, printed))
+    for part in re.finditer(rf'\.\.\.|{NUMBER.pattern}', expected):
+        pattern += re.escape(expected[end:part.start()])
+        end = part.end()
+        if part.group() == '...':
+            pattern += '.*?'
+        else:
+            pattern += r'(-?\d+(?:\.\d+)?(?:e-?\d+)?)'
+            numbers.append(float(part.group()))
+    found = re.fullmatch(pattern + re.escape(expected[end:]), printed)
+    return found is not None and all(
+        abs(float(text) - number) <= max(TOLERANCE, RELATIVE_TOLERANCE * abs(number))
+        for text, number in zip(found.groups(), numbers))
