@@ -5,7 +5,7 @@ set -eu
 
 export repo=$1 ws=$2
 shift 2
-export results stress_seconds=240 rostest_seconds=180 grading_seconds=240 check_seconds=60
+export results stress_seconds=240 rostest_seconds=180 grading_seconds=240 page_seconds=900 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 3 / 2))}  # a rostest mostly waits
@@ -15,6 +15,7 @@ filters=("$@")
 all_cases() {
   cd "$repo"
   find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
+  printf 'page\t%s\n' docs/course.md README.md
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
   find test/data/submissions -type f -printf 'grading\t%p\n' | sort
   printf 'grading\tsame_ten_times\n'
@@ -55,6 +56,7 @@ end_leftovers() {
 case_command() {
   case $1 in
     rostest) timeout -s INT -k 20 "$rostest_seconds" rostest --results-base-dir "$3/xml" "$repo/$2" ;;
+    page) timeout -s INT -k 60 "$page_seconds" python3 "$repo/test/pages/check_page.py" "$2" "$3" ;;
     grading) timeout -s INT -k 20 "$grading_seconds" python3 "$repo/test/check_grading.py" "$2" "$3/files" ;;
     stress)
       PYTHONPATH="$repo/bench:$PYTHONPATH" timeout -s INT -k 20 "$stress_seconds" python3 "$repo/stress/stress.py" \

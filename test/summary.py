@@ -20,7 +20,7 @@ from collections import namedtuple
 from pathlib import Path
 
 PASSED, FAILED, SKIPPED = 'passed', 'failed', 'skipped'
-REPEATED_KINDS = ('rostest', 'grading', 'stress')  # their processes work against the clock
+REPEATED_KINDS = ('page', 'rostest', 'grading', 'stress')  # their processes work against the clock
 MOST_REPEATED = 5  # when more have failed, that is no matter of a loaded machine
 TIMEOUT_CODES = (124, 137)  # of timeout(1): the limit was reached, and so it was with SIGKILL
 LAST_LINES = 25

@@ -172,10 +172,10 @@ def world_plan(text):
 
 
 def map_of(plan, track):
-    """Return the map with the robot's way, BGR."""
+    """Return the map with the path of the robot, BGR."""
     from robotont_gazebo import overhead
     last = track[-1]
-    way = overhead.Path([(pose.x, pose.y) for pose in track], label='the way of the robot')
+    way = overhead.Path([(pose.x, pose.y) for pose in track], label='the path of the robot')
     return cv2.cvtColor(overhead.picture(plan, [way], [(last.x, last.y, last.theta)], 'AR maze'), cv2.COLOR_RGB2BGR)
 
 

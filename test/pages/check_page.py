@@ -26,6 +26,8 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 LEFT_OUT = re.compile(r'git clone |cd turtle_robotont$|\./run test\b')
 LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot')  # may be typed again: changes nothing
 SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
+TROUBLE = re.compile(r'^Traceback \(most recent|^\S+: error: |^ERROR|\[(?:ERROR|FATAL)\]|command not found|No such file',
+                     re.MULTILINE)
 SILENCE = 60.0  # [s] without a new line, after which nothing more is expected of a program
 PRINTING = 180.0  # [s] after which no more is expected of a program that prints for ever
 LOOKING = 60.0  # [s] until what is looked at must be as the page says
@@ -134,12 +136,13 @@ class Reader:
         return found.group(1) if found and os.path.exists(found.group(1)) else None
 
     def close(self):
-        """End everything; return what is wrong then: programs that do not end by Ctrl-C, and tracebacks."""
+        """End everything; return what is wrong then: programs that do not end by Ctrl-C, and errors of any command."""
         wrong = []
         for number, terminal in sorted(self.terminals.items(), reverse=True):  # roscore at last
             wrong += [f'terminal {number} {text}' for text in terminal.close(CLOSING)]
-            if 'Traceback (most recent call last)' in terminal.transcript:
-                wrong.append(f'terminal {number} shows a traceback')
+            found = TROUBLE.search(terminal.transcript)
+            if found:
+                wrong.append(f'terminal {number} shows trouble:\n{terminal.transcript[found.start():][:1000]}')
         return wrong
 
 
@@ -166,7 +169,8 @@ def enter_own_network():
     if APART in os.environ:
         return
     unshare = ['unshare', '-n'] if os.getuid() == 0 else ['unshare', '-rn']
-    if subprocess.run([*unshare, 'ip', 'link', 'set', 'lo', 'up'], stderr=subprocess.DEVNULL, check=False).returncode == 0:
+    tried = subprocess.run([*unshare, 'ip', 'link', 'set', 'lo', 'up'], stderr=subprocess.DEVNULL, check=False)
+    if tried.returncode == 0:
         os.environ[APART] = '1'
         os.execvp(unshare[0], [*unshare, 'sh', '-c', 'ip link set lo up && exec "$@"', 'sh', sys.executable, *sys.argv])
 

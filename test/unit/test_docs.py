@@ -1,0 +1,177 @@
+"""All pages of the documentation: links, anchors, names of files and nodes, exercises, the parameters of checks."""
+import os
+import pathlib
+import re
+
+import pytest
+
+from turtle_robotont.grading import exercise, judging
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
+         *sorted(REPOSITORY.glob('*/*/README.md'))]
+README = REPOSITORY / 'README.md'
+MOST_LINES, LONGEST_LINE = 130, 120  # of README.md
+LONGEST_PROSE = 120  # [columns] of other pages, but for tables and code
+MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'junit.xml', 'camera.yaml', 'frames.json', 'output/'}
+OF_THE_READER = {'publisher.py', 'dynparam', 'static_transform_publisher', '...'}  # or Debian's
+FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
+NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts')) for path in folder.iterdir()}
+LAUNCH_FILES = {path.name for path in (*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'))}
+KINDS = {'text': 'text', 'integer': 'whole number', 'pattern': 'regular expression', 'colour': 'colour',
+         'spans': 'list of spans'}
+
+each_page = pytest.mark.parametrize('path', PAGES, ids=lambda path: str(path.relative_to(REPOSITORY)))
+
+
+def text_of(path):
+    return path.read_text(encoding='utf-8')
+
+
+def without_code(text):
+    return re.sub(r'^```.*?^```$', '', text, flags=re.MULTILINE | re.DOTALL)
+
+
+def anchors(text):
+    """Return the anchors that code hosts make of the headings of a page."""
+    headings = re.findall(r'^#{1,6} +(.+?) *$', without_code(text), re.MULTILINE)
+    return {re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-') for heading in headings}
+
+
+def dead_links(text, folder):
+    """Return the links of a page in ``folder`` that lead to no file, or to no heading."""
+    dead = []
+    for link in re.findall(r'\]\(([^)\s]+)\)', without_code(text)):
+        name, _, anchor = link.partition('#')
+        target = folder / name
+        if '://' in link:
+            continue
+        if name and not target.exists():
+            dead.append(link)
+        elif anchor and anchor not in anchors(text_of(target) if name else text):
+            dead.append(link)
+    return dead
+
+
+def dead_names(text, folder, root=REPOSITORY):
+    """Return the file names in backticks that are no file's below the folder of the page, or the repository."""
+    dead = []
+    for name in re.findall(r'(?<!`)`([^`\s]+)`(?!`)', without_code(text)):
+        stands_for_many = re.search('[A-Z]{4}', name)  # NAME.yaml
+        if not FILE_NAME.search(name) or stands_for_many or name in MADE_BY_RUNNING or name.startswith(('~', '/', '.')):
+            continue
+        found = [*folder.glob(name.rstrip('/')), *root.glob(name.rstrip('/'))]
+        if not found and name not in OF_THE_READER and ('/' in name or not any(root.rglob(name))):
+            dead.append(name)
+    return dead
+
+
+@each_page
+def test_links_lead_somewhere(path):
+    assert dead_links(text_of(path), path.parent) == []
+
+
+@each_page
+def test_file_names_are_those_of_files(path):
+    assert dead_names(text_of(path), path.parent) == []
+
+
+@each_page
+def test_nodes_and_launch_files_that_are_typed_exist(path):
+    typed = set(re.findall(r'ros(?:run|launch) (?:--\S+ )?\w+ ([\w.-]+)', text_of(path)))
+    assert typed - OF_THE_READER <= NODES | LAUNCH_FILES
+
+
+@pytest.mark.parametrize('path', [path for path in PAGES if path.parent in (REPOSITORY, REPOSITORY / 'docs')], ids=str)
+def test_lines_can_be_read(path):
+    long = [line for line in without_code(text_of(path)).splitlines()
+            if len(line) > LONGEST_PROSE and not line.startswith(('|', '!'))]
+    assert long == []
+
+
+def test_readme_is_one_page():
+    lines = text_of(README).splitlines()
+    assert len(lines) <= MOST_LINES
+    assert [line for line in lines if len(line) > LONGEST_LINE] == []
+
+
+def test_every_page_is_linked_from_the_readme():
+    linked = set(re.findall(r'\]\(([^)#\s]+)', text_of(README) + text_of(REPOSITORY / 'docs' / 'course.md')))
+    linked = {name if name.startswith('docs/') else f'docs/{name}' for name in linked}
+    assert {f'docs/{path.name}' for path in REPOSITORY.glob('docs/*.md')} <= linked
+
+
+def test_every_picture_is_shown():
+    shown = {(path.parent / name).resolve() for path in PAGES
+             for name in re.findall(r'!\[[^]]*\]\(([^)]+)\)', text_of(path))}
+    assert set(REPOSITORY.glob('docs/images/*')) <= shown
+
+
+@pytest.mark.parametrize('page', ['docs/grading.md', 'docs/course.md'])
+def test_every_exercise_is_described(page):
+    described = set(re.findall(r'`(\w+)`', text_of(REPOSITORY / page)))
+    assert {path.stem for path in REPOSITORY.glob('exercises/*.yaml')} <= described
+
+
+def parameter_rows(text, heading):
+    """Return {name: {parameter: (kind, default)}} of the table below a heading of docs/exercise_files.md."""
+    rows, found = re.search(rf'^## {heading}\n(.*?)(?=^## |\Z)', text, re.MULTILINE | re.DOTALL).group(1), {}
+    for line in rows.splitlines():
+        cells = [cell.strip().strip('`') for cell in line.strip('|').split('|')] if line.startswith('| ') else []
+        if len(cells) == 5 and cells[0] not in ('check', 'stimulus') and set(cells[0]) != {'-'}:
+            if cells[0]:
+                found[cells[0]] = {}
+            else:
+                found[list(found)[-1]][cells[1]] = (cells[2], cells[3])
+    return found
+
+
+def written_kind(kind):
+    """Return how the page writes a kind of judging.py."""
+    if isinstance(kind, tuple):
+        return ', '.join(kind)
+    return f'span of {kind[len("span "):]}' if kind.startswith('span ') else KINDS.get(kind, kind)
+
+
+@pytest.mark.parametrize('heading, table', [
+    ('Checks', {name: check.parameters for name, check in judging.CHECKS.items()}), ('Stimuli', exercise.STIMULI)])
+def test_parameters_of_exercise_files_are_described(heading, table):
+    rows = parameter_rows(text_of(REPOSITORY / 'docs' / 'exercise_files.md'), heading)
+    written = {name: {parameter: kind for parameter, (kind, _) in parameters.items()}
+               for name, parameters in rows.items()}
+    assert written == {name: {parameter: written_kind(kind) for parameter, (kind, _) in parameters.items()}
+                       for name, parameters in table.items()}
+    required = {(name, parameter) for name, parameters in table.items()
+                for parameter, (_, default) in parameters.items() if default is ...}
+    assert required == {(name, parameter) for name, parameters in rows.items()
+                        for parameter, (_, default) in parameters.items() if default == 'required'}
+
+
+def test_keys_of_exercise_files_are_described():
+    text = text_of(REPOSITORY / 'docs' / 'exercise_files.md')
+    keys = re.search(r'^## Keys\n(.*?)^## ', text, re.MULTILINE | re.DOTALL).group(1)
+    assert set(re.findall(r'^\| `(\w+)`', keys, re.MULTILINE)) == set(exercise.KEYS)
+    assert text_of(REPOSITORY / 'exercises' / 'stop_at_x.yaml') in text
+
+
+@pytest.mark.parametrize('text, dead', [
+    ('![a](doc/a.png) [b](https://x.org/b.png) [c](b.md#two-words) [d](#here)\n## Here', []),
+    ('![a](doc/b.png)', ['doc/b.png']),
+    ('[c](b.md#three) [d](#there)\n# Here', ['b.md#three', '#there']),
+    ('```\n[a](b)\n```', []),
+])
+def test_dead_links_are_found(text, dead, tmp_path):
+    os.makedirs(tmp_path / 'doc')
+    (tmp_path / 'doc' / 'a.png').touch()
+    (tmp_path / 'b.md').write_text('# Two words\n', encoding='utf-8')
+    assert dead_links(text, tmp_path) == dead
+
+
+@pytest.mark.parametrize('text, dead', [
+    ('`a.png` and `doc/a.png` and `doc/`, `no file`, `*.png`, `output/`', []),
+    ('`b.png` `doc/b.png` `docs/` `doc/*.csv`', ['b.png', 'doc/b.png', 'docs/', 'doc/*.csv']),
+])
+def test_dead_names_are_found(text, dead, tmp_path):
+    os.makedirs(tmp_path / 'doc')
+    (tmp_path / 'doc' / 'a.png').touch()
+    assert dead_names(text, tmp_path, tmp_path) == dead
