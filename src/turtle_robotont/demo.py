@@ -12,7 +12,7 @@ from turtle_robotont import course, course_markers
 from turtle_robotont.stage import Stage, StageError
 
 STEPS = (*course.STEPS, *course_markers.STEPS)
-TIME_LIMIT = 150  # [s] for everything but ending the processes
+TIME_LIMIT = 300  # [s] for everything but ending the processes
 TROUBLES = (StageError, rospy.ROSException, rospy.ServiceException)
 GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'
 

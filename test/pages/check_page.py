@@ -26,9 +26,9 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 LEFT_OUT = re.compile(r'git clone |cd turtle_robotont$|\./run test\b')
 LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot')  # may be typed again: changes nothing
 SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
-TROUBLE = re.compile(r'^Traceback \(most recent|^\S+: error: |^ERROR|\[(?:ERROR|FATAL)\]|command not found|No such file',
+TROUBLE = re.compile(r'^Traceback \(most|^\S+: error: |^ERROR|\[(?:ERROR|FATAL)\]|command not found|No such file',
                      re.MULTILINE)
-SILENCE = 60.0  # [s] without a new line, after which nothing more is expected of a program
+SILENCE = 150.0  # [s] without a new line on a loaded machine, after which nothing more is expected of a program
 PRINTING = 180.0  # [s] after which no more is expected of a program that prints for ever
 LOOKING = 60.0  # [s] until what is looked at must be as the page says
 CLOSING = 30.0  # [s] in which all programs end by Ctrl-C
