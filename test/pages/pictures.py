@@ -2,43 +2,42 @@
 import cv2
 import numpy as np
 
-REACH = 3  # [px] that a path may lie elsewhere; the turtle stops within 5 mm, a fifth of a pixel, and turns on the spot
+REACH = 3  # [px] that a path may lie elsewhere; a drive that stops within 2 cm is 1 px off
 SHARE = 0.97  # of the path that must be there, in both directions
+LONG = 150  # [px] of one colour that are a path
+GREENER = 20  # than red and blue: of a turtle
 
 
 def differences(page, saved):
     """Return what the saved picture shows otherwise than the page's, or an empty text; both are BGR arrays."""
     if page.shape != saved.shape:
         return f'its size is {saved.shape[1]} x {saved.shape[0]} px, on the page {page.shape[1]} x {page.shape[0]} px'
-    ground = _ground(page)
-    if ground != _ground(saved):
+    page, saved = _numbered(page), _numbered(saved)
+    ground = page[0, 0]
+    if saved[0, 0] != ground:
         return 'the background is another one'
-    colours = path_colours(page, ground)
-    for colour in sorted(colours | path_colours(saved, ground)):
+    paths = _paths(page, ground) | _paths(saved, ground)
+    for colour in sorted(paths):
         for one, other, text in ((page, saved, 'lacks'), (saved, page, 'has beyond the page')):
-            share = _share(one, other, colour, ground)
+            share = _share(one == colour, (other == colour) | ~np.isin(other, [ground, *paths]))
             if share < SHARE:
-                return f'it {text} {100.0 * (1.0 - share):.0f} % of the path in RGB {colour[::-1]}'
+                return f'it {text} {100.0 * (1.0 - share):.0f} % of the path in the colour #{colour:06x}'
     return ''
 
 
-def _ground(picture):
-    return tuple(picture[0, 0].tolist())
+def _numbered(picture):
+    """Return an array of one number 0xRRGGBB for each pixel."""
+    return picture.astype(np.int32) @ np.array([1, 1 << 8, 1 << 16], np.int32)
 
 
-def path_colours(picture, ground):
-    """Return the colours, BGR, of long lines: such as many pixels have and no turtle (green) has."""
-    colours, counts = np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)
-    return {tuple(colour.tolist()) for colour, count in zip(colours, counts)
-            if count > 150 and tuple(colour.tolist()) != ground and not colour[1] > max(colour[0], colour[2]) + 20}
+def _paths(picture, ground):
+    """Return the colours of which there is much, except the background and the green of turtles."""
+    colours, counts = np.unique(picture, return_counts=True)
+    return {int(colour) for colour, count in zip(colours, counts) if count > LONG and colour != ground
+            and (colour >> 8 & 255) <= max(colour >> 16, colour & 255) + GREENER}
 
 
-def _share(one, other, colour, ground):
-    """Return the share of a colour's pixels in ``one`` near which ``other`` has it, or a turtle that may cover it."""
-    mine = np.all(one == colour, axis=2)
-    if not mine.any():
-        return 1.0
-    plain = np.all(other == ground, axis=2)
-    reach = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
-    covered = cv2.dilate((~plain).astype(np.uint8), reach) > 0
-    return float((mine & covered).sum() / mine.sum())
+def _share(mine, theirs):
+    """Return the share of the pixels ``mine`` that have one of ``theirs``, the path or a turtle on it, within REACH."""
+    near = cv2.dilate(theirs.astype(np.uint8), np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)) > 0
+    return float((mine & near).sum() / mine.sum()) if mine.any() else 1.0

@@ -1,0 +1,38 @@
+"""test/pages/pictures.py tells drawn paths apart, and forgives what turtles do to a picture."""
+import importlib.util
+import pathlib
+
+import cv2
+import numpy as np
+import pytest
+
+_SPEC = importlib.util.spec_from_file_location(
+    'pictures', pathlib.Path(__file__).resolve().parents[1] / 'pages' / 'pictures.py')
+pictures = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(pictures)
+
+GROUND, PEN, BLUE, GREEN = (255, 86, 69), (255, 184, 179), (255, 0, 0), (60, 180, 90)  # BGR
+
+
+def picture(corners=((100, 100), (300, 100), (300, 300)), colour=PEN, turtle=(300, 300), size=500):
+    """Return a canvas with a path through the corners [px] and a turtle."""
+    canvas = np.full((size, size, 3), GROUND, np.uint8)
+    cv2.polylines(canvas, [np.array(corners)], False, colour, 3)
+    cv2.circle(canvas, turtle, 20, GREEN, -1)
+    return canvas
+
+
+@pytest.mark.parametrize('saved, said', [
+    (picture(), ''),
+    (picture(corners=((102, 101), (301, 102), (302, 298))), ''),  # within REACH
+    (picture(turtle=(100, 100)), ''),  # covers another part of the path
+    (picture(corners=((100, 100), (300, 100))), 'it lacks 45 %'),
+    (picture(corners=((100, 100), (300, 100), (300, 300), (100, 300))), 'has beyond the page 32 %'),
+    (picture(corners=((100, 110), (300, 110), (310, 300))), 'it lacks 69 %'),
+    (picture(colour=BLUE), 'of the path in the colour #0000ff'),
+    (picture(size=400), 'its size is 400 x 400 px'),
+    (np.full((500, 500, 3), 255, np.uint8), 'the background is another one'),
+])
+def test_differences_from_the_page(saved, said):
+    found = pictures.differences(picture(), saved)
+    assert said in found and bool(found) == bool(said)
