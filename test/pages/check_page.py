@@ -28,8 +28,8 @@ LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot') 
 SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
 TROUBLE = re.compile(r'^Traceback \(most|^\S+: error: |^ERROR|\[(?:ERROR|FATAL)\]|command not found|No such file',
                      re.MULTILINE)
-SILENCE = 150.0  # [s] without a new line on a loaded machine, after which nothing more is expected of a program
-PRINTING = 180.0  # [s] after which no more is expected of a program that prints for ever
+SILENCE = 200.0  # [s] without a new line on a loaded machine, after which nothing more is expected of a program
+PRINTING = 300.0  # [s] after which no more is expected of a program that prints for ever
 LOOKING = 60.0  # [s] until what is looked at must be as the page says
 CLOSING = 30.0  # [s] in which all programs end by Ctrl-C
 KEY_PAUSE = 0.3  # [s] between two keys, as fingers need

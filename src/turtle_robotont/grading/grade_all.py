@@ -26,7 +26,7 @@ class GradeAllError(Exception):
 def parser():
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(prog='./run grade --all', description=__doc__.split('\n\n')[0])
-    made.add_argument('folder', metavar='FOLDER', help='STUDENT/EXERCISE.py and so on; README tells the forms')
+    made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student; see docs/grading.md')
     made.add_argument('--exercise', metavar='NAME', help='grade every program that lies in FOLDER for this exercise')
     made.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N',
                       help='so many gradings at a time (default: one a core, here %(default)s)')
