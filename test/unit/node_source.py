@@ -69,6 +69,8 @@ class Walk(ast.NodeVisitor):
             self.node.read(function, positional, named)
         elif isinstance(function, Hashable) and function in KINDS:
             self.node.register(KINDS[function], *positional[:2])
+        elif function is UNKNOWN and len(positional) > 1 and hasattr(positional[1], '_request_class'):
+            self.node.register('serves', *positional[:2])  # FrameServices.add of an object that is made while running
         else:
             self.node.follow(function, positional, named)
         self.visit(call.func)
