@@ -17,6 +17,7 @@ enter_workspace() {
   [ -n "${LC_ALL:-}${LC_CTYPE:-}${LANG:-}" ] || export LANG=C.UTF-8
   [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
   export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
+  find_temporary_room
   if [ "${1:-}" != build ] && [ -f "$ws/devel/setup.bash" ]; then
     # shellcheck disable=SC1091
     . "$ws/devel/setup.bash"
@@ -71,14 +72,27 @@ rosbash() {
   sed -e 's#"\.\*/\[\.\]#".*/src/.*/[.]#g' -e 's#-regex \.\*/\[\.\]\.\*#-regex ".*/src/.*/[.].*"#' "$file"
 }
 
+# Temporary files go into the workspace where the usual folder is full, missing or not writable: catkin's setup needs one.
+find_temporary_room() {
+  local probe=
+  if probe=$(mktemp 2>/dev/null) && head -c 65536 /dev/zero 2>/dev/null >"$probe"; then
+    rm -f -- "$probe"
+    return 0
+  fi
+  [ -z "$probe" ] || rm -f -- "$probe"
+  echo "The temporary folder ${TMPDIR:-/tmp} has no room or cannot be written: using $ws/tmp instead." >&2
+  mkdir -p "$ws/tmp"
+  export TMPDIR="$ws/tmp"
+}
+
 # env.bash brings any bash into the workspace; shell.bash starts the one of ./run shell.
 write_shell_files() {
   rosbash >"$ws/rosbash.bash"
   {
     printf '# Written by ./run. In a bash of your own, type: source %s/env.bash\n' "$ws"
-    declare -f enter_workspace keep_local
+    declare -f enter_workspace keep_local find_temporary_room
     printf 'enter_turtle_robotont() { local ws=%q ros_dir=%q; enter_workspace; }\n' "$ws" "$ros_dir"
-    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace keep_local'
+    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace keep_local find_temporary_room'
     printf '. %q\n' "$ws/rosbash.bash"
   } >"$ws/env.bash"
   cat >"$ws/shell.bash" <<END

@@ -20,7 +20,7 @@ ROUNDS = int(os.environ.get('ROUNDS', '1'))
 SPAN = 3.0  # [s] in which every node logs, most of them often
 CLOSED = 'bash', '-c', 'exec "$0" "$@" >&- 2>&-'
 UNREAD = 'bash', '-c', 'exec "$0" "$@" > >(exec true) 2>&1'
-NO_FOLDER = 'env', 'ROS_LOG_DIR=/dev/null/log'
+NO_FOLDER = 'env', 'ROS_LOG_DIR=/dev/null/log', 'TMPDIR=/dev/null/tmp'
 PRINTER = node_kinds.BY_KEY['pose_subscriber']  # does nothing but print, and ends with its reader
 NO_LOG = 'no log file'
 BROKEN = 'Traceback', 'Logging error', 'BrokenPipe', 'Exception ignored'

@@ -21,7 +21,7 @@ class MasterTest(SimulatorCase):
 
     def setUp(self):
         """Start a simulator with the master of this test, in a state that is not the first."""
-        self.addCleanup(own_simulator(f'_background_r:={RED}').stop)
+        self.addCleanup(own_simulator(f'_background_r:={RED}', '_clock:=true').stop)
         super().setUp()
         self.jump(2.0, 3.0, 1.0)
         self.call('spawn', 7.0, 8.0, 0.5, 'anna')
@@ -46,6 +46,7 @@ class MasterTest(SimulatorCase):
             poses.more(30)
             until(lambda: rospy.get_param(f'{self.simulator}/background_r', None) == RED,
                   'the background as it was', RETURN_DEADLINE)
+            until(lambda: rospy.get_param('/use_sim_time', False), 'nodes told to follow /clock', RETURN_DEADLINE)
         late = Collected('/anna/pose', Pose)
         late.next()
         self.driver('anna/cmd_vel')(x=1.0)

@@ -29,7 +29,7 @@ def raising(error):
 @pytest.mark.parametrize('error, code', [
     (SystemExit(), 0), (SystemExit(0), 0), (SystemExit(3), 3), (SystemExit('a reason'), 1),
     (params.ParameterError('parameter /a is 100%; it must be less'), 2),
-    (rospy.exceptions.ROSInitException('no time'), 1),
+    (params.MasterAway('no answer'), 1), (rospy.exceptions.ROSInitException('no time'), 1),
     (rospy.ROSInterruptException('shutdown'), 0), (KeyboardInterrupt(), 0),
     (ZeroDivisionError('mine'), 1),
 ])

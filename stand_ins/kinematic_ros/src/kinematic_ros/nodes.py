@@ -33,7 +33,7 @@ import rosgraph
 import rospy
 
 from kinematic_ros import console, registration, rospy_internals, servers
-from kinematic_ros.params import ParameterError
+from kinematic_ros.params import MasterAway, ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
 LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
@@ -79,7 +79,7 @@ def outcome(main):
         return end.code or 0
     except ParameterError as error:
         rospy.logfatal('%s', error)
-        return 2
+        return 1 if isinstance(error, MasterAway) else 2
     except rospy.exceptions.ROSInitException as error:
         print(f'The node could not start: {error}. Does a ROS master run at {rosgraph.get_master_uri()}? '
               'Start one with roscore.', file=sys.stderr)
