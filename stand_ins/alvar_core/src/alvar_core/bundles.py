@@ -125,7 +125,7 @@ class _Reader:
         if len(corners) != 4:
             self.fail(where, f'{len(corners)} <corner> elements; four are needed: bottom left, bottom right, top '
                              'right, top left')
-        place = np.array([[self.number(corner, axis, f'{where}, corner {k}') for axis in 'xyz']
+        place = np.array([[self.number(corner, axis, f'{where}, corner {k}') for axis in ('x', 'y', 'z')]
                           for k, corner in enumerate(corners, 1)])
         return index, self.square(place, where)[FROM_FILE] * METRES
 

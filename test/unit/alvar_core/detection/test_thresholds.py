@@ -1,12 +1,14 @@
-"""Every number that decides what is found stands in thresholds.py, is used, and is swept."""
+"""Every number that decides what is found stands in thresholds.py, is used, swept, and in docs/."""
 import ast
 import pathlib
+import re
 
 import pytest
 
 import sensitivity
 from alvar_core.detection import thresholds
 
+TABLE = pathlib.Path(__file__).resolve().parents[4] / 'docs' / 'marker_thresholds.md'
 FOLDER = pathlib.Path(thresholds.__file__).parent
 NAMES = {name for name in vars(thresholds) if name.isupper()}
 NO_THRESHOLDS = {
@@ -73,3 +75,8 @@ def test_each_is_swept():
                 inner = inner[index]
             assert inner == -7 and type(getattr(thresholds, part.threshold)) is type(before) or not part.path
         assert getattr(thresholds, part.threshold) is before
+
+
+def test_the_table_in_the_docs_is_of_these_numbers():
+    rows = re.findall(r'^\| `([^`]+)` \| (\S+) \|', TABLE.read_text(encoding='utf-8'), re.M)
+    assert rows == [(part.name, f'{part.number:.4g}') for part in sensitivity.parts()]

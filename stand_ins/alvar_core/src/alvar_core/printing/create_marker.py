@@ -141,9 +141,10 @@ _READERS: dict[str, Callable[[CommandLine, Read], None]] = {
 
 
 def _next(rest: Iterator[str], option: str, what: str) -> str:
-    for argument in rest:
-        return argument
-    raise CreateError(f'{option} needs {what} after it')
+    argument = next(rest, None)
+    if argument is None:
+        raise CreateError(f'{option} needs {what} after it')
+    return argument
 
 
 def number(text: str, what: str, low: float, high: float) -> float:
@@ -227,7 +228,10 @@ def converse(line: CommandLine) -> None:
     print(f'{HELP}\n\nPrompt marker placements interactively')
     print(f'  units: {line.unit / CM:g} cm {line.unit / INCH:g} inches\n  marker side: {line.side:g} units')
     try:
-        (ask_for_markers if line.prompt else ask_for_array)(line)
+        if line.prompt:
+            ask_for_markers(line)
+        else:
+            ask_for_array(line)
     except EOFError:
         print()
 
