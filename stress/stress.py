@@ -9,6 +9,7 @@ interrupted.
 import argparse
 import importlib
 import random
+import resource
 import shutil
 import signal
 import sys
@@ -27,6 +28,7 @@ SUITES = {  # minutes that the full form takes, about
     'fuzz': 6.0, 'clients': 5.0, 'master': 6.0, 'storms': 3.0, 'system': 10.0, 'soak': 60.0}
 DEFAULT = tuple(name for name in SUITES if name != 'soak')
 FIRST_PORTS = 12000, 19900  # of the masters, below those that systems give to outgoing connections
+MANY_FILES = 16384
 LARGEST_SEED = 2 ** 31 - 1
 
 
@@ -190,6 +192,13 @@ def run(options):
     return hand_out(options, pools, failures, facts)
 
 
+def _allow_many_files():
+    """Raise the soft limit of open files, 1,024 in most places, for thousands of connections."""
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
 def _interrupt(_number, _frame):
     for number in WAYS_OUT:
         signal.signal(number, signal.SIG_IGN)  # the way out is not interrupted again
@@ -205,6 +214,7 @@ def main():
         return 0
     for number in WAYS_OUT:
         signal.signal(number, _interrupt)
+    _allow_many_files()
     try:
         return run(options)
     except BenchError as error:

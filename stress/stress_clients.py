@@ -10,16 +10,17 @@ import time
 from turtlesim.msg import Pose
 
 import tcpros
-from figures import Figure, Target, median
+from figures import Figure, Target, median, median_rate
 from processes import cpu_between, tree_cpu
 from trial import Attack, Trial, answers, listen, losses
-from under_test import TROUBLE, rate, running
+from under_test import SPAN, TROUBLE, rate, running
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOPIC = '/turtle1/pose'
 SMALL_BUFFER = 4096  # [bytes] of a subscriber that never reads, so that it is full soon
 RATE = Target('near', 62.5)
 PATHS = HERE, os.path.join(os.path.dirname(HERE), 'bench')
+PROBES = 9  # of each kind
 SLOW_PERIOD = 0.5  # [s] between two bytes of a slow header
 PATIENT = 15.0  # [s] for a call beside 2,000 connections
 STOPPED = '''
@@ -100,15 +101,14 @@ def coming_and_going(subject, scale, _rng):
         node = nodes['turtlesim']
         trial = Trial(node)
         receiver = node.receiver()
-        start, begun = len(receiver.stamps), time.monotonic()
+        start = len(receiver.stamps)
         seconds = []
         place = node.tcpros_place()
         for number in range(count):
             before = time.monotonic()
             trial.answered(functools.partial(_come_and_go, place, number % 2))
             seconds.append(1e3 * (time.monotonic() - before))
-        window = time.monotonic() - begun
-        found = {'connect_time': seconds, 'connect_rate': [(len(receiver.stamps) - start) / window]}
+        found = {'connect_time': seconds, 'connect_rate': [median_rate(receiver.stamps[start:], SPAN)]}
         receiver.close()
         found.update(trial.samples('connects'))
     return found
@@ -143,7 +143,8 @@ def idle(subject, scale, _rng):
                                   ('slave', many, tcpros.address(node.uri))):
             opening = functools.partial(tcpros.connect, where, 5.0)
             open_ones = [trial.answered(opening) for _ in _while_answered(trial, count)]
-            for word, probe in (('call', answers), ('subscriber', listen)):
+            found[f'idle_{key}_open'] = [len(list(filter(None, open_ones)))]
+            for word, probe in scale.count(PROBES, 1) * (('call', answers), ('subscriber', listen)):
                 if trial.hung > 2:
                     break
                 took = _timed(probe, node)
@@ -151,7 +152,7 @@ def idle(subject, scale, _rng):
                 if took is None:
                     trial.hung += 1
                 else:
-                    found[f'idle_{key}_{word}'] = [took]
+                    found.setdefault(f'idle_{key}_{word}', []).append(took)
             for one in filter(None, open_ones):
                 one.close()
         found.update(trial.samples('idle'))
@@ -221,6 +222,7 @@ def _idle_figures():
     words = {'one': '1 idle TCPROS connection', 'many': '2,000 idle TCPROS connections',
              'slave': '2,000 idle connections to the slave port'}
     for key, text in words.items():
+        yield Figure(f'{text}: taken', f'idle_{key}_open', 'connections')
         yield Figure(f'{text}: service call', f'idle_{key}_call', 'ms', median, Target('below', 200.0))
         yield Figure(f'{text}: new subscriber', f'idle_{key}_subscriber', 'ms', median, Target('below', 200.0))
     yield from losses('idle', 'idle connections')

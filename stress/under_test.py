@@ -19,14 +19,14 @@ from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelativ
 
 import node_kinds
 import tcpros
-from figures import OURS, rate_in_window
+from figures import OURS, median_rate
 from processes import BenchError, kilobytes, process_tree
 from session import find_node
 
 COME_UP = 40.0  # [s] until a node has registered everything, on a loaded machine
 POLL = 0.05  # [s]
 POLITE = 2.0  # [s] for an answer while it starts
-TICK = 1.0 / 62.5  # [s]
+SPAN = 60  # poses over which a rate is taken
 POSE = struct.Struct('<5f')
 TEXT_LENGTH = struct.Struct('<I')
 ODOMETRY_POSE = struct.Struct('<7d')
@@ -230,4 +230,4 @@ def rate(receiver, seconds):
     """Messages a second [Hz] over the next ``seconds``."""
     start = len(receiver.stamps)
     time.sleep(seconds)
-    return rate_in_window(receiver.stamps[start:], seconds, 3 * TICK)
+    return median_rate(receiver.stamps[start:], SPAN)

@@ -11,6 +11,7 @@ from figures import (
     judge,
     mean_rate,
     median,
+    median_rate,
     p95,
     percentile,
     rate_in_window,
@@ -125,3 +126,11 @@ def test_judge_pools_and_compares():
 def test_judge_without_a_pair(pools, ours, peer):
     row = judge(Figure('time', 'a', 'ms', median, Target('ratio', 1.5)), pools)
     assert (row.ours, row.peer, row.ratio, row.ok) == (ours, peer, None, None)
+
+
+def test_median_rate_leaves_out_a_stall_and_what_is_caught_up():
+    stamps = [0.1 * number for number in range(100)]
+    late = [stamps[50] - 1e-3 * (50 - number) if 40 <= number < 50 else stamp for number, stamp in enumerate(stamps)]
+    assert median_rate(late, 10) == pytest.approx(10.0)
+    assert median_rate([1.1 * stamp for stamp in late], 10) == pytest.approx(10.0 / 1.1)
+    assert median_rate(stamps[:10], 10) == 0.0
