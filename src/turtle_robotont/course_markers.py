@@ -176,8 +176,8 @@ def map_of(plan, track):
     """Return the map with the path of the robot, BGR."""
     from robotont_gazebo import overhead
     last = track[-1]
-    way = overhead.Path([(pose.x, pose.y) for pose in track], label='the path of the robot')
-    return cv2.cvtColor(overhead.picture(plan, [way], [(last.x, last.y, last.theta)], 'AR maze'), cv2.COLOR_RGB2BGR)
+    path = overhead.Path([(pose.x, pose.y) for pose in track], label='the path of the robot')
+    return cv2.cvtColor(overhead.draw_map(plan, [path], [(last.x, last.y, last.theta)], 'AR maze'), cv2.COLOR_RGB2BGR)
 
 
 def sheet(pictures):

@@ -203,7 +203,8 @@ class UsbCamTest(SimulatorCase):
         """A device that is not there is named with those that are; the node lives and works when it is there."""
         path = os.path.join(self.folder, 'video7')
         node = self.start(path)
-        node.wait_for_output(f'ERROR.*{path}: No such file or directory. (No camera is connected|Cameras here: /dev/)')
+        node.wait_for_output(f'ERROR.*{path}: No such file or directory. '
+                             '(No camera is connected|Available cameras: /dev/)')
         images = self.images()
         os.symlink(self.video(), path)
         images.more(2)
@@ -216,13 +217,13 @@ class UsbCamTest(SimulatorCase):
     def test_usb_cam_bad_input_recovers(self):
         """An empty folder, cut off pictures, another size, a folder that vanishes: named, and over when put right."""
         node = self.start(self.folder)
-        node.wait_for_output(f'{self.folder} holds no pictures; they end in')
+        node.wait_for_output(f'{self.folder} contains no images; their names end in')
         images = self.images()
         path = self.put('a.png', 1)
         images.more(2)
         with open(path, 'rb+') as file:
             file.truncate(40)
-        node.wait_for_output(f'(?s){path} is left out: .*{self.folder}: none of the 1 pictures can be read')
+        node.wait_for_output(f'(?s){path} is left out: .*{self.folder}: none of the 1 images can be read')
         other = self.put('b.png', plain(2, width=80))
         images.next(lambda image: image.width == 80, 'the other picture')
         self.assertEqual(1, node.output().count(f'{path} is left out: '))
@@ -239,7 +240,7 @@ class UsbCamTest(SimulatorCase):
         """A text that calls itself a video, replaced by one."""
         path = self.put('v.avi', 'no video')
         node = self.start(path)
-        node.wait_for_output(f'{path}: no video that can be read')
+        node.wait_for_output(f'{path}: not a readable video')
         images = self.images()
         os.replace(self.video(name='w.avi'), path)
         images.more(2)

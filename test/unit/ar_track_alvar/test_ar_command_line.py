@@ -49,7 +49,7 @@ def test_bundles_need_files(words, said):
 
 @pytest.mark.parametrize('words, said', [
     (SHORT[:5], '5 arguments are given, at least 6 are needed'),
-    (SHORT + ['8', '5', '2', 'more'], '10 arguments are given, at most 9 are known'),
+    (SHORT + ['8', '5', '2', 'more'], '10 arguments are given, at most 9 are allowed'),
     (['big'] + SHORT[1:], "MARKER_SIZE is 'big'; a number is needed"),
     (SHORT + ['fast'], "MAX_FREQUENCY is 'fast'"),
     (SHORT[:2] + ['inf'] + SHORT[3:], "MAX_TRACK_ERROR is 'inf'"),

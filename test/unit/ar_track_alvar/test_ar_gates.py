@@ -4,15 +4,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ar_track_alvar.gates import ErrorGate, RateGate, fit_error
+from ar_track_alvar.gates import ErrorFilter, RateLimiter, fit_error
 
 SIDE = 50.0  # px
 CORNERS = np.array([[0, 0], [SIDE, 0], [SIDE, SIDE], [0, SIDE]])
 
 
 def passed(rate, times):
-    gate = RateGate(rate)
-    return [time for time in times if gate.open(time)]
+    limiter = RateLimiter(rate)
+    return [time for time in times if limiter.accept(time)]
 
 
 @pytest.mark.parametrize('camera, limit, expected', [
@@ -38,10 +38,10 @@ def test_time_that_jumps_back_begins_anew():
 
 
 def test_a_new_rate_takes_effect():
-    gate = RateGate(1.0)
-    assert [gate.open(t) for t in (0.0, 0.01, 0.02, 0.5)] == [True, True, False, False]
-    gate.rate = 30.0
-    assert [gate.open(t) for t in (1.01, 1.05, 1.09)] == [True, True, True]
+    limiter = RateLimiter(1.0)
+    assert [limiter.accept(t) for t in (0.0, 0.01, 0.02, 0.5)] == [True, True, False, False]
+    limiter.rate = 30.0
+    assert [limiter.accept(t) for t in (1.01, 1.05, 1.09)] == [True, True, True]
 
 
 def marker(marker_id, error):
@@ -54,16 +54,16 @@ def test_the_error_is_in_parts_of_the_side():
 
 
 def test_new_markers_have_to_fit_better_than_those_that_were_there():
-    gate = ErrorGate()
-    assert gate.passed([marker(1, 0.03), marker(2, 0.01)], 0.02, 0.04)[0].id == 2
-    both = gate.passed([marker(1, 0.03), marker(2, 0.03)], 0.02, 0.04)
+    filtered = ErrorFilter()
+    assert filtered.accepted([marker(1, 0.03), marker(2, 0.01)], 0.02, 0.04)[0].id == 2
+    both = filtered.accepted([marker(1, 0.03), marker(2, 0.03)], 0.02, 0.04)
     assert [m.id for m in both] == [2]
-    assert gate.passed([marker(2, 0.05)], 0.02, 0.04) == []
-    assert gate.passed([marker(2, 0.03)], 0.02, 0.04) == [], 'it was gone and is new'
+    assert filtered.accepted([marker(2, 0.05)], 0.02, 0.04) == []
+    assert filtered.accepted([marker(2, 0.03)], 0.02, 0.04) == [], 'it was gone and is new'
 
 
 def test_reset_makes_every_marker_new():
-    gate = ErrorGate()
-    gate.passed([marker(1, 0.01)], 0.02, 0.04)
-    gate.reset()
-    assert gate.passed([marker(1, 0.03)], 0.02, 0.04) == []
+    filtered = ErrorFilter()
+    filtered.accepted([marker(1, 0.01)], 0.02, 0.04)
+    filtered.reset()
+    assert filtered.accepted([marker(1, 0.03)], 0.02, 0.04) == []

@@ -27,7 +27,7 @@ def test_devices_in_their_natural_order_with_names(machine):
     found = devices.devices(dev, str(machine / 'sys'))
     assert found == [(f'{dev}/video0', 'HD Webcam: HD'), (f'{dev}/video2', ''), (f'{dev}/video10', 'Depth')]
     assert devices.listing(dev, str(machine / 'sys')) == (
-        f'Cameras here: {dev}/video0 (HD Webcam: HD), {dev}/video2, {dev}/video10 (Depth).')
+        f'Available cameras: {dev}/video0 (HD Webcam: HD), {dev}/video2, {dev}/video10 (Depth).')
 
 
 def test_no_device(tmp_path):
@@ -36,12 +36,12 @@ def test_no_device(tmp_path):
 
 def test_a_busy_device_names_who_has_it(machine):
     text = devices.explain(str(machine / 'dev/video0'), str(machine / 'proc'))
-    assert 'video0 is in use by cheese (process 4711): end that one, or choose another.' in text
+    assert 'video0 is in use by cheese (process 4711): stop it, or choose another camera.' in text
 
 
 def test_a_device_that_nobody_else_has(machine):
     text = devices.explain(str(machine / 'dev/video2'), str(machine / 'proc'))
-    assert 'video2 gives no pictures: it is busy, ' in text
+    assert 'video2 delivers no images: it is busy, ' in text
 
 
 @pytest.mark.parametrize('error, said', [

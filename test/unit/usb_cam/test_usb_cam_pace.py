@@ -1,7 +1,7 @@
 """usb_cam.pace: deadlines on a grid, by a clock that only the test moves."""
 import pytest
 
-from usb_cam.pace import Pace
+from usb_cam.pace import FrameSchedule
 
 ROUNDING = 1e-9  # [s]
 
@@ -16,10 +16,10 @@ class Clock:
 def shown_at(rate, works):
     """Return when each of the pictures was begun, from 0 on, if working on them takes ``works`` [s]."""
     clock, times = Clock(), []
-    pace = Pace(rate, clock)
+    schedule = FrameSchedule(rate, clock)
     for work in works:
-        clock.now += max(0.0, pace.left())
-        pace.next()
+        clock.now += max(0.0, schedule.time_left())
+        schedule.advance()
         times.append(clock.now - 1000.0)
         clock.now += work
     return times
@@ -45,11 +45,11 @@ def test_too_slow_for_the_rate_means_as_fast_as_it_goes_on_the_grid():
 
 def test_after_a_break_the_next_picture_is_due_at_once():
     clock = Clock()
-    pace = Pace(2.0, clock)
-    pace.next()
-    assert pace.left() == pytest.approx(0.5, abs=ROUNDING)
+    schedule = FrameSchedule(2.0, clock)
+    schedule.advance()
+    assert schedule.time_left() == pytest.approx(0.5, abs=ROUNDING)
     clock.now += 60.0
-    pace.restart()
-    assert pace.left() == 0.0
-    pace.next()
-    assert pace.left() == pytest.approx(0.5, abs=ROUNDING)
+    schedule.restart()
+    assert schedule.time_left() == 0.0
+    schedule.advance()
+    assert schedule.time_left() == pytest.approx(0.5, abs=ROUNDING)

@@ -82,10 +82,10 @@ def test_folder_is_listed_anew_for_each_round(opened, tmp_path):
     put(tmp_path, 'b.png', 3, width=32)  # a new round may have another size
     assert values(source, 1) == [3] and source.size == (32, HEIGHT)
     os.remove(tmp_path / 'b.png')
-    with pytest.raises(SourceError, match='holds no pictures; they end in .bmp, '):
+    with pytest.raises(SourceError, match='contains no images; their names end in .bmp, '):
         source.grab()
     os.rmdir(tmp_path)
-    with pytest.raises(SourceError, match='holds no pictures|No such file'):
+    with pytest.raises(SourceError, match='contains no images|No such file'):
         source.grab()
 
 
@@ -103,7 +103,7 @@ def test_what_does_not_fit_is_named_once_and_left_out(opened, tmp_path, warnings
     assert values(source, 5) == [1, 5, 1, 5, 1]
     assert len(warnings) == 5
     for warning, (name, said) in zip(warnings, (('b.png', 'it has 80x48 pixels, those before 64x48'),
-                                                ('c.png', 'cut off'), ('d.jpg', 'cut off'), ('dd.tif', 'no picture'),
+                                                ('c.png', 'cut off'), ('d.jpg', 'cut off'), ('dd.tif', 'not an image'),
                                                 ('f.png', 'is empty'))):
         assert f'{tmp_path}/{name} is left out: ' in warning and said in warning
     (tmp_path / 'c.png').write_bytes(whole)  # put right
@@ -111,8 +111,8 @@ def test_what_does_not_fit_is_named_once_and_left_out(opened, tmp_path, warnings
 
 
 @pytest.mark.parametrize('name, content, said', [
-    ('a.png', b'\x89PNG\r\n', 'none of the 1 pictures can be read'), ('a.txt', b'x', 'holds no pictures'),
-    (None, b'', 'holds no pictures'),
+    ('a.png', b'\x89PNG\r\n', 'none of the 1 images can be read'), ('a.txt', b'x', 'contains no images'),
+    (None, b'', 'contains no images'),
 ])
 def test_folder_without_pictures(opened, tmp_path, name, content, said):
     if name:
@@ -166,11 +166,11 @@ def test_a_video_that_says_it_is_longer_is_named(opened, tmp_path, warnings):
     source = opened(path, loop=False)
     with pytest.raises(EndOfSource):
         values(source, 10)
-    assert len(warnings) == 1 and 'of 10 pictures: is it whole?' in warnings[0]
+    assert len(warnings) == 1 and 'of 10 images: is it complete?' in warnings[0]
 
 
 @pytest.mark.parametrize('content, said', [
-    (b'', 'v.mp4: the file is empty'), (b'text' * 99, 'v.mp4: no video that can')])
+    (b'', 'v.mp4: the file is empty'), (b'text' * 99, 'v.mp4: not a readable video')])
 def test_what_is_no_video(opened, tmp_path, content, said):
     (tmp_path / 'v.mp4').write_bytes(content)
     assert said in refusal(opened, tmp_path / 'v.mp4')
@@ -179,7 +179,7 @@ def test_what_is_no_video(opened, tmp_path, content, said):
 def test_what_is_not_there(opened):
     assert '/no/such.mp4: No such file or directory. ' in refusal(opened, '/no/such.mp4')
     assert '/dev/video987: No such file or directory. ' in refusal(opened, '/dev/video987')
-    assert '/dev/null is no camera. ' in refusal(opened, '/dev/null')  # by OpenCV itself
+    assert '/dev/null is not a camera. ' in refusal(opened, '/dev/null')  # by OpenCV itself
     assert 'video_device is empty' in refusal(opened, '')
 
 
@@ -187,8 +187,8 @@ def test_pipes_and_folders_that_call_themselves_pictures_are_not_waited_for(open
     os.mkfifo(tmp_path / 'a.png')
     os.mkdir(tmp_path / 'b.png')
     assert 'a.png is neither a device nor a file nor a folder' in refusal(opened, tmp_path / 'a.png')
-    assert 'none of the 2 pictures' in refusal(opened, tmp_path)
-    assert [warning.endswith('.png is left out: it is no file.') for warning in warnings] == [True, True]
+    assert 'none of the 2 images' in refusal(opened, tmp_path)
+    assert [warning.endswith('.png is left out: it is not a file.') for warning in warnings] == [True, True]
 
 
 class Recording:
@@ -253,7 +253,7 @@ def test_webcam_is_asked_for_what_was_set_in_the_order_that_v4l2_needs(warnings)
         (cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*'YUYV')), (cv2.CAP_PROP_FRAME_WIDTH, WIDTH),
         (cv2.CAP_PROP_FRAME_HEIGHT, HEIGHT), (cv2.CAP_PROP_FPS, 15), (cv2.CAP_PROP_GAIN, 7), (cv2.CAP_PROP_FOCUS, 5)]
     assert (source.live, source.size, source.folder) == (True, (WIDTH, HEIGHT), None)
-    assert warnings == ['/dev/zero does not take focus=5; v4l2-ctl --list-ctrls shows what it takes.']
+    assert warnings == ['/dev/zero rejects focus=5; v4l2-ctl --list-ctrls shows what it accepts.']
     assert values(source, 3) == [2, 3, 4]
     source.close()
     assert recording.released
@@ -262,8 +262,8 @@ def test_webcam_is_asked_for_what_was_set_in_the_order_that_v4l2_needs(warnings)
 def test_webcam_that_gives_something_else_is_used_and_named(warnings):
     source = webcam(warnings, Recording(size=(32, 24), fourcc='YUYV', rate=7.5))
     assert source.size == (32, 24) and values(source, 1) == [2]
-    assert warnings == ['/dev/zero does not offer 64x48 pixels (it gives 32x24), the pixel_format mjpeg (it gives '
-                        'YUYV), 30 pictures a second (it gives 7.5).']
+    assert warnings == ['/dev/zero does not offer 64x48 pixels (it delivers 32x24), the pixel_format mjpeg (it '
+                        'delivers YUYV), 30 images per second (it delivers 7.5).']
 
 
 def test_broken_pictures_of_a_webcam_are_none_and_too_many_are_trouble(warnings):
@@ -295,11 +295,11 @@ def test_age_is_by_the_drivers_stamp_where_it_makes_sense(warnings, stamped, age
 def test_webcam_that_does_not_open_or_is_pulled_out_is_explained_and_let_go(warnings):
     for recording in (Recording(opens=False), Recording()):
         recording.pulled = recording.opens
-        with pytest.raises(SourceError, match='/dev/zero is no camera. '):
+        with pytest.raises(SourceError, match='/dev/zero is not a camera. '):
             webcam(warnings, recording)
         assert recording.released
     recording = Recording()
     source = webcam(warnings, recording)
     recording.pulled = True
-    with pytest.raises(SourceError, match='/dev/zero is no camera'):
+    with pytest.raises(SourceError, match='/dev/zero is not a camera'):
         source.grab()

@@ -1,7 +1,8 @@
-"""The original's deprecated command line, turned into remappings and private parameters."""
+"""Converts the original's deprecated command line into remappings and private parameters."""
 import json
 import math
 import shlex
+from typing import List, Sequence, Union
 
 EXAMPLE = '_marker_size:=10 _output_frame:=camera camera_image:=/camera/image_raw camera_info:=/camera/camera_info'
 USAGE = ('SIZE_CM MAX_NEW_MARKER_ERROR MAX_TRACK_ERROR IMAGE_TOPIC CAMERA_INFO_TOPIC OUTPUT_FRAME '
@@ -12,27 +13,27 @@ OPTIONAL = ('_max_frequency', '_marker_resolution', '_marker_margin')
 
 
 class UsageError(ValueError):
-    """Arguments that are not of the deprecated form either."""
+    """Arguments that do not have the deprecated form either."""
 
 
-def ros_arguments(words):
-    """Return the ROS arguments (name:=value) that say what positional ``words`` say; UsageError if they cannot."""
+def ros_arguments(words: Sequence[str]) -> List[str]:
+    """Return the ROS arguments (name:=value) for the positional ``words``; raise UsageError if they make no sense."""
     if len(words) < len(NEEDED):
         raise UsageError(f'{len(words)} arguments are given, at least {len(NEEDED)} are needed')
     if len(words) > len(NEEDED + OPTIONAL):
-        raise UsageError(f'{len(words)} arguments are given, at most {len(NEEDED + OPTIONAL)} are known')
+        raise UsageError(f'{len(words)} arguments are given, at most {len(NEEDED + OPTIONAL)} are allowed')
     return [f'{name}:={_value(name, word)}' for name, word in zip(NEEDED + OPTIONAL, words)]
 
 
-def bundle_arguments(words):
-    """As ros_arguments(), of the form with one bundle file or more after the frame."""
+def bundle_arguments(words: Sequence[str]) -> List[str]:
+    """Return the same for the form with one or more bundle files after the frame."""
     if len(words) <= len(NEEDED):
         raise UsageError(f'{len(words)} arguments are given, at least {len(NEEDED) + 1} are needed')
     files = json.dumps(shlex.join(words[len(NEEDED):]))
     return ros_arguments(words[:len(NEEDED)]) + [f'_bundle_files:={files}']
 
 
-def _value(name, word):
+def _value(name: str, word: str) -> Union[int, str]:
     if name == '_output_frame':
         return json.dumps(word)  # a frame may look like a number
     if not name.startswith('_'):
@@ -43,4 +44,4 @@ def _value(name, word):
         number = math.nan
     if not math.isfinite(number):
         raise UsageError(f'{name[1:].upper()} is {word!r}; a number is needed')
-    return int(number) if number.is_integer() else f'{number:f}'  # YAML takes 1e-05 for a text
+    return int(number) if number.is_integer() else f'{number:f}'  # YAML reads 1e-05 as a text

@@ -20,7 +20,7 @@ from alvar_core.detection.tracker import Tracker
 from ar_track_alvar import conversions, debug_picture
 from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
 from ar_track_alvar.diagnostics import Statistics
-from ar_track_alvar.gates import ErrorGate, RateGate
+from ar_track_alvar.gates import ErrorFilter, RateLimiter
 from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.report import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
@@ -51,7 +51,7 @@ class MarkerNode:
         self.camera = None  # Camera of the picture that is searched
         self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
-        self._statistics, self._rate, self._errors = Statistics(), RateGate(settings.max_frequency), ErrorGate()
+        self._statistics, self._rate, self._errors = Statistics(), RateLimiter(settings.max_frequency), ErrorFilter()
         self._simulated = not rospy_internals.is_wall_time()
         self._said = {}  # kind of warning -> (when it was said [s, monotonic], text)
         self._topic = rospy.resolve_name('camera_image')
@@ -96,7 +96,7 @@ class MarkerNode:
         now = time.monotonic()
         with self._condition:
             self._picture_came = now
-            if not self._rate.open(self._simulated and rospy.get_time() or now):
+            if not self._rate.accept(self._simulated and rospy.get_time() or now):
                 self._statistics.skipped += 1
                 return
             self._statistics.dropped += self._picture is not None
@@ -184,8 +184,8 @@ class MarkerNode:
         for content in others:
             self._complain('content', f'A marker with the content {content!r} is in sight; it is not published: '
                            f'AlvarMarker.id holds numbers up to {LARGEST_ID} only.')
-        detections = self._errors.passed(numbered, self.settings.max_new_marker_error,
-                                         self.settings.max_track_error)
+        detections = self._errors.accepted(numbered, self.settings.max_new_marker_error,
+                                           self.settings.max_track_error)
         self._statistics.searched(time.perf_counter() - begun, detections)
         self._report.publish(arrival, message.header, self.to_publish(detections))
         if self._debug.wanted():

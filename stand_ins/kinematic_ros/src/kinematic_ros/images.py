@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import CompressedImage, Image
 
+from kinematic_core.encoded_images import TRAILER, is_truncated
+
 
 class ImageError(ValueError):
     """A picture that cannot be read; the text says what is wrong with it."""
@@ -123,16 +125,9 @@ def _eight_bits(array):
 
 def _decoded(image, flags):
     data = np.frombuffer(image.data, np.uint8)
-    cut = _is_cut_off(bytes(image.data[:8]), bytes(image.data[-64:]))
+    cut = is_truncated(bytes(image.data[:8]), bytes(image.data[-TRAILER:]))
     array = cv2.imdecode(data, flags | _AS_STORED) if data.size and not cut else None
     if array is None:
         why = 'it is cut off' if cut else 'it is no picture that OpenCV knows'
         raise ImageError(f'a compressed picture ({image.format!r}, {data.size} bytes) cannot be decoded: {why}')
     return array
-
-
-def _is_cut_off(begin, end):
-    """Whether JPEG or PNG data lack their end mark: OpenCV would fill up with grey."""
-    if begin.startswith(b'\xff\xd8'):
-        return b'\xff\xd9' not in end
-    return begin.startswith(b'\x89PNG') and b'IEND' not in end

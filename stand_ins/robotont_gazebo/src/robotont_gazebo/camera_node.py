@@ -35,7 +35,7 @@ class CameraNode:
         """Read the parameters and register everything."""
         self._size = (params.integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, unit='px'),
                       params.integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, unit='px'))
-        self._fov = params.number('~horizontal_fov', camera.HORIZONTAL_FOV, 0.05, 2.8, unit='rad')
+        self._fov = params.number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST, unit='rad')
         self._every = max(1, round(TRUTH_RATE / params.number('~rate', TRUTH_RATE, 0.1, TRUTH_RATE, unit='Hz')))
         self._frame = frames(params.text('~frame_prefix', '')).camera
         self._received = 0

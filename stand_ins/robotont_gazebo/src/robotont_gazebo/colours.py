@@ -1,6 +1,9 @@
-"""Names of colours in world files: those of Gazebo's materials, (r, g, b) 0..255."""
+"""Names of colours in world files: those of Gazebo's materials."""
+from typing import Dict
 
-COLOURS = {
+from kinematic_core.floor_plan import Colour
+
+COLOURS: Dict[str, Colour] = {  # (r, g, b), 0..255
     'black': (0, 0, 0), 'blue': (0, 0, 255), 'darkgrey': (45, 45, 45), 'green': (0, 255, 0), 'grey': (178, 178, 178),
     'indigo': (84, 0, 128), 'orange': (255, 130, 12), 'purple': (255, 0, 255), 'red': (255, 0, 0),
     'turquoise': (0, 255, 255), 'white': (255, 255, 255), 'whitebricks': (226, 222, 214), 'wood': (156, 102, 50),

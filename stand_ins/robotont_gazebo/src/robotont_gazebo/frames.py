@@ -1,8 +1,9 @@
 """The Robotont's frames as the simulator needs them, and where its sensors are; robotont_description has the rest."""
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 from kinematic_core.omni import WHEELS
+from kinematic_core.planar import Pose2D
 
 BASE_HEIGHT = 0.013  # [m] of base_link above base_footprint, which is on the floor
 AXLE_HEIGHT = 0.021  # [m] of the wheels' middles above base_link
@@ -18,11 +19,11 @@ class Frames(NamedTuple):
     base: str
     camera: str  # optical: z forward, x right, y down
     lidar: str
-    wheels: tuple  # links, in the order of omni.WHEELS
-    joints: tuple  # of the wheels
+    wheels: Tuple[str, ...]  # links, in the order of omni.WHEELS
+    joints: Tuple[str, ...]  # of the wheels
 
 
-def frames(prefix):
+def frames(prefix: str) -> Frames:
     """Return the Frames with a prefix, which may be empty."""
     return Frames(f'{prefix}odom', f'{prefix}base_footprint', f'{prefix}base_link',
                   f'{prefix}camera_depth_optical_frame', f'{prefix}hokuyo_link',
@@ -30,6 +31,6 @@ def frames(prefix):
                   tuple(f'{prefix}rim_{wheel}_joint' for wheel in WHEELS))
 
 
-def ahead(pose, distance):
-    """Return (x, y) [m] of a point that is ``distance`` [m] before (behind, if negative) a robot at a Pose."""
+def ahead(pose: Pose2D, distance: float) -> Tuple[float, float]:
+    """Return the point (x, y) [m] at ``distance`` [m] ahead of (if negative: behind) a robot at ``pose``."""
     return pose.x + distance * math.cos(pose.yaw), pose.y + distance * math.sin(pose.yaw)

@@ -1,18 +1,22 @@
-"""Blending what was drawn of one layer of a sight.Sight onto the picture, with smooth upper and lower edges."""
+"""Blends what was drawn of one layer onto the image, with smooth upper and lower edges."""
+from typing import Tuple
+
 import cv2
 import numpy as np
+
+from robotont_gazebo.sight import Layer
 
 STEEPEST = 4.0  # [px/column]: an edge is blended over as many rows as it rises in a column, but no more than these
 
 
-class Edges:
-    """The rows of one layer: in each column `first` to `end` (not included) are covered fully, some beside partly.
+class LayerMask:
+    """The rows that one layer covers: in each column ``first`` to ``end`` (exclusive) fully, some next to them partly.
 
-    layer: a Sight of one layer (arrays (width,)); left, right: the columns between which there is anything; reach: how
-    many rows above `first` and from `end` on are covered in parts.
+    first, end (width,) int32; left, right: the columns between which the layer shows anything; reach: the number of
+    rows above ``first`` and from ``end`` on that are partly covered.
     """
 
-    def __init__(self, layer, height):
+    def __init__(self, layer: Layer, height: int) -> None:
         present = layer.solid >= 0
         columns = np.flatnonzero(present)
         self.left, self.right = (int(columns[0]), int(columns[-1]) + 1) if len(columns) else (0, 0)
@@ -29,13 +33,13 @@ class Edges:
         self.reach = int(np.ceil(max(self._wide_upper[present].max(initial=1.0),
                                      self._wide_lower[present].max(initial=1.0))))
 
-    def rows_of(self, left, right):
-        """Return the first row and the end of the rows that are covered at all between two columns."""
+    def rows_of(self, left: int, right: int) -> Tuple[int, int]:
+        """Return the first and the end row of what is covered at all in the columns ``left`` to ``right``."""
         return (max(0, int(self.first[left:right].min()) - self.reach),
                 min(self._height, int(self.end[left:right].max()) + self.reach))
 
-    def blend(self, canvas, drawn):
-        """Put `drawn` onto `canvas`, both (height, width, 4) uint8, where this layer is."""
+    def blend(self, canvas: np.ndarray, drawn: np.ndarray) -> None:
+        """Copy ``drawn`` onto ``canvas``, both (height, width, 4) uint8, where this layer covers it."""
         part = np.s_[self.left:self.right]
         top, bottom = int(self.first[part].min()), int(self.end[part].max())
         if top < bottom:
@@ -44,7 +48,7 @@ class Edges:
             cv2.copyTo(drawn[top:bottom, part], mask.view(np.uint8), canvas[top:bottom, part])
         self._blend_edges(canvas, drawn)
 
-    def _blend_edges(self, canvas, drawn):
+    def _blend_edges(self, canvas: np.ndarray, drawn: np.ndarray) -> None:
         columns = np.flatnonzero(self._present)
         steps = np.arange(self.reach)[:, None]
         first, end = self.first[columns], self.end[columns]
@@ -61,10 +65,14 @@ class Edges:
         flat[index] = under + ((drawn.reshape(-1, 4)[index] - under) * share >> 8)
 
 
-def _widths(rows, same):
-    """Return over how many rows the edges at `rows` are blended: 1, or as many as they rise to a `same` neighbour."""
+def _widths(rows: np.ndarray, same: np.ndarray) -> np.ndarray:
+    """Return over how many rows (width,) the edges at ``rows`` are blended: 1, or their rise to a ``same`` neighbour.
+
+    rows (width,): rows of the edges; same (width - 1,) bool: the next column shows the same face.
+    """
     rise = np.where(same, np.abs(rows[1:] - rows[:-1]), 0.0)
     out = np.ones(len(rows))
     out[1:] = np.maximum(out[1:], rise)
     out[:-1] = np.maximum(out[:-1], rise)
-    return np.minimum(out, STEEPEST)
+    widths: np.ndarray = np.minimum(out, STEEPEST)
+    return widths

@@ -1,64 +1,70 @@
-"""Pictures of a floor plan from the Robotont's camera: colour and depth.
+"""Renders colour and depth images of a floor plan as the Robotont's camera sees it.
 
-The picture is put together from the layers that sight.look finds, the farthest first: each face is drawn by the one
-perspective map that belongs to its plane, in a size of its pattern that fits the distance, and blended at its upper
+The image is composed of the layers that sight.visible_from finds, the farthest first: each face is drawn by the one
+perspective map of its plane, from an image of its pattern in a size that fits the distance, and blended at its upper
 and lower edges by how much of a pixel it covers. Upright edges fall between two columns.
 """
+from typing import Optional, Sequence
+
 import cv2
 import numpy as np
 
+from kinematic_core.floor_plan import FloorPlan
 from robotont_gazebo import sight
-from robotont_gazebo.backdrop import Backdrop
-from robotont_gazebo.camera import FAR, HEIGHT, HORIZONTAL_FOV, NEAR, WIDTH, PinholeCamera, require_pose
+from robotont_gazebo.backdrop import Background
+from robotont_gazebo.camera import FAR, HEIGHT, HORIZONTAL_FOV, NEAR, WIDTH, CameraPose, PinholeCamera, require_pose
 from robotont_gazebo.faces import FacePainter
-from robotont_gazebo.layers import Edges
+from robotont_gazebo.layers import LayerMask
 
 
 class Renderer:
-    """Renders a FloorPlan; not thread safe: one thread uses a Renderer at a time. Another plan: another Renderer.
+    """Renders one FloorPlan. Not thread-safe: only one thread may use a Renderer at a time.
 
-    patterns: False leaves out bricks, tiles, markers and the sky's gradient, for plain colours. Raises InvalidInput
-    for a camera that cannot be, alvar_core's CodeError for a panel's id that no marker can have.
+    ``patterns``: False draws plain colours, without bricks, tiles, markers and the sky's gradient. Raises InvalidInput
+    for an impossible camera, alvar_core's CodeError for a panel id that no marker can have.
     """
 
-    def __init__(self, plan, width=WIDTH, height=HEIGHT, horizontal_fov=HORIZONTAL_FOV, patterns=True):
+    def __init__(self, plan: FloorPlan, width: float = WIDTH, height: float = HEIGHT,
+                 horizontal_fov: float = HORIZONTAL_FOV, patterns: bool = True) -> None:
         self.camera = PinholeCamera(width, height, horizontal_fov)
         self._solids = sight.Solids(plan)
-        self._backdrop = Backdrop(self.camera, plan.ground_colour, plan.sky_colour, patterns)
+        self._background = Background(self.camera, plan.ground_colour, plan.sky_colour, patterns)
         self._painter = FacePainter(self._solids, self.camera, patterns)
-        self._canvas, self._scratch = (np.zeros((self.camera.height, self.camera.width, 4), np.uint8) for _ in '12')
-        self._last_pose = self._last_sight = None
+        self._canvas = np.zeros((self.camera.height, self.camera.width, 4), np.uint8)
+        self._scratch = np.zeros_like(self._canvas)
+        self._last_pose: Optional[CameraPose] = None
+        self._last_visible: sight.VisibleLayers
 
-    def render(self, camera_pose):
-        """Return what is seen from (x, y, z, yaw) [m, rad] of the camera: (height, width, 3) uint8 RGB, a new array."""
+    def render(self, camera_pose: Sequence[float]) -> np.ndarray:
+        """Return the image (height, width, 3) uint8 RGB, a new array, of a camera at (x, y, z, yaw) [m, rad]."""
         pose = require_pose(camera_pose)
-        seen = self._look(pose)
-        self._backdrop.draw(self._canvas, pose, seen.floor_from)
-        for layer in reversed(seen.layers()):
-            edges = Edges(layer, self.camera.height)
-            self._painter.draw(self._scratch, pose, layer, edges)
-            edges.blend(self._canvas, self._scratch)
+        visible = self._visible_from(pose)
+        self._background.draw(self._canvas, pose, visible.floor_from)
+        for layer in reversed(visible.layers):
+            mask = LayerMask(layer, self.camera.height)
+            self._painter.draw(self._scratch, pose, layer, mask)
+            mask.blend(self._canvas, self._scratch)
         return cv2.cvtColor(self._canvas, cv2.COLOR_RGBA2RGB)
 
-    def depth(self, camera_pose):
+    def depth(self, camera_pose: Sequence[float]) -> np.ndarray:
         """Return the depth (height, width) float32 [m] along the optical axis from (x, y, z, yaw) [m, rad].
 
-        What is nearer than NEAR or farther than FAR is NaN, as in the pictures of Gazebo's depth camera plugins.
+        Depths below NEAR or above FAR are NaN, as in the images of Gazebo's depth camera plugins.
         """
         pose = require_pose(camera_pose)
         rows = self.camera.down
         out = np.empty((self.camera.height, self.camera.width), np.float32)
         out[:] = _reported(np.where(rows > 0.0, pose.z / np.maximum(rows, 1e-9), np.nan))[:, None]
-        for layer in reversed(self._look(pose).layers()):
-            self._lay_depth(out, pose, layer)
+        for layer in reversed(self._visible_from(pose).layers):
+            self._draw_depth(out, pose, layer)
         return out
 
-    def _look(self, pose):
+    def _visible_from(self, pose: CameraPose) -> sight.VisibleLayers:
         if pose != self._last_pose:
-            self._last_sight, self._last_pose = sight.look(self._solids, self.camera, pose), pose
-        return self._last_sight
+            self._last_visible, self._last_pose = sight.visible_from(self._solids, self.camera, pose), pose
+        return self._last_visible
 
-    def _lay_depth(self, out, pose, layer):
+    def _draw_depth(self, out: np.ndarray, pose: CameraPose, layer: sight.Layer) -> None:
         height = self.camera.height
         first, end = (np.ceil(np.clip(row, 0, height)).astype(np.int16) for row in (layer.upper, layer.lower))
         for kind, level in ((sight.FRONT, None), (sight.TOP, self._solids.top), (sight.UNDER, self._solids.bottom)):
@@ -74,12 +80,13 @@ class Renderer:
                 np.copyto(out[top:bottom, part], _reported(depth), where=mask)
 
 
-def _reported(depth):
+def _reported(depth: np.ndarray) -> np.ndarray:
     """Return depths as float32, NaN where the camera does not report them."""
     with np.errstate(invalid='ignore'):
-        return np.where((depth >= NEAR) & (depth <= FAR), depth, np.nan).astype(np.float32)
+        reported: np.ndarray = np.where((depth >= NEAR) & (depth <= FAR), depth, np.nan).astype(np.float32)
+        return reported
 
 
-def _no_zero(slope):
+def _no_zero(slope: np.ndarray) -> np.ndarray:
     return np.where(slope == 0.0, 1e-9, slope)
 

@@ -1,83 +1,95 @@
-"""What walls, panels and the floor look like: patterns of our own, made by rule, in all the sizes they are seen in.
+"""Textures of walls, panels and the floor: patterns of our own, computed, in all the sizes in which they are seen.
 
-Pictures are uint8 RGBA (the fourth channel only makes them faster to copy). A face's picture has its row 0 at the top
-and its column 0 at the left of who stands before it.
+Images are uint8 RGBA (the fourth channel only makes them faster to copy). In the image of a face, row 0 is at the top
+and column 0 at the left of a viewer in front of it.
 """
 import functools
 import math
+from typing import Any, Dict, NamedTuple, Tuple
 
 import cv2
 import numpy as np
 
 from alvar_core import code
+from kinematic_core.floor_plan import Colour
+
+FloatOrArray = Any  # a float or an array of floats
 
 WALL_RESOLUTION = 256  # [px/m]
-WALL_LENGTH, WALL_HEIGHT = 4.0, 2.0  # [m] of a picture at that resolution; for larger walls coarser ones are made
-PLAIN_FROM = 5  # times halved, from which on bricks are too small to be drawn
+WALL_LENGTH, WALL_HEIGHT = 4.0, 2.0  # [m] of an image at that resolution; larger walls get coarser ones
+PLAIN_FROM = 5  # halvings from which on bricks are too small to be drawn
 SHADES = 32  # steps from black to a wall's own colour
 BRICK_LENGTH, COURSE, MORTAR = 0.25, 0.125, 0.010  # [m] pitch of the bricks along and up, and the joint between them
-DARKEST_AT_FLOOR, SHADOW_HEIGHT = 0.80, 0.10  # a wall's brightness where it meets the floor, and up to where [m]
+DARKEST_AT_FLOOR, SHADOW_HEIGHT = 0.80, 0.10  # a wall's brightness at the floor, and the height [m] of that shadow
 TONES = np.random.default_rng(4).uniform(0.90, 1.0, (64, 64))  # of bricks
 MORTAR_TONE = 0.74
 PANEL_PIXELS = 1024  # across a panel
-PANEL_STEPS = 2  # pictures of a panel until one is half as large: markers have to be exact
-PAPER, INK = 250, 14  # greys of panels
+PANEL_STEPS = 2  # images of a panel per halving: markers have to be exact
+PAPER, INK = 250, 14  # grey levels of panels
 MARGIN_CELLS = 2  # of a marker's black border
-PAD = 4  # [px] that a picture goes on beyond its edges
+PAD = 4  # [px] by which an image is extended beyond its edges
 TILE, GROUT, TILE_TONES = 0.5, 0.012, (1.0, 0.93)  # [m] of the floor's tiles and the joints between them
 GROUT_TONE = 0.82
-FLOOR_RESOLUTION = 256  # [px/m] of the finest floor picture
+FLOOR_RESOLUTION = 256  # [px/m] of the finest floor image
+
+
+class PaddedImage(NamedTuple):
+    """An image with PAD px around, and its resolution along and up [px/m]."""
+
+    image: np.ndarray
+    along: float
+    up: float
 
 
 class Mipmap:
-    """A face's picture in ever smaller sizes along and up apart, each made when first asked for.
+    """A face's image in ever smaller sizes, along and up independently, each made when first needed.
 
-    length, height [m] of what it shows. A picture is half as large `steps` levels on. at(along, up): (picture of these
-    levels with PAD px around, px/m along, px/m up); what cannot be made smaller is left as it is.
+    length, height [m] of what it shows. An image is half as large ``steps`` levels on.
     """
 
-    def __init__(self, picture, length, height, steps=1):
+    def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1) -> None:
         self.length, self.height, self._steps = length, height, steps
-        self._pictures, self._padded = {(0, 0): picture}, {}
+        self._images: Dict[Tuple[int, int], np.ndarray] = {(0, 0): image}
+        self._padded: Dict[Tuple[int, int], PaddedImage] = {}
 
-    def at(self, along, up):
-        """Return the picture for these two levels, see the class."""
+    def at(self, along: int, up: int) -> PaddedImage:
+        """Return the image at these two levels; a side of one pixel is not made smaller."""
         found = self._padded.get((along, up))
         if found is None:
-            picture = self._picture(along, up)
-            padded = cv2.copyMakeBorder(picture, PAD, PAD, PAD, PAD, cv2.BORDER_REPLICATE)
-            found = padded, picture.shape[1] / self.length, picture.shape[0] / self.height
+            image = self._image(along, up)
+            padded = cv2.copyMakeBorder(image, PAD, PAD, PAD, PAD, cv2.BORDER_REPLICATE)
+            found = PaddedImage(padded, image.shape[1] / self.length, image.shape[0] / self.height)
             self._padded[along, up] = found
         return found
 
-    def _picture(self, along, up):
-        found = self._pictures.get((along, up))
+    def _image(self, along: int, up: int) -> np.ndarray:
+        found = self._images.get((along, up))
         if found is None:
             back = min(self._steps, along or up)
-            finer = self._picture(along - back, up) if along else self._picture(along, up - back)
+            finer = self._image(along - back, up) if along else self._image(along, up - back)
             height, width = finer.shape[:2]
             scale = 0.5 ** (back / self._steps)
             size = (max(1, int(width * scale)), height) if along else (width, max(1, int(height * scale)))
             found = cv2.resize(finer, size, interpolation=cv2.INTER_AREA)
-            self._pictures[along, up] = found
+            self._images[along, up] = found
         return found
 
 
-def rgba(rgb):
-    """Return floats (..., 3) of 0 to 255 as uint8 RGBA."""
+def rgba(rgb: np.ndarray) -> np.ndarray:
+    """Return colours (..., 3), floats 0..255, as (..., 4) uint8 RGBA."""
     out = np.full((*rgb.shape[:-1], 4), 255, np.uint8)
     out[..., :3] = np.clip(np.round(rgb), 0, 255)
     return out
 
 
-def coarser_for(length, height):
-    """Return how often the resolution of walls is halved so that a picture has room for length x height [m]."""
+def coarser_for(length: float, height: float) -> int:
+    """Return how often the resolution of walls is halved until an image has room for length x height [m]."""
     return max(0, math.ceil(math.log2(max(length / WALL_LENGTH, height / WALL_HEIGHT))))
 
 
 @functools.lru_cache(maxsize=64)
-def wall(colour, shade, coarser, on_floor):
-    """Return the Mipmap of a brick wall of WALL_LENGTH x WALL_HEIGHT, doubled `coarser` times; its foot is the wall's.
+def wall(colour: Colour, shade: float, coarser: int, on_floor: bool) -> Mipmap:
+    """Return the Mipmap of a brick wall of WALL_LENGTH x WALL_HEIGHT, doubled ``coarser`` times, from its foot upwards.
 
     colour (r, g, b) of its bricks, shade 0..1 of their brightness; on_floor: darker towards its lower edge.
     """
@@ -87,8 +99,8 @@ def wall(colour, shade, coarser, on_floor):
 
 
 @functools.lru_cache(maxsize=16)
-def _tones(coarser, on_floor):
-    """Return the brightness of a brick wall's picture, 0..255."""
+def _tones(coarser: int, on_floor: bool) -> np.ndarray:
+    """Return the brightness of a brick wall's image, (rows, columns) uint8."""
     resolution = WALL_RESOLUTION / 2 ** coarser
     columns, rows = round(WALL_LENGTH * WALL_RESOLUTION), round(WALL_HEIGHT * WALL_RESOLUTION)
     up = (np.arange(rows, 0, -1) - 0.5) / resolution
@@ -97,11 +109,12 @@ def _tones(coarser, on_floor):
         tone = _bricks((np.arange(columns) + 0.5) / resolution, up)
     if on_floor:
         tone = tone * (DARKEST_AT_FLOOR + (1.0 - DARKEST_AT_FLOOR) * np.minimum(up / SHADOW_HEIGHT, 1.0))[:, None]
-    return np.round(tone * 255).astype(np.uint8)
+    tones: np.ndarray = np.round(tone * 255).astype(np.uint8)
+    return tones
 
 
-def _bricks(along, up):
-    """Return the tone 0..1 of each point: along (columns,), up (rows,) [m]."""
+def _bricks(along: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Return the tone 0..1 (rows, columns) of each point: along (columns,), up (rows,) [m]."""
     course = np.floor(up / COURSE)
     shifted = along + 0.5 * BRICK_LENGTH * (course % 2)[:, None]
     brick = np.floor(shifted / BRICK_LENGTH)
@@ -111,10 +124,10 @@ def _bricks(along, up):
 
 
 @functools.lru_cache(maxsize=64)
-def panel(marker_id, size, marker_size):
-    """Return the Mipmap of a panel's face: the ALVAR marker, marker_size wide, in a white square, size wide [m].
+def panel(marker_id: int, size: float, marker_size: float) -> Mipmap:
+    """Return the Mipmap of a panel's face: an ALVAR marker, marker_size [m] wide, in a white square, size [m] wide.
 
-    Edges of cells lie where they belong to a fraction of a pixel. Raises alvar_core's CodeError for an impossible id.
+    Edges of cells are drawn with subpixel accuracy. Raises alvar_core's CodeError for an impossible id.
     """
     cells = code.encode(marker_id)
     count = len(cells) + 2 * MARGIN_CELLS
@@ -127,16 +140,16 @@ def panel(marker_id, size, marker_size):
 
 
 @functools.lru_cache(maxsize=32)
-def floor(colour, halved, reach):
-    """Return the RGBA picture of the floor around a crossing of its tiles' joints, `reach` [m] to each side.
+def floor(colour: Colour, halved: int, reach: float) -> np.ndarray:
+    """Return the RGBA image (N, N, 4) of the floor around a crossing of its tiles' joints, ``reach`` [m] to each side.
 
     FLOOR_RESOLUTION / 2**halved px/m; column 0 at the smallest x, row 0 at the smallest y.
     """
     resolution = FLOOR_RESOLUTION / 2 ** halved
-    fine = 2 ** min(halved, 3)  # parts of a pixel that are averaged
-    place = (np.arange(2 * round(reach * resolution) * fine) + 0.5) / (resolution * fine) - reach
-    joint = np.abs((place + 0.5 * TILE) % TILE - 0.5 * TILE) < 0.5 * GROUT
-    odd = np.floor(place / TILE).astype(int) % 2
+    fine: int = 2 ** min(halved, 3)  # parts of a pixel that are averaged
+    position = (np.arange(2 * round(reach * resolution) * fine) + 0.5) / (resolution * fine) - reach
+    joint = np.abs((position + 0.5 * TILE) % TILE - 0.5 * TILE) < 0.5 * GROUT
+    odd = np.floor(position / TILE).astype(int) % 2
     grout = _averaged(joint, fine)
     odd = _averaged(odd, fine)
     tone = TILE_TONES[0] + (TILE_TONES[1] - TILE_TONES[0]) * np.abs(odd[:, None] - odd)
@@ -144,11 +157,13 @@ def floor(colour, halved, reach):
     return rgba((tone + (GROUT_TONE - tone) * grout)[..., None] * np.array(colour, float))
 
 
-def _averaged(values, fine):
-    return values.reshape(-1, fine).mean(1)
+def _averaged(values: np.ndarray, fine: int) -> np.ndarray:
+    means: np.ndarray = values.reshape(-1, fine).mean(1)
+    return means
 
 
-def floor_mean(colour):
-    """Return the mean colour (3,) of the floor's pattern."""
+def floor_mean(colour: Colour) -> np.ndarray:
+    """Return the mean colour (3,), floats 0..255, of the floor's pattern."""
     share = 1.0 - (1.0 - GROUT / TILE) ** 2
-    return np.array(colour, float) * (GROUT_TONE * share + (1.0 - share) * sum(TILE_TONES) / 2)
+    mean: np.ndarray = np.array(colour, float) * (GROUT_TONE * share + (1.0 - share) * sum(TILE_TONES) / 2)
+    return mean

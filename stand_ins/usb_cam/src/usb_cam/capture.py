@@ -1,62 +1,80 @@
-"""Keeps pictures coming from a source, whatever happens to it. Without ROS.
+"""Keeps images coming from a source, whatever happens to it. Without ROS.
 
-Threading contract: ``start``, ``stop``, ``wake`` and ``close`` may be called from any thread. One thread of its own
-opens, reads and closes sources and calls everything of the sink but ``wanted``, which must not wait.
+Threading contract: ``start``, ``stop``, ``wake`` and ``close`` may be called from any thread. A thread of the Capture
+opens, reads and closes sources and calls the sink; ``wanted``, which must not block, is called by other threads too.
 """
 import threading
+from typing import Callable, Optional, Protocol
 
-from usb_cam.pace import Pace
-from usb_cam.sources import EndOfSource, SourceError
+from usb_cam.pace import FrameSchedule
+from usb_cam.sources import EndOfSource, Source, SourceError
 
 RETRY = 1.0  # [s] between two attempts to open what cannot be read
-PATIENCE = 5.0  # [s] that stopping may take: a webcam that hangs is waited for inside OpenCV
+STOP_TIMEOUT = 5.0  # [s] that stopping may take: OpenCV waits for a webcam that hangs
+
+
+class Sink(Protocol):
+    """Where a Capture's images go."""
+
+    def wanted(self) -> bool:
+        """Return whether anybody subscribes."""
+
+    def opened(self, source: Source) -> None:
+        """Learn which source is read from now on."""
+
+    def picture(self, source: Source) -> None:
+        """Retrieve the image that the source has grabbed; called only while wanted."""
+
+    def trouble(self, text: str) -> None:
+        """Learn why there are no images; another attempt follows."""
+
+    def ended(self) -> None:
+        """Learn that the last image was shown; the Capture's start() plays the source again."""
 
 
 class Capture:
-    """A thread between ``open_source()``, which returns a source (sources.py) or raises SourceError, and a sink.
+    """A thread between ``open_source()``, which returns a Source or raises SourceError, and a sink.
 
-    The sink's methods: ``wanted()``: whether anybody looks; ``opened(source)``; ``picture(source)``: one was grabbed,
-    called only while wanted; ``trouble(text)``: there are no pictures, another attempt follows; ``ended()``: the last
-    picture was shown, start() begins again. A webcam is kept going while nobody looks, so that its pictures are fresh;
-    files stand still then, so that nobody misses their beginning.
+    A webcam is read even while nobody subscribes, so that its images are fresh; files pause, so that nobody misses
+    their start.
     """
 
-    def __init__(self, open_source, sink, retry=RETRY):
+    def __init__(self, open_source: Callable[[], Source], sink: Sink, retry: float = RETRY) -> None:
         self._open, self._sink, self._retry = open_source, sink, retry
         self._change = threading.Condition()
         self._running, self._closed, self._idle = False, False, True
         self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
         self._thread.start()
 
-    def start(self):
-        """Capture from now on."""
+    def start(self) -> None:
+        """Start capturing."""
         with self._change:
             self._running = True
             self._change.notify_all()
 
-    def stop(self):
-        """Let go of the source; when this returns True there are no more pictures, False: it takes longer.
+    def stop(self) -> bool:
+        """Close the source; return whether it has happened within STOP_TIMEOUT, after which no image comes.
 
-        It also returns True when somebody else's start() has overruled it.
+        It also returns True when another thread has called start() in the meantime.
         """
         with self._change:
             self._running = False
             self._change.notify_all()
-            return self._change.wait_for(lambda: self._idle or self._running, PATIENCE)
+            return self._change.wait_for(lambda: self._idle or self._running, STOP_TIMEOUT)
 
-    def wake(self):
-        """Look again whether pictures are wanted."""
+    def wake(self) -> None:
+        """Check again whether images are wanted."""
         with self._change:
             self._change.notify_all()
 
-    def close(self):
+    def close(self) -> None:
         """End the thread."""
         with self._change:
             self._closed = True
         self.stop()
-        self._thread.join(PATIENCE)
+        self._thread.join(STOP_TIMEOUT)
 
-    def _run(self):
+    def _run(self) -> None:
         while True:
             with self._change:
                 self._idle = not self._running
@@ -68,8 +86,8 @@ class Capture:
                 self._idle = False
             self._attempt()
 
-    def _attempt(self):
-        source = None
+    def _attempt(self) -> None:
+        source: Optional[Source] = None
         try:
             source = self._open()
             self._sink.opened(source)
@@ -85,28 +103,28 @@ class Capture:
             if source is not None:
                 source.close()
 
-    def _play(self, source):
-        pace = None if source.live else Pace(source.rate)
+    def _play(self, source: Source) -> None:
+        schedule = None if source.live else FrameSchedule(source.rate)
         while self._running:
-            if pace is not None:
+            if schedule is not None:
                 if not self._sink.wanted():
                     with self._change:
                         self._change.wait_for(lambda: not self._running or self._sink.wanted())
-                    pace.restart()
-                elif pace.left() > 0.0:
-                    self._wait(pace.left())
+                    schedule.restart()
+                elif schedule.time_left() > 0.0:
+                    self._wait(schedule.time_left())
                     continue
                 else:
-                    pace.next()
+                    schedule.advance()
                     self._show(source)
             else:
                 self._show(source)
 
-    def _show(self, source):
+    def _show(self, source: Source) -> None:
         source.grab()
         if self._running and self._sink.wanted():
             self._sink.picture(source)
 
-    def _wait(self, duration):
+    def _wait(self, duration: float) -> None:
         with self._change:
             self._change.wait_for(lambda: not self._running, duration)

@@ -18,7 +18,7 @@ from kinematic_ros import nodes, params, rospy_internals
 from kinematic_ros.images import to_image
 from kinematic_ros.topics import Publisher, SubscriptionListener
 from usb_cam.camera_info import CameraInfos
-from usb_cam.capture import PATIENCE, Capture
+from usb_cam.capture import STOP_TIMEOUT, Capture
 from usb_cam.sources import PIXEL_FORMATS, Settings, open_source
 
 MONOCHROME = ('grey', 'yuvmono10')  # pixel formats that are published as mono8
@@ -117,7 +117,7 @@ class UsbCamNode:
     def _stop(self, _):
         if not self._capture.stop():
             raise rospy.ServiceException(f'{self._device} does not answer; it is let go of as soon as it does '
-                                         f'({PATIENCE:g} s were not enough)')
+                                         f'({STOP_TIMEOUT:g} s were not enough)')
         return EmptyResponse()
 
 
@@ -181,7 +181,7 @@ def _stamp(age):
 def main():
     """Run usb_cam_node."""
     os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: what is wrong is said here, once
-    os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] that a webcam may hang; less than PATIENCE
+    os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] a webcam may hang; below STOP_TIMEOUT
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     nodes.init_node('usb_cam')
     UsbCamNode().run()

@@ -1,23 +1,24 @@
-"""When the next picture of a file is due: on a fixed grid of time, so that no delay adds up."""
+"""Schedules the images of a file on a fixed time grid, so that delays do not add up."""
 import time
+from typing import Callable
 
 
-class Pace:
-    """Deadlines ``rate`` [Hz] times a second, the first one at once; ``clock`` returns seconds that never go back."""
+class FrameSchedule:
+    """Deadlines at ``rate`` [Hz], the first one at once; ``clock`` returns seconds and never goes back."""
 
-    def __init__(self, rate, clock=time.monotonic):
+    def __init__(self, rate: float, clock: Callable[[], float] = time.monotonic) -> None:
         self._period, self._clock = 1.0 / rate, clock
         self.restart()
 
-    def restart(self):
-        """Begin a new grid now, after a break."""
-        self._begin, self._slot = self._clock(), 0
+    def restart(self) -> None:
+        """Start a new grid now, after a break."""
+        self._start, self._slot = self._clock(), 0
 
-    def left(self):
-        """Return the time [s] until the next picture is due; 0 or less: it is due."""
-        return self._begin + self._slot * self._period - self._clock()
+    def time_left(self) -> float:
+        """Return the time [s] until the next image is due; 0 or less: it is due."""
+        return self._start + self._slot * self._period - self._clock()
 
-    def next(self):
-        """Go on to the next deadline; those that have passed altogether are left out: no burst makes up for them."""
-        missed = max(0, int(-self.left() / self._period))
+    def advance(self) -> None:
+        """Go on to the next deadline; missed ones are skipped, so that no burst of images follows."""
+        missed = max(0, int(-self.time_left() / self._period))
         self._slot += 1 + missed
