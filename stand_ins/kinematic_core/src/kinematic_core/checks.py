@@ -14,7 +14,7 @@ class InvalidInput(ValueError):
     """A value was refused and nothing was changed; the text names the value and what is allowed."""
 
 
-def shown(value):
+def shown(value: object) -> str:
     """Return a value as repr does, but of large ones only beginning and end; for the texts of errors."""
     return _SHORT.repr(value)
 

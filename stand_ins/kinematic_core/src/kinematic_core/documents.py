@@ -1,7 +1,9 @@
-"""Reads YAML and XML files that anybody may have written: every malformed one gives one error, and no file costs much.
+"""Reads untrusted YAML and XML files: every malformed one raises one kind of error, and none costs much.
 
-Limited are size, depth and what aliases or entities multiply; Python objects are never made from a file's tags.
+Size, depth and what aliases or entities multiply are limited; a file's tags never create Python objects.
 """
+import os
+from typing import Any, Dict, Optional, Union
 from xml.etree import ElementTree
 from xml.parsers import expat
 
@@ -9,20 +11,22 @@ import yaml
 
 LARGEST_YAML = 1_000_000  # [bytes], for which PyYAML takes about ten seconds
 LARGEST_XML = 100_000_000  # [bytes]
-DEEPEST = 100  # elements or lists within each other
+DEEPEST = 100  # nested elements or lists
 MOST_ENTRIES = 100_000  # of a YAML file, with its aliases written out
+
+Path = Union[str, 'os.PathLike[str]']
 
 
 class DocumentError(ValueError):
-    """A file is no YAML or XML, or beyond the limits; the text says where and why, but does not name the file."""
+    """A file is not YAML or XML, or exceeds the limits; the text says where and why, but does not name the file."""
 
 
-def read_yaml(path):
+def read_yaml(path: Path) -> Any:
     """Return what a YAML file holds: dicts, lists, texts, numbers. Raise DocumentError, or OSError."""
     return parse_yaml(_read(path, LARGEST_YAML))
 
 
-def parse_yaml(text):
+def parse_yaml(text: Union[str, bytes]) -> Any:
     """Return what a YAML text (or UTF-8) holds. Raise DocumentError."""
     loader = None
     try:
@@ -41,28 +45,28 @@ def parse_yaml(text):
         raise DocumentError(f'no YAML: {error!r:.200}') from None
 
 
-def read_xml(path):
+def read_xml(path: Path) -> ElementTree.Element:
     """Return the root Element of an XML file. Raise DocumentError, or OSError."""
     return parse_xml(_read(path, LARGEST_XML))
 
 
-def parse_xml(content):
+def parse_xml(content: Union[str, bytes]) -> ElementTree.Element:
     """Return the root Element of an XML document, text or bytes. Raise DocumentError."""
     parser, builder, depth = expat.ParserCreate(), ElementTree.TreeBuilder(), [0]
     parser.buffer_text = True
 
-    def start(tag, attributes):
+    def start(tag: str, attributes: Dict[str, str]) -> None:
         depth[0] += 1
         if depth[0] > DEEPEST:
             raise DocumentError(f'line {parser.CurrentLineNumber}: <{tag:.80}> lies in {DEEPEST} other elements; one '
                                 'less is allowed')
         builder.start(tag, attributes)
 
-    def end(tag):
+    def end(tag: str) -> None:
         depth[0] -= 1
         builder.end(tag)
 
-    def entity(name, *_):
+    def entity(name: str, *_: object) -> None:
         raise DocumentError(f'line {parser.CurrentLineNumber}: it defines the entity {name:.80}; write its text '
                             'instead')
     parser.StartElementHandler, parser.EndElementHandler = start, end
@@ -76,7 +80,7 @@ def parse_xml(content):
         raise DocumentError(f'no XML: {error}') from None
 
 
-def _read(path, largest):
+def _read(path: Path, largest: int) -> bytes:
     with open(path, 'rb') as file:
         content = file.read(largest + 1)
     if len(content) > largest:
@@ -84,14 +88,14 @@ def _read(path, largest):
     return content
 
 
-class _Loader(yaml.SafeLoader):
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML comes without types
     """Knows how deep it is."""
 
-    def __init__(self, stream):
+    def __init__(self, stream: str) -> None:
         super().__init__(stream)
         self._depth = 0
 
-    def compose_node(self, parent, index):
+    def compose_node(self, parent: Any, index: Any) -> Any:
         self._depth += 1
         if self._depth > DEEPEST:
             raise yaml.MarkedYAMLError(problem=f'more than {DEEPEST} lists or mappings lie within each other',
@@ -102,7 +106,7 @@ class _Loader(yaml.SafeLoader):
             self._depth -= 1
 
 
-def _entries(node, known):
+def _entries(node: Any, known: Dict[int, Optional[int]]) -> int:
     """Return the number of entries of a node with its aliases written out; YAMLError when there are too many."""
     number = known.get(id(node))
     if number is None and id(node) in known:

@@ -1,23 +1,26 @@
-"""Files that are there as a whole or not at all, whatever becomes of the disk or of the process that writes them.
+"""Writes files completely or not at all, whatever happens to the disk or to the writing process.
 
-A new file is written beside the wanted one, with a name that nobody can foresee, and is renamed when it is complete. So
-nobody reads half a file, and what was there before stays until then.
+A new file is written next to the wanted one, under an unpredictable name, and renamed when it is complete. So nobody
+reads half a file, and an existing one stays until then.
 """
 import contextlib
 import errno
 import os
 import secrets
 import stat
+from typing import Iterator, Union
 
 MOST_NUMBERED = 100_000  # files of one name in a folder
-STEM = 50  # characters of the file's name in that of the new one: Linux allows 255 bytes, of up to 4 a character
+STEM = 50  # characters of the file's name in that of the new one: Linux allows 255 bytes, up to 4 per character
+
+Content = Union[bytes, str]
 
 
-def write_whole(path, content):
-    """Write a file, in the place of one that exists; raise OSError, which names ``path``.
+def write_whole(path: str, content: Content) -> None:
+    """Write a file, replacing an existing one; raise OSError, which names ``path``.
 
-    ``content``: bytes, or text that becomes UTF-8. Devices and pipes (/dev/stdout) are written to as they are, and so
-    is what a symbolic link leads to.
+    ``content``: bytes, or text to encode as UTF-8. Devices and pipes (/dev/stdout) and the targets of symbolic links
+    are written to directly.
     """
     if is_special(path) or os.path.islink(path):
         with _naming(path), open(path, 'wb') as file:
@@ -25,14 +28,14 @@ def write_whole(path, content):
         return
     with _new_file(path, content) as new:
         with contextlib.suppress(OSError):
-            os.chmod(new, stat.S_IMODE(os.stat(path).st_mode))  # as that of the one before
+            os.chmod(new, stat.S_IMODE(os.stat(path).st_mode))  # as that of the previous one
         os.replace(new, path)
 
 
-def create_whole(path, content):
-    """Write a file that is not there yet; raise FileExistsError, or another OSError, which names ``path``.
+def create_whole(path: str, content: Content) -> None:
+    """Write a file that does not exist yet; raise FileExistsError, or another OSError, which names ``path``.
 
-    What exists stays, a symbolic link that leads nowhere included.
+    Existing files are kept, and so are dangling symbolic links.
     """
     if os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), path)
@@ -40,7 +43,7 @@ def create_whole(path, content):
         name_new(new, path)
 
 
-def create_numbered(folder, stem, extension, content):
+def create_numbered(folder: str, stem: str, extension: str, content: Content) -> str:
     """Write a file with the next free number, such as a_0001.png; return its path. Raise OSError."""
     for number in range(1, MOST_NUMBERED + 1):
         path = os.path.join(folder, f'{stem}_{number:04d}{extension}')
@@ -50,8 +53,8 @@ def create_numbered(folder, stem, extension, content):
     raise OSError(errno.EEXIST, f'there are {MOST_NUMBERED} files {stem}_NUMBER{extension} already', folder)
 
 
-def name_new(old, new):
-    """Rename a file; raise FileExistsError where the new name is taken."""
+def name_new(old: str, new: str) -> None:
+    """Rename a file; raise FileExistsError if the new name is taken."""
     try:
         os.link(old, new)
     except FileExistsError:
@@ -64,14 +67,14 @@ def name_new(old, new):
         os.unlink(old)
 
 
-def is_special(path):
-    """Return whether something is there that is neither a file nor a folder: a device, a pipe."""
+def is_special(path: str) -> bool:
+    """Return whether ``path`` exists and is neither a file nor a folder, but a device or pipe."""
     return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
 
 
 @contextlib.contextmanager
-def _new_file(path, content):
-    """Write a file beside ``path``, hand out its name, and remove it unless it was renamed; errors name ``path``."""
+def _new_file(path: str, content: Content) -> Iterator[str]:
+    """Write a file next to ``path``, yield its name, and remove it unless it was renamed; errors name ``path``."""
     folder, name = os.path.split(os.path.abspath(path))
     new = os.path.join(folder, f'.{name[:STEM]}.{secrets.token_hex(8)}.part')
     try:
@@ -85,13 +88,13 @@ def _new_file(path, content):
 
 
 @contextlib.contextmanager
-def _naming(path):
-    """Let an OSError name ``path``."""
+def _naming(path: str) -> Iterator[None]:
+    """Make an OSError name ``path``."""
     try:
         yield
     except OSError as error:
         raise type(error)(error.errno, error.strerror, os.fspath(path)) from None
 
 
-def _bytes(content):
+def _bytes(content: Content) -> bytes:
     return content.encode('utf-8', 'replace') if isinstance(content, str) else content
