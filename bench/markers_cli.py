@@ -74,7 +74,7 @@ def main(arguments=None):
         return _fail(f'{options.folder}/frames.json: there is no {error} where one is needed')
     except OSError as error:
         return _fail(f'{error.filename}: {error.strerror}')
-    except (ValueError, TypeError, AttributeError) as error:
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
         return _fail(f'{options.folder}/frames.json: {error}')
     frames = results['frames'].values()
     found, median = sum(len(frame['detections']) for frame in frames), statistics.median(

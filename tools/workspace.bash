@@ -123,6 +123,9 @@ check_workspace() {
   fi
   [ -w "$ws" ] || die "you ($(id -un)) may not write to $ws; it belongs to $(stat -c %U "$ws")." \
     "Type: sudo chown -R $(id -un) $ws"
+  [ -O "$ws" ] || [ "$(id -u)" = 0 ] ||
+    die "the workspace $ws belongs to $(stat -c %U "$ws"), whose programs you would run." \
+      "Set TURTLE_ROBOTONT_WS to a folder of your own."
 }
 
 open_workspace() {

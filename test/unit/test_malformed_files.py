@@ -20,7 +20,7 @@ from turtle_robotont.grading import exercise
 from usb_cam import calibration
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-LONGEST_TEXT = 1500  # characters of an error
+LONGEST_TEXT = 1000  # characters of an error
 LONGEST_TIME = 20.0  # [s] of a loaded machine, for what is refused in well under one
 CAMERA = marker_sequence.calibration_yaml([500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0], [0.1] + [0.0] * 4)
 SDF = '''<sdf version="1.6"><world name="w"><scene><background>0.1 0.2 0.3 1</background></scene>

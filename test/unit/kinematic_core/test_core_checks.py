@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from kinematic_core.checks import ABSURD, InvalidInput, require_sane
+from kinematic_core.checks import ABSURD, InvalidInput, require_sane, shown
 
 ABOVE = ABSURD + 1e-9  # a few of the last bits above
 
@@ -41,3 +41,16 @@ def test_every_value_is_looked_at(position):
 def test_limit_is_a_million_and_a_refusal_is_a_value_error():
     assert ABSURD == 1e6
     assert issubclass(InvalidInput, ValueError)
+
+
+@pytest.mark.parametrize('value, text', [('a', "'a'"), ([1, 2], '[1, 2]'), (1e7, '10000000.0'), ({'r': 1}, "{'r': 1}"),
+                                         (None, 'None')])
+def test_small_values_are_shown_as_they_are(value, text):
+    assert shown(value) == text
+
+
+@pytest.mark.parametrize('value', ['a' * 9999, list(range(9999)), [{'name': 'wall', 'x': 1.0} for _ in range(99)],
+                                   10 ** 400, {str(n): [n] * 99 for n in range(99)}])
+def test_large_values_are_shown_in_part(value):
+    text = shown(value)
+    assert '...' in text and len(text) <= 200 and text[0] == repr(value)[0] and text[-1] == repr(value)[-1]

@@ -5,6 +5,7 @@ import reprlib
 ABSURD = 1e6  # [m, m/s, rad or rad/s] far beyond any course, and small enough that float32 and angles stay meaningful
 
 
+LONGEST_SHOWN = 200  # [characters] of a value in a text
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80  # [characters]
 _SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 16  # [entries]
@@ -16,7 +17,8 @@ class InvalidInput(ValueError):
 
 def shown(value: object) -> str:
     """Return a value as repr does, but of large ones only beginning and end; for the texts of errors."""
-    return _SHORT.repr(value)
+    text = _SHORT.repr(value)
+    return text if len(text) <= LONGEST_SHOWN else f'{text[:LONGEST_SHOWN - 40]} ... {text[-30:]}'
 
 
 def require_sane(what: str, **values: float) -> None:

@@ -58,8 +58,8 @@ def parse_xml(content: Union[str, bytes]) -> ElementTree.Element:
     def start(tag: str, attributes: Dict[str, str]) -> None:
         depth[0] += 1
         if depth[0] > DEEPEST:
-            raise DocumentError(f'line {parser.CurrentLineNumber}: <{tag:.80}> lies in {DEEPEST} other elements; one '
-                                'less is allowed')
+            raise DocumentError(f'line {parser.CurrentLineNumber}: <{tag:.80}> lies in {DEEPEST} elements; at most '
+                                f'{DEEPEST - 1} are allowed')
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:
