@@ -6,6 +6,7 @@ import os
 import struct
 import sys
 import tempfile
+import threading
 import time
 import xmlrpc.client
 from http.client import HTTPException
@@ -63,8 +64,15 @@ class Node:
 
     def __init__(self, kind, child, subject):
         self.kind, self.child, self.subject = kind, child, subject
-        self.master = tcpros.api(subject.uri)
         self.uri = self.pid = None
+        self._of_thread = threading.local()
+
+    @property
+    def master(self):
+        """The master's API, a connection for each thread."""
+        if not hasattr(self._of_thread, 'master'):
+            self._of_thread.master = tcpros.api(self.subject.uri)
+        return self._of_thread.master
 
     def await_registered(self, deadline=COME_UP):
         """Return once all its names are with the master."""
@@ -163,7 +171,8 @@ class Node:
         """The digest of what ~snapshot saves."""
         with tempfile.TemporaryDirectory() as folder:
             self.master.setParam(tcpros.CALLER, f'{self.kind.node}/snapshot_dir', folder)
-            accepted, told = self.call(f'{self.kind.node}/snapshot')
+            # the first one loads OpenCV, which takes long when the disk has not been read yet
+            accepted, told = self.call(f'{self.kind.node}/snapshot', timeout=COME_UP)
             files = os.listdir(folder)
             if not accepted or len(files) != 1:
                 raise BenchError(f'no snapshot: {told!r}')
