@@ -29,7 +29,7 @@ from turtle_robotont.robot_driver import pose_of
 from turtle_robotont.shapes import Point
 from turtle_robotont.stage import REST_TIMEOUT, StageError
 
-START_TIMEOUT = 20.0  # [s] until the first message; the first time the sequence is rendered before
+START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first time the sequence is rendered before
 POSITION_ERROR = 0.01  # of the distance, of the median marker; the camera has distortion
 SHEET = (3, 2)  # pictures side by side and below each other
 MAZE_RATE = 2.0  # simulated seconds a second of wall time
