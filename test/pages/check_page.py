@@ -56,6 +56,16 @@ class Reader:
     def do(self, action):
         """Do one action of the page; raise WrongError or TerminalError when it does not come out as it says."""
         self._ways[type(action)](action)
+        wrong = self._trouble()
+        if wrong:
+            raise WrongError(wrong[0])
+
+    def _trouble(self):
+        """Return what is wrong in the terminals though the page does not say so: errors of any command."""
+        found = [(number, terminal.transcript, TROUBLE.search(terminal.transcript))
+                 for number, terminal in self.terminals.items()]
+        return [f'terminal {number} shows trouble:\n{text[match.start():][:1000]}'
+                for number, text, match in found if match]
 
     def _terminal(self, number):
         """Return the terminal with a number, opened if it is a new one."""
@@ -136,14 +146,11 @@ class Reader:
         return found.group(1) if found and os.path.exists(found.group(1)) else None
 
     def close(self):
-        """End everything; return what is wrong then: programs that do not end by Ctrl-C, and errors of any command."""
+        """End everything; return what is wrong then: programs that do not end by Ctrl-C, or not without errors."""
         wrong = []
         for number, terminal in sorted(self.terminals.items(), reverse=True):  # roscore at last
             wrong += [f'terminal {number} {text}' for text in terminal.close(CLOSING)]
-            found = TROUBLE.search(terminal.transcript)
-            if found:
-                wrong.append(f'terminal {number} shows trouble:\n{terminal.transcript[found.start():][:1000]}')
-        return wrong
+        return wrong + self._trouble()
 
 
 def follow(path, workspace, folder):
