@@ -2,6 +2,7 @@
 
 No rospy: a test opens thousands of connections beside it, and sends what rospy would never send.
 """
+import os
 import socket
 import struct
 import time
@@ -131,6 +132,10 @@ class Peer:
         """How many threads its process has."""
         with open(f'/proc/{self.pid}/status', encoding='ascii') as status:
             return next(int(line.split()[1]) for line in status if line.startswith('Threads:'))
+
+    def descriptors(self):
+        """How many file descriptors its process has open."""
+        return len(os.listdir(f'/proc/{self.pid}/fd'))
 
     def processor_time(self):
         """How long [s] its process has run."""
