@@ -4,6 +4,7 @@ Threading contract: the thread of a connection lives from a complete request to 
 the connection is persistent; a connection without a request costs none.
 """
 import socket
+import struct
 import threading
 
 from kinematic_ros import rospy_internals
@@ -43,13 +44,14 @@ class ServiceConnection:
     def _serve(self, connection, request):
         """Answer a request, and those that follow soon."""
         try:
+            connection.setblocking(True)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _timeval(SEND_DEADLINE))
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _timeval(LINGER))
             while True:
-                connection.settimeout(SEND_DEADLINE)
                 self._answer(connection, request)
                 if not self._persistent:
                     connection.shutdown(socket.SHUT_RDWR)
                     break
-                connection.settimeout(LINGER)
                 reader = FrameReader(SIZE_LIMIT)
                 request = reader.read(connection)
                 if request is None:
@@ -72,3 +74,8 @@ class ServiceConnection:
 
     def _complain(self, what):
         self._watch.report('refused', f'{self._header["callerid"]} called {self._service.resolved_name} and {what}.')
+
+
+def _timeval(seconds):
+    """Return a time limit as a socket's option has it; Python's own, settimeout, costs a system call each time."""
+    return struct.pack('ll', int(seconds), int(seconds % 1.0 * 1e6))
