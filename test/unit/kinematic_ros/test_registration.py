@@ -276,11 +276,11 @@ def test_many_registrations_take_few_requests_and_all_values_come_back(master):
     server = master._server
     original = server._marshaled_dispatch
     server._marshaled_dispatch = lambda *data: (requests.append(None), original(*data))[1]
-    values = registration.call_master(('registerSubscriber', f'/t{number}', '*', URI) for number in range(1201))
+    values = registration.values_of(('registerSubscriber', f'/t{number}', '*', URI) for number in range(1201))
     assert len(requests) == 3
     assert values == [[f'http://publisher-of/t{number}/'] for number in range(1201)]
 
 
 def test_a_refused_call_of_many_is_named(master):
     with pytest.raises(rosgraph.MasterError, match='lookupService: unknown'):
-        registration.call_master([('lookupService', SIGN), ('lookupService', '/none')])
+        registration.values_of([('lookupService', SIGN), ('lookupService', '/none')])

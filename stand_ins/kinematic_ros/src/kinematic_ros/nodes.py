@@ -36,6 +36,7 @@ from kinematic_ros import console, registration, rospy_internals, servers
 from kinematic_ros.params import MasterAway, ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
+LONGEST_CALL = 2.0  # [s] for the master to take note of the end
 LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
 
 _begun = threading.Event()  # the end
@@ -115,6 +116,7 @@ def _limit_the_end():
     """See to it that the process ends in time, even if a master that stands, or a lock, holds the end up."""
     if not _begun.is_set():
         _begun.set()
+        rospy_internals.limit_calls_of_master(LONGEST_CALL)
         timer = threading.Timer(LONGEST_END, _give_up)
         timer.daemon = True
         timer.start()

@@ -8,7 +8,6 @@ Whether a master knows the node is seen from ``~get_loggers``, a service that ev
 registers. (Whether it knows the node's name says nothing: it learns that from a node that asks for a parameter.)
 """
 import http.client
-import itertools
 import threading
 import xmlrpc.client
 
@@ -16,12 +15,11 @@ import rosgraph
 import rospy
 
 from kinematic_ros import rospy_internals
+from kinematic_ros.master import TIMEOUT, Master, NoMaster
 
 PERIOD = 1.0  # [s] between two looks at the master
-TIMEOUT = 5.0  # [s] for an answer of the master: one that stands, or is gone with its machine, gives none
-BATCH = 500  # registrations in one request
 SIGN = '~get_loggers'  # the service by which a node is seen to be registered
-TROUBLES = OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
+TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 _hooks = []  # to call after each registration anew
 
@@ -46,22 +44,17 @@ def keep_registered(parameters=(), period=PERIOD):
     return thread
 
 
-def call_master(calls):
+def values_of(calls):
     """Make calls (method, argument, ...) of the master in as few requests as possible; return the list of their values.
 
-    The caller's name is added as their first argument. Raises one of TROUBLES.
+    Raises one of TROUBLES.
     """
-    master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport())
-    calls, values = iter(calls), []
-    for batch in iter(lambda: list(itertools.islice(calls, BATCH)), []):
-        requests = xmlrpc.client.MultiCall(master)
-        for method, *arguments in batch:
-            getattr(requests, method)(rospy.get_name(), *arguments)
-        for (method, *_), (code, message, value) in zip(batch, requests()):
-            if code != 1:
-                raise rosgraph.MasterError(f'{method}: {message}')
-            values.append(value)
-    return values
+    calls = list(calls)
+    answers = Master(TIMEOUT).request(calls)
+    for (method, *_), (code, text, _) in zip(calls, answers):
+        if code != 1:
+            raise rosgraph.MasterError(f'{method}: {text}')
+    return [value for _, _, value in answers]
 
 
 class _Watch:
@@ -79,11 +72,11 @@ class _Watch:
         while not self._ended.wait(period):
             try:
                 self._look()
-            except Exception as error:  # whatever answers at the master's address: one of TROUBLES, or no XML
+            except Exception as error:  # one of TROUBLES, or what is no XML: whatever answers at the master's address
                 if not self._away and not self._ended.is_set():
                     self._away = True
-                    rospy.logwarn('The ROS master at %s does not answer (%s); continuing without it. The node will '
-                                  'register again when it returns (roscore).', rosgraph.get_master_uri(), error)
+                    rospy.logwarn('The ROS master does not answer: %s. Continuing without it; the node will register '
+                                  'again when it returns (roscore).', error)
 
     def end(self):
         """End looking; what is being registered is awaited after all other hooks of the shutdown."""
@@ -112,9 +105,8 @@ class _Watch:
 
 def _known():
     """Return whether the master knows this node; end the node where the master knows another one of its name."""
-    master = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport())
     sign = rospy.resolve_name(SIGN)
-    code, _, uri = master.lookupService(rospy.get_name(), sign)
+    (code, _, uri), = Master(TIMEOUT).request([('lookupService', sign)])
     if code == 1 and uri != dict(rospy_internals.services()).get(sign, uri):
         rospy.logfatal('Another node of the name %s is registered with the ROS master: this one ends, as a ROS node '
                        'does when a newer one takes its name.', rospy.get_name())
@@ -123,23 +115,14 @@ def _known():
 
 
 def _register_all(parameters):
-    there = call_master(('hasParam', name) for name in parameters)
-    call_master(('setParam', name, value) for (name, value), known in zip(parameters.items(), there) if not known)
+    there = values_of(('hasParam', name) for name in parameters)
+    values_of(('setParam', name, value) for (name, value), known in zip(parameters.items(), there) if not known)
     uri, sign = rospy.get_node_uri(), rospy.resolve_name(SIGN)
     subscribed = rospy_internals.subscriptions()
     services = sorted(rospy_internals.services(), key=lambda service: service[0] == sign)  # the sign comes last
-    values = call_master([
+    values = values_of([
         *(('registerSubscriber', name, data_type, uri) for name, data_type in subscribed),
         *(('registerPublisher', name, data_type, uri) for name, data_type in rospy_internals.publications()),
         *(('registerService', name, service_uri, uri) for name, service_uri in services)])
     for (name, _), publishers in zip(subscribed, values):
         rospy_internals.new_publishers(name, publishers)
-
-
-class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time limit."""
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = TIMEOUT
-        return connection

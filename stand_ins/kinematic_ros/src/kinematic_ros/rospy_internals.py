@@ -21,6 +21,7 @@ import time
 import xmlrpc.client
 
 import genpy
+import rosgraph
 import rosgraph.network
 import rosgraph.roslogging
 import rosgraph.xmlrpc
@@ -109,7 +110,7 @@ ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
     'rospy.impl.tcpros_service.ServiceImpl': ('handler', 'seq', 'protocol'),
     'rospy.service._Service': ('resolved_name', 'service_class', 'request_class', 'response_class'),
 }
-OBJECTS = ('rospy.core._shutdown_lock.acquire',)  # what is used besides
+OBJECTS = 'rospy.core._shutdown_lock.acquire', 'rospy.core._xmlrpc_cache.get'  # what is used besides
 
 
 def connections(publisher):
@@ -411,6 +412,34 @@ def new_publishers(topic, uris):
 def shutting_down():
     """Return whether the shutdown has begun; rospy.is_shutdown() says so only after hooks were called."""
     return rospy.core.is_shutdown_requested() or rospy.core.is_shutdown()
+
+
+def limit_calls_of_master(seconds):
+    """Let rospy wait no longer than this [s] for an answer of the master: for the shutdown, which unregisters the node.
+
+    What another thread asks the master just now does not hold it up either.
+    """
+    uri = rosgraph.get_master_uri()
+    rospy.core._xmlrpc_cache[uri] = xmlrpc.client.ServerProxy(uri, transport=_LimitedTransport(seconds))
+
+
+class _LimitedTransport(xmlrpc.client.Transport):
+    """HTTP with a time limit [s]; rospy's shutdown can do with no error of a socket but two that it knows."""
+
+    def __init__(self, limit):
+        super().__init__()
+        self._limit = limit
+
+    def make_connection(self, host):
+        connection = super().make_connection(host)
+        connection.timeout = self._limit
+        return connection
+
+    def request(self, host, *arguments, **options):
+        try:
+            return super().request(host, *arguments, **options)
+        except OSError as error:
+            raise xmlrpc.client.ProtocolError(host, 0, str(error), {}) from None
 
 
 def wait_for_shutdown():
