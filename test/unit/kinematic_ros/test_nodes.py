@@ -174,6 +174,19 @@ def test_an_error_of_a_thread_is_told_and_ends_nothing():
     assert code == 0 and 'The thread worker of this node' in err and 'ValueError: mine' in err
 
 
+def test_a_node_that_waits_for_a_master_is_ended_at_once(monkeypatch):
+    monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:1')
+    process = program("""
+        def main():
+            nodes.init_node('waiting')
+    """)
+    assert 'Unable to register' in process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=DEADLINE)
+    assert process.returncode == 1 and 'could not start' in err
+    assert 'did not end' not in err and 'Traceback' not in err
+
+
 def test_nohup_is_respected():
     process = subprocess.Popen(['nohup', sys.executable, '-c', 'import rospy, time\nfrom kinematic_ros import nodes\n'
                                 + textwrap.dedent(SPIN) + 'nodes.run(main)'],

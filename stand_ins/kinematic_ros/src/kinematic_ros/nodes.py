@@ -36,6 +36,7 @@ from kinematic_ros import console, registration, rospy_internals, servers
 from kinematic_ros.params import MasterAway, ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
+REGISTERING = 0.5  # [s] for a registration that has begun
 LONGEST_CALL = 2.0  # [s] for the master to take note of the end
 LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
 
@@ -109,6 +110,7 @@ def shut_down(reason):
         rospy_internals.wait_for_shutdown()
     thread = threading.Thread(target=work, name='shutdown', daemon=True)
     thread.start()
+    threading.Thread(target=rospy_internals.end_registering, args=(REGISTERING,), daemon=True).start()
     return thread
 
 

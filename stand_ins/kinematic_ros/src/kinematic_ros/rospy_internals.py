@@ -110,7 +110,8 @@ ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
     'rospy.impl.tcpros_service.ServiceImpl': ('handler', 'seq', 'protocol'),
     'rospy.service._Service': ('resolved_name', 'service_class', 'request_class', 'response_class'),
 }
-OBJECTS = 'rospy.core._shutdown_lock.acquire', 'rospy.core._xmlrpc_cache.get'  # what is used besides
+OBJECTS = (  # what is used besides
+    'rospy.core._shutdown_flag', 'rospy.core._shutdown_lock.acquire', 'rospy.core._xmlrpc_cache.get')
 
 
 def connections(publisher):
@@ -440,6 +441,18 @@ class _LimitedTransport(xmlrpc.client.Transport):
             return super().request(host, *arguments, **options)
         except OSError as error:
             raise xmlrpc.client.ProtocolError(host, 0, str(error), {}) from None
+
+
+def end_registering(patience):
+    """Let a registration with a master that is away end, for the shutdown; one that lasts longer than ``patience`` [s].
+
+    rospy tries it again and again until it shuts down, and holds the lock meanwhile that its shutdown needs.
+    """
+    for manager in (get_topic_manager(), get_service_manager()):
+        if manager.lock.acquire(timeout=patience):
+            manager.lock.release()
+        else:
+            rospy.core._shutdown_flag = True
 
 
 def wait_for_shutdown():
