@@ -5,11 +5,12 @@ MEASUREMENTS: {name: Measurement}. `Measurement.run(subject, scale)` starts what
 {figure key: samples}. Measurements without a node (in_process) run once a round, for ours only.
 """
 
+import os
 import time
 from dataclasses import dataclass
 
 from figures import Figure, Target, deviation, intervals, mean_rate, median, p95
-from processes import cpu_between, tree_cpu, tree_memory
+from processes import cpu_between, process_tree, tree_cpu, tree_memory
 from session import answer
 
 PACKAGE = 'turtlesim'
@@ -18,6 +19,11 @@ EXECUTABLE = 'turtlesim_node'
 COME_UP = 30.0  # [s] until a node answers; probes give up before that with a better text
 TURTLE_COUNTS = (1, 20, 100)
 SERVICES = ('set_pen', 'teleport_absolute')
+ALL_SERVICES = ('set_pen', 'teleport_absolute', 'teleport_relative', 'clear', 'spawn', 'kill', 'reset')
+WAYS = {'back': 'back to back', 'single': 'single', 'together': '4 callers at once'}
+MANY = 1000  # turtles
+RAW = 'turtlesim_raw_probe.py'
+LAST = 50  # of them
 RATE = 62.5  # [Hz] turtlesim's
 SETTLE = 1.0  # [s] after a change before a window opens
 
@@ -61,9 +67,9 @@ def turtles_in_words(count):
     return '1 turtle' if count == 1 else f'{count} turtles'
 
 
-def _asked(subject, node, patience, task, *arguments):
+def _asked(subject, node, patience, task, *arguments, module='turtlesim_probe.py'):
     """The one answer of a probe at a running node."""
-    with subject.probe('turtlesim_probe.py', task, *arguments) as probe:
+    with subject.probe(module, task, *arguments) as probe:
         return answer(probe, COME_UP + patience, [node])
 
 
@@ -91,6 +97,58 @@ def service(subject, scale):
                                '--count', scale.samples, *option)['times']
                 found[f'{name}_{kept}'] = [1e3 * seconds for seconds in times]
     return found
+
+
+def calls(subject, scale):
+    """Times of all services' calls: back to back, single at any moment, several at once. reset is the last."""
+    found = {}
+    with subject.node() as node:
+        for name in ALL_SERVICES:
+            said = _asked(subject, node, 0.5 * scale.samples, 'calls', '--service', name, '--count', scale.samples,
+                          module=RAW)
+            found.update({f'{name}_{way}': [1e3 * seconds for seconds in said[way]] for way in WAYS})
+            found[f'{name}_frames'] = said['frames']
+    return found
+
+
+def _descriptors(node):
+    return sum(len(os.listdir(f'/proc/{pid}/fd')) for pid in process_tree(node.pid))
+
+
+def _idle(node, scale):
+    """CPU [s a second] of a node that is left alone."""
+    time.sleep(SETTLE)
+    begun, before = time.perf_counter(), tree_cpu(node.pid)
+    time.sleep(scale.window)
+    return _cpu_percent(node, begun, before) / 100.0
+
+
+def thousand(subject, scale):
+    """Spawning a thousand turtles, listening to all, resetting."""
+    found = {}
+    with subject.node() as node:
+        _asked(subject, node, 0.0, 'calls', '--count', 2, module=RAW)  # what the first calls make stays
+        quiet, found['files_before'] = _idle(node, scale), _descriptors(node)
+        with subject.probe(RAW, 'many', '--turtles', MANY) as probe:
+            answer(probe, COME_UP, [node])
+            begun, before = time.perf_counter(), tree_cpu(node.pid)
+            said = answer(probe, COME_UP + 0.2 * MANY, [node])
+            elapsed, used = time.perf_counter() - begun, cpu_between(before, tree_cpu(node.pid))
+        found['cpu_idle'] = 100.0 * (busy := _idle(node, scale))
+        spawns = [1e3 * seconds for seconds in said['times']]
+        found.update(spawn=median(spawns), spawn_last=median(spawns[-LAST:]), spawn_gap=1e3 * said['gap'],
+                     work=1e3 * (used - elapsed * 0.5 * (quiet + busy)) / len(spawns))
+        with subject.probe(RAW, 'listen_many', '--turtles', MANY, '--seconds', scale.window) as probe:
+            answer(probe, 2.0 * COME_UP, [node])
+            begun, before = time.perf_counter(), tree_cpu(node.pid)
+            rates = answer(probe, COME_UP + scale.window, [node])['rates']
+            found['cpu_subscribed'] = _cpu_percent(node, begun, before)
+        found.update(rate_mean=sum(rates) / len(rates), rate_worst=min(rates), rss=tree_memory(node.pid)[0])
+        said = _asked(subject, node, COME_UP, 'reset', module=RAW)
+        found.update(reset=said['seconds'], reset_gap=1e3 * said['gap'])
+        time.sleep(SETTLE)
+        found['files_more'] = _descriptors(node) - found.pop('files_before')
+    return {f'{key}_{MANY}': [value] for key, value in found.items()}
 
 
 def _cpu_percent(node, begun, before):
@@ -150,8 +208,10 @@ MEASUREMENTS = {
     'rate': Measurement(tick_rate, 'tick rate and jitter'),
     'cmd_vel': Measurement(cmd_vel, 'cmd_vel to the pose that shows it'),
     'service': Measurement(service, 'service calls'),
+    'calls': Measurement(calls, 'all services: back to back, single, several at once'),
     **{f'turtles_{count}': Measurement(load(count), f'CPU, memory and rates with {turtles_in_words(count)}')
        for count in TURTLE_COUNTS},
+    f'turtles_{MANY}': Measurement(thousand, f'spawning, listening to and resetting {MANY} turtles'),
     'core': Measurement(core, 'ticks of core and canvas', in_process=True),
 }
 
@@ -161,6 +221,29 @@ def _service_figures():
         for kept, words in (('fresh', 'a connection a call'), ('kept', 'persistent')):
             for reduce, word in ((median, 'median'), (p95, 'p95')):
                 yield Figure(f'{name}, {words}, {word}', f'{name}_{kept}', 'ms', reduce, Target('ratio', 1.05))
+
+
+def _call_figures():
+    for name in ALL_SERVICES:
+        for way, words in WAYS.items():
+            yield Figure(f'{name}, {words}, median', f'{name}_{way}', 'ms', median, Target('ratio', 1.05))
+        yield Figure(f'{name}, {WAYS["together"]}, frames', f'{name}_frames', 'frames', median, Target('ratio', 1.05))
+
+
+def _many_figures():
+    for name, key, unit, target in (
+            ('spawn, median', 'spawn', 'ms', Target('below', 18.0)),
+            (f'spawn, the last {LAST}', 'spawn_last', 'ms', Target('below', 18.0)),
+            ('own work of a spawn', 'work', 'ms', Target('below', 2.0)),
+            ('longest pose gap while spawning', 'spawn_gap', 'ms', Target('below', 60.0)),
+            ('CPU, no subscriber', 'cpu_idle', '% of a core', None),
+            ('CPU, all subscribed', 'cpu_subscribed', '% of a core', Target('below', 100.0)),
+            ('pose rate, mean', 'rate_mean', 'Hz', Target('at_least', 62.0)),
+            ('pose rate, worst', 'rate_worst', 'Hz', None), ('memory', 'rss', 'MB', None),
+            ('reset', 'reset', 's', Target('below', 1.0)),
+            ('longest pose gap while resetting', 'reset_gap', 'ms', Target('below', 60.0)),
+            ('descriptors left after the reset', 'files_more', 'files', Target('below', 3.0))):
+        yield Figure(f'{turtles_in_words(MANY)}, {name}', f'{key}_{MANY}', unit, median, target)
 
 
 def _load_figures():
@@ -197,6 +280,8 @@ FIGURES = (
     Figure('cmd_vel to pose, median', 'cmd_vel', 'ms', median, Target('ratio', 1.05)),
     Figure('cmd_vel to pose, p95', 'cmd_vel', 'ms', p95, Target('ratio', 1.05)),
     *_service_figures(),
+    *_call_figures(),
     *_load_figures(),
+    *_many_figures(),
     *_core_figures(),
 )

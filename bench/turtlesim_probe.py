@@ -227,28 +227,29 @@ def spawn(options):
 TASKS = {task.__name__: task for task in (first_pose, rate, listen, cmd_vel, service, spawn)}
 
 
-def parse(arguments):
+def parse(arguments, tasks, services):
     """The options of one task."""
     parser = argparse.ArgumentParser(description='one measurement at a running turtlesim_node')
-    parser.add_argument('task', choices=sorted(TASKS))
+    parser.add_argument('task', choices=sorted(tasks))
     parser.add_argument('--seconds', type=float, default=5.0, help='window [s]')
     parser.add_argument('--settle', type=float, default=1.0, help='pause before and after the window [s]')
     parser.add_argument('--count', type=int, default=100, help='samples')
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--turtles', type=int, default=1)
-    parser.add_argument('--service', choices=sorted(SERVICES), default='set_pen')
+    parser.add_argument('--service', choices=sorted(services), default='set_pen')
     parser.add_argument('--persistent', action='store_true')
     parser.add_argument('--drive', action='store_true', help='keep the turtles moving')
     return parser.parse_args(arguments)
 
 
-def main():
-    options = parse(sys.argv[1:])
+def main(tasks=TASKS, services=SERVICES):
+    """Run the task that the command line names; ``tasks`` {name: function(options)}."""
+    options = parse(sys.argv[1:], tasks, services)
     gc.disable()
     rospy.init_node('bench_probe', anonymous=True, disable_rosout=True, disable_signals=True)
     try:
-        TASKS[options.task](options)
-    except (Silent, rospy.ROSException, rospy.ServiceException) as error:
+        tasks[options.task](options)
+    except (Silent, OSError, rospy.ROSException, rospy.ServiceException) as error:
         print(f'{options.task}: {error}', file=sys.stderr)
         return 1
     finally:
