@@ -7,11 +7,12 @@ one client, one after the other, take a step each, and those of several clients 
 What has to ask the master does not hold up the steps: its handler is a generator that yields functions; each is called
 on another thread, and its result (or exception) is what the yield gives. The step waits for it for a moment, in which
 it is nearly always done, so that order and time are those of one thread; else the call, and later ones that ask the
-master as well, go on in the next step.
+master as well, go on in the next steps, which do not wait for it again.
 
 Threading contract: ``put`` may be called from any thread, ``answer`` from the one that steps; handlers run there.
 """
 import inspect
+import math
 import queue
 import threading
 import time
@@ -20,7 +21,7 @@ import rospy
 
 from kinematic_ros.rospy_internals import QueuedService, caller
 
-PATIENCE = 0.01  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
+PATIENCE = 0.04  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
 
 
 class FrameServices:
@@ -49,7 +50,10 @@ class FrameServices:
         self._on_call()
 
     def answer(self, patience=PATIENCE):
-        """Answer what was queued before now; wait for the master ``patience`` [s of wall time] at most."""
+        """Answer what was queued before now; wait for the master ``patience`` [s of wall time] at most.
+
+        Steps do not wait again for what took longer.
+        """
         if not self._queued and not self._begun:
             return
         with self._lock:
@@ -60,7 +64,7 @@ class FrameServices:
         self._begun = []
         end = time.monotonic() + patience
         for answer in answers:
-            if (self._begun and answer.asks_master) or not answer.proceed(end):
+            if (self._begun and answer.asks_master) or not answer.proceed(-math.inf if answer.late else end):
                 self._begun.append(answer)
 
 
@@ -71,6 +75,11 @@ class _Answer:
         self.asks_master = inspect.isgeneratorfunction(handler)
         self._call, self._handler, self._worker = call, handler, worker
         self._steps = self._job = None
+
+    @property
+    def late(self):
+        """Return whether a step has waited for it already."""
+        return self._steps is not None
 
     def proceed(self, end):
         """Go on; return whether the call is answered, or False when it waits at ``end`` [s, monotonic]."""

@@ -26,13 +26,18 @@ class Master:
     def __init__(self, timeout=TIMEOUT):
         """``timeout`` [s] of a request."""
         self._timeout = timeout
-        self._proxy = None
+        self._proxy = self._transport = None
 
     def register(self, calls):
         """Make the calls of rospy_internals.collected_registrations; raise NoMaster."""
-        for (method, name, *_), (_, _, value) in zip(calls, self.request(calls)):
-            if method == 'registerSubscriber' and value:
-                rospy_internals.new_publishers(name, value)
+        rospy_internals.registered(calls, [value if code == 1 else None for code, _, value in self.request(calls)])
+
+    def unregister(self, calls):
+        """Make the calls of rospy_internals.collected_unregistrations, the answers of which say nothing.
+
+        Raise NoMaster.
+        """
+        self.request(calls, unread=True)
 
     def parameters(self, names):
         """Return {resolved name: value} of those parameters that are set; raise NoMaster."""
@@ -40,22 +45,25 @@ class Master:
         answers = self.request([('getParam', name) for name in resolved])
         return {name: value for name, (code, _, value) in zip(resolved, answers) if code == 1}
 
-    def request(self, calls):
+    def request(self, calls, unread=False):
         """Make calls, each (method, its arguments after the caller's name); return their answers: [code, text, value].
 
-        Raise NoMaster, where some of the calls may have been made.
+        Raise NoMaster, where some of the calls may have been made. ``unread``: return none, which saves half of the
+        time where there are thousands.
         """
         answers = []
         for begin in range(0, len(calls), MOST_CALLS):
-            answers += self._request(calls[begin:begin + MOST_CALLS])
+            answers += self._request(calls[begin:begin + MOST_CALLS], unread)
         return answers
 
-    def _request(self, calls):
+    def _request(self, calls, unread):
         if self._proxy is None:
-            self._proxy = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=_Transport(self._timeout))
+            self._transport = _Transport(self._timeout)
+            self._proxy = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=self._transport)
         several = xmlrpc.client.MultiCall(self._proxy)
         for method, *arguments in calls:
             getattr(several, method)(rospy.get_name(), *arguments)
+        self._transport.unread = unread
         try:
             return list(several())
         except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
@@ -65,13 +73,20 @@ class Master:
 
 
 class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time limit."""
+    """HTTP with a time limit; ``unread``: whether answers are taken for an empty list."""
 
     def __init__(self, timeout):
         super().__init__()
         self._timeout = timeout
+        self.unread = False
 
     def make_connection(self, host):
         connection = super().make_connection(host)
         connection.timeout = self._timeout
         return connection
+
+    def parse_response(self, response):
+        if not self.unread:
+            return super().parse_response(response)
+        response.read()
+        return ([],)

@@ -42,10 +42,12 @@ from rospy.impl.registration import (
     get_service_manager,
     get_topic_manager,
 )
+from rospy.impl.statistics import SubscriberStatisticsLogger
 
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # leaves out a field of lines on /rosout
 ANY_TYPE = '*'  # in the place of a md5sum
+STATISTICS_PARAMETER = '/enable_statistics'  # whether subscribers publish statistics of what they receive
 SHUTDOWN_POLL = 0.5  # [s] between two looks whether a call can still be answered
 
 FUNCTIONS = {  # what is called or replaced: names of its parameters
@@ -57,6 +59,8 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rospy.impl.paramserver.get_param_server_cache': (),
     'rospy.impl.paramserver.ParamServerCache.set': ('self', 'key', 'value'),
     'rospy.impl.registration.get_registration_listeners': (),
+    'rospy.impl.statistics.SubscriberStatisticsLogger.is_enabled': (),
+    'rospy.impl.statistics.SubscriberStatisticsLogger.__init__': ('self', 'subscriber'),
     'rospy.impl.registration.RegManager.publisher_update': ('self', 'resolved_name', 'uris'),
     'rospy.impl.registration.RegManager._connect_topic_thread': ('self', 'topic', 'uri'),
     'rospy.impl.masterslave.ROSHandler.publisherUpdate': ('args', 'kwds'),  # as its decorator leaves it
@@ -103,6 +107,7 @@ ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
     'rospy.topics.Topic': ('impl',),
     'rospy.topics._TopicImpl': ('connection_poll', 'connections'),
     'rospy.topics._TopicManager': ('lock', 'pubs', 'subs'),
+    'rospy.topics.Poller': ('poller',),
     'rospy.impl.registration.RegistrationListeners': ('listeners',),
     'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id', 'header'),
     'rospy.impl.tcpros_base.TCPServer': ('server_sock', 'inbound_handler', 'is_shutdown'),
@@ -587,10 +592,22 @@ def collected_registrations():
         _collecting.calls = None
     manager = get_topic_manager()
     for method, name, *_ in calls:
-        if method == 'registerPublisher':
-            manager.pubs[name].connection_poll = _ConnectionPoll()
-        elif method == 'registerSubscriber':
-            manager.subs[name].connection_poll = _ConnectionPoll()
+        topic = (manager.pubs if method == 'registerPublisher' else manager.subs).get(name)
+        if topic and method != 'registerService':
+            topic.connection_poll.poller.close()
+            topic.connection_poll = _ConnectionPoll()
+    calls.append(('getParam', STATISTICS_PARAMETER))  # rospy asks for it at each subscriber
+
+
+def registered(calls, values):
+    """Do what rospy does with the master's answers to the calls of collected_registrations; None: it refused one."""
+    for (method, name, *_), value in zip(calls, values):
+        if method == 'registerSubscriber':
+            if value:
+                new_publishers(name, value)
+            if values[-1]:
+                topic = get_topic_manager().subs[name]
+                topic.statistics_logger = SubscriberStatisticsLogger(topic)
 
 
 @contextlib.contextmanager
@@ -614,6 +631,7 @@ def _divert(listeners):
     if 'notify_added' in vars(listeners):
         return
     tell_added, tell_removed = listeners.notify_added, listeners.notify_removed
+    statistics_wanted = SubscriberStatisticsLogger.is_enabled
 
     def added(name, type_or_uri, kind):
         if getattr(_collecting, 'calls', None) is None:
@@ -628,6 +646,7 @@ def _divert(listeners):
             uri = type_or_uri if kind == Registration.SRV else rospy.get_node_uri()
             _collecting.calls.append((f'unregister{_KINDS[kind]}', name, uri))
     listeners.notify_added, listeners.notify_removed = added, removed
+    SubscriberStatisticsLogger.is_enabled = lambda: getattr(_collecting, 'calls', None) is None and statistics_wanted()
 
 
 _KINDS = {Registration.PUB: 'Publisher', Registration.SUB: 'Subscriber', Registration.SRV: 'Service'}

@@ -86,11 +86,13 @@ class TurtlesimNode:
         first = self._interfaces.get(FIRST)  # its subscribers stay connected
         gone = [interface for interface in self._interfaces.values() if interface is not first]
         background = yield self._ask_background
-        connected = yield lambda: self._connect(gone, '' if first else FIRST)
+        if first is None:
+            first = yield lambda: self._connect(FIRST)
+        yield lambda: self._disconnect(gone)
         with self._shared.lock:
             self._shared.reset(background)
             self._shared.note('reset', *background, request=request)
-        self._interfaces, self._names = {FIRST: first or connected}, TurtleNames([FIRST])
+        self._interfaces, self._names = {FIRST: first}, TurtleNames([FIRST])
         _log_spawn(FIRST, *self._shared.world.start)
         return EmptyResponse()
 
@@ -99,7 +101,7 @@ class TurtlesimNode:
             name = request.name or world.next_name(self._names)
             self._names.check(name)
             world.check_spawn(request.x, request.y, request.theta, name)
-        interface = yield lambda: self._connect((), name)
+        interface = yield lambda: self._connect(name)
         with self._shared.lock:
             self._shared.world.spawn(request.x, request.y, request.theta, request.name, self._names)
             self._shared.note('spawn', request.x, request.y, request.theta, turtle=name, request=request)
@@ -114,7 +116,7 @@ class TurtlesimNode:
             self._shared.note('kill', turtle=request.name, request=request)
         interface = self._interfaces.pop(request.name)
         self._names.remove(request.name)
-        yield lambda: self._connect([interface])
+        yield lambda: self._disconnect([interface])
         return KillResponse()
 
     def _read_background(self, values=None):
@@ -153,27 +155,28 @@ class TurtlesimNode:
                           BACKGROUND)
             return BACKGROUND
 
-    def _connect(self, gone, name=''):
-        """Take away the TurtleInterfaces ``gone``, and return a new one for the turtle ``name`` if there is one.
-
-        The master knows of both when this returns.
-        """
-        with rospy_internals.collected_unregistrations() as old:
-            for interface in gone:
-                interface.shutdown()
-        with rospy_internals.collected_registrations() as new:
-            interface = TurtleInterface(name, self._shared, self._clock.services) if name else None
+    def _connect(self, name):
+        """Return a new turtle's TurtleInterface; the master knows it, or the call fails."""
+        with rospy_internals.collected_registrations() as calls:
+            interface = TurtleInterface(name, self._shared, self._clock.services)
         try:
-            self._master.register(old + new)
+            self._master.register(calls)
         except NoMaster as error:
-            if interface is None:
-                rospy.logwarn('%s: it may still know turtles that are gone.', error)
-                return None
             with rospy_internals.collected_unregistrations():
                 interface.shutdown()
             raise rospy.ServiceException(f'the turtle {name!r} cannot be registered: {error}; start roscore and call '
                                          'again') from None
         return interface
+
+    def _disconnect(self, interfaces):
+        """Take away what belongs to turtles that are gone, also from the master if there is one."""
+        with rospy_internals.collected_unregistrations() as calls:
+            for interface in interfaces:
+                interface.shutdown()
+        try:
+            self._master.unregister(calls)
+        except NoMaster as error:
+            rospy.logwarn('%s: it may still know turtles that are gone.', error)
 
 
 def _start():
