@@ -137,7 +137,7 @@ def test_names_are_made_unique(world):
     ('<actor name="walker"/>', '<actor> walker is left out'),
     (STATE.replace('<scale>1 1 1', '<scale>1 5 1') + model(link(BOX)), 'm: the <scale> 1 5 1 of its <state> is left'),
     (model(link(BOX).replace('<pose>', '<pose relative_to="other">')), 'its <pose> relative to other is taken as'),
-    (model(link(BOX)) + model(link(BOX), name='n'), '1 pairs of shapes reach into each other, m/l and n/l among them'),
+    (model(link(BOX)) + model(link(BOX), name='n'), '1 pairs of shapes overlap, among them m/l and n/l'),
 ])
 def test_what_cannot_be_read_is_named(world, text, said):
     _, warnings = read(world(text))
@@ -157,8 +157,9 @@ def test_what_changes_nothing_is_not_mentioned(world, text):
 
 @pytest.mark.parametrize('sdf, said', [
     ('{{', 'no XML: not well-formed'),
-    ('<sdf version="1.6"></sdf>', r'no SDF world: the file begins with <sdf>, <sdf> with a <world> in it is needed'),
-    ('<robot name="r"/>', 'no SDF world: the file begins with <robot>'),
+    ('<sdf version="1.6"></sdf>',
+     'not an SDF world: the file begins with <sdf>; it must be <sdf> with a <world> in it'),
+    ('<robot name="r"/>', 'not an SDF world: the file begins with <robot>'),
     (f'<sdf><world>{model(link(BOX.replace("2 1 0.5", "2 1")))}</world></sdf>',
      "m/l: box: size is '2 1'; it must be 3 finite numbers"),
     (f'<sdf><world>{model(link(BOX.replace("2 1 0.5", "2 1 nan")))}</world></sdf>', "box: size is '2 1 nan'"),

@@ -97,8 +97,8 @@ HIGHER = '1 0 0 0 0 1 0 0 0 0 1 2 0 0 0 1'
 
 @pytest.mark.parametrize('content, file, said', [
     (None, 'meshes/wall.dae', 'there is no such file in '),
-    (collada(ROOF), 'meshes/wall.dae', 'it is no box'), (stl(ROOF), 'meshes/wall.stl', 'it is no box'),
-    (collada(WALL[:4]), 'meshes/wall.dae', 'it is no box'),
+    (collada(ROOF), 'meshes/wall.dae', 'it is not a box'), (stl(ROOF), 'meshes/wall.stl', 'it is not a box'),
+    (collada(WALL[:4]), 'meshes/wall.dae', 'it is not a box'),
     (collada(WALL, up='Y_UP'), 'meshes/wall.dae', 'it cannot be read: its up_axis is not Z_UP'),
     (collada(WALL, matrix=HIGHER), 'meshes/wall.dae', 'it cannot be read: its parts are moved or turned'),
     (collada([(math.nan, 0.0, 0.0)]), 'meshes/wall.dae', 'it has no vertices, or some that are not finite'),

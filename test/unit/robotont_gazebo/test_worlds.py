@@ -55,7 +55,7 @@ def test_good_world(world, text, plan):
     (f'boxes: [{BOX}, {BOX[:-1]}, weight: 3}}]', r"boxes\[1\]: unknown key 'weight'; allowed are: name, x, y, yaw"),
     (f'boxes: [{BOX}, {BOX}]', 'wall: the name is used twice'),
     (f'boxes: [{BOX}, {BOX.replace("wall", "b")}]',
-     'wall and b reach 0.100 m into each other; move one of them, or set may_overlap: true'),
+     'wall and b overlap by 0.100 m; move one of them, or set may_overlap: true'),
     (f'boxes: [{BOX.replace("0.1", "0.0")}]', 'wall: length is 0; it must be more than 0'),
     (f'boxes: [{BOX.replace("0.1", ".nan")}]', 'wall: length is nan; it must be a finite number'),
     (f'boxes: [{BOX.replace("1.0", "-.inf")}]', 'wall: x is -inf; it must be a finite number'),

@@ -57,8 +57,8 @@ def test_what_may_be_missing_or_otherwise(old, new, field, value):
 
 
 @pytest.mark.parametrize('old, new, said', [
-    (GOOD, '', 'no calibration: the keys image_width'),
-    (GOOD, '- 1\n- 2', 'no calibration'),
+    (GOOD, '', 'not a calibration: it must have the keys image_width'),
+    (GOOD, '- 1\n- 2', 'not a calibration'),
     (GOOD, 'a: [1', 'no YAML'),
     ('image_width: 640\n', '', 'image_width is missing; a calibration has image_width, image_height, camera_name'),
     ('image_height: 480\n', '', 'image_height is missing'),

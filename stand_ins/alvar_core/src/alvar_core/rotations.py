@@ -30,6 +30,14 @@ def matrix_from_quaternion(quaternion: Sequence[float] | Floats) -> Floats:
                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
+def matrix_from_rpy(roll: float, pitch: float, yaw: float) -> Floats:
+    """Rotation matrix (3, 3) of angles [rad] about the fixed x, y and z axes, in this order (URDF, SDF)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                     [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                     [-sp, cp * sr, cp * cr]])
+
+
 def angle_between(a: Floats, b: Floats) -> float:
     """Angle of the rotation from matrix a to matrix b, radians."""
     return math.acos(min(1.0, max(-1.0, (float(np.vdot(a, b)) - 1) / 2)))

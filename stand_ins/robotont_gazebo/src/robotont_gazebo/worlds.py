@@ -1,11 +1,11 @@
-"""World files: YAML of our own, and the way to whatever a launch file names. No ROS.
+"""World files: a YAML format of our own, and the search for the file that a launch file names. No ROS.
 
 A world is a mapping with lists of shapes; their keys are the fields of kinematic_core.floor_plan's Box, Cylinder and
-Panel, with the same units, frames and defaults. Everything is optional, but nothing else may be there::
+Panel, with the same units, frames and defaults. All keys are optional, others are refused::
 
     ground_colour: grey            # a name of colours.COLOURS or [red, green, blue], 0 to 255
     sky_colour: [150, 190, 230]
-    may_overlap: false             # true: shapes may reach into each other (their union is what stands there)
+    may_overlap: false             # true: shapes may overlap
     boxes:
       - {name: wall, x: 1.0, y: 0.0, yaw: 0.0, length: 0.1, width: 2.0, height: 0.5, bottom: 0.0, colour: red}
     cylinders:
@@ -15,13 +15,16 @@ Panel, with the same units, frames and defaults. Everything is optional, but not
 """
 import json
 import os
+from typing import Any, Dict, Iterable, List, Tuple, Type, Union
 
 from kinematic_core import documents
 from kinematic_core.checks import InvalidInput, shown
 from kinematic_core.documents import DocumentError
-from kinematic_core.floor_plan import EMPTY, Box, Cylinder, Panel
+from kinematic_core.floor_plan import EMPTY, Box, Cylinder, FloorPlan, Panel, Shape
 from robotont_gazebo import sdf
 from robotont_gazebo.colours import COLOURS
+
+Kind = Union[Type[Box], Type[Cylinder], Type[Panel]]
 
 KINDS = {'boxes': Box, 'cylinders': Cylinder, 'panels': Panel}
 COLOUR_KEYS = ('ground_colour', 'sky_colour')
@@ -34,11 +37,11 @@ class WorldError(InvalidInput):
     """A world file cannot be used; the text names the file, the shape and the key."""
 
 
-def load_world(world, folder):
+def load_world(world: str, folder: str) -> Tuple[FloorPlan, List[str]]:
     """Return (FloorPlan, warnings) of a world: a path, or the name of a YAML file in ``folder``.
 
-    Where there is no such file, its name counts: ``worlds/minimaze.world``, as launch files for Gazebo have it, is
-    then the world minimaze of ``folder``. WorldError if that does not help either, or if the world makes no sense.
+    If there is no such file, its name counts: ``worlds/minimaze.world``, as in launch files for Gazebo, then means the
+    world minimaze in ``folder``. WorldError if that does not exist either, or if the world makes no sense.
     """
     path = find_world(world, folder)
     if path.endswith(SDF_SUFFIXES):
@@ -49,8 +52,8 @@ def load_world(world, folder):
     return read_yaml(path), []
 
 
-def find_world(world, folder):
-    """Return the path of a world that is given as in ``load_world``."""
+def find_world(world: str, folder: str) -> str:
+    """Return the path of a world that is named as in ``load_world``."""
     if os.path.isfile(world):
         if not world.endswith((SUFFIX, '.yml', *SDF_SUFFIXES)):
             raise WorldError(f'{world}: a world ends in {SUFFIX}, {" or ".join(SDF_SUFFIXES)}')
@@ -59,11 +62,11 @@ def find_world(world, folder):
     known = os.path.join(folder, name + SUFFIX)
     if not os.path.isfile(known):
         names = sorted(os.path.splitext(file)[0] for file in os.listdir(folder) if file.endswith(SUFFIX))
-        raise WorldError(f'there is no world {world!r}: it is no file, and not one of {", ".join(names)}')
+        raise WorldError(f'there is no world {world!r}: it is neither a file nor one of {", ".join(names)}')
     return known
 
 
-def read_yaml(path):
+def read_yaml(path: str) -> FloorPlan:
     """Return the FloorPlan of a YAML file; WorldError if it makes no sense."""
     try:
         return _parse_document(documents.read_yaml(path))
@@ -73,7 +76,7 @@ def read_yaml(path):
         raise WorldError(f'{path}: {error}') from None
 
 
-def parse_yaml(text):
+def parse_yaml(text: Union[str, bytes]) -> FloorPlan:
     """Return the FloorPlan that a YAML text describes; InvalidInput, without a file name, if it makes no sense."""
     try:
         return _parse_document(documents.parse_yaml(text))
@@ -81,20 +84,21 @@ def parse_yaml(text):
         raise InvalidInput(str(error)) from None
 
 
-def _parse_document(world):
+def _parse_document(world: Any) -> FloorPlan:
     return parse({} if world is None else world)
 
 
-def parse_json(text):
-    """Return the FloorPlan of a text of ``to_json``, which is YAML as well, but read a hundred times as fast."""
+def parse_json(text: str) -> FloorPlan:
+    """Return the FloorPlan of a text from ``to_json``; ``parse_yaml`` reads it too, but a hundred times as slowly."""
     return parse(json.loads(text))
 
 
-def parse(world):
+def parse(world: Any) -> FloorPlan:
     """Return the FloorPlan that a mapping describes; InvalidInput if it makes no sense."""
     _check_keys('the world', world, KEYS)
-    plan = EMPTY._replace(**{key: _colour(key, world[key]) for key in COLOUR_KEYS if key in world},
-                          **{key: _shapes(key, kind, world[key]) for key, kind in KINDS.items() if key in world})
+    fields: Dict[str, Any] = {key: _colour(key, world[key]) for key in COLOUR_KEYS if key in world}
+    fields.update({key: _shapes(key, kind, world[key]) for key, kind in KINDS.items() if key in world})
+    plan = EMPTY._replace(**fields)
     plan.check()
     may_overlap = world.get('may_overlap', False)
     if not isinstance(may_overlap, bool):
@@ -102,26 +106,26 @@ def parse(world):
     overlaps = [] if may_overlap else plan.overlaps()
     if overlaps:
         name, other, depth = overlaps[0]
-        more = f', and {len(overlaps) - 1} pairs more' if overlaps[1:] else ''
-        raise InvalidInput(f'{name} and {other} reach {depth:.3f} m into each other{more}; move one of them, or set '
+        more = f', and {len(overlaps) - 1} more pairs' if overlaps[1:] else ''
+        raise InvalidInput(f'{name} and {other} overlap by {depth:.3f} m{more}; move one of them, or set '
                            'may_overlap: true')
     return plan
 
 
-def to_json(plan):
-    """Return a FloorPlan as JSON, and so as the YAML of a world file."""
-    world = {key: list(getattr(plan, key)) for key in COLOUR_KEYS}
+def to_json(plan: FloorPlan) -> str:
+    """Return a FloorPlan as JSON, which is also the YAML of a world file."""
+    world: Dict[str, Any] = {key: list(getattr(plan, key)) for key in COLOUR_KEYS}
     world.update({key: [shape._asdict() for shape in getattr(plan, key)] for key in KINDS}, may_overlap=True)
     return json.dumps(world)
 
 
-def _shapes(key, kind, entries):
+def _shapes(key: str, kind: Kind, entries: Any) -> Tuple[Shape, ...]:
     if not isinstance(entries, list):
         raise InvalidInput(f'{key} is {shown(entries)}; it must be a list of shapes')
     return tuple(_shape(f'{key}[{index}]', kind, entry) for index, entry in enumerate(entries))
 
 
-def _shape(where, kind, entry):
+def _shape(where: str, kind: Kind, entry: Any) -> Shape:
     _check_keys(where, entry, kind._fields)
     named = f'{where} ({entry["name"]:.80})' if isinstance(entry.get('name'), str) else where
     if 'name' in entry and named == where:
@@ -134,7 +138,7 @@ def _shape(where, kind, entry):
     return kind(**entry)
 
 
-def _check_keys(where, mapping, known):
+def _check_keys(where: str, mapping: Any, known: Iterable[str]) -> None:
     if not isinstance(mapping, dict):
         raise InvalidInput(f'{where} is {shown(mapping)}; it must be a mapping with some of the keys: '
                            f'{", ".join(known)}')
@@ -143,7 +147,8 @@ def _check_keys(where, mapping, known):
             raise InvalidInput(f'{where}: unknown key {shown(key)}; allowed are: {", ".join(known)}')
 
 
-def _colour(where, value):
+def _colour(where: str, value: Any) -> Any:
+    """Return the colour that a value names; anything that is not a colour is left to FloorPlan.check."""
     if isinstance(value, str):
         if value not in COLOURS:
             raise InvalidInput(f'{where} is {shown(value)}; allowed are [red, green, blue], 0 to 255 each, or one of: '

@@ -1,8 +1,9 @@
-"""Camera calibrations without ROS: the YAML files of ROS's camera_calibration, where they lie, and an approximation."""
+"""Camera calibrations: the YAML files of ROS's camera_calibration, where they are, and an approximation. No ROS."""
 import math
 import os
 import re
 from dataclasses import asdict, dataclass, fields
+from typing import Any, Callable, Dict, Optional, Tuple, Union
 
 import yaml
 
@@ -10,6 +11,8 @@ from kinematic_core import documents
 from kinematic_core.checks import shown
 from kinematic_core.documents import DocumentError
 from kinematic_core.files import write_whole
+
+Numbers = Tuple[float, ...]
 
 DEFAULT_URL = 'file://${ROS_HOME}/camera_info/${NAME}.yaml'  # that of camera_info_manager
 COEFFICIENTS = {'plumb_bob': (0, 4, 5), 'rational_polynomial': (0, 8, 12, 14), 'equidistant': (0, 4)}  # numbers of D
@@ -33,16 +36,16 @@ class Calibration:
     image_width: int
     image_height: int
     camera_name: str
-    camera_matrix: tuple
+    camera_matrix: Numbers
     distortion_model: str
-    distortion_coefficients: tuple
-    rectification_matrix: tuple
-    projection_matrix: tuple
+    distortion_coefficients: Numbers
+    rectification_matrix: Numbers
+    projection_matrix: Numbers
     binning_x: int = 0
     binning_y: int = 0
-    roi: tuple = tuple(ROI.items())
+    roi: Tuple[Tuple[str, Any], ...] = tuple(ROI.items())
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for key, least in (('image_width', 1), ('image_height', 1), ('binning_x', 0), ('binning_y', 0)):
             value = getattr(self, key)
             if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= LARGEST_SIDE:
@@ -63,13 +66,13 @@ class Calibration:
                                    f'{self.camera_matrix[4]:g}; both must be above 0')
 
     @property
-    def size(self):
-        """(width, height) [px] of the pictures that it is for."""
+    def size(self) -> Tuple[int, int]:
+        """Return (width, height) [px] of the images that it is for."""
         return self.image_width, self.image_height
 
 
-def read(path):
-    """Return the Calibration in a file. Raise FileNotFoundError when there is none, CalibrationError when it is bad."""
+def read(path: str) -> Calibration:
+    """Return the Calibration in a file; raise FileNotFoundError, or CalibrationError if it is malformed."""
     try:
         return _parse_document(documents.read_yaml(path))
     except FileNotFoundError:
@@ -78,7 +81,7 @@ def read(path):
         raise CalibrationError(f'{path}: {getattr(error, "strerror", None) or error}') from None
 
 
-def parse(text):
+def parse(text: Union[str, bytes]) -> Calibration:
     """Return the Calibration in the text of a YAML file; raise CalibrationError with the key."""
     try:
         return _parse_document(documents.parse_yaml(text))
@@ -86,9 +89,9 @@ def parse(text):
         raise CalibrationError(str(error)) from None
 
 
-def _parse_document(document):
+def _parse_document(document: Any) -> Calibration:
     if not isinstance(document, dict):
-        raise CalibrationError('no calibration: the keys image_width, camera_matrix and so on are expected')
+        raise CalibrationError('not a calibration: it must have the keys image_width, camera_matrix and so on')
     values = {key: _matrix(document, key, *shape) for key, shape in MATRICES.items()}
     model = document.get('distortion_model', 'plumb_bob')  # old files have none, as camera_calibration_parsers knows
     roi = document.get('roi', {})
@@ -102,10 +105,11 @@ def _parse_document(document):
         roi=tuple((key, _roi_entry(key, roi.get(key, default), default)) for key, default in ROI.items()), **values)
 
 
-def write(path, calibration):
-    """Write a Calibration where ``read`` and ROS's parsers find it again, whole or not at all; raise OSError."""
+def write(path: str, calibration: Calibration) -> None:
+    """Write a Calibration to a file for ``read`` and ROS's parsers, completely or not at all; raise OSError."""
     document = asdict(calibration)
-    for key, (rows, columns) in {**MATRICES, 'distortion_coefficients': (1, None)}.items():
+    shapes: Dict[str, Tuple[int, Optional[int]]] = {**MATRICES, 'distortion_coefficients': (1, None)}
+    for key, (rows, columns) in shapes.items():
         data = [float(value) for value in document[key]]
         document[key] = {'rows': rows, 'cols': columns or len(data), 'data': data}
     document['roi'] = dict(calibration.roi)
@@ -113,7 +117,7 @@ def write(path, calibration):
     write_whole(path, yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=math.inf))
 
 
-def approximate(width, height, horizontal_fov):
+def approximate(width: int, height: int, horizontal_fov: float) -> Calibration:
     """Return the Calibration of an ideal camera: square pixels, axis through the middle, no distortion.
 
     width, height [px]; horizontal_fov [degrees], between 0 and 180. Pixel (0, 0) is the centre of the top left one.
@@ -125,8 +129,8 @@ def approximate(width, height, horizontal_fov):
                        (f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0))
 
 
-def locate(url, name, ros_home, package_path):
-    """Return the path that a camera_info_url means, as camera_info_manager reads it; '' means DEFAULT_URL.
+def locate(url: str, name: str, ros_home: str, package_path: Callable[[str], str]) -> str:
+    """Return the path of a camera_info_url, as camera_info_manager reads it; '' means DEFAULT_URL.
 
     ``name`` stands for ${NAME}, ``ros_home`` for ${ROS_HOME}; ``package_path(package)`` returns a package's folder and
     raises LookupError. Raises CalibrationError.
@@ -147,19 +151,20 @@ def locate(url, name, ros_home, package_path):
                            f'{DEFAULT_URL}')
 
 
-def _entry(document, key):
+def _entry(document: Dict[str, Any], key: str) -> Any:
     if key not in document:
         keys = ', '.join(field.name for field in fields(Calibration)[:8])
         raise CalibrationError(f'{key} is missing; a calibration has {keys}')
     return document[key]
 
 
-def _matrix(document, key, rows=None, columns=None):
-    """Return the numbers of a matrix {rows, cols, data}, of the size asked for where one is given."""
+def _matrix(document: Dict[str, Any], key: str, rows: Optional[int] = None, columns: Optional[int] = None) -> Numbers:
+    """Return the numbers of a matrix {rows, cols, data}; if ``rows`` is given it must have that size."""
     matrix = _entry(document, key)
     if not isinstance(matrix, dict) or not isinstance(matrix.get('data'), list):
         raise CalibrationError(f'{key} is {shown(matrix)}; it must hold rows, cols and data: [...]')
-    shape, count = (matrix.get('rows'), matrix.get('cols')), len(matrix['data'])
+    shape: Tuple[Any, Any] = matrix.get('rows'), matrix.get('cols')
+    count = len(matrix['data'])
     if rows is not None and shape != (rows, columns):
         raise CalibrationError(f'{key} has rows and cols {shown(shape)}; it must be ({rows}, {columns})')
     if not all(isinstance(side, int) for side in shape) or shape[0] * shape[1] != count:
@@ -170,13 +175,13 @@ def _matrix(document, key, rows=None, columns=None):
         raise CalibrationError(f'{key} is {shown(matrix["data"])}; all of it must be numbers') from None
 
 
-def _number(value):
+def _number(value: Any) -> float:
     if isinstance(value, bool):
         raise TypeError
-    return float(value)  # a text, too: PyYAML does not take 1e-05 for a number, other parsers write it
+    return float(value)  # also of a text: PyYAML reads 1e-05, which other parsers write, as a text
 
 
-def _roi_entry(key, value, default):
+def _roi_entry(key: str, value: Any, default: Union[int, bool]) -> Union[int, bool]:
     if type(value) is not type(default) or not 0 <= value <= LARGEST_SIDE:
         raise CalibrationError(f'roi: {key} is {shown(value)}; it must be '
                                f'{"true or false" if default is False else f"a whole number from 0 to {LARGEST_SIDE}"}')
