@@ -13,7 +13,7 @@ from std_srvs.srv import Empty
 from kinematic_ros import master as module
 from kinematic_ros import rospy_internals
 from kinematic_ros.master import Master, NoMaster
-from kinematic_ros.rospy_internals import QueuedService
+from kinematic_ros.rospy_internals import QueuedService, get_topic_manager
 
 URI = 'http://localhost:1234/'  # of the node
 STATISTICS = ('getParam', '/test', '/enable_statistics')
@@ -111,6 +111,25 @@ def test_many_leave_no_file_descriptor_and_take_none(fake, master):
     master.register(calls)
     remove(made)
     assert files() <= before + 2  # the connection to the master, both ends
+
+
+def test_topics_may_come_and_go_while_rospy_looks_at_all_of_them():
+    ended, failures = threading.Event(), []
+
+    def look():
+        while not ended.is_set():
+            try:
+                get_topic_manager().check_all()
+            except Exception as error:
+                failures.append(error)
+    thread = threading.Thread(target=look)
+    thread.start()
+    for _ in range(100):
+        made, _ = collected(lambda: things('c'))
+        remove(made)
+    ended.set()
+    thread.join()
+    assert failures == []
 
 
 def test_publishers_are_passed_on_and_statistics_begin_where_they_are_wanted(fake, master, monkeypatch):

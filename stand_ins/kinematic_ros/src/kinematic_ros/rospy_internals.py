@@ -591,11 +591,12 @@ def collected_registrations():
     finally:
         _collecting.calls = None
     manager = get_topic_manager()
-    for method, name, *_ in calls:
-        topic = (manager.pubs if method == 'registerPublisher' else manager.subs).get(name)
-        if topic and method != 'registerService':
-            topic.connection_poll.poller.close()
-            topic.connection_poll = _ConnectionPoll()
+    with manager.lock:  # rospy looks at all topics under it, now and then
+        for method, name, *_ in calls:
+            topic = (manager.pubs if method == 'registerPublisher' else manager.subs).get(name)
+            if topic and method != 'registerService':
+                topic.connection_poll.poller.close()
+                topic.connection_poll = _ConnectionPoll()
     calls.append(('getParam', STATISTICS_PARAMETER))  # rospy asks for it at each subscriber
 
 
