@@ -97,7 +97,7 @@ class Turtle:
     """One turtle's state; made by TurtleWorld.spawn. Attributes as in the table of the module."""
 
     __slots__ = ('name', 'x', 'y_down', 'theta', 'linear_x', 'linear_y', 'angular_z', 'pen_on', 'pen_colour',
-                 'pen_width', 'resting', '_rests', '_teleports', '_stops_at')
+                 'pen_width', 'resting', '_teleports', '_stops_at')
 
     def __init__(self, name, x, y_down, theta):
         self.name = name
@@ -105,7 +105,6 @@ class Turtle:
         self.linear_x = self.linear_y = self.angular_z = 0.0
         self.pen_on, self.pen_colour, self.pen_width = True, PEN_COLOUR, PEN_WIDTH
         self.resting = False  # nothing changes until the next command or teleport
-        self._rests = Advance(self, (), None, None)
         self._teleports = []
         self._stops_at = None  # the step at which the watchdog stops it
 
@@ -123,7 +122,7 @@ class Turtle:
         """Move on by one step, the world's number ``step``."""
         teleports = self._run_teleports() if self._teleports else ()
         if self.resting:
-            return self._rests
+            return Advance(self, teleports, None, None)
         if self._stops_at is not None and step >= self._stops_at:
             self.stop()
         old_x, old_y, old_theta = self.x, self.y_down, self.theta
