@@ -88,7 +88,7 @@ class BundleTest(TrackerCase):
         cases = ((form, 1, '6 arguments are given, at least 7 are needed\nUsage: findMarkerBundlesNoKinect SIZE_CM'),
                  ([f'_output_frame:={FRAME}'], 2, 'bundle_files has to be set: the XML files'),
                  ([*form, BOARD, '/no.xml'], 2, 'bundle file /no.xml cannot be read: No such file or directory'),
-                 ([*form, os.path.abspath(__file__)], 2, 'ar_bundle_test.py is not XML: '))
+                 ([*form, os.path.abspath(__file__)], 2, 'ar_bundle_test.py: not XML: '))
         processes = [Process(EXECUTABLE, *words, f'__name:=case{number}') for number, (words, _, _) in enumerate(cases)]
         good = Process(EXECUTABLE, *form, BOARD, f'__name:={TRACKER[1:]}')
         for process in (good, *processes):

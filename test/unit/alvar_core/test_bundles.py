@@ -79,9 +79,9 @@ GOOD = text_of(MARKER.format(7, 1), SIDEWAYS)
 
 
 @pytest.mark.parametrize('right, wrong, said', [
-    (GOOD, '', ': no XML: no element found: line 1, column 0'),
-    ('</multimarker>', '', ': no XML: no element found: line 10'),
-    ('UTF-8', 'no-such', ': no XML: unknown encoding'),
+    (GOOD, '', ': not XML: no element found: line 1, column 0'),
+    ('</multimarker>', '', ': not XML: no element found: line 10'),
+    ('UTF-8', 'no-such', ': not XML: unknown encoding'),
     ('multimarker', 'multi', '<multi>: the outermost element must be <multimarker markers="NUMBER OF MARKERS">'),
     (' markers="2"', '', '<multimarker>: markers is missing; a whole number from 1 on is needed'),
     ('markers="2"', 'markers="two"', '<multimarker>: markers="two": a whole number from 1 on'),
@@ -115,5 +115,5 @@ def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(bundles.BundleError, match='no.xml cannot be read: No such file or directory'):
         bundles.read(tmp_path / 'no.xml')
     (tmp_path / 'bytes.xml').write_bytes(bytes(range(256)))
-    with pytest.raises(bundles.BundleError, match='bytes.xml: no XML'):
+    with pytest.raises(bundles.BundleError, match='bytes.xml: not XML'):
         bundles.read(tmp_path / 'bytes.xml')

@@ -156,7 +156,7 @@ def test_what_changes_nothing_is_not_mentioned(world, text):
 
 
 @pytest.mark.parametrize('sdf, said', [
-    ('{{', 'no XML: not well-formed'),
+    ('{{', 'not XML: not well-formed'),
     ('<sdf version="1.6"></sdf>',
      'not an SDF world: the file begins with <sdf>; it must be <sdf> with a <world> in it'),
     ('<robot name="r"/>', 'not an SDF world: the file begins with <robot>'),

@@ -77,7 +77,7 @@ def parse_xml(content: Union[str, bytes]) -> ElementTree.Element:
     except DocumentError:
         raise
     except (expat.ExpatError, AssertionError, LookupError, ValueError) as error:
-        raise DocumentError(f'no XML: {error}') from None
+        raise DocumentError(f'not XML: {error}') from None
 
 
 def _read(path: Path, largest: int) -> bytes:
