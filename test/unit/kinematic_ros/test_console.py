@@ -26,7 +26,7 @@ def unread_pipe():
 
 def test_text_is_written_a_line_at_a_time(tmp_path):
     with open(tmp_path / 'output', 'w') as stream:
-        output = console.Console(stream, stream.fileno())
+        output = console.Console(stream)
         assert output.write('one\ntwo') == 7
         assert (tmp_path / 'output').read_text() == 'one\ntwo'
         output.flush()
@@ -34,7 +34,7 @@ def test_text_is_written_a_line_at_a_time(tmp_path):
 
 def test_a_reader_that_has_gone_is_told_once_and_never_an_error(unread_pipe):
     gone = []
-    output = console.Console(unread_pipe, unread_pipe.fileno(), lambda: gone.append(None))
+    output = console.Console(unread_pipe, lambda: gone.append(None))
     for _ in range(3):
         output.write('nobody hears this\n')
         output.flush()
@@ -43,7 +43,7 @@ def test_a_reader_that_has_gone_is_told_once_and_never_an_error(unread_pipe):
 
 def test_a_full_disk_is_no_error():
     with open(FULL, 'w') as stream:
-        output = console.Console(stream, stream.fileno(), lambda: pytest.fail('a disk may be emptied'))
+        output = console.Console(stream, lambda: pytest.fail('a disk may be emptied'))
         for _ in range(3):
             output.write('x' * 10000 + '\n')
             output.flush()
@@ -51,14 +51,14 @@ def test_a_full_disk_is_no_error():
 
 def test_a_stream_that_was_closed_is_no_error(tmp_path):
     with open(tmp_path / 'output', 'w') as stream:
-        output = console.Console(stream, stream.fileno())
+        output = console.Console(stream)
     output.write('late\n')
     output.flush()
 
 
 def test_characters_that_the_locale_has_not_are_written_as_escapes():
     stream = io.TextIOWrapper(io.BytesIO(), encoding='ascii')
-    console.Console(stream, 1).write('grün 🐢\n')
+    console.Console(stream).write('grün 🐢\n')
     assert stream.buffer.getvalue() == b'gr\\xfcn \\U0001f422\n'
 
 
@@ -84,11 +84,22 @@ def test_standard_streams_may_be_closed(redirection):
     assert (b'to stdout' in done.stdout) == ('>&-' not in redirection.replace('2>&-', '') and 'full' not in redirection)
 
 
+def test_a_file_with_the_number_of_a_closed_stream_is_not_printed_into(tmp_path):
+    """As the script that catkin makes for a node has one open."""
+    (tmp_path / 'script').write_text('as it was')
+    program = ('import os, sys\nkept = open(sys.argv[1], "r+")\nassert kept.fileno() < 3\n'
+               'from kinematic_ros import console\n'
+               'console.when_unread(lambda: os._exit(9))\nconsole.guard()\nprint("x"); print("y", file=sys.stderr)')
+    command = ['bash', '-c', 'exec "$0" -c "$1" "$2" >&- 2>&-', sys.executable, program, tmp_path / 'script']
+    assert subprocess.run(command, timeout=DEADLINE).returncode == 0
+    assert (tmp_path / 'script').read_text() == 'as it was'
+
+
 def test_when_unread_calls_functions(unread_pipe, monkeypatch):
     called = []
     monkeypatch.setattr(console, '_unread', [])
     console.when_unread(lambda: called.append(None))
-    output = console.Console(unread_pipe, unread_pipe.fileno(), console._tell_unread)
+    output = console.Console(unread_pipe, console._tell_unread)
     output.write('x\n')
     assert called == [None]
 

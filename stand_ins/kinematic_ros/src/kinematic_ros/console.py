@@ -29,16 +29,16 @@ def guard():
     for descriptor in (0, 1, 2):  # the next file or connection would get the number of a closed one, and all prints
         with contextlib.suppress(FileExistsError):
             _occupy(descriptor)
-    sys.stdout = Console(sys.stdout, 1, _tell_unread)
-    sys.stderr = Console(sys.stderr, 2)
+    sys.stdout = Console(sys.stdout, _tell_unread)
+    sys.stderr = Console(sys.stderr)
 
 
 class Console:
     """A text stream, or None, as one that writes each line at once and drops what cannot be written."""
 
-    def __init__(self, stream, descriptor, on_lost=lambda: None):
-        """``on_lost()`` is called when there is no reader any more; ``descriptor``: used where stream is None."""
-        self._stream = stream if stream is not None else open(descriptor, 'w', encoding='utf-8', closefd=False)
+    def __init__(self, stream, on_lost=lambda: None):
+        """``on_lost()`` is called when there is no reader any more; a stream that Python found closed is None."""
+        self._stream = stream if stream is not None else open(os.devnull, 'w', encoding='utf-8')
         self._on_lost = on_lost
         if hasattr(self._stream, 'reconfigure'):  # no locale makes a character an error
             self._stream.reconfigure(line_buffering=True, errors='backslashreplace')
