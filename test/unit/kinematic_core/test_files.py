@@ -1,4 +1,5 @@
 """kinematic_core.files: files that are there as a whole or not at all. A full disk is a small limit of file sizes."""
+import contextlib
 import os
 import resource
 import signal
@@ -14,14 +15,19 @@ from kinematic_core import files
 LIMIT = 1000  # [bytes] of a file
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def full_disk():
-    """Let no file of this process become longer than LIMIT; Python ignores the signal that Linux sends."""
+    """Let no file of this process become longer than LIMIT; Python ignores the signal that Linux sends.
+
+    No fixture: pytest would report the test while the limit holds, and its own output may be a file.
+    """
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, limits[1]))
-    assert signal.getsignal(signal.SIGXFSZ) == signal.SIG_IGN
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    try:
+        assert signal.getsignal(signal.SIGXFSZ) == signal.SIG_IGN
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
 @pytest.mark.parametrize('write', [files.write_whole, files.create_whole])
@@ -44,16 +50,16 @@ def test_rights_are_those_of_any_new_file_or_of_the_old_one(tmp_path):
 
 
 @pytest.mark.parametrize('write', [files.write_whole, files.create_whole])
-def test_a_full_disk_leaves_nothing(tmp_path, full_disk, write):
-    with pytest.raises(OSError, match='File too large.*wanted') as error:
+def test_a_full_disk_leaves_nothing(tmp_path, write):
+    with pytest.raises(OSError, match='File too large.*wanted') as error, full_disk():
         write(str(tmp_path / 'wanted'), b'x' * (LIMIT + 1))
     assert error.value.filename == str(tmp_path / 'wanted')
     assert os.listdir(tmp_path) == []
 
 
-def test_a_full_disk_leaves_the_old_file(tmp_path, full_disk):
+def test_a_full_disk_leaves_the_old_file(tmp_path):
     (tmp_path / 'a').write_text('old')
-    with pytest.raises(OSError):
+    with pytest.raises(OSError), full_disk():
         files.write_whole(tmp_path / 'a', b'x' * (LIMIT + 1))
     assert (tmp_path / 'a').read_text() == 'old'
     assert os.listdir(tmp_path) == ['a']
@@ -101,8 +107,8 @@ def test_a_folder_with_too_many_numbers(tmp_path, monkeypatch):
         files.create_numbered(tmp_path, 'a', '.png', b'')
 
 
-def test_a_full_disk_leaves_no_numbered_file(tmp_path, full_disk):
-    with pytest.raises(OSError, match='File too large.*a_0001.png'):
+def test_a_full_disk_leaves_no_numbered_file(tmp_path):
+    with pytest.raises(OSError, match='File too large.*a_0001.png'), full_disk():
         files.create_numbered(tmp_path, 'a', '.png', b'x' * (LIMIT + 1))
     assert os.listdir(tmp_path) == []
 
