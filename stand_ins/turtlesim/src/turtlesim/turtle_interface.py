@@ -32,7 +32,6 @@ class TurtleInterface:
         self.name = name
         self._shared = shared
         self._published = self._pose_frame = None
-        self._published_at_rest = False  # nothing has changed since
         self._warned = -WARNING_PERIOD  # [s] of time.monotonic
         self._registered = []
         try:
@@ -63,15 +62,10 @@ class TurtleInterface:
     def publish(self, turtle, colour):
         """Publish pose and colour (r, g, b) of the turtle as they are after a step."""
         if self._pose.wanted():
-            at_rest = turtle.resting
-            if not (at_rest and self._published_at_rest):
-                self._published_at_rest = at_rest
-                pose = turtle.pose()
-                if pose != self._published:  # one that stands is not serialised anew in every step
-                    self._published, self._pose_frame = pose, frame(Pose(*pose))
+            pose = turtle.pose()
+            if pose != self._published:  # one that stands is not serialised anew in every step
+                self._published, self._pose_frame = pose, frame(Pose(*pose))
             self._pose.publish_frame(self._pose_frame)
-        else:
-            self._published_at_rest = False  # it may move before somebody listens again
         if self._color.wanted():
             self._color.publish(*colour)
 
