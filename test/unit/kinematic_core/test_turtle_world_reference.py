@@ -155,7 +155,7 @@ def test_thousands_of_steps_with_random_commands_give_the_reference_in_every_bit
         if chance.random() < 0.02:
             do_both(pair, random_action(chance))
         assert_equal_step(pair)
-        resting = sum(turtle.resting for turtle in pair[0].turtles.values())
+        resting = sum(turtle.idle for turtle in pair[0].turtles.values())
         rested, driven = rested + resting, driven + len(NAMES) - resting
     assert min(rested, driven) > 1000  # both ways were taken
 

@@ -74,8 +74,8 @@ def test_one_last_bit_of_one_pose_is_found_with_its_tick(straight, field, tick, 
     assert replay.main([str(straight)]) == 1
     output = capsys.readouterr().out
     assert '159 ticks, 1 with a different pose, 100.00 % of the colours' in output
-    assert f'first difference: tick {tick}: recorded Pose(' in output
-    recorded_text, here_text = output.split('first difference: ')[1].split(', here ')
+    assert f'first difference: tick {tick}: recorded x=' in output
+    recorded_text, here_text = output.split('first difference: ')[1].split('; here ')
     assert f'{field}={float(rows[tick][field])!r}' in recorded_text
     here = float(here_text.split(f'{field}=')[1].split(',')[0].rstrip(')\n'))
     assert f'{here:.9g}' == recorded

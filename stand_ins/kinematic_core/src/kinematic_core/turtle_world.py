@@ -20,7 +20,7 @@ import bisect
 import ctypes
 import math
 import random
-from typing import NamedTuple
+from typing import Any, Callable, Collection, Dict, List, NamedTuple, Optional, Tuple
 
 from kinematic_core.angles import wrap_angle
 from kinematic_core.checks import InvalidInput, require_sane
@@ -33,23 +33,25 @@ WATCHDOG_STEPS = math.floor(WATCHDOG / DT) + 1  # the first step that lies more 
 TURTLESIM_PI = 3.14159265  # turtlesim's literal; math.pi gives other last bits
 
 LONGEST_ECHO = 200  # [characters] of a name that a text repeats
+Colour = Tuple[int, int, int]  # (r, g, b), 0..255
+
 BACKGROUND = (69, 86, 255)
 PEN_COLOUR = (179, 184, 255)
 PEN_WIDTH = 3  # [px]
 
 
-def float32(value):
+def float32(value: float) -> float:
     """Round a number to the nearest float32, as a message field does."""
     return ctypes.c_float(value).value
 
 
 ARENA_SIZE = float32((CANVAS_SIZE - 1) / PIXELS_PER_METRE)  # [m] 11.0888891, both directions
 START = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0, 0.0)  # [m, m, rad] x, y, theta of turtle1
-START_MARGIN = 2.0  # [m] that a drawn start keeps from the walls
+START_MARGIN = 2.0  # [m] between a random start and the walls
 
 
-def random_start(seed):
-    """Return (x, y, theta) [m, m, rad] drawn by ``seed``; the same seed gives the same."""
+def random_start(seed: Any) -> Tuple[float, float, float]:
+    """Return a random (x, y, theta) [m, m, rad]; the same seed gives the same."""
     numbers = random.Random(seed)
     low, high = START_MARGIN, ARENA_SIZE - START_MARGIN
     return numbers.uniform(low, high), numbers.uniform(low, high), numbers.uniform(-math.pi, math.pi)
@@ -63,8 +65,8 @@ class UnknownTurtle(InvalidInput):
     """There is no turtle of that name."""
 
 
-class Pose(NamedTuple):
-    """What turtlesim/Pose carries: x, y [m], theta [rad], speed [m/s, never negative], angular speed [rad/s]."""
+class TurtlePose(NamedTuple):
+    """The content of a turtlesim/Pose: x, y [m], theta [rad], speed [m/s, never negative], angular speed [rad/s]."""
 
     x: float
     y: float
@@ -80,48 +82,48 @@ class Stroke(NamedTuple):
     y0: float
     x1: float
     y1: float
-    colour: tuple  # (r, g, b), 0..255
+    colour: Colour
     width: int  # [px] 1..255
 
 
 class Advance(NamedTuple):
-    """What one step did to one turtle. Its colour sensor reads between ``teleports`` and ``stroke``."""
+    """The effect of one step on one turtle. Its colour sensor reads between ``teleports`` and ``stroke``."""
 
     turtle: 'Turtle'
-    teleports: tuple  # Strokes of this step's teleports
-    wall: tuple  # (x, y_down) [m] that was clamped to the arena, or None
-    stroke: Stroke  # of this step's motion, or None
+    teleports: Tuple[Stroke, ...]  # of this step's teleports
+    wall: Optional[Tuple[float, float]]  # (x, y_down) [m] that was clamped to the arena
+    stroke: Optional[Stroke]  # of this step's motion
 
 
 class Turtle:
     """One turtle's state; made by TurtleWorld.spawn. Attributes as in the table of the module."""
 
     __slots__ = ('name', 'x', 'y_down', 'theta', 'linear_x', 'linear_y', 'angular_z', 'pen_on', 'pen_colour',
-                 'pen_width', 'resting', '_teleports', '_stops_at')
+                 'pen_width', 'idle', '_teleports', '_stops_at')
 
-    def __init__(self, name, x, y_down, theta):
+    def __init__(self, name: str, x: float, y_down: float, theta: float) -> None:
         self.name = name
         self.x, self.y_down, self.theta = x, y_down, theta
         self.linear_x = self.linear_y = self.angular_z = 0.0
         self.pen_on, self.pen_colour, self.pen_width = True, PEN_COLOUR, PEN_WIDTH
-        self.resting = False  # nothing changes until the next command or teleport
-        self._teleports = []
-        self._stops_at = None  # the step at which the watchdog stops it
+        self.idle = False  # nothing changes until the next command or teleport
+        self._teleports: List[Callable[[Turtle], None]] = []
+        self._stops_at: Optional[float] = None  # the step at which the watchdog stops it
 
-    def pose(self):
-        """Return the Pose, in double precision."""
-        return Pose(self.x, ARENA_SIZE - self.y_down, self.theta,
-                    math.sqrt(self.linear_x * self.linear_x + self.linear_y * self.linear_y), self.angular_z)
+    def pose(self) -> TurtlePose:
+        """Return the pose in double precision."""
+        return TurtlePose(self.x, ARENA_SIZE - self.y_down, self.theta,
+                          math.sqrt(self.linear_x * self.linear_x + self.linear_y * self.linear_y), self.angular_z)
 
-    def stop(self):
+    def stop(self) -> None:
         """Set all velocities to 0, as the watchdog does."""
         self.linear_x = self.linear_y = self.angular_z = 0.0
         self._stops_at = None
 
-    def advance(self, step):
+    def advance(self, step: int) -> Advance:
         """Move on by one step, the world's number ``step``."""
-        teleports = self._run_teleports() if self._teleports else ()
-        if self.resting:
+        teleports: Tuple[Stroke, ...] = self._run_teleports() if self._teleports else ()
+        if self.idle:
             return Advance(self, teleports, None, None)
         if self._stops_at is not None and step >= self._stops_at:
             self.stop()
@@ -132,11 +134,11 @@ class Turtle:
             if self.pen_on:
                 stroke = Stroke(self.x, self.y_down, old_x, old_y, self.pen_colour, self.pen_width)
         elif self.theta == old_theta and self._stops_at is None:
-            self.resting = True
+            self.idle = True
         return Advance(self, teleports, wall, stroke)
 
-    def _integrate(self):
-        """Heading first, then the position along the new heading, then the walls."""
+    def _integrate(self) -> Optional[Tuple[float, float]]:
+        """Update the heading first, then the position along the new heading; clamp at the walls, return where."""
         theta = wrap_angle(self.theta + self.angular_z * DT, TURTLESIM_PI)
         cos, sin = math.cos(theta), math.sin(theta)
         x = self.x + (cos * self.linear_x * DT - sin * self.linear_y * DT)
@@ -149,7 +151,7 @@ class Turtle:
         self.x, self.y_down = x, y
         return wall
 
-    def _run_teleports(self):
+    def _run_teleports(self) -> Tuple[Stroke, ...]:
         strokes = []
         for teleport in self._teleports:
             old_x, old_y = self.x, self.y_down
@@ -157,7 +159,7 @@ class Turtle:
             if self.pen_on:
                 strokes.append(Stroke(self.x, self.y_down, old_x, old_y, self.pen_colour, self.pen_width))
         self._teleports.clear()
-        self.resting = False
+        self.idle = False
         return tuple(strokes)
 
 
@@ -165,43 +167,43 @@ class TurtleWorld:
     """Turtles in an arena of ARENA_SIZE x ARENA_SIZE.
 
     Commands given between two steps take effect in the next one: teleports in the order in which they came, the
-    pen at once, of several velocity commands the last. Every method that takes values raises InvalidInput (or
+    last of several velocity commands; the pen changes at once. Every method that takes values raises InvalidInput (or
     its subclasses NameTaken, UnknownTurtle) and changes nothing when it refuses them.
     """
 
-    def __init__(self, watchdog_steps=WATCHDOG_STEPS, start=START):
-        """Begin with turtle1 at ``start``; ``watchdog_steps`` is the number of steps that a command lasts."""
+    def __init__(self, watchdog_steps: float = WATCHDOG_STEPS, start: Tuple[float, float, float] = START) -> None:
+        """Start with turtle1 at ``start``; a velocity command lasts ``watchdog_steps`` steps, which may be inf."""
         self.start = start  # x, y [m], theta [rad] of turtle1, now and after each reset
         self._watchdog_steps = watchdog_steps
         self.steps = 0  # done so far; the first has the number 0
-        self.turtles, self._names, self._order = {}, [], []  # the last two are in the order of the names
-        self._counter = 0
         self.reset()
 
-    def reset(self):
-        """Remove all turtles, begin the numbering anew and spawn turtle1 where it begins."""
-        self.turtles, self._names, self._order = {}, [], []
+    def reset(self) -> None:
+        """Remove all turtles, restart the numbering and spawn turtle1 at its start."""
+        self.turtles: Dict[str, Turtle] = {}
+        self._names: List[str] = []  # sorted
+        self._order: List[Turtle] = []  # in the order of their names
         self._counter = 0
         self.spawn(*self.start)
 
-    def next_name(self, taken=()):
-        """Return the name that a turtle spawned without one would get; it is none of ``taken``."""
+    def next_name(self, taken: Collection[str] = ()) -> str:
+        """Return the name that a turtle spawned without one would get, which is not in ``taken``."""
         number = self._counter + 1
         while f'turtle{number}' in self.turtles or f'turtle{number}' in taken:
             number += 1
         return f'turtle{number}'
 
-    def check_spawn(self, x, y, theta, name):
+    def check_spawn(self, x: float, y: float, theta: float, name: str) -> None:
         """Raise InvalidInput when ``spawn`` would refuse this."""
         require_sane('spawn', x=x, y=y, theta=theta)
         if name in self.turtles:
             # turtlesim's words, its 'turtled' included
             raise NameTaken(f'A turtled named [{name}] already exists; choose another name or leave it empty')
 
-    def spawn(self, x, y, theta, name='', taken=()):
+    def spawn(self, x: float, y: float, theta: float, name: str = '', taken: Collection[str] = ()) -> str:
         """Add a turtle at (x, y) [m, y up] with heading theta [rad], each rounded to float32; return its name.
 
-        Without a name it gets the next free one of turtle1, turtle2, ..., but none of ``taken``.
+        Without a name it gets the next free one of turtle1, turtle2, ... that is not in ``taken``.
         """
         self.check_spawn(x, y, theta, name)
         if not name:
@@ -213,43 +215,43 @@ class TurtleWorld:
         self._insert(turtle)
         return name
 
-    def kill(self, name):
+    def kill(self, name: str) -> None:
         """Remove a turtle; its strokes stay."""
         self._turtle(f'Tried to kill turtle [{name[:LONGEST_ECHO]}], which does not exist', name)
         self._names.remove(name)
         self._order.remove(self.turtles.pop(name))
 
-    def command(self, name, linear_x, linear_y, angular_z):
-        """Set a turtle's velocities [m/s, m/s, rad/s] and wind up its watchdog."""
+    def command(self, name: str, linear_x: float, linear_y: float, angular_z: float) -> None:
+        """Set a turtle's velocities [m/s, m/s, rad/s] and restart its watchdog."""
         turtle = self._turtle(f'cmd_vel of {name}: it does not exist', name)
         require_sane(f'cmd_vel of {name}', **{'linear.x': linear_x, 'linear.y': linear_y, 'angular.z': angular_z})
         turtle.linear_x, turtle.linear_y, turtle.angular_z = linear_x, linear_y, angular_z
         turtle._stops_at = self.steps + self._watchdog_steps
-        turtle.resting = False
+        turtle.idle = False
 
-    def teleport_absolute(self, name, x, y, theta):
+    def teleport_absolute(self, name: str, x: float, y: float, theta: float) -> None:
         """Put a turtle at (x, y) [m, y up] with heading theta [rad] in the next step; with the pen on it draws."""
         turtle = self._turtle(f'teleport_absolute of {name}: it does not exist', name)
         require_sane(f'teleport_absolute of {name}', x=x, y=y, theta=theta)
         x, y_down, theta = float32(x), max(0.0, ARENA_SIZE - float32(y)), float32(theta)
 
-        def jump(moved):
+        def jump(moved: Turtle) -> None:
             moved.x, moved.y_down, moved.theta = x, y_down, theta
         turtle._teleports.append(jump)
 
-    def teleport_relative(self, name, linear, angular):
+    def teleport_relative(self, name: str, linear: float, angular: float) -> None:
         """Turn a turtle by angular [rad], then move it linear [m] along its new heading, in the next step."""
         turtle = self._turtle(f'teleport_relative of {name}: it does not exist', name)
         require_sane(f'teleport_relative of {name}', linear=linear, angular=angular)
         linear, angular = float32(linear), float32(angular)
 
-        def jump(moved):
+        def jump(moved: Turtle) -> None:
             moved.theta += angular
             moved.x += math.cos(moved.theta) * linear
             moved.y_down += -math.sin(moved.theta) * linear
         turtle._teleports.append(jump)
 
-    def set_pen(self, name, r, g, b, width, off):
+    def set_pen(self, name: str, r: int, g: int, b: int, width: int, off: int) -> None:
         """Change a turtle's pen. off: pen up, nothing else. Else pen down, colour 0..255 each, width [px], 0 is 1."""
         turtle = self._turtle(f'set_pen of {name}: it does not exist', name)
         for field, value in (('r', r), ('g', g), ('b', b), ('width', width)):
@@ -259,20 +261,20 @@ class TurtleWorld:
         if turtle.pen_on:
             turtle.pen_colour, turtle.pen_width = (r, g, b), width or 1
 
-    def step(self):
-        """Let DT pass; return one Advance a turtle, in alphabetical order of the names, which is that of drawing."""
+    def step(self) -> List[Advance]:
+        """Advance by DT; return one Advance per turtle in alphabetical order, which is also the drawing order."""
         step = self.steps
         self.steps = step + 1
         return [turtle.advance(step) for turtle in self._order]
 
-    def _turtle(self, complaint, name):
+    def _turtle(self, complaint: str, name: str) -> Turtle:
         try:
             return self.turtles[name]
         except KeyError:
             raise UnknownTurtle(f'{complaint}; the turtles are: {", ".join(sorted(self.turtles)) or "none"}') from None
 
-    def _insert(self, turtle):
-        """Put a new turtle in its place; sorting all of them anew would take longer the more there are."""
-        place = bisect.bisect(self._names, turtle.name)
-        self._names.insert(place, turtle.name)
-        self._order.insert(place, turtle)
+    def _insert(self, turtle: Turtle) -> None:
+        """Insert a new turtle in order; sorting would take longer with every turtle."""
+        index = bisect.bisect(self._names, turtle.name)
+        self._names.insert(index, turtle.name)
+        self._order.insert(index, turtle)

@@ -11,7 +11,7 @@ numbers have as many bits as Qt's, since the last one decides: 6 for the ends of
 from math import floor, sqrt
 from typing import TYPE_CHECKING, NamedTuple, Optional, Tuple
 
-from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE, PIXELS_PER_METRE, Stroke
+from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE, PIXELS_PER_METRE, Colour, Stroke
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +22,6 @@ END_COLUMN = CANVAS_SIZE << 16  # the column after the last, with 16 more bits
 SNAP = 64  # corners of slanted lines lie on a grid of 1/64 px
 VERTICAL = 1e20  # stands for the slope of an edge without height
 
-Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 Line = Tuple[float, float, float, float]  # x0, y0, x1, y1 [px]
 
 

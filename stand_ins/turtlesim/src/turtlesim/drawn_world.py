@@ -1,8 +1,8 @@
 """The turtles' world together with its canvas: motion, strokes and colour sensors in turtlesim's order."""
 from typing import List, NamedTuple, Optional, Tuple
 
-from kinematic_core.turtle_world import BACKGROUND, START, WATCHDOG_STEPS, Turtle, TurtleWorld
-from turtlesim.canvas import Canvas, Colour
+from kinematic_core.turtle_world import BACKGROUND, START, WATCHDOG_STEPS, Colour, Turtle, TurtleWorld
+from turtlesim.canvas import Canvas
 
 
 class Reading(NamedTuple):

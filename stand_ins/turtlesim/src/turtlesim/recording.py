@@ -7,11 +7,11 @@ units of turtlesim's messages; events of other turtles begin with their name: ``
 the nodes that asked for the events, in the same order.
 """
 from kinematic_core import recorder
-from kinematic_core.turtle_world import BACKGROUND, Pose, float32
+from kinematic_core.turtle_world import BACKGROUND, TurtlePose, float32
 
 TURTLE = 'turtle1'
 COLOUR = ('r', 'g', 'b')
-EMPTY = ('',) * (len(Pose._fields) + len(COLOUR))
+EMPTY = ('',) * (len(TurtlePose._fields) + len(COLOUR))
 
 
 def _clear(drawn, _, *colour):
@@ -48,7 +48,7 @@ class Recorder(recorder.Recorder):
 
     def __init__(self, path):
         """Begin the file; raise OSError when that cannot be."""
-        super().__init__(path, (*Pose._fields, *COLOUR))
+        super().__init__(path, (*TurtlePose._fields, *COLOUR))
 
     def note(self, event, *values, turtle=TURTLE, caller=''):
         """Keep an event, of EVENTS, for the next tick."""

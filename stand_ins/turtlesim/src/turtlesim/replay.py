@@ -14,7 +14,7 @@ import os
 import struct
 import sys
 
-from kinematic_core.turtle_world import CANVAS_SIZE, WATCHDOG_STEPS, Pose
+from kinematic_core.turtle_world import CANVAS_SIZE, WATCHDOG_STEPS, TurtlePose
 from turtlesim.drawn_world import DrawnWorld
 from turtlesim.recording import COLOUR, EMPTY, EVENTS, TURTLE
 
@@ -97,7 +97,7 @@ def _read(path):
         rows = [_parse(row) for row in reader]
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, csv.Error) as error:
         raise RecordingError(f'{path}: line {reader.line_num}: not a row of a recording of turtlesim: {error!r}; '
-                             f'the columns are {", ".join(("tick", "event", *Pose._fields, *COLOUR))}') from None
+                             f'the columns are {", ".join(("tick", "event", *TurtlePose._fields, *COLOUR))}') from None
     if not rows:
         raise RecordingError(f'{path}: holds no ticks')
     if cut:
@@ -107,12 +107,12 @@ def _read(path):
 
 def _parse(row):
     events = [event.split() for event in row['event'].split(';') if event.strip()]
-    fields = [row[field] for field in (*Pose._fields, *COLOUR)]
+    fields = [row[field] for field in (*TurtlePose._fields, *COLOUR)]
     pose = colour = None  # there is no turtle
     if tuple(fields) != EMPTY:
-        pose = Pose(*map(float, fields[:len(Pose._fields)]))
+        pose = TurtlePose(*map(float, fields[:len(TurtlePose._fields)]))
         _bits(pose)  # refuses what is no float32
-        colour = tuple(map(int, fields[len(Pose._fields):]))
+        colour = tuple(map(int, fields[len(TurtlePose._fields):]))
     return {'tick': int(row['tick']), 'pose': pose, 'colour': colour,
             'events': [(name, *map(float, values)) for name, *values in events]}
 
@@ -133,13 +133,17 @@ def _bits(pose):
     return None if pose is None else struct.pack('<5f', *pose)
 
 
+def _text(pose):
+    return 'no turtle1' if pose is None else ', '.join(f'{name}={value!r}' for name, value in pose._asdict().items())
+
+
 def _compare(result, row, pose, colour):
     result.ticks += 1
     if _bits(pose) != _bits(row['pose']):
         result.different_poses += 1
         if result.first_difference is None:
-            ours = pose and Pose(*struct.unpack('<5f', _bits(pose)))
-            result.first_difference = f'tick {row["tick"]}: recorded {row["pose"]}, here {ours}'
+            ours = pose and TurtlePose(*struct.unpack('<5f', _bits(pose)))
+            result.first_difference = f'tick {row["tick"]}: recorded {_text(row["pose"])}; here {_text(ours)}'
     if colour != row['colour']:
         result.different_colours.append(row['tick'])
 

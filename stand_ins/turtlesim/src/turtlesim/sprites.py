@@ -12,8 +12,7 @@ from typing import Callable, Iterable, List, NamedTuple, Optional, Sequence, Tup
 import cv2
 import numpy as np
 
-from kinematic_core.turtle_world import PIXELS_PER_METRE
-from turtlesim.canvas import Colour
+from kinematic_core.turtle_world import PIXELS_PER_METRE, Colour
 
 SIZE = 45  # [px] of a sprite; its artwork stays inside a circle, so that turned ones fit into the same square
 MIDDLE = SIZE // 2
