@@ -136,7 +136,6 @@ class PosesTest(TrackerCase):
         """The compressed transport: the topic below the remapped one."""
         poses = self.collected()
         camera = self.camera(topic='/cam/image/compressed', kind=CompressedImage).show(*PLACED.values())
-        camera.image = images.to_compressed(images.grey(camera.image))
         self.assert_poses(self.next_with(poses, *PLACED))
         log = self.log()
         camera.image.data = camera.image.data[:-1000]

@@ -12,7 +12,7 @@ import rospy
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Pose, Transform
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Bool
 from visualization_msgs.msg import Marker
 
@@ -56,7 +56,7 @@ class FakeCamera:
     def __init__(self, topic='camera_image', info_topic='camera_info', frame=FRAME, rate=20.0, kind=Image):
         self.image = self.info = None
         self.clock = rospy.Time.now
-        self._frame, self._period = frame, 1.0 / rate
+        self._frame, self._period, self._compressed = frame, 1.0 / rate, kind is CompressedImage
         self.images = rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True)
         self._infos = rospy.Publisher(info_topic, CameraInfo, queue_size=1, tcp_nodelay=True)
         self._stopped = threading.Event()
@@ -65,7 +65,9 @@ class FakeCamera:
 
     def show(self, *placed, camera=CAMERA):
         """Show markers from now on, with the camera_info that belongs to them."""
-        self.image, self.info = images.to_image(picture(*placed, camera=camera)), camera_info(camera)
+        shown = picture(*placed, camera=camera)
+        self.image = images.to_compressed(shown) if self._compressed else images.to_image(shown)
+        self.info = camera_info(camera)
         return self
 
     def stop(self):
