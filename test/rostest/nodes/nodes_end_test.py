@@ -29,7 +29,7 @@ ROUNDS = int(os.environ.get('ROUNDS', '2'))
 END_DEADLINE = 30.0  # [s] for all to end; well under a second each where the machine is not loaded
 CODES = {'velocity_publisher': 0, 'stop_at_x': 1, 'drive_shape': 1, 'goto_pose_server': 0, 'draw_square': 0, 'mimic': 0,
          'drive_shape_robot': 1, 'ar_control': 0}  # 1: it did not get where it was told to
-TOPICS = {'drive_shape_robot': '/cmd_vel', 'ar_control': '/other_robot/cmd_vel', 'mimic': '/turtle2/cmd_vel'}
+TOPICS = {'drive_shape_robot': '/cmd_vel'}
 
 
 def interrupt(process, _):
@@ -75,9 +75,8 @@ class EndTest(unittest.TestCase):
         self.nodes = Nodes(self, self.master)
         self.nodes.start(node_kinds.BY_KEY['turtlesim'], node_kinds.BY_KEY['robotont'])
         self.kinds = [on_own_turtle(node_kinds.BY_KEY[key]) for key in CODES]
-        self.kinds = [kind._replace(arguments=('_mode:=forward', '_rate:=50', 'cmd_vel:=/other_robot/cmd_vel'),
-                                    published=(), subscribed=()) if kind.key == 'ar_control' else kind
-                      for kind in self.kinds]
+        self.kinds = [kind._replace(arguments=(*kind.arguments, '_mode:=forward', '_rate:=50'), subscribed=())
+                      if kind.key == 'ar_control' else kind for kind in self.kinds]
         self.nodes.spawn_turtles()
         self.velocities = {kind.key: Collected(self.topic(kind), Twist) for kind in self.kinds}
 

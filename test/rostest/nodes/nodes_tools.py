@@ -17,6 +17,7 @@ from rostest_tools import Process, until
 
 OWN_TURTLES = {'velocity_publisher': 'turtle7', 'stop_at_x': 'turtle3', 'drive_shape': 'turtle4',
                'teleport_tour': 'turtle5', 'draw_square': 'turtle6'}  # a turtle for each node that drives at once
+OTHER_ROBOT = '/other_robot/cmd_vel'
 CALLER = '/nodes_test'
 TURTLES = '''import rospy
 from turtlesim.srv import Spawn, TeleportAbsolute
@@ -119,9 +120,11 @@ def all_kinds():
 
 
 def on_own_turtle(kind):
-    """Return a kind with a turtle of its own, if it is one that drives at once, and without a reset."""
+    """Return a kind with a turtle or robot of its own, if it is one that drives at once, and without a reset."""
     if kind.key in OWN_TURTLES:
         kind = node_kinds.on_turtle(kind, OWN_TURTLES[kind.key])
+    if kind.key in ('ar_control', 'ar_maze'):  # one node drives the robot: drive_shape
+        kind = kind._replace(arguments=(*kind.arguments, f'cmd_vel:={OTHER_ROBOT}'), published=(OTHER_ROBOT,))
     if kind.key == 'draw_square':
         kind = kind._replace(arguments=(*kind.arguments, 'reset:=clear'))  # it would take the other turtles away
     return kind
