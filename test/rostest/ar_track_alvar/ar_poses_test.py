@@ -15,7 +15,6 @@ sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) f
 from ar_tools import FRAME, PLACED, SIZE, TrackerCase
 from rosgraph_msgs.msg import Clock, Log
 
-from kinematic_ros import images
 from rostest_tools import run, until
 
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # about z
