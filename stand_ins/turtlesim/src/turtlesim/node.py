@@ -88,7 +88,8 @@ class TurtlesimNode:
         background = yield self._ask_background
         if first is None:
             first = yield lambda: self._connect(FIRST)
-        yield lambda: self._disconnect(gone)
+        if gone:
+            yield lambda: self._disconnect(gone)
         with self._shared.lock:
             self._shared.reset(background)
             self._shared.note('reset', *background, request=request)
