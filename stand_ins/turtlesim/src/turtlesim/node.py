@@ -87,6 +87,9 @@ class TurtlesimNode:
         gone = [interface for interface in self._interfaces.values() if interface is not first]
         background = yield self._ask_background
         if first is None:
+            same = [each for each in gone if rospy.resolve_name(each.name) == rospy.resolve_name(FIRST)]  # '/turtle1'
+            if same:
+                yield lambda: self._disconnect(same)
             first = yield lambda: self._connect(FIRST)
         if gone:
             yield lambda: self._disconnect(gone)
