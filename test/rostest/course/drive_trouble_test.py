@@ -80,7 +80,7 @@ class TroubleTest(CourseCase):
                 self.pose()
         self.assertFalse(call.ended().arrived)
         self.assertRegex(call.answer.reason, r'somebody moved the turtle from \(\d+\.\d\d, \d\.\d\d\) to '
-                                             r'\(2\.\d\d, [28]\.\d\d\) while it drove')
+                                             r'\(2\.\d\d, [28]\.\d\d\) while it was driving')
         until(lambda: self.sent.messages[-1] == STOP, 'a last Twist of zeros')
 
     def test_drive_shape_teleported_away(self):
