@@ -16,8 +16,8 @@ import rospy
 from sensor_msgs.msg import CameraInfo, Image
 
 from alvar_core.camera import default_camera
-from kinematic_ros import images
-from marker_scenes import Scene, image_of, random_markers
+from rospy_support import images
+from rostest_support.marker_scenes import Scene, image_of, random_markers
 
 clock = time.perf_counter  # CLOCK_MONOTONIC on Linux: one clock for all processes
 NODE = 'marker_detect'

@@ -9,8 +9,8 @@ import math
 import sys
 import time
 
-from kinematic_core.turtle_world import TurtleWorld
-from turtlesim.drawn_world import DrawnWorld
+from kinematic_core.worlds.turtle_world import TurtleWorld
+from turtlesim.core.drawn_world import DrawnWorld
 
 COMMAND_EVERY = 50  # steps: 0.8 s, inside the watchdog's second
 COUNTS = (1, 100)

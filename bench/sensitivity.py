@@ -19,9 +19,9 @@ from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
-from marker_scenes import Placed, Scene, image_of, random_markers
 from marker_score import Match, Score, score_frame
 from markers_cli import detection_record
+from rostest_support.marker_scenes import Placed, Scene, image_of, random_markers
 
 CHANGE = 0.1  # of a threshold
 STEPS = {'window': 2}  # the window of a Pass is odd

@@ -2,7 +2,7 @@
 """Grades a student's program: what ./run grade runs."""
 import sys
 
-from turtle_robotont.grading.cli import main
+from course_grader.cli import main
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -7,9 +7,9 @@ import time
 from robotont_gazebo.srv import MoveMarker, SetPose
 
 import inputs
-import node_kinds
 import tcpros
 from figures import OURS, Figure, Target, median
+from rostest_support import node_kinds
 from trial import Attack, Trial, losses
 from under_test import MOTION, TROUBLE, running, serialized
 

@@ -3,9 +3,9 @@
 import contextlib
 import time
 
-import node_kinds
 import tcpros
 from figures import Figure, Target, median
+from rostest_support import node_kinds
 from trial import Attack
 from under_test import TROUBLE, started
 

@@ -4,9 +4,9 @@ import time
 
 from nav_msgs.msg import Odometry
 
-import node_kinds
 from figures import Figure, Target
 from growth import after_warm_up, growth, step
+from rostest_support import node_kinds
 from trial import NOTHING, PEN, Attack, answers, listen
 from under_test import TROUBLE, running
 

@@ -5,8 +5,8 @@ import random
 import threading
 import time
 
-from kinematic_ros.srv import Step
 from robotont_gazebo.srv import SetPose
+from sim_ros.srv import Step
 from std_srvs.srv import Trigger
 from turtlesim.srv import SetPen
 

@@ -10,9 +10,9 @@ import time
 from roscpp.srv import GetLoggers
 
 import inputs
-import node_kinds
 import tcpros
 from figures import Figure, Target, median
+from rostest_support import node_kinds
 from trial import NOTHING, Attack, Trial, deaf, losses
 from under_test import MOTION, TROUBLE, running, started, tell, until
 

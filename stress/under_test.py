@@ -18,10 +18,10 @@ from std_srvs.srv import Empty, Trigger
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
-import node_kinds
 import tcpros
 from figures import OURS, median_rate
 from processes import BenchError, kilobytes, process_tree
+from rostest_support import node_kinds
 from session import find_node
 
 COME_UP = 40.0  # [s] until a node has registered everything, on a loaded machine

@@ -17,7 +17,8 @@ import sys
 import uuid
 from pathlib import Path
 
-from turtle_robotont.grading import processes, submissions
+from course_grader.classes import submissions
+from course_grader.isolation import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 GRADER = [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py')]

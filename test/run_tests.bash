@@ -20,7 +20,7 @@ all_cases() {
   find test/data/submissions -type f -printf 'grading\t%p\n' | sort
   printf 'grading\tsame_ten_times\n'
   find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
-  for manifest in package.xml stand_ins/*/package.xml; do printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"; done
+  for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"; done
   printf 'ruff\tcheck\nmypy\tcheck\n'
   printf 'stress\t%s\n' fuzz clients master storms system soak
 }
@@ -104,7 +104,7 @@ run_units() {
   mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
   [ ${#files[@]} -gt 0 ] || return 0
   mkdir -p "$results/unit"
-  (cd "$repo" && python3 -m pytest -q --tb=short --no-summary -p no:cacheprovider --import-mode=importlib --junitxml="$results/unit/pytest.xml" \
+  (cd "$repo" && python3 -m pytest -q --tb=short --no-summary --junitxml="$results/unit/pytest.xml" \
     "${files[@]}") || true
 }
 

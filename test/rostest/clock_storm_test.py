@@ -3,7 +3,6 @@
 import csv
 import os
 import shutil
-import sys
 import tempfile
 import threading
 import time
@@ -11,12 +10,11 @@ import unittest
 
 import roslib.packages
 import rospy
-from kinematic_ros.msg import ClockStatus
-from kinematic_ros.srv import Step
+from sim_ros.msg import ClockStatus
+from sim_ros.srv import Step
 from std_srvs.srv import Trigger
 
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
-from rostest_tools import DEADLINE, Collected, Process, proxy, run, until
+from rostest_support.common import DEADLINE, Collected, Process, proxy, run, until
 
 SECONDS = 4.0  # before this was mended, a pause and a resume ended a simulator within one
 STEPPED = (0, 1, 2, 25, 100)  # steps of one call

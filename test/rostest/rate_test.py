@@ -3,15 +3,12 @@
 
 As rostest's hztest, but a machine that stands still now and then does not matter.
 """
-import os
-import sys
 import unittest
 
 import rospy
 import rostopic
 
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
-from rostest_tools import Collected, run, until
+from rostest_support.common import Collected, run, until
 
 SECONDS = 4.0
 SPAN = 0.5  # [s] over which a rate is taken

@@ -2,14 +2,12 @@
 """Recordings of both simulators: what exists stays, what is cut can be read, a full disk ends the recording alone."""
 import os
 import signal
-import sys
 
 import roslib.packages
 import rospy
-from kinematic_ros.srv import Step
+from sim_ros.srv import Step
 
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
-from rostest_tools import DEADLINE, Process, SimulatorCase, run
+from rostest_support.common import DEADLINE, Process, SimulatorCase, run
 
 LARGEST = 40  # [KB] of a file on the full disk: the log fits, the recording does not
 

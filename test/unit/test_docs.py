@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from turtle_robotont.grading import exercise, judging
+from course_grader.rules import exercise, judging
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
@@ -60,8 +60,9 @@ def dead_names(text, folder, root=REPOSITORY):
         stands_for_many = re.search('[A-Z]{4}', name)  # NAME.yaml
         if not FILE_NAME.search(name) or stands_for_many or name in MADE_BY_RUNNING or name.startswith(('~', '/', '.')):
             continue
-        found = [*folder.glob(name.rstrip('/')), *root.glob(name.rstrip('/'))]
-        if not found and name not in OF_THE_READER and ('/' in name or not any(root.rglob(name))):
+        path = name.rstrip('/')
+        found = [*folder.glob(path), *root.glob(path)]
+        if not found and name not in OF_THE_READER and ('/' in path or not any(root.rglob(path))):
             dead.append(name)
     return dead
 

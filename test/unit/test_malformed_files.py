@@ -13,11 +13,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from alvar_core import bundles
+from course_grader.rules import exercise
 from kinematic_core import documents
-from robotont_gazebo import worlds
-from turtle_robotont import marker_sequence
-from turtle_robotont.grading import exercise
-from usb_cam import calibration
+from robotont_gazebo.core import worlds
+from turtle_robotont.markers import marker_sequence
+from usb_cam.core import calibration
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 LONGEST_TEXT = 1000  # characters of an error

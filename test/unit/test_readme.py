@@ -3,16 +3,13 @@
 The nodes of the course are described in docs/nodes.md, its launch files in docs/course.md; a stand-in describes itself.
 """
 import math
-import os
 import pathlib
 import re
 import subprocess
-import sys
 
 import pytest
 
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
-from node_source import UNKNOWN, Node
+from unit_support.node_source import UNKNOWN, Node
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
@@ -148,14 +145,14 @@ def test_commands_are_described():
 
 SAMPLE_NODE = '''import rospy
 from std_msgs.msg import Empty
-from kinematic_ros import params
+from rospy_support import parameters
 SIZE = 2.0
 def main():
-    params.number('~size', SIZE, minimum=0.5, unit='m')
+    parameters.number('~size', SIZE, minimum=0.5, unit='m')
     for channel, default in (('r', 1), ('g', 2)):
-        params.integer(f'~{channel}', default, 0, 255)
-    params.text('~shape', 'square', choices=('square', 'dot'))
-    Helper(params.boolean('~off', False))
+        parameters.integer(f'~{channel}', default, 0, 255)
+    parameters.text('~shape', 'square', choices=('square', 'dot'))
+    Helper(parameters.boolean('~off', False))
 class Helper:
     def __init__(self, off):
         rospy.Publisher('begin', Empty, queue_size=1)

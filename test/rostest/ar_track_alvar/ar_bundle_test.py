@@ -1,21 +1,18 @@
 #!/usr/bin/env python3
 """createMarker by rosrun, and findMarkerBundlesNoKinect: poses of bundles, what rviz gets, moved markers, bad files."""
 import os
-import sys
 import tempfile
 
 import cv2
 import numpy as np
 import roslib.packages
+from rosgraph_msgs.msg import Log
 from tf2_msgs.msg import TFMessage
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) for folder in ([], ['..'])]
-from ar_tools import FRAME, TRACKER, TrackerCase
-from rosgraph_msgs.msg import Log
-
 from alvar_core import bundles, rotations
-from marker_scenes import Placed
-from rostest_tools import Process, run, until
+from rostest_support.common import Process, run, until
+from rostest_support.marker_scenes import Placed
+from rostest_support.markers import FRAME, TRACKER, TrackerCase
 
 FOLDER = os.path.join(roslib.packages.get_pkg_dir('ar_track_alvar'), 'bundles')
 BOARD, POST = (os.path.join(FOLDER, name) for name in ('board.xml', 'post.xml'))

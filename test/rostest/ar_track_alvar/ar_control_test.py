@@ -7,16 +7,13 @@ import dynamic_reconfigure.client
 import numpy as np
 import rospy
 import rostopic
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder)
-             for folder in ([], ['..'], ['..', 'turtlesim'])]
-from ar_tools import PLACED, TRACKER, TrackerCase, stays_away
-from rosgraph_msgs.msg import Log
-from turtlesim_master_returns import free_port, start_master
-
-from kinematic_ros import images
-from rostest_tools import registered_names, run, until
+from rospy_support import images
+from rostest_support.common import registered_names, run, until
+from rostest_support.markers import PLACED, TRACKER, TrackerCase, stays_away
+from rostest_support.masters import free_port, start_master
 
 PUBLISHED = {'/ar_pose_marker': 'ar_track_alvar_msgs/AlvarMarkers',
              '/visualization_marker': 'visualization_msgs/Marker', '/tf': 'tf2_msgs/TFMessage',

@@ -1,18 +1,14 @@
 #!/usr/bin/env python3
 """What the tracker does with input that is missing, wrong or changes: it says so, lives, and works when it is right."""
 import copy
-import os
-import sys
 
 import numpy as np
-
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) for folder in ([], ['..'])]
-from ar_tools import CAMERA, PLACED, TrackerCase, camera_info, picture, stays_away
 from rosgraph_msgs.msg import Log
 
 from alvar_core.camera import Camera
-from kinematic_ros import images
-from rostest_tools import run, until
+from rospy_support import images
+from rostest_support.common import run, until
+from rostest_support.markers import CAMERA, PLACED, TrackerCase, camera_info, picture, stays_away
 
 NAN = float('nan')
 

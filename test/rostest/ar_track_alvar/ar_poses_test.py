@@ -1,21 +1,17 @@
 #!/usr/bin/env python3
 """Poses of rendered markers: in the camera's frame, in other frames, as tf, as cubes, from the launch file."""
-import os
-import sys
 import time
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import TransformStamped
+from rosgraph_msgs.msg import Clock, Log
 from sensor_msgs.msg import CompressedImage
 from tf2_msgs.msg import TFMessage
 from tf2_ros import StaticTransformBroadcaster, TransformBroadcaster
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *folder) for folder in ([], ['..'])]
-from ar_tools import FRAME, PLACED, SIZE, TrackerCase
-from rosgraph_msgs.msg import Clock, Log
-
-from rostest_tools import run, until
+from rostest_support.common import run, until
+from rostest_support.markers import FRAME, PLACED, SIZE, TrackerCase
 
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])  # about z
 SPEED = 1.0  # [m/s] of a camera that moves along x

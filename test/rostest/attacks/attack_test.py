@@ -23,14 +23,12 @@ import xmlrpc.server
 import rosgraph
 import roslib.packages
 import rospy
+from tcpros_client import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
 from turtlesim.srv import Spawn
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *up) for up in (['..'], [*3 * ['..'], 'bench'])]
-from tcpros_client import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
-
-import node_kinds
-from node_kinds import BY_KEY, NodeKind
-from rostest_tools import DEADLINE, Process, proxy, registered_names, run, until
+from rostest_support import node_kinds
+from rostest_support.common import DEADLINE, Process, proxy, registered_names, run, until
+from rostest_support.node_kinds import BY_KEY, NodeKind
 
 IDLE = 2000  # connections
 SOON = 0.2  # [s] in which a new subscriber and a call get through beside them: the median of
@@ -283,7 +281,7 @@ ATTACKS = [name for name, method in vars(Attacks).items() if callable(method) an
 def command(kind, folder):
     """The command that starts a node of a kind."""
     if kind.key == 'stimuli':
-        return [sys.executable, '-m', 'turtle_robotont.grading.stimuli', kind.node[1:], STIMULI, '0', str(time.time())]
+        return [sys.executable, '-m', 'course_grader.attempt.stimuli', kind.node[1:], STIMULI, '0', str(time.time())]
     return [roslib.packages.find_node(kind.package, kind.executable)[0], *node_kinds.arguments(kind, folder)]
 
 

@@ -1,13 +1,9 @@
 #!/usr/bin/env python3
 """Parameters that the course's nodes refuse, and nodes that find no simulator. There is none in these tests."""
-import os
-import sys
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import CourseCase
-
-from rostest_tools import run
-from turtle_robotont.shapes import SHAPES
+from rostest_support.common import run
+from rostest_support.course import CourseCase
+from turtle_robotont.driving.shapes import SHAPES
 
 AT_A_TIME = 4  # nodes
 NO_SIMULATOR_DEADLINE = 25.0  # [s] they wait 10 s themselves

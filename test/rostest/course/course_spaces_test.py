@@ -1,17 +1,13 @@
 #!/usr/bin/env python3
 """The course's nodes in namespaces: two simulators, each with nodes of its own, and none touches the other's turtle."""
-import os
-import sys
 
 import rospy
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.srv import DriveTo
 from turtlesim.srv import TeleportAbsolute
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import CourseCase, stands
-
-from rostest_tools import DEADLINE, MIDDLE, Collected, proxy, registered_names, run, until
+from rostest_support.common import DEADLINE, MIDDLE, Collected, proxy, registered_names, run, until
+from rostest_support.course import CourseCase, stands
 
 NODES = [('stop_at_x.py', ('_speed:=4.0',)), ('set_pen.py', ()), ('teleport_tour.py', ('_pause:=0.1',))]
 

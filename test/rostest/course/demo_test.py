@@ -3,12 +3,9 @@
 import glob
 import os
 import re
-import sys
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import CourseCase
-
-from rostest_tools import run
+from rostest_support.common import run
+from rostest_support.course import CourseCase
 
 DEMO_DEADLINE = 58.0  # [s] a step takes 10
 MAZE_DEADLINE = 150.0  # [s] it takes 30; a loaded machine slows the simulator's camera down

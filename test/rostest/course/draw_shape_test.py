@@ -1,18 +1,14 @@
 #!/usr/bin/env python3
 """The service turtle1/draw_shape: what it draws, what it answers, what it refuses."""
 import math
-import os
-import sys
 
 import rospy
 from geometry_msgs.msg import Point
 from turtle_robotont.srv import DrawShape
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import POSITION_TOLERANCE, BackgroundCall, CourseCase
-
-from rostest_tools import DEADLINE, MIDDLE, proxy, run
-from turtle_robotont.shapes import SHAPES
+from rostest_support.common import DEADLINE, MIDDLE, proxy, run
+from rostest_support.course import POSITION_TOLERANCE, BackgroundCall, CourseCase
+from turtle_robotont.driving.shapes import SHAPES
 
 MEASURED_TOLERANCE = 0.02  # [m] between two measurements: the server may miss the first and last poses
 REFUSED = [  # shape, size, corners, speed, what the reason must contain

@@ -1,18 +1,14 @@
 #!/usr/bin/env python3
 """drive_shape.py _robot:=true and ar_maze.py, closed over a robot that obeys: what it drives, and that it stops."""
 import math
-import os
 import signal
-import sys
 
 import rospy
 from nav_msgs.msg import Odometry
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import STOP, off_side
-from robot_tools import RobotCase
-
-from rostest_tools import run, until
+from rostest_support.common import run, until
+from rostest_support.course import STOP, off_side
+from rostest_support.robot import RobotCase
 
 CORNER_TOLERANCE = 0.02  # [m] on ideal odometry
 HEADING_TOLERANCE = 0.03  # [rad]

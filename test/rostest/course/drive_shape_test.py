@@ -1,15 +1,11 @@
 #!/usr/bin/env python3
 """drive_shape.py: the corners of every shape, measured on the turtle's own poses; that it ends; what it refuses."""
 import math
-import os
-import sys
 
 import rospy
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import POSITION_TOLERANCE, CourseCase, wrapped
-
-from rostest_tools import DEADLINE, MIDDLE, run
+from rostest_support.common import DEADLINE, MIDDLE, run
+from rostest_support.course import POSITION_TOLERANCE, CourseCase, wrapped
 
 SHAPE_DEADLINE = 40.0  # [s] a shape takes 4 to 8
 START = (8.0, 3.0, 2.0)  # of the turtle: x [m], y [m], theta [rad]

@@ -1,17 +1,13 @@
 #!/usr/bin/env python3
 """Nodes that are ended while they drive: the turtle is stopped, long before the simulator does that by itself."""
-import os
 import signal
 import subprocess
-import sys
 
 import rospy
 from turtle_robotont.srv import DriveTo
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import BackgroundCall, CourseCase
-
-from rostest_tools import DEADLINE, MIDDLE, run
+from rostest_support.common import DEADLINE, MIDDLE, run
+from rostest_support.course import BackgroundCall, CourseCase
 
 SPEED = 1.0  # [m/s]
 

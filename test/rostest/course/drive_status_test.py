@@ -1,18 +1,14 @@
 #!/usr/bin/env python3
 """The topic turtle1/drive_status: what is told of a drive, and how often."""
 import math
-import os
-import sys
 
 import rospy
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.srv import DrawShape, DriveTo
 from turtlesim.srv import TeleportAbsolute
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import BackgroundCall, CourseCase
-
-from rostest_tools import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, median_rate, proxy, run, until
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, median_rate, proxy, run, until
+from rostest_support.course import BackgroundCall, CourseCase
 
 ENDED = (DriveStatus.ARRIVED, DriveStatus.FAILED, DriveStatus.PREEMPTED)
 LEFT_TOLERANCE = 0.01  # [m, rad] what a drive that arrived may have left

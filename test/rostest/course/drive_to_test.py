@@ -1,16 +1,12 @@
 #!/usr/bin/env python3
 """The service turtle1/drive_to: what it answers, its speed and tolerance, what it refuses."""
 import math
-import os
-import sys
 
 import rospy
 from turtle_robotont.srv import DriveTo
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import HEADING_TOLERANCE, SPEED_TOLERANCE, CourseCase, stands, wrapped
-
-from rostest_tools import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, proxy, run
+from rostest_support.common import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, proxy, run
+from rostest_support.course import HEADING_TOLERANCE, SPEED_TOLERANCE, CourseCase, stands, wrapped
 
 DEFAULT_TOLERANCE = 0.01  # [m]
 ELAPSED_TOLERANCE = 0.5  # [s] poses may come late

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """What keeps a turtle from its goal while it drives: each is answered with a reason, and the node lives on."""
-import os
 import signal
-import sys
 import time
 
 import rospy
@@ -12,10 +10,8 @@ from std_srvs.srv import Trigger
 from turtle_robotont.srv import DrawShape, DriveTo
 from turtlesim.srv import TeleportAbsolute
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import STOP, BackgroundCall, CourseCase
-
-from rostest_tools import DEADLINE, MIDDLE, Collected, NodeLog, own_simulator, proxy, run, until
+from rostest_support.common import DEADLINE, MIDDLE, Collected, NodeLog, own_simulator, proxy, run, until
+from rostest_support.course import STOP, BackgroundCall, CourseCase
 
 FAR = (10.5, MIDDLE, 0.0, False, 1.0, 0.0)  # a request of drive_to that takes 5 s
 NEAR = (6.0, 6.0, 0.0, False, 2.0, 0.0)

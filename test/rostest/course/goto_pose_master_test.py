@@ -1,16 +1,13 @@
 #!/usr/bin/env python3
 """goto_pose_server.py and a master that is started anew. The test has a master of its own, on a port of its own."""
 import os
-import sys
 
 import rospy
 from turtlesim.srv import TeleportAbsolute
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', *folder) for folder in ([], ['turtlesim'])]
-from course_tools import CourseCase
-from turtlesim_master_returns import free_port, start_master
-
-from rostest_tools import own_simulator, proxy, registered_names, run, until
+from rostest_support.common import own_simulator, proxy, registered_names, run, until
+from rostest_support.course import CourseCase
+from rostest_support.masters import free_port, start_master
 
 SERVICE = '/turtle1/gotoPose'
 

@@ -1,19 +1,15 @@
 #!/usr/bin/env python3
 """The service turtle1/gotoPose: called as the course does, its three modes, bad goals, several goals at once."""
 import math
-import os
 import subprocess
-import sys
 
 import rospy
 import rosservice
 from rosgraph_msgs.msg import Log
 from turtlesim.srv import TeleportAbsolute
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import BackgroundCall, CourseCase, stands
-
-from rostest_tools import DEADLINE, MIDDLE, Collected, NodeLog, proxy, run, until
+from rostest_support.common import DEADLINE, MIDDLE, Collected, NodeLog, proxy, run, until
+from rostest_support.course import BackgroundCall, CourseCase, stands
 
 SERVICE = '/turtle1/gotoPose'
 TOP_SPEED = 2.0  # [m/s] of the server by default

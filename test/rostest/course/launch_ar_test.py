@@ -4,16 +4,13 @@ import glob
 import json
 import math
 import os
-import sys
 
 import rosgraph
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from nav_msgs.msg import Odometry
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from robot_tools import RobotCase
-
-from rostest_tools import Collected, Process, run, until
+from rostest_support.common import Collected, Process, run, until
+from rostest_support.robot import RobotCase
 
 POSITION_TOLERANCE = 0.015  # of the distance: of a marker seen from the side
 CORNER_TOLERANCE = 0.02  # [m]

@@ -5,7 +5,6 @@ The nodes may be done before a test looks, so most of what is asserted stays: wh
 """
 import itertools
 import math
-import os
 import re
 import sys
 
@@ -14,10 +13,8 @@ import rospy
 from rosgraph_msgs.msg import Log
 from turtlesim.srv import TeleportAbsolute
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import POSITION_TOLERANCE, CourseCase, stands
-
-from rostest_tools import BACKGROUND, FLOAT32_TOLERANCE, MIDDLE, PEN, Collected, Process, proxy, run, until
+from rostest_support.common import BACKGROUND, FLOAT32_TOLERANCE, MIDDLE, PEN, Collected, Process, proxy, run, until
+from rostest_support.course import POSITION_TOLERANCE, CourseCase, stands
 
 DRIVE_DEADLINE = 40.0  # [s] drives take up to 10
 LAUNCH_DEADLINE = 40.0  # [s] of a roslaunch of its own

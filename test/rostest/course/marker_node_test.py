@@ -1,20 +1,16 @@
 #!/usr/bin/env python3
 """ar_control_node.py: what it prints, what it leaves out, what it says when nothing comes, how it drives and stops."""
 import math
-import os
 import re
 import signal
-import sys
 import time
 
 from geometry_msgs.msg import Twist, Vector3
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import STOP
-from robot_tools import RobotCase
-
-from kinematic_core.patience import Patience
-from rostest_tools import run, until
+from kinematic_core.timing.stall_free_timer import Patience
+from rostest_support.common import run, until
+from rostest_support.course import STOP
+from rostest_support.robot import RobotCase
 
 NODE = 'ar_control_node.py'
 LINE = r'Detected marker with ID (\d+) at x: (\S+) y: (\S+) z: (\S+) m, distance: (\S+) m'

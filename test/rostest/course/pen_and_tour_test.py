@@ -1,12 +1,8 @@
 #!/usr/bin/env python3
 """set_pen.py and teleport_tour.py: the lines that they leave, seen by the turtle's own colour sensor."""
-import os
-import sys
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import CourseCase
-
-from rostest_tools import BACKGROUND, FLOAT32_TOLERANCE, PEN, PIXELS_PER_METRE, run, until
+from rostest_support.common import BACKGROUND, FLOAT32_TOLERANCE, PEN, PIXELS_PER_METRE, run, until
+from rostest_support.course import CourseCase
 
 PIXEL = 1.0 / PIXELS_PER_METRE  # [m]
 

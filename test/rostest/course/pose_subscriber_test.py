@@ -1,15 +1,11 @@
 #!/usr/bin/env python3
 """pose_subscriber.py: what it prints and how often."""
-import os
 import re
-import sys
 
 from rosgraph_msgs.msg import Log
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import CourseCase
-
-from rostest_tools import Collected, run, until
+from rostest_support.common import Collected, run, until
+from rostest_support.course import CourseCase
 
 LINE = r'Turtle pose: x:(-?\d+\.\d{6}), y:(-?\d+\.\d{6})'
 RATE_TOLERANCE = 0.1  # of a rate: a line may come late, and the next one then on time

@@ -1,13 +1,9 @@
 #!/usr/bin/env python3
 """stop_at_x.py: where the turtle stops, from where it may start, and how fast it drives."""
 import math
-import os
-import sys
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import SPEED_TOLERANCE, STOP_TOLERANCE, CourseCase
-
-from rostest_tools import MIDDLE, run
+from rostest_support.common import MIDDLE, run
+from rostest_support.course import SPEED_TOLERANCE, STOP_TOLERANCE, CourseCase
 
 STRAIGHT_TOLERANCE = 0.02  # [m] off the line that it drives along
 STARTS = {  # name: x [m], y [m], theta [rad], y [m] where it stops; None: anywhere

@@ -1,15 +1,11 @@
 #!/usr/bin/env python3
 """velocity_publisher.py: what it publishes, where, and how it ends. How often by default: rate_test."""
-import os
 import signal
-import sys
 
 from geometry_msgs.msg import Twist, Vector3
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from course_tools import STOP, CourseCase
-
-from rostest_tools import run
+from rostest_support.common import run
+from rostest_support.course import STOP, CourseCase
 
 RATE_TOLERANCE = 2.0  # [Hz] of 20
 

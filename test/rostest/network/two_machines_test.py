@@ -5,9 +5,8 @@ import subprocess
 import sys
 import unittest
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from kinematic_core.patience import Patience
-from rostest_tools import Process, run, skip, until
+from kinematic_core.timing.stall_free_timer import Patience
+from rostest_support.common import Process, run, skip, until
 
 ROBOT, LAPTOP, ELSEWHERE = '10.77.0.1', '10.77.0.2', '10.88.0.9'
 MASTER = f'http://{ROBOT}:11311'

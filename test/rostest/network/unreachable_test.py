@@ -9,13 +9,11 @@ import sys
 import tempfile
 import unittest
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 import listening
 import two_machines_test
 from two_machines_test import LAPTOP, ROBOT, Machine
 
-from rostest_tools import Process, run, until
+from rostest_support.common import Process, run, until
 
 REPOSITORY = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..'))
 ROBOT_6 = 'fd77::1'

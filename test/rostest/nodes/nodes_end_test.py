@@ -6,24 +6,18 @@ The environment's ROUNDS sets how often; the ways to end take turns from round t
 import contextlib
 import os
 import signal
-import sys
 import time
 import unittest
 import xmlrpc.client
 
 from geometry_msgs.msg import Twist
+from nodes_tools import Nodes, OwnMaster, on_own_turtle
 from turtle_robotont.srv import DriveTo
 
-from kinematic_ros import registration
-
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
-from nodes_tools import Nodes, OwnMaster, on_own_turtle
-
-import node_kinds
-from rostest_tools import Collected, run, until
-
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', 'course'))
-from course_tools import BackgroundCall
+from rospy_support import registration
+from rostest_support import node_kinds
+from rostest_support.common import Collected, run, until
+from rostest_support.course import BackgroundCall
 
 ROUNDS = int(os.environ.get('ROUNDS', '2'))
 END_DEADLINE = 30.0  # [s] for all to end; well under a second each where the machine is not loaded

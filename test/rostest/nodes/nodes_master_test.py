@@ -10,10 +10,9 @@ import sys
 import time
 import unittest
 
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 from nodes_tools import Nodes, OwnMaster, all_kinds
 
-from rostest_tools import run, until
+from rostest_support.common import run, until
 
 RESTARTS = int(os.environ.get('RESTARTS', '3'))
 RETURN_DEADLINE = 20.0  # [s] within which all is registered again; 1 to 3 s where the machine is not loaded

@@ -5,16 +5,14 @@ The environment's ROUNDS sets how often; conditions take turns, so that after fo
 """
 import os
 import subprocess
-import sys
 import tempfile
 import time
 import unittest
 
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 from nodes_tools import Nodes, OwnMaster, all_kinds, command_of
 
-import node_kinds
-from rostest_tools import run
+from rostest_support import node_kinds
+from rostest_support.common import run
 
 ROUNDS = int(os.environ.get('ROUNDS', '1'))
 SPAN = 3.0  # [s] in which every node logs, most of them often

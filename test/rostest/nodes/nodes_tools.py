@@ -10,10 +10,8 @@ import xmlrpc.client
 
 import roslib.packages
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..', 'bench'))
-import node_kinds
-from rostest_tools import Process, until
+from rostest_support import node_kinds
+from rostest_support.common import Process, until
 
 OWN_TURTLES = {'velocity_publisher': 'turtle7', 'stop_at_x': 'turtle3', 'drive_shape': 'turtle4',
                'teleport_tour': 'turtle5', 'draw_square': 'turtle6'}  # a turtle for each node that drives at once

@@ -1,17 +1,14 @@
 #!/usr/bin/env python3
 """draw_square: the corners it visits, the way between them, how it begins and ends."""
 import math
-import os
 import signal
-import sys
 
 import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty, EmptyResponse
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from rostest_tools import DEADLINE, MIDDLE, Collected, Process, SimulatorCase, own_simulator, run, until
+from rostest_support.common import DEADLINE, MIDDLE, Collected, Process, SimulatorCase, own_simulator, run, until
 
 DRAW_SQUARE = roslib.packages.find_node('turtlesim', 'draw_square')[0]
 CORNERS = [(MIDDLE + 2, MIDDLE), (MIDDLE + 2, MIDDLE + 2), (MIDDLE, MIDDLE + 2), (MIDDLE, MIDDLE)]  # in this order

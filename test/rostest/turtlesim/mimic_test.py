@@ -1,17 +1,13 @@
 #!/usr/bin/env python3
 """mimic: what it copies, what it leaves out, how it is remapped, how it ends."""
 import math
-import os
-import sys
 
 import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist
-
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
 from turtlesim.msg import Pose
 
-from rostest_tools import DEADLINE, FLOAT32_TOLERANCE, Collected, Process, SimulatorCase, run, until
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, Collected, Process, SimulatorCase, run, until
 
 MIMIC = roslib.packages.find_node('turtlesim', 'mimic')[0]
 SPEEDS = [(0.5, 0.25), (0.0, -1.5), (1.0, 0.0), (0.0, 0.0)]  # (m/s, rad/s), exact as float32

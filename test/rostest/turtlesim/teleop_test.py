@@ -6,7 +6,6 @@ import pty
 import signal
 import socket
 import subprocess
-import sys
 import termios
 import threading
 import unittest
@@ -16,8 +15,7 @@ import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from rostest_tools import DEADLINE, Collected, Process, node_api, run, until
+from rostest_support.common import DEADLINE, Collected, Process, node_api, run, until
 
 TELEOP = roslib.packages.find_node('turtlesim', 'turtle_teleop_key')[0]
 UP, DOWN, RIGHT, LEFT = b'\x1b[A', b'\x1b[B', b'\x1b[C', b'\x1b[D'

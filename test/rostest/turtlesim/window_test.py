@@ -1,12 +1,10 @@
 #!/usr/bin/env python3
 """The simulator's window on a screen of its own (Xvfb): what it shows, and what follows when it is closed or fails."""
-import os
 import sys
 import unittest
 
-sys.path += [os.path.join(os.path.dirname(os.path.abspath(__file__)), *up) for up in (['..'], ['..', '..'])]
-from rostest_tools import ARENA, BACKGROUND, DEADLINE, SimulatorCase, own_simulator, run, until
-from virtual_display import MISSING, VirtualDisplay
+from rostest_support.common import ARENA, BACKGROUND, DEADLINE, SimulatorCase, own_simulator, run, until
+from rostest_support.virtual_display import MISSING, VirtualDisplay
 
 TITLE = 'TurtleSim'
 RED = (200, 10, 20)

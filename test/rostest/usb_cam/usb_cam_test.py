@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import sys
 
 import cv2
 import numpy as np
@@ -15,8 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import Empty
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'))
-from rostest_tools import Collected, Process, SimulatorCase, proxy, registered_names, run, until
+from rostest_support.common import Collected, Process, SimulatorCase, proxy, registered_names, run, until
 
 NODE = (roslib.packages.find_node('usb_cam', 'usb_cam_node') or [None])[0]
 WIDTH, HEIGHT = 64, 48  # [px]

@@ -7,7 +7,7 @@ from alvar_core import rotations
 from alvar_core.camera import CameraError
 from alvar_core.detection.detector import Detector
 from alvar_core.fisheye import FisheyeCamera
-from marker_scenes import Placed, Scene, image_of
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 MATRIX = [300.0, 0, 319.5, 0, 305.0, 239.5, 0, 0, 1]
 LENS = [0.05, -0.01, 0.002, -0.0005]

@@ -7,7 +7,7 @@ import rospy
 from alvar_core import bundles, drawing
 from alvar_core.printing import create_marker
 from ar_track_alvar import bundle_node
-from kinematic_ros.params import ParameterError
+from rospy_support.parameters import ParameterError
 
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'ar_track_alvar' / 'bundles'
 EXAMPLES = sorted(FOLDER.glob('*.xml'))

@@ -1,8 +1,8 @@
-"""ar_track_alvar.command_line: the deprecated form becomes remappings and private parameters."""
+"""ar_track_alvar.core.command_line: the deprecated form becomes remappings and private parameters."""
 import pytest
 from rospy.client import load_command_line_node_params
 
-from ar_track_alvar.command_line import UsageError, bundle_arguments, ros_arguments
+from ar_track_alvar.core.command_line import UsageError, bundle_arguments, ros_arguments
 
 SHORT = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', '/map']
 

@@ -1,4 +1,4 @@
-"""ar_track_alvar.debug_picture: outline, id and axes are where the marker is."""
+"""ar_track_alvar.core.debug_picture: outline, id and axes are where the marker is."""
 from dataclasses import replace
 
 import cv2
@@ -8,8 +8,8 @@ import pytest
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
-from ar_track_alvar import debug_picture
-from marker_scenes import Placed, Scene, image_of
+from ar_track_alvar.core import debug_picture
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1  # [m]
 

@@ -12,8 +12,8 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from aruco_baseline import ArucoBaseline
 from figures import OURS
-from marker_scenes import Placed, Scene, image_of
 from processes import BenchError
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 
 @pytest.fixture(autouse=True)

@@ -4,7 +4,7 @@ import pytest
 
 from alvar_core import code, drawing
 from alvar_core.camera import default_camera
-from marker_scenes import Scene, image_of
+from rostest_support.marker_scenes import Scene, image_of
 
 
 def test_marker_picture_is_the_pattern_in_a_black_rim():

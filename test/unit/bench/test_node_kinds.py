@@ -3,7 +3,7 @@ import pathlib
 
 import pytest
 
-import node_kinds
+from rostest_support import node_kinds
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 NOT_NODES = {'demo.py', 'grade.py', 'marker_sequence.py', 'createMarker', 'robotont_urdf'}

@@ -1,12 +1,12 @@
-"""kinematic_core.angles: wrapping into [-pi, pi)."""
+"""kinematic_core.worlds.angles: wrapping into [-pi, pi)."""
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.angles import wrap_angle
-from kinematic_core.turtle_world import TURTLESIM_PI
+from kinematic_core.worlds.angles import wrap_angle
+from kinematic_core.worlds.turtle_world import TURTLESIM_PI
 
 ROUNDING = 2.3e-16  # relative: half a unit in the last place of a double
 ANGLE_TOLERANCE = 1e-12  # [rad] some roundings of angles below 100 rad

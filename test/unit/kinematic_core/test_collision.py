@@ -1,12 +1,12 @@
-"""kinematic_core.collision: a disc stops, slides and never gets through."""
+"""kinematic_core.worlds.collision: a disc stops, slides and never gets through."""
 import math
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kinematic_core.collision import ROUNDING, Obstacles
-from kinematic_core.floor_plan import Box, Cylinder, FloorPlan, Panel, corners
+from kinematic_core.worlds.collision import ROUNDING, Obstacles
+from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel, corners
 
 RADIUS = 0.18  # [m]
 HEIGHT = 0.25  # [m]

@@ -5,17 +5,17 @@ import subprocess
 
 import pytest
 
-CORE = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'kinematic_core' / 'src'
+CORE = pathlib.Path(__file__).resolve().parents[3] / 'libs' / 'kinematic_core' / 'src'
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
 WITH_MORE = {'rays', 'documents'}
-MODULES = sorted(f'kinematic_core.{path.stem}' for path in CORE.glob('kinematic_core/[!_]*.py')
+MODULES = sorted('.'.join(path.relative_to(CORE).with_suffix('').parts) for path in CORE.rglob('[!_]*.py')
                  if path.stem not in WITH_MORE)
 TIMEOUT = 20.0  # [s]
 PROGRAM = '''
 import sys
 sys.path = [{core!r}] + [path for path in sys.path if 'packages' not in path]
 import {module}
-from kinematic_core.turtle_world import TurtleWorld
+from kinematic_core.worlds.turtle_world import TurtleWorld
 world = TurtleWorld()
 world.command('turtle1', 1.0, 0.0, 0.0)
 world.step()

@@ -1,12 +1,12 @@
-"""kinematic_core.floor_plan: what a plan may hold, what overlaps, panels that move."""
+"""kinematic_core.worlds.floor_plan: what a plan may hold, what overlaps, panels that move."""
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.floor_plan import PANEL_THICKNESS, Box, Cylinder, FloorPlan, Panel, corners
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.floor_plan import PANEL_THICKNESS, Box, Cylinder, FloorPlan, Panel, corners
 
 LENGTH_TOLERANCE = 1e-9  # [m]
 BOX = Box('wall', 0.0, 0.0, 0.0, 2.0, 1.0, 0.5)

@@ -1,4 +1,4 @@
-"""kinematic_core.omni: wheels, limits, odometry."""
+"""kinematic_core.worlds.omni: wheels, limits, odometry."""
 import math
 import random
 
@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.omni import WHEEL_DISTANCE, WHEEL_RADIUS, Limits, Odometry, body_twist, wheel_speeds
-from kinematic_core.planar import STILL, Pose2D, Twist2D, advance
+from kinematic_core.worlds.omni import WHEEL_DISTANCE, WHEEL_RADIUS, Limits, Odometry, body_twist, wheel_speeds
+from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D, advance
 
 SPEED_TOLERANCE = 1e-9  # [m/s, rad/s]
 HALF_ROOT_3 = math.sqrt(3.0) / 2.0

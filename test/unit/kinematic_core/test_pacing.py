@@ -1,11 +1,11 @@
-"""kinematic_core.pacing: when steps are due, on a wall clock that moves only by the pacer's sleep or by the test."""
+"""kinematic_core.timing.pacing: when steps are due, on a wall clock that only the pacer's sleep or the test moves."""
 import math
 import threading
 
 import pytest
 
-from kinematic_core import pacing
-from kinematic_core.pacing import Pacer
+from kinematic_core.timing import pacing
+from kinematic_core.timing.pacing import Pacer
 
 STEP = 0.016  # [s]
 

@@ -1,4 +1,4 @@
-"""kinematic_core.pacing: pause, resume, steps by hand and changes of the rate in any order, and from many threads."""
+"""kinematic_core.timing.pacing: pause, resume, steps and changes of the rate, in any order, from many threads."""
 import math
 import threading
 import time
@@ -6,7 +6,7 @@ import time
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinematic_core.pacing import Pacer
+from kinematic_core.timing.pacing import Pacer
 
 STEP = 0.016  # [s]
 

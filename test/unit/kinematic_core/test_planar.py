@@ -1,11 +1,11 @@
-"""kinematic_core.planar: exact arcs."""
+"""kinematic_core.worlds.planar: exact arcs."""
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.planar import STILL, Pose2D, Twist2D, advance, mean_twist
+from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D, advance, mean_twist
 
 LENGTH_TOLERANCE = 1e-9  # [m, rad]
 speeds = st.floats(-3.0, 3.0)

@@ -1,4 +1,4 @@
-"""kinematic_core.rays: where rays end, against cases by hand and against a slow way to compute them."""
+"""kinematic_core.worlds.rays: where rays end, against cases by hand and against a slow way to compute them."""
 import math
 
 import numpy as np
@@ -6,9 +6,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kinematic_core import rays
-from kinematic_core.floor_plan import Box, Cylinder, FloorPlan, Panel, corners
-from kinematic_core.rays import LaserScanner, RayCaster
+from kinematic_core.worlds import rays
+from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel, corners
+from kinematic_core.worlds.rays import LaserScanner, RayCaster
 
 LENGTH_TOLERANCE = 1e-6  # [m]
 HEIGHT = 0.148  # [m]

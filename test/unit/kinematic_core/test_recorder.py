@@ -1,12 +1,12 @@
-"""kinematic_core.recorder: what took effect in which tick, and who asked for it."""
+"""kinematic_core.timing.recorder: what took effect in which tick, and who asked for it."""
 import csv
 import os
 import resource
 
 import pytest
 
-from kinematic_core import recorder as recorder_module
-from kinematic_core.recorder import ACTIVE, Recorder, open_growing
+from kinematic_core.timing import recorder as recorder_module
+from kinematic_core.timing.recorder import ACTIVE, Recorder, open_growing
 
 
 def rows(path):

@@ -1,9 +1,9 @@
-"""kinematic_core.turtle_world: motion, watchdog and walls, with values derived by hand."""
+"""kinematic_core.worlds.turtle_world: motion, watchdog and walls, with values derived by hand."""
 import math
 
 import pytest
 
-from kinematic_core.turtle_world import (
+from kinematic_core.worlds.turtle_world import (
     ARENA_SIZE,
     BACKGROUND,
     DT,

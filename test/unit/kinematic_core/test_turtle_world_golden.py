@@ -1,11 +1,11 @@
-"""kinematic_core.turtle_world against recordings of the real turtlesim: every pose, bit for bit as float32."""
+"""kinematic_core.worlds.turtle_world against recordings of the real turtlesim: every pose, bit for bit as float32."""
 import csv
 import pathlib
 import struct
 
 import pytest
 
-from kinematic_core.turtle_world import TurtleWorld
+from kinematic_core.worlds.turtle_world import TurtleWorld
 
 GOLDEN = pathlib.Path(__file__).resolve().parents[2] / 'data' / 'golden'
 RECORDINGS = sorted(GOLDEN.glob('*.csv'))

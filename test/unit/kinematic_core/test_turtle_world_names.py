@@ -1,10 +1,10 @@
-"""kinematic_core.turtle_world: spawn, kill, reset, numbering; and every refusal changes nothing."""
+"""kinematic_core.worlds.turtle_world: spawn, kill, reset, numbering; and every refusal changes nothing."""
 import math
 
 import pytest
 
-from kinematic_core.checks import ABSURD, InvalidInput
-from kinematic_core.turtle_world import (
+from kinematic_core.validation import ABSURD, InvalidInput
+from kinematic_core.worlds.turtle_world import (
     ARENA_SIZE,
     PEN_COLOUR,
     PEN_WIDTH,

@@ -1,4 +1,4 @@
-"""kinematic_core.turtle_world against an integrator without any shortcut, in every bit of every double.
+"""kinematic_core.worlds.turtle_world against an integrator without any shortcut, in every bit of every double.
 
 The reference below follows the order of one tick as the real turtlesim keeps it, turtle by turtle and step by step,
 knows no rest and shares nothing with the world but the constants.
@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinematic_core.turtle_world import TurtleWorld
+from kinematic_core.worlds.turtle_world import TurtleWorld
 
 ARENA = ctypes.c_float(499 / 45).value  # [m]
 PI = 3.14159265

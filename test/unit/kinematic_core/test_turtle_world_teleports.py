@@ -1,9 +1,9 @@
-"""kinematic_core.turtle_world: teleports and pens, with values derived by hand."""
+"""kinematic_core.worlds.turtle_world: teleports and pens, with values derived by hand."""
 import math
 
 import pytest
 
-from kinematic_core.turtle_world import ARENA_SIZE, PEN_COLOUR, PEN_WIDTH, TurtleWorld, float32
+from kinematic_core.worlds.turtle_world import ARENA_SIZE, PEN_COLOUR, PEN_WIDTH, TurtleWorld, float32
 
 CENTRE = ARENA_SIZE / 2.0
 T = 'turtle1'

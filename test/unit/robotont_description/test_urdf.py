@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import rospy
 
-from kinematic_core.omni import WHEEL_ANGLES, WHEEL_DISTANCE, WHEEL_RADIUS, WHEELS
-from kinematic_core.planar import Pose2D
+from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE, WHEEL_RADIUS, WHEELS
+from kinematic_core.worlds.planar import Pose2D
 from robotont_description.urdf import MODELS, describe
-from robotont_gazebo import frames, messages
+from robotont_gazebo import messages
+from robotont_gazebo.core import frames
 from robotont_gazebo.node import MODELS as SIMULATED_MODELS
 
 URDF = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_description' / 'urdf'

@@ -1,30 +1,18 @@
 """Bricks and tiles lie on their walls and floor in true perspective: compared with where each pixel's ray ends."""
-import importlib.util
 import math
-import pathlib
 
 import numpy as np
 import pytest
 
-from kinematic_core.floor_plan import Box, FloorPlan, corners
-from robotont_gazebo import textures
-from robotont_gazebo.faces import shade
-from robotont_gazebo.renderer import Renderer
+from kinematic_core.worlds.floor_plan import Box, FloorPlan, corners
+from robotont_gazebo.core import textures
+from robotont_gazebo.core.faces import shade
+from robotont_gazebo.core.renderer import Renderer
+from unit_support import reference_camera as reference
 
 EYE = 0.2155  # [m] height of the Robotont's camera
 SAME, CLOSE = 0.85, 6.0  # least correlation of a pattern with the expected one, most mean difference in greys
 GREY = (160, 160, 160)
-
-
-def load_reference():
-    path = pathlib.Path(__file__).with_name('reference_camera.py')
-    spec = importlib.util.spec_from_file_location('reference_camera', path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-reference = load_reference()
 
 
 def ends_of_rays(plan, camera, pose):

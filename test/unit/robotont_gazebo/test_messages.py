@@ -6,10 +6,11 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose as PoseMessage
 
-from kinematic_core import rays
-from kinematic_core.planar import Pose2D, Twist2D
-from robotont_gazebo import camera, camera_node, messages
-from robotont_gazebo.frames import ahead, frames
+from kinematic_core.worlds import rays
+from kinematic_core.worlds.planar import Pose2D, Twist2D
+from robotont_gazebo import camera_node, messages
+from robotont_gazebo.core import camera
+from robotont_gazebo.core.frames import ahead, frames
 
 STAMP = rospy.Time(12, 34)
 POSE = Pose2D(1.0, -2.0, math.pi / 2.0)

@@ -9,10 +9,10 @@ import pytest
 from alvar_core import code, rotations
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
-from kinematic_core.floor_plan import Box, FloorPlan, Panel
-from robotont_gazebo import worlds
-from robotont_gazebo.renderer import Renderer
-from robotont_gazebo.textures import INK, PAPER
+from kinematic_core.worlds.floor_plan import Box, FloorPlan, Panel
+from robotont_gazebo.core import worlds
+from robotont_gazebo.core.renderer import Renderer
+from robotont_gazebo.core.textures import INK, PAPER
 
 PACKAGE = pathlib.Path(__file__).parents[3] / 'stand_ins' / 'robotont_gazebo'
 MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')

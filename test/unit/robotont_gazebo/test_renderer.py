@@ -1,32 +1,20 @@
 """The camera's pictures against points computed by hand, a slow ray tracer."""
-import importlib.util
 import math
-import pathlib
 
 import numpy as np
 import pytest
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.floor_plan import Box, Cylinder, FloorPlan, Panel
-from robotont_gazebo.camera import FAR, NEAR, CameraPose
-from robotont_gazebo.renderer import Renderer
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
+from robotont_gazebo.core.camera import FAR, NEAR, CameraPose
+from robotont_gazebo.core.renderer import Renderer
+from unit_support import reference_camera as reference
 
 EYE = 0.2155  # [m] height of the Robotont's camera
 DEPTH_TOLERANCE = 1e-4  # of the depth
 COLOUR_TOLERANCE = 3  # greys
 OFF_FACES = 0.001  # share of the pixels away from edges that may differ
 RED, GREEN, BLUE, WHITE = (200, 40, 40), (40, 200, 40), (40, 40, 200), (230, 230, 230)
-
-
-def load_reference():
-    path = pathlib.Path(__file__).with_name('reference_camera.py')
-    spec = importlib.util.spec_from_file_location('reference_camera', path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-reference = load_reference()
 
 
 def plan(*shapes):

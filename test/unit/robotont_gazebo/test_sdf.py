@@ -1,12 +1,12 @@
-"""robotont_gazebo.sdf: what a Gazebo world is read as, and what it is said to lack."""
+"""robotont_gazebo.core.sdf: what a Gazebo world is read as, and what it is said to lack."""
 import math
 
 import pytest
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.floor_plan import GREY, Box, Cylinder, Panel, corners
-from robotont_gazebo.sdf import read
-from robotont_gazebo.worlds import WorldError, load_world
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.floor_plan import GREY, Box, Cylinder, Panel, corners
+from robotont_gazebo.core.sdf import read
+from robotont_gazebo.core.worlds import WorldError, load_world
 
 LENGTH_TOLERANCE = 1e-6  # [m, rad]
 BOX = '<geometry><box><size>2 1 0.5</size></box></geometry>'

@@ -1,11 +1,11 @@
-"""robotont_gazebo.meshes and sdf: mesh files of a Gazebo world that are boxes, and what is said of the others."""
+"""robotont_gazebo.core.meshes and sdf: mesh files of a Gazebo world that are boxes, and what is said of the others."""
 import itertools
 import math
 import struct
 
 import pytest
 
-from robotont_gazebo.sdf import read
+from robotont_gazebo.core.sdf import read
 
 LENGTH_TOLERANCE = 1e-6  # [m, rad]
 # two triangles for each side of a box, as numbers of its corners 0 to 7: bit 2 of the number is x, bit 1 y, bit 0 z

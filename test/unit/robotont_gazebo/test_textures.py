@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from alvar_core import code
-from robotont_gazebo import textures
-from robotont_gazebo.textures import INK, PAD, PANEL_PIXELS, PAPER
+from robotont_gazebo.core import textures
+from robotont_gazebo.core.textures import INK, PAD, PANEL_PIXELS, PAPER
 
 
 def without_pad(mipmap, along=0, up=0):

@@ -1,4 +1,4 @@
-"""robotont_gazebo.worlds: world files of our own, good and bad, and the way to a world by its name."""
+"""robotont_gazebo.core.worlds: world files of our own, good and bad, and the way to a world by its name."""
 import json
 import math
 import pathlib
@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.floor_plan import EMPTY, GREY, Box, Cylinder, FloorPlan, Panel
-from kinematic_core.robot_world import RobotWorld
-from robotont_gazebo.colours import COLOURS
-from robotont_gazebo.worlds import WorldError, find_world, load_world, parse_json, read_yaml, to_json
+from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Cylinder, FloorPlan, Panel
+from kinematic_core.worlds.robot_world import RobotWorld
+from robotont_gazebo.core.colours import COLOURS
+from robotont_gazebo.core.worlds import WorldError, find_world, load_world, parse_json, read_yaml, to_json
 
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_gazebo' / 'worlds'
 BOX = '{name: wall, x: 1.0, y: 2, yaw: 0.5, length: 0.1, width: 2.0, height: 0.5}'

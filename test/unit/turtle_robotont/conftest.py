@@ -3,8 +3,8 @@ import collections
 
 import pytest
 
-from kinematic_core.turtle_world import DT, TurtleWorld
-from turtle_robotont.control import STOP
+from kinematic_core.worlds.turtle_world import DT, TurtleWorld
+from turtle_robotont.driving.control import STOP
 
 TIME_LIMIT = 120.0  # [s] of turtle time that no drive of these tests takes
 

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import pytest
 import rospy
 
-from kinematic_ros import rospy_internals
-from turtle_robotont.ar_control import MarkerDriver
-from turtle_robotont.robot_driver import step_time
+from rospy_support import rospy_internals
+from turtle_robotont.nodes.ar_control import MarkerDriver
+from turtle_robotont.nodes.robot_driver import step_time
 
 HOUR = 3600.0  # [s]
 

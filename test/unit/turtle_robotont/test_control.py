@@ -1,18 +1,18 @@
-"""turtle_robotont.control: speeds, limits, and drives closed over the simulated world."""
+"""turtle_robotont.driving.control: speeds, limits, and drives closed over the simulated world."""
 import itertools
 import math
 import random
 
 import pytest
 
-from kinematic_core.angles import wrap_angle
-from kinematic_core.checks import InvalidInput
-from kinematic_core.planar import Twist2D
-from kinematic_core.turtle_world import ARENA_SIZE, DT
-from turtle_robotont import control
-from turtle_robotont.control import CircleDrive, DriveSequence, Goal, GoTo, State, Tolerance
-from turtle_robotont.shapes import distance
-from turtle_robotont.vehicle import STOP, TURTLE, Limits, VehicleState
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.angles import wrap_angle
+from kinematic_core.worlds.planar import Twist2D
+from kinematic_core.worlds.turtle_world import ARENA_SIZE, DT
+from turtle_robotont.driving import control
+from turtle_robotont.driving.control import CircleDrive, DriveSequence, Goal, GoTo, State, Tolerance
+from turtle_robotont.driving.shapes import distance
+from turtle_robotont.driving.vehicle import STOP, TURTLE, Limits, VehicleState
 
 TOLERANCE = control.TOLERANCE
 OVERSHOOT_TOLERANCE = 0.02  # [m] a turtle may move away from its goal again

@@ -1,13 +1,13 @@
-"""turtle_robotont.course_markers: what the demo makes of a tracker's messages, and its contact sheet."""
+"""turtle_robotont.demo.course_markers: what the demo makes of a tracker's messages, and its contact sheet."""
 import types
 
 import cv2
 import numpy as np
 import pytest
 
-from turtle_robotont import course_markers
-from turtle_robotont.course_markers import compared, sequence_checks, sheet
-from turtle_robotont.stage import Stage, StageError
+from turtle_robotont.demo import course_markers
+from turtle_robotont.demo.course_markers import compared, sequence_checks, sheet
+from turtle_robotont.demo.harness import Stage, StageError
 
 TRUTH = {77: {'markers': [{'id': 1, 'position': [0.0, 0.0, 2.0], 'distance_m': 2.0, 'ignore': False},
                           {'id': 3, 'position': [0.0, 1.0, 0.0], 'distance_m': 1.0, 'ignore': True},
@@ -62,7 +62,7 @@ def test_sheet_of_nothing_is_refused():
 
 
 def test_world_of_another_simulator_is_named(monkeypatch):
-    monkeypatch.setitem(__import__('sys').modules, 'robotont_gazebo', None)
+    monkeypatch.setitem(__import__('sys').modules, 'robotont_gazebo.core', None)
     with pytest.raises(StageError, match='worlds of the stand-in'):
         course_markers.world_plan('{}')
 

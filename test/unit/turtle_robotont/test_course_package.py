@@ -5,9 +5,9 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from turtle_robotont import shapes
-from turtle_robotont.control import ENDED, State
-from turtle_robotont.vehicle import LIMITS
+from turtle_robotont.driving import shapes
+from turtle_robotont.driving.control import ENDED, State
+from turtle_robotont.driving.vehicle import LIMITS
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 

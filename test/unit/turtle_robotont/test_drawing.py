@@ -1,12 +1,12 @@
-"""turtle_robotont.drawing: planned, driven in the simulated world and measured."""
+"""turtle_robotont.driving.drawing: planned, driven in the simulated world and measured."""
 import math
 
 import pytest
 
-from kinematic_core.checks import InvalidInput
-from turtle_robotont import checks, drawing, shapes
-from turtle_robotont.control import Goal, State
-from turtle_robotont.vehicle import Limits
+from kinematic_core.validation import InvalidInput
+from turtle_robotont.driving import drawing, shapes, track_metrics
+from turtle_robotont.driving.control import Goal, State
+from turtle_robotont.driving.vehicle import Limits
 
 CORNER_TOLERANCE = 0.05  # [m] what the course's shapes are held to; the control keeps within a fifth of it
 STRAIGHT_TOLERANCE = 0.03  # [m] off the lines between the corners
@@ -32,7 +32,7 @@ def test_shape_is_drawn_within_the_tolerance(loop, shape, size, start, speed, de
     assert worst <= CORNER_TOLERANCE / 2.0 and gap <= CORNER_TOLERANCE / 2.0
     if plan.corners:
         lines = [run.track[0], *plan.corners]
-        assert checks.path_deviation(run.track, lines) <= STRAIGHT_TOLERANCE
+        assert track_metrics.path_deviation(run.track, lines) <= STRAIGHT_TOLERANCE
 
 
 def test_closed_shape_ends_with_the_heading_it_began_with(loop):

@@ -1,13 +1,13 @@
-"""turtle_robotont.shapes: corners, circles, and what fits into the arena."""
+"""turtle_robotont.driving.shapes: corners, circles, and what fits into the arena."""
 import math
 
 import pytest
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.turtle_world import ARENA_SIZE
-from turtle_robotont import shapes
-from turtle_robotont.control import Goal
-from turtle_robotont.shapes import Point
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from turtle_robotont.driving import shapes
+from turtle_robotont.driving.control import Goal
+from turtle_robotont.driving.shapes import Point
 
 ROUNDING = 1e-9
 UP, LEFT = math.pi / 2.0, math.pi

@@ -1,10 +1,10 @@
-"""turtle_robotont.sightings: axes, and poses that no marker can have."""
+"""turtle_robotont.markers.sightings: axes, and poses that no marker can have."""
 import math
 
 import pytest
 
-from kinematic_core.checks import InvalidInput
-from turtle_robotont.sightings import FURTHEST, sighting
+from kinematic_core.validation import InvalidInput
+from turtle_robotont.markers.sightings import FURTHEST, sighting
 
 
 @pytest.mark.parametrize('frame, axes, ahead, left, up', [

@@ -14,7 +14,7 @@ import zlib
 
 import pytest
 
-from turtlesim.canvas import Canvas
+from turtlesim.core.canvas import Canvas
 
 STROKES = pathlib.Path(__file__).parents[2] / 'data' / 'canvas' / 'strokes.json.gz'
 BLUE = (69, 86, 255)
@@ -103,5 +103,5 @@ def test_fill_and_both_forms_of_the_picture():
 
 
 def test_the_module_loads_neither_numpy_nor_opencv():
-    code = "import sys, turtlesim.canvas; sys.exit(bool({'numpy', 'cv2', 'rospy'} & set(sys.modules)))"
+    code = "import sys, turtlesim.core.canvas; sys.exit(bool({'numpy', 'cv2', 'rospy'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0

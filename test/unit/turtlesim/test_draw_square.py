@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from kinematic_core.planar import STILL
+from kinematic_core.worlds.planar import STILL
 from turtlesim.draw_square import SPEED, TURN_SPEED, SquareDriver, approach, in_turtle_frame, square_corners
 
 DT = 0.016  # [s]

@@ -1,9 +1,9 @@
-"""turtlesim.drawn_world: strokes and colour sensors in turtlesim's order."""
+"""turtlesim.core.drawn_world: strokes and colour sensors in turtlesim's order."""
 import pytest
 
-from kinematic_core.turtle_world import BACKGROUND, PEN_COLOUR, Stroke
-from turtlesim.canvas import Canvas
-from turtlesim.drawn_world import DrawnWorld
+from kinematic_core.worlds.turtle_world import BACKGROUND, PEN_COLOUR, Stroke
+from turtlesim.core.canvas import Canvas
+from turtlesim.core.drawn_world import DrawnWorld
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 T = 'turtle1'

@@ -1,4 +1,4 @@
-"""turtlesim.recording: what a recorder writes is what replay reads, to the bit."""
+"""turtlesim.core.recording: what a recorder writes is what replay reads, to the bit."""
 import csv
 import errno
 import os
@@ -6,10 +6,10 @@ import os
 import pytest
 import rospy
 
-from kinematic_core import recorder
-from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, random_start
-from turtlesim import replay
-from turtlesim.recording import TURTLE
+from kinematic_core.timing import recorder
+from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, random_start
+from turtlesim.core import replay
+from turtlesim.core.recording import TURTLE
 from turtlesim.shared_world import SharedWorld
 
 RED = (255, 0, 0)

@@ -1,4 +1,4 @@
-"""turtlesim.replay: recordings of the real turtlesim come out equal, and whatever is not equal is found and told."""
+"""turtlesim.core.replay: recordings of the real turtlesim come out equal; what is not equal is found and told."""
 import csv
 import pathlib
 import shutil
@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from turtlesim import replay
+from turtlesim.core import replay
 
 GOLDEN = pathlib.Path(__file__).resolve().parents[2] / 'data' / 'golden'
 RECORDINGS = sorted(GOLDEN.glob('*.csv'))
@@ -241,7 +241,7 @@ def test_without_files_the_usage_is_shown(capsys):
 def test_exit_code_reaches_the_shell(tmp_path):
     path = tmp_path / 'other.csv'
     path.write_text(f'{HEADER}\n{ROW.replace("5.5", "6.5")}\n')
-    result = subprocess.run([sys.executable, '-m', 'turtlesim.replay', str(path)], capture_output=True, text=True,
+    result = subprocess.run([sys.executable, '-m', 'turtlesim.core.replay', str(path)], capture_output=True, text=True,
                             timeout=20.0, check=False)
     assert (result.returncode, result.stderr) == (1, '')
     assert '1 with a different pose' in result.stdout

@@ -1,4 +1,4 @@
-"""turtlesim.replay: which events take effect when: the watchdog, and pens and clears booked one tick early.
+"""turtlesim.core.replay: which events take effect when: the watchdog, and pens and clears booked one tick early.
 
 The recordings are made here, with a DrawnWorld, so that what really happened in which tick is known.
 """
@@ -6,9 +6,9 @@ import csv
 
 import pytest
 
-from kinematic_core.turtle_world import BACKGROUND, float32
-from turtlesim import replay
-from turtlesim.drawn_world import DrawnWorld
+from kinematic_core.worlds.turtle_world import BACKGROUND, float32
+from turtlesim.core import replay
+from turtlesim.core.drawn_world import DrawnWorld
 
 T = 'turtle1'
 COLUMNS = ['tick', 'event', 'x', 'y', 'theta', 'linear_velocity', 'angular_velocity', 'r', 'g', 'b']

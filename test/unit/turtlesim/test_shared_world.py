@@ -4,7 +4,7 @@ import threading
 import pytest
 import rospy
 
-from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND
+from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND
 from turtlesim.shared_world import SharedWorld
 
 CENTRE = ARENA_SIZE / 2.0

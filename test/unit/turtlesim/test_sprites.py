@@ -3,12 +3,12 @@ import math
 
 import pytest
 
-from kinematic_core.turtle_world import BACKGROUND
+from kinematic_core.worlds.turtle_world import BACKGROUND
 
 np = pytest.importorskip('numpy')
 cv2 = pytest.importorskip('cv2')
 
-from turtlesim import sprites  # noqa: E402
+from turtlesim.core import sprites  # noqa: E402
 
 METRE = 45.0  # px
 REACH = 23  # [px] no part of a turtle is farther from its position

@@ -8,10 +8,8 @@ import time
 import pytest
 
 import turtlesim.window
+from rostest_support.virtual_display import MISSING, VirtualDisplay
 from turtlesim.window import PictureReader, Window
-
-sys.path.append(str(pathlib.Path(__file__).parents[2]))
-from virtual_display import MISSING, VirtualDisplay
 
 SIZE = 500  # [px] width and height
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (69, 86, 255)

@@ -1,9 +1,9 @@
-"""usb_cam.calibration: good and bad files, where they lie, writing, and the approximation."""
+"""usb_cam.core.calibration: good and bad files, where they lie, writing, and the approximation."""
 import math
 
 import pytest
 
-from usb_cam.calibration import CalibrationError, approximate, locate, parse, read, write
+from usb_cam.core.calibration import CalibrationError, approximate, locate, parse, read, write
 
 # What camera_calibration writes, with numbers of its own for each entry.
 GOOD = '''image_width: 640

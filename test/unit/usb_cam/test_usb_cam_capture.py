@@ -1,11 +1,11 @@
-"""usb_cam.capture: the thread between sources and sink, with sources that do what the test says."""
+"""usb_cam.core.capture: the thread between sources and sink, with sources that do what the test says."""
 import threading
 import time
 
 import pytest
 
-from usb_cam.capture import Capture
-from usb_cam.sources import EndOfSource, SourceError
+from usb_cam.core.capture import Capture
+from usb_cam.core.sources import EndOfSource, SourceError
 
 DEADLINE = 20.0  # [s] for what takes milliseconds on an idle machine
 RETRY = 0.01  # [s]
@@ -111,9 +111,9 @@ def test_stop_says_when_the_source_hangs_and_gives_way_to_a_later_start(captured
     capture = captured(source)
     capture.start()
     until(lambda: source.grabs, 'a grab')
-    monkeypatch.setattr('usb_cam.capture.STOP_TIMEOUT', 0.05)
+    monkeypatch.setattr('usb_cam.core.capture.STOP_TIMEOUT', 0.05)
     assert not capture.stop()
-    monkeypatch.setattr('usb_cam.capture.STOP_TIMEOUT', DEADLINE)
+    monkeypatch.setattr('usb_cam.core.capture.STOP_TIMEOUT', DEADLINE)
     capture.start()
     stopping = threading.Thread(target=capture.stop)
     stopping.start()

@@ -1,7 +1,7 @@
-"""usb_cam.pace: deadlines on a grid, by a clock that only the test moves."""
+"""usb_cam.core.pace: deadlines on a grid, by a clock that only the test moves."""
 import pytest
 
-from usb_cam.pace import FrameSchedule
+from usb_cam.core.pace import FrameSchedule
 
 ROUNDING = 1e-9  # [s]
 

@@ -1,4 +1,4 @@
-"""usb_cam.sources: folders and videos for real, the webcam with OpenCV's capture played by a recording."""
+"""usb_cam.core.sources: folders and videos for real, the webcam with OpenCV's capture played by a recording."""
 import os
 import time
 
@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from usb_cam.sources import EndOfSource, Settings, SourceError, open_source
+from usb_cam.core.sources import EndOfSource, Settings, SourceError, open_source
 
 WIDTH, HEIGHT = 64, 48  # [px]
 LOSSY = 6  # what a grey value may be off after a video's compression

@@ -6,10 +6,11 @@ import rospy
 
 from alvar_core import bundles
 from alvar_core.detection.bundle_pose import BundleTracker
-from ar_track_alvar import command_line, conversions, settings, start
+from ar_track_alvar import conversions, settings, start
 from ar_track_alvar.conversions import MarkerPose
+from ar_track_alvar.core import command_line
 from ar_track_alvar.node import MarkerNode
-from kinematic_ros import params
+from rospy_support import parameters
 
 MASTER, OTHERS = ('main_shapes', (1.0, 0.0, 0.0, 1.0)), ('basic_shapes', (0.0, 1.0, 0.0, 0.7))  # in rviz
 ODD_PICTURES = 5  # in a row in which a marker contradicts its bundle, before it is said
@@ -90,11 +91,11 @@ def _note_shared(known):
 
 
 def _wrong(text):
-    return params.ParameterError(f'parameter {rospy.resolve_name("~bundle_files")} {text}')
+    return parameters.ParameterError(f'parameter {rospy.resolve_name("~bundle_files")} {text}')
 
 
 def main():
     """Run findMarkerBundlesNoKinect."""
     start.init_node('findMarkerBundlesNoKinect', command_line.BUNDLE_USAGE, command_line.bundle_arguments, EXAMPLE)
-    known = read_bundles(params.text('~bundle_files', ''))
+    known = read_bundles(parameters.text('~bundle_files', ''))
     BundleNode(settings.read(), known).run()

@@ -17,16 +17,17 @@ from alvar_core.camera import CameraError
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
-from ar_track_alvar import conversions, debug_picture
+from ar_track_alvar import conversions
 from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
+from ar_track_alvar.core import debug_picture
+from ar_track_alvar.core.filters import ErrorFilter, RateLimiter
 from ar_track_alvar.diagnostics import Statistics
-from ar_track_alvar.gates import ErrorFilter, RateLimiter
 from ar_track_alvar.live_settings import LiveSettings
-from ar_track_alvar.report import Report
+from ar_track_alvar.marker_publisher import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
-from kinematic_ros import images, params, registration, rospy_internals
-from kinematic_ros.topics import LatestPublisher, Publisher
-from kinematic_ros.waiting import COMPRESSED, waiting_text
+from rospy_support import images, parameters, registration, rospy_internals
+from rospy_support.topic_diagnosis import COMPRESSED, waiting_text
+from rospy_support.topics import LatestPublisher, Publisher
 
 BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once: one of 1280x720 in colour
 SILENCE = 5.0  # [s] without a picture or camera_info before it is said
@@ -66,7 +67,7 @@ class MarkerNode:
                                                  tcp_nodelay=True)
         rospy.Subscriber('~enable_detection', Bool, lambda message: self._live.enable(message.data), queue_size=1)
         registration.on_return(self._live.restore)
-        params.log_effective()
+        parameters.log_effective()
 
     def to_publish(self, detections):
         """Return the MarkerPoses to publish for the Detections in one picture.

@@ -4,8 +4,8 @@ import sys
 import cv2
 import rospy
 
-from ar_track_alvar.command_line import EXAMPLE, USAGE, UsageError, ros_arguments
-from kinematic_ros import nodes
+from ar_track_alvar.core.command_line import EXAMPLE, USAGE, UsageError, ros_arguments
+from rospy_support import nodes
 
 
 def init_node(program, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):

@@ -13,14 +13,14 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.planar import Pose2D
-from kinematic_ros import nodes, params, reachability
-from kinematic_ros.topics import Publisher
-from robotont_gazebo import camera, worlds
-from robotont_gazebo.alone import require_alone
-from robotont_gazebo.frames import CAMERA_X, CAMERA_Z, ahead, frames
-from robotont_gazebo.renderer import Renderer
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.planar import Pose2D
+from robotont_gazebo.core import camera, worlds
+from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead, frames
+from robotont_gazebo.core.renderer import Renderer
+from robotont_gazebo.single_instance import require_alone
+from rospy_support import nodes, parameters, reachability
+from rospy_support.topics import Publisher
 
 NAME = 'robotont_camera'
 SIMULATOR = 'robotont_gazebo'
@@ -33,11 +33,13 @@ class CameraNode:
 
     def __init__(self):
         """Read the parameters and register everything."""
-        self._size = (params.integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, unit='px'),
-                      params.integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, unit='px'))
-        self._fov = params.number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST, unit='rad')
-        self._every = max(1, round(TRUTH_RATE / params.number('~rate', TRUTH_RATE, 0.1, TRUTH_RATE, unit='Hz')))
-        self._frame = frames(params.text('~frame_prefix', '')).camera
+        self._size = (parameters.integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, unit='px'),
+                      parameters.integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, unit='px'))
+        self._fov = parameters.number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST,
+                                      unit='rad')
+        rate = parameters.number('~rate', TRUTH_RATE, 0.1, TRUTH_RATE, unit='Hz')
+        self._every = max(1, round(TRUTH_RATE / rate))
+        self._frame = frames(parameters.text('~frame_prefix', '')).camera
         self._received = 0
         self._renderer = None
         self._plan = self._rendered_plan = None  # until the simulator has told what stands where
@@ -50,7 +52,7 @@ class CameraNode:
         self._points = Publisher('camera/depth/points', PointCloud2, queue_size=1)
         rospy.Subscriber(f'{SIMULATOR}/world', String, self._take_world, queue_size=1)
         rospy.Subscriber(f'{SIMULATOR}/ground_truth', Odometry, self._look, queue_size=1, tcp_nodelay=True)
-        params.log_effective()
+        parameters.log_effective()
 
     def _take_world(self, message):
         try:

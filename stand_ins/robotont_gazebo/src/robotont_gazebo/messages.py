@@ -6,8 +6,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from kinematic_core.omni import WHEEL_ANGLES, WHEEL_DISTANCE
-from robotont_gazebo.frames import AXLE_HEIGHT
+from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE
+from robotont_gazebo.core.frames import AXLE_HEIGHT
 
 POSE_VARIANCE = 1e-5  # [m^2] of x and y where the odometry makes no errors, as Gazebo's plugin has it
 YAW_VARIANCE = 1e-3  # [rad^2]
@@ -67,7 +67,7 @@ def joint_states(stamp, names, angles, speeds):
 
 
 def laser_scan(stamp, frame, scanner, ranges):
-    """Return a LaserScan of what a module like kinematic_core.rays, ``scanner``, describes."""
+    """Return a LaserScan of what a module like kinematic_core.worlds.rays, ``scanner``, describes."""
     increment = (scanner.LAST_ANGLE - scanner.FIRST_ANGLE) / (scanner.RAYS - 1)
     message = LaserScan(angle_min=scanner.FIRST_ANGLE, angle_max=scanner.LAST_ANGLE, angle_increment=increment,
                         scan_time=SCAN_PERIOD, range_min=scanner.NEAREST, range_max=scanner.FARTHEST,

@@ -17,19 +17,21 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.omni import Limits
-from kinematic_core.planar import Pose2D
-from kinematic_core.recorder import Recorder
-from kinematic_core.robot_world import DT, RobotWorld
-from kinematic_ros import params, reachability, recording
-from kinematic_ros.clock import SimulatorClock, init_simulator, seeded_random
-from kinematic_ros.rospy_internals import caller
-from kinematic_ros.topics import LatestPublisher, Publisher
-from robotont_gazebo import messages, worlds
-from robotont_gazebo.alone import require_alone
-from robotont_gazebo.frames import LIDAR_X, LIDAR_Z, ahead, frames
+from kinematic_core.timing.recorder import Recorder
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.omni import Limits
+from kinematic_core.worlds.planar import Pose2D
+from kinematic_core.worlds.robot_world import DT, RobotWorld
+from robotont_gazebo import messages
+from robotont_gazebo.core import worlds
+from robotont_gazebo.core.frames import LIDAR_X, LIDAR_Z, ahead, frames
+from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
+from rospy_support import parameters, reachability
+from rospy_support.rospy_internals import caller
+from rospy_support.topics import LatestPublisher, Publisher
+from sim_ros import recording
+from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
 
 NAME = 'robotont_gazebo'
 MODELS = ('robotont_gazebo_nuc', 'robotont_gazebo_lidar', 'robotont_gazebo_basic')
@@ -49,16 +51,16 @@ class RobotontNode:
         self._clock = SimulatorClock(DT)
         self._lock = threading.Lock()
         self._warned, self._stamp, self._told_of_watchdog = -math.inf, rospy.Time(), False
-        model = params.text('~model', MODELS[0], MODELS)
-        self._frames = frames(params.text('~frame_prefix', ''))
+        model = parameters.text('~model', MODELS[0], MODELS)
+        self._frames = frames(parameters.text('~frame_prefix', ''))
         numbers = seeded_random()
         self._world = _read_world(numbers.getrandbits(64))
         self._recorder = recording.begin(lambda path: Recorder(path, Pose2D._fields[:2] + ('theta',)))
         self._scanner = None
         if model == LIDAR_MODEL:
-            from kinematic_core import rays  # numpy is loaded only where it is needed
+            from kinematic_core.worlds import rays  # numpy is loaded only where it is needed
             self._rays = rays
-            noise = params.number('~scan_noise', rays.NOISE, 0.0, 1.0, unit='m')
+            noise = parameters.number('~scan_noise', rays.NOISE, 0.0, 1.0, unit='m')
             self._scanner = rays.LaserScanner(self._world.plan, LIDAR_Z, noise, numbers.getrandbits(64))
             self._scan = LatestPublisher('scan', LaserScan)
         self._odometry = LatestPublisher('odom', Odometry)
@@ -70,7 +72,7 @@ class RobotontNode:
         self._clock.services.add('~set_pose', SetPose, self._set_pose)
         self._clock.services.add('~move_marker', MoveMarker, self._move_marker)
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
-        params.log_effective()
+        parameters.log_effective()
 
     def run(self):
         """Step until shutdown."""
@@ -175,30 +177,31 @@ class RobotontNode:
 
 def _read_world(seed):
     """Return the RobotWorld that the parameters describe."""
-    name = params.text('~world', 'empty')
-    start = Pose2D(params.number('~x', 0.0, -FARTHEST, FARTHEST, unit='m'),
-                   params.number('~y', 0.0, -FARTHEST, FARTHEST, unit='m'),
-                   params.number('~yaw', 0.0, -FARTHEST, FARTHEST, unit='rad'))
-    limits = Limits(params.number('~max_speed', NONE, 0.01, 10.0, unit='m/s', infinite=NONE),
-                    params.number('~max_turn_speed', NONE, 0.01, 50.0, unit='rad/s', infinite=NONE),
-                    params.number('~max_wheel_speed', NONE, 0.1, 1000.0, unit='rad/s', infinite=NONE),
-                    params.number('~max_acceleration', NONE, 0.01, 1000.0, unit='m/s^2', infinite=NONE),
-                    params.number('~max_turn_acceleration', NONE, 0.01, 1000.0, unit='rad/s^2', infinite=NONE),
-                    params.number('~max_wheel_acceleration', NONE, 0.1, 10000.0, unit='rad/s^2', infinite=NONE))
-    watchdog = params.number('~watchdog', 0.5, 0.05, 3600.0, unit='s', infinite=NEVER)
-    slip = params.number('~odom_slip', 0.0, 0.0, 0.9)
-    noise = params.number('~odom_noise', 0.0, 0.0, 1.0, unit='m')
+    name = parameters.text('~world', 'empty')
+    start = Pose2D(parameters.number('~x', 0.0, -FARTHEST, FARTHEST, unit='m'),
+                   parameters.number('~y', 0.0, -FARTHEST, FARTHEST, unit='m'),
+                   parameters.number('~yaw', 0.0, -FARTHEST, FARTHEST, unit='rad'))
+    limits = Limits(parameters.number('~max_speed', NONE, 0.01, 10.0, unit='m/s', infinite=NONE),
+                    parameters.number('~max_turn_speed', NONE, 0.01, 50.0, unit='rad/s', infinite=NONE),
+                    parameters.number('~max_wheel_speed', NONE, 0.1, 1000.0, unit='rad/s', infinite=NONE),
+                    parameters.number('~max_acceleration', NONE, 0.01, 1000.0, unit='m/s^2', infinite=NONE),
+                    parameters.number('~max_turn_acceleration', NONE, 0.01, 1000.0, unit='rad/s^2', infinite=NONE),
+                    parameters.number('~max_wheel_acceleration', NONE, 0.1, 10000.0, unit='rad/s^2', infinite=NONE))
+    watchdog = parameters.number('~watchdog', 0.5, 0.05, 3600.0, unit='s', infinite=NEVER)
+    slip = parameters.number('~odom_slip', 0.0, 0.0, 0.9)
+    noise = parameters.number('~odom_noise', 0.0, 0.0, 1.0, unit='m')
     folder = os.path.join(rospkg.RosPack().get_path(NAME), 'worlds')
     try:
         plan, warnings = worlds.load_world(name, folder)
     except InvalidInput as error:
-        raise params.ParameterError(f'parameter {rospy.resolve_name("~world")}: {error}') from None
+        raise parameters.ParameterError(f'parameter {rospy.resolve_name("~world")}: {error}') from None
     if warnings:
         rospy.logwarn('%s: %s', name, '; '.join(warnings))
     try:
         return RobotWorld(plan, start, limits, watchdog, slip, noise, seed)
     except InvalidInput as error:
-        raise params.ParameterError(f'parameters {rospy.resolve_name("~x")}, ~y: {error}. Start it elsewhere; launch '
+        raise parameters.ParameterError(
+            f'parameters {rospy.resolve_name("~x")}, ~y: {error}. Start it elsewhere; launch '
                                     'files put it at x = -x_pos') from None
 
 

@@ -13,12 +13,12 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty
 
-from kinematic_core.angles import wrap_angle
-from kinematic_core.checks import InvalidInput, require_sane
-from kinematic_core.planar import STILL, Twist2D
-from kinematic_ros import nodes, params
-from kinematic_ros.topics import LatestPublisher
-from kinematic_ros.velocities import to_twist
+from kinematic_core.validation import InvalidInput, require_sane
+from kinematic_core.worlds.angles import wrap_angle
+from kinematic_core.worlds.planar import STILL, Twist2D
+from rospy_support import nodes, parameters
+from rospy_support.topics import LatestPublisher
+from rospy_support.velocities import to_twist
 from turtlesim.msg import Pose
 
 SPEED = 1.0  # [m/s] along the sides, turtlesim's
@@ -114,9 +114,9 @@ class DrawSquareNode:
 
     def __init__(self):
         """Read the parameters, register what is published."""
-        self._side = params.number('~side', DEFAULT_SIDE, 0.1, LARGEST_SIDE, 'm')
-        self._laps = params.integer('~laps', 0, minimum=0)
-        params.log_effective()
+        self._side = parameters.number('~side', DEFAULT_SIDE, 0.1, LARGEST_SIDE, 'm')
+        self._laps = parameters.integer('~laps', 0, minimum=0)
+        parameters.log_effective()
         self._pose = None
         self._ended = False
         self._news = threading.Condition(threading.RLock())  # a signal may end the node while it is held

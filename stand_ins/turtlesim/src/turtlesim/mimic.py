@@ -7,9 +7,9 @@ import threading
 import rospy
 from geometry_msgs.msg import Twist
 
-from kinematic_core.checks import InvalidInput, require_sane
-from kinematic_ros import nodes
-from kinematic_ros.topics import LatestPublisher
+from kinematic_core.validation import InvalidInput, require_sane
+from rospy_support import nodes
+from rospy_support.topics import LatestPublisher
 from turtlesim.msg import Pose
 
 WARNING_PERIOD = 5.0  # [s]

@@ -9,10 +9,11 @@ import math
 import rospy
 from std_srvs.srv import Empty, EmptyResponse
 
-from kinematic_core.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
-from kinematic_ros import params, reachability, recording, registration, rospy_internals
-from kinematic_ros.clock import SimulatorClock, init_simulator
-from kinematic_ros.master import Master, NoMaster
+from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
+from rospy_support import parameters, reachability, registration, rospy_internals
+from rospy_support.master import Master, NoMaster
+from sim_ros import recording
+from sim_ros.clock import SimulatorClock, init_simulator
 from turtlesim.names import TurtleNames
 from turtlesim.picture import PictureServer
 from turtlesim.shared_world import SharedWorld
@@ -129,12 +130,12 @@ class TurtlesimNode:
         ``values``: of the parameters, where they have been read already.
         """
         try:
-            self._background = tuple(params.integer(name, default, 0, 255, values=values)
+            self._background = tuple(parameters.integer(name, default, 0, 255, values=values)
                                      for name, default in zip(BACKGROUND_PARAMETERS, BACKGROUND))
             return self._background
-        except params.MasterAway:
+        except parameters.MasterAway:
             return self._background  # there is nobody to have set another one
-        except params.ParameterError as error:
+        except parameters.ParameterError as error:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None
 
@@ -185,10 +186,11 @@ class TurtlesimNode:
 
 def _start():
     """Return where turtle1 begins: in the middle like the original, where ~seed draws it, or where ~start says."""
-    seed = params.integer('~seed', 0, 0)
-    start = params.numbers('~start', list(random_start(seed) if seed else START), length=3, unit='m, m, rad')
+    seed = parameters.integer('~seed', 0, 0)
+    start = parameters.numbers('~start', list(random_start(seed) if seed else START), length=3, unit='m, m, rad')
     if not (0.0 <= start[0] <= ARENA_SIZE and 0.0 <= start[1] <= ARENA_SIZE and abs(start[2]) <= math.pi):
-        raise params.ParameterError(f'parameter {rospy.resolve_name("~start")} is {start}; it must be x, y from 0 to '
+        raise parameters.ParameterError(
+            f'parameter {rospy.resolve_name("~start")} is {start}; it must be x, y from 0 to '
                                     f'{ARENA_SIZE:.4f} m and a heading from -pi to pi')
     return tuple(start)
 

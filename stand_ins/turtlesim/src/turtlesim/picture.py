@@ -12,9 +12,9 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.files import create_numbered
-from kinematic_core.turtle_world import CANVAS_SIZE
-from kinematic_ros import params, threads
-from kinematic_ros.topics import Publisher, SubscriptionListener
+from kinematic_core.worlds.turtle_world import CANVAS_SIZE
+from rospy_support import parameters, threads
+from rospy_support.topics import Publisher, SubscriptionListener
 
 FRAME_ID = 'turtlesim_canvas'
 
@@ -25,7 +25,7 @@ class PictureServer:
     def __init__(self, shared):
         """Read the parameters, register, open the window where there is a display."""
         self._shared = shared
-        self._period = 1.0 / params.number('~image_rate', 25.0, minimum=0.1, maximum=62.5, unit='Hz')
+        self._period = 1.0 / parameters.number('~image_rate', 25.0, minimum=0.1, maximum=62.5, unit='Hz')
         self._frame_lock = threading.Lock()
         self._frame_state = self._last_frame = None
         self._wanted = threading.Event()
@@ -34,7 +34,7 @@ class PictureServer:
         self._image = Publisher('~image_raw', Image, listener, queue_size=1)
         self._compressed = Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
         self._window, self._window_failed = None, False
-        if params.boolean('~window', True) and os.environ.get('DISPLAY'):
+        if parameters.boolean('~window', True) and os.environ.get('DISPLAY'):
             from turtlesim.window import Window
             self._window = Window('TurtleSim', self._window_fails)
             self._wanted.set()
@@ -76,7 +76,7 @@ class PictureServer:
                           data=frame.tobytes())
             _publish(self._image, image, stamp)
         if self._compressed.get_num_connections():
-            from turtlesim import sprites
+            from turtlesim.core import sprites
             _publish(self._compressed, CompressedImage(format='rgb8; png compressed bgr8',
                                                        data=sprites.encode_png(frame)), stamp)
         if self._window:
@@ -86,7 +86,7 @@ class PictureServer:
         """Return the picture, (500, 500, 3) uint8 RGB, made anew only when something has changed."""
         import numpy
 
-        from turtlesim import sprites
+        from turtlesim.core import sprites
         with self._frame_lock:
             state = self._shared.picture()
             if state != self._frame_state:
@@ -96,10 +96,10 @@ class PictureServer:
             return self._last_frame
 
     def _snapshot(self, _):
-        from turtlesim import sprites
+        from turtlesim.core import sprites
         frame = self._frame()
         stem = rospy.get_name().strip('/').replace('/', '_')
-        directory = params.text('~snapshot_dir', os.getcwd())
+        directory = parameters.text('~snapshot_dir', os.getcwd())
         with self._frame_lock:
             try:
                 path = create_numbered(directory, stem, '.png', sprites.encode_png(frame))

@@ -8,11 +8,11 @@ import threading
 
 import rospy
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.turtle_world import BACKGROUND, START
-from kinematic_ros.rospy_internals import caller
-from turtlesim.drawn_world import DrawnWorld
-from turtlesim.recording import TURTLE, Recorder
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.turtle_world import BACKGROUND, START
+from rospy_support.rospy_internals import caller
+from turtlesim.core.drawn_world import DrawnWorld
+from turtlesim.core.recording import TURTLE, Recorder
 
 
 class SharedWorld(DrawnWorld):

@@ -15,9 +15,9 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 
-from kinematic_core.checks import ABSURD
-from kinematic_ros import nodes, params
-from kinematic_ros.topics import LatestPublisher, SubscriptionListener
+from kinematic_core.validation import ABSURD
+from rospy_support import nodes, parameters
+from rospy_support.topics import LatestPublisher, SubscriptionListener
 
 TOPIC = 'turtle1/cmd_vel'
 DEFAULT_SCALE = 2.0  # [m/s] and [rad/s], turtlesim's
@@ -181,8 +181,8 @@ def _scale(name, unit):
     """Return the private parameter, else the one beside the node, which is where turtlesim looks for it."""
     default = DEFAULT_SCALE
     if not rospy.has_param('~' + name):
-        default = params.number(name, DEFAULT_SCALE, -ABSURD, ABSURD, unit)
-    return params.number('~' + name, default, -ABSURD, ABSURD, unit)
+        default = parameters.number(name, DEFAULT_SCALE, -ABSURD, ABSURD, unit)
+    return parameters.number('~' + name, default, -ABSURD, ABSURD, unit)
 
 
 def main():

@@ -4,10 +4,10 @@ import time
 import rospy
 from geometry_msgs.msg import Twist
 
-from kinematic_core.checks import InvalidInput
-from kinematic_core.turtle_world import UnknownTurtle
-from kinematic_ros.rospy_internals import frame
-from kinematic_ros.topics import LatestPublisher
+from kinematic_core.validation import InvalidInput
+from kinematic_core.worlds.turtle_world import UnknownTurtle
+from rospy_support.rospy_internals import frame
+from rospy_support.topics import LatestPublisher
 from turtlesim.msg import Color, Pose
 from turtlesim.srv import (
     SetPen,

@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 
-from kinematic_core.turtle_world import BACKGROUND, CANVAS_SIZE
+from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
 
 TITLE = 'TurtleSim'
 SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two pictures shown; pictures in between are left out

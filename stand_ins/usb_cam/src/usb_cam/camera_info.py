@@ -10,8 +10,8 @@ import rospy
 from sensor_msgs.msg import CameraInfo, RegionOfInterest
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 
-from usb_cam import calibration
-from usb_cam.calibration import Calibration, CalibrationError
+from usb_cam.core import calibration
+from usb_cam.core.calibration import Calibration, CalibrationError
 
 IN_FOLDER = 'camera.yaml'  # the calibration of the pictures beside it
 

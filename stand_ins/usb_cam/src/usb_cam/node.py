@@ -14,12 +14,12 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyResponse
 
-from kinematic_ros import nodes, params, rospy_internals
-from kinematic_ros.images import to_image
-from kinematic_ros.topics import Publisher, SubscriptionListener
+from rospy_support import nodes, parameters, rospy_internals
+from rospy_support.images import to_image
+from rospy_support.topics import Publisher, SubscriptionListener
 from usb_cam.camera_info import CameraInfos
-from usb_cam.capture import STOP_TIMEOUT, Capture
-from usb_cam.sources import PIXEL_FORMATS, Settings, open_source
+from usb_cam.core.capture import STOP_TIMEOUT, Capture
+from usb_cam.core.sources import PIXEL_FORMATS, Settings, open_source
 
 MONOCHROME = ('grey', 'yuvmono10')  # pixel formats that are published as mono8
 REPEAT = 30.0  # [s] between two reports of the same trouble
@@ -31,16 +31,16 @@ class UsbCamNode:
 
     def __init__(self):
         """Read the parameters and register everything; rospy is initialised."""
-        self._device = params.text('~video_device', '/dev/video0')
+        self._device = parameters.text('~video_device', '/dev/video0')
         self._settings = _settings()
         self._mono = self._settings.pixel_format in MONOCHROME
-        self._format = params.text('~image_raw/compressed/format', 'jpeg', ('jpeg', 'png'))
-        self._quality = params.integer('~image_raw/compressed/jpeg_quality', 80, 1, 100, '%')
-        self._frame_id = params.text('~camera_frame_id', 'head_camera')
-        self._name = params.text('~camera_name', 'head_camera')
-        self._infos = CameraInfos(self._name, params.text('~camera_info_url', ''),
-                                  params.number('~horizontal_fov', 0.0, 0.0, 179.0, 'degrees'))
-        params.log_effective()
+        self._format = parameters.text('~image_raw/compressed/format', 'jpeg', ('jpeg', 'png'))
+        self._quality = parameters.integer('~image_raw/compressed/jpeg_quality', 80, 1, 100, '%')
+        self._frame_id = parameters.text('~camera_frame_id', 'head_camera')
+        self._name = parameters.text('~camera_name', 'head_camera')
+        self._infos = CameraInfos(self._name, parameters.text('~camera_info_url', ''),
+                                  parameters.number('~horizontal_fov', 0.0, 0.0, 179.0, 'degrees'))
+        parameters.log_effective()
         self._trouble, self._trouble_end = None, 0.0
         self._said = {}  # warning -> when it may be said again [s, monotonic]
         self._capture = None
@@ -137,33 +137,33 @@ def compressed(bgr, header, mono, kind, quality):
 
 def _settings():
     """Read what a source is asked for."""
-    params.text('~io_method', 'mmap', ('mmap', 'read', 'userptr'))  # OpenCV chooses itself, as it does colours
-    params.text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p'))
+    parameters.text('~io_method', 'mmap', ('mmap', 'read', 'userptr'))  # OpenCV chooses itself, as it does colours
+    parameters.text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p'))
     return Settings(
-        width=params.integer('~image_width', 640, 1, 100000, 'px'),
-        height=params.integer('~image_height', 480, 1, 100000, 'px'),
-        framerate=params.integer('~framerate', 30, 1, 1000, 'Hz'),
-        pixel_format=params.text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
+        width=parameters.integer('~image_width', 640, 1, 100000, 'px'),
+        height=parameters.integer('~image_height', 480, 1, 100000, 'px'),
+        framerate=parameters.integer('~framerate', 30, 1, 1000, 'Hz'),
+        pixel_format=parameters.text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
         controls=_controls(),
-        rate=params.number('~rate', 0.0, 0.0, 1000.0, 'Hz'),
-        loop=params.boolean('~loop', True))
+        rate=parameters.number('~rate', 0.0, 0.0, 1000.0, 'Hz'),
+        loop=parameters.boolean('~loop', True))
 
 
 def _controls():
     """Return the webcam's controls to set, [(name, OpenCV property, value)], in usb_cam's order; none for -1."""
-    values = [(name, params.integer(f'~{name}', -1, -1))
+    values = [(name, parameters.integer(f'~{name}', -1, -1))
               for name in ('brightness', 'contrast', 'saturation', 'sharpness', 'gain')]
     controls = [(name, getattr(cv2, f'CAP_PROP_{name.upper()}'), value) for name, value in values if value >= 0]
-    auto_white_balance = params.boolean('~auto_white_balance', True)
-    white_balance = params.integer('~white_balance', 4000, 0, 100000, 'K')
+    auto_white_balance = parameters.boolean('~auto_white_balance', True)
+    white_balance = parameters.integer('~white_balance', 4000, 0, 100000, 'K')
     controls.append(('auto_white_balance', cv2.CAP_PROP_AUTO_WB, int(auto_white_balance)))
     if not auto_white_balance:
         controls.append(('white_balance', cv2.CAP_PROP_WB_TEMPERATURE, white_balance))
-    autoexposure, exposure = params.boolean('~autoexposure', True), params.integer('~exposure', 100, 0, 1000000)
+    autoexposure, exposure = parameters.boolean('~autoexposure', True), parameters.integer('~exposure', 100, 0, 1000000)
     if not autoexposure:
         controls += [('autoexposure', cv2.CAP_PROP_AUTO_EXPOSURE, AUTO_EXPOSURE_OFF),
                      ('exposure', cv2.CAP_PROP_EXPOSURE, exposure)]
-    autofocus, focus = params.boolean('~autofocus', False), params.integer('~focus', -1, -1)
+    autofocus, focus = parameters.boolean('~autofocus', False), parameters.integer('~focus', -1, -1)
     controls.append(('autofocus', cv2.CAP_PROP_AUTOFOCUS, int(autofocus)))
     if not autofocus and focus >= 0:
         controls.append(('focus', cv2.CAP_PROP_FOCUS, focus))

@@ -6,7 +6,7 @@ from alvar_core import bundles, drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
-from marker_scenes import Placed, Scene, image_of
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 SIDE = 0.044  # [m]
 PLACES = {8: (0, 0, 0), 9: (0.09, 0, 0), 10: (0, -0.09, 0), 16: (0, 0.09, 0)}

@@ -7,7 +7,7 @@ from alvar_core import code, drawing, rotations
 from alvar_core.camera import Camera, CameraError, default_camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
-from marker_scenes import Placed, Scene, image_of
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1
 CORNER_TOLERANCE = 0.35   # px

@@ -8,7 +8,7 @@ from alvar_core.detection import homography
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.edge_refiner import EdgeRefiner
 from alvar_core.detection.pyramid import Pyramid
-from marker_scenes import Placed, Scene, image_of
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1
 CORNER_TOLERANCE = 0.1  # px, median of several markers' worst corners

@@ -8,7 +8,7 @@ from alvar_core.detection import candidates, thresholds
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
-from marker_scenes import Placed, Scene, image_of
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1
 CAMERA = default_camera()

@@ -1,0 +1,353 @@
+"""One grading: a master of its own, the simulator in lockstep, the student's program, an observer, and their end.
+
+Everything runs in simulated time, which stands until the program has registered with the master (or ended); so a slow
+start costs nothing. In lockstep no step begins before the nodes have done with the last: the result does not depend on
+the machine. A program that looks at the wall clock, or never rests, is observed in real time instead.
+
+Threads: the main thread watches; the stimuli and rospy's callbacks run in their own and only append to lists.
+"""
+import contextlib
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+import xmlrpc.client
+
+import rosgraph
+import roslib.packages
+import rospy
+from sim_ros.msg import ClockStatus
+from sim_ros.srv import Step
+from std_srvs.srv import Trigger
+
+from course_grader.attempt import static_analysis
+from course_grader.attempt.recording_reader import RecordingReader
+from course_grader.attempt.stimuli import told
+from course_grader.isolation import processes, sandbox
+from course_grader.rules import judging, scoring
+from course_grader.rules.observation import Event, Observed
+from kinematic_core.timing.pacing import BEGIN
+from kinematic_core.timing.recorder import ACTIVE
+from kinematic_core.timing.stall_free_timer import Patience
+from kinematic_core.worlds import robot_world, turtle_world
+from rospy_support import ports, servers
+
+NODE, STIMULI = '/grader', '/grader_stimuli'
+POLL = 0.02  # [s] of wall time
+ENDING = 3.0  # [s] of wall time that a simulator may take to end when it is told to
+LOOK_PERIOD = 0.7  # [s] of wall time between two looks at the master and at the score
+PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
+START_PATIENCE = 10.0  # [s] of wall time in which a program that rests should have registered with the master
+LONGEST_START = 60.0  # [s] likewise for one that works, such as on its imports
+COMPLETE = 0.4  # [s] at rest after which all that a launch file or script starts is there
+LONGEST_COMPLETION = 15.0  # [s] in which that should be
+AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
+ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
+SLOWEST_PACE = 0.8  # of real time: below it a program that never rests cannot be judged
+SLOWEST_WALL_PACE = 0.95  # likewise one that looks at the wall clock
+FLOODED = 0.5  # share of the wall time that a simulator computes, which by itself takes a twentieth
+LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
+LAG = 0.1  # [s] of simulated time by which a recording may be behind
+SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
+
+
+class SessionError(RuntimeError):
+    """The grading could not be carried out; the text says why. Nothing is the student's fault."""
+
+
+class Session:
+    """A grading of ``command`` by an Exercise."""
+
+    def __init__(self, exercise, command, seed, folder, speed=None, real_time=False, packages=None):
+        """``folder`` takes all files; ``speed``: times real time, by default the exercise's; ``real_time``: with 1.
+
+        ``packages``: folder with the program's packages, by default that of the package in which its file lies.
+        """
+        self.exercise, self.seed, self._folder = exercise, seed, str(folder)
+        self.speed = exercise.speed if speed is None else speed
+        self.lockstep = True
+        self._command, self.remarks = sandbox.runnable(command)
+        self._packages = packages or sandbox.package_of(self._command)
+        if self._packages:
+            os.environ['ROS_PACKAGE_PATH'] = os.pathsep.join(
+                filter(None, (self._packages, os.environ.get('ROS_PACKAGE_PATH'))))
+        own = static_analysis.simulators(self._command)
+        if own:
+            raise sandbox.CommandError(f'it starts a simulator of its own ({", ".join(own)}), but the grader has '
+                                       'started one: leave that node out of the launch file that is handed in')
+        self._slowest_pace = SLOWEST_PACE
+        clock = static_analysis.looks_at_the_wall_clock(self._command)
+        if clock:
+            self._slowest_pace = SLOWEST_WALL_PACE
+            self.remarks.append(f'it looks at the wall clock ({clock}): it is graded in real time; rospy.sleep, '
+                                'rospy.Rate and rospy.Time follow the simulation')
+            real_time = True
+        if real_time:
+            self.speed, self.lockstep = 1.0, False
+        self._random = random.Random(seed)
+        self.observed = Observed()
+        self._looked, self._heard = 0.0, 0
+        self._students = set()  # names of nodes
+        self.busy = ''  # the nodes that never rested, where lockstep had to go on without them
+        self.flooded = False  # the simulator was busy with what the nodes sent it
+
+    def run(self):
+        """Grade; return the Verdict. Raise SessionError."""
+        os.environ['ROS_HOSTNAME'] = 'localhost'
+        for name in ('ROS_IP', 'ROS_NAMESPACE'):
+            os.environ.pop(name, None)
+        with sandbox.Sandbox(self._folder, {}) as box:
+            for name in ('ROS_HOME', 'ROS_LOG_DIR', 'TMPDIR'):
+                os.environ[name] = box.environment[name]
+            self._start_master(box)
+            rospy.set_param('/use_sim_time', True)
+            # it polls: no part of the lockstep; the command's remaps are not its own
+            servers.protect()
+            rospy.init_node(NODE[1:], argv=[], disable_signals=True, disable_rostime=True)
+            try:
+                self._observe(box)
+            finally:
+                rospy.signal_shutdown('graded')
+        return scoring.decide(self.exercise, self.observed)
+
+    def _start_master(self, box):
+        """Start a master on a port that is its own: another program may take a free one before it does."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            try:
+                port = ports.free_port()
+            except OSError as error:
+                raise SessionError(str(error)) from None
+            uri = f'http://localhost:{port}'
+            master = box.start(['rosmaster', '--core', '-p', str(port)], log='master.txt')
+            while time.monotonic() < end and master.poll() is None and not _port_was_taken(box):
+                with contextlib.suppress(OSError, xmlrpc.client.Error):
+                    if xmlrpc.client.ServerProxy(uri).getPid(NODE)[2] == master.pid:
+                        os.environ['ROS_MASTER_URI'] = box.environment['ROS_MASTER_URI'] = uri
+                        return
+                time.sleep(POLL)
+        raise SessionError(f'there was no master within {PATIENCE:g} s; see master.txt')
+
+    def _observe(self, box):
+        simulator = box.start(self._simulator_command(box), log='simulator.txt')
+        reader = RecordingReader(self._record, self._dt, self.observed, STIMULI)
+        step, resume = rospy.ServiceProxy(f'{self._simulator}/step', Step), f'{self._simulator}/resume'
+        self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # the last that it offers
+        rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
+        try:
+            student = sandbox.Student(box, self._command, reader.read)
+        except sandbox.CommandError as error:
+            self.observed.trouble = str(error)
+            return
+        self.observed.lines = student.lines
+        try:
+            self._follow(box, reader, student, simulator, step, resume)
+        except (rospy.ServiceException, rospy.ROSException):
+            if not self._ended_by_student(simulator):
+                raise
+        self.observed.lines = list(student.lines)  # what it says when it is ended does not count
+        if student.dropped:
+            self.remarks.append(f'it printed {len(student.lines) + student.dropped} lines; the first '
+                                f'{len(student.lines)} were looked at')
+        reader.close()
+
+    def _follow(self, box, reader, student, simulator, step, resume):
+        """Let time begin when the program is there, and watch until it is over."""
+        self._wait_for_student(student, step, reader)
+        self.observed.begin = reader.read()
+        stimuli = self._start_stimuli(box, reader)
+        rospy.ServiceProxy(resume, Trigger)()
+        self._watch(reader, student, simulator, stimuli)
+
+    def _runs(self, simulator):
+        """Return whether the simulator runs, or False when the program ended it; raise SessionError when it crashed."""
+        if simulator.poll() is None:
+            return True
+        if self._ended_by_student(simulator):
+            return False
+        raise SessionError(f'the simulator ended with exit code {simulator.returncode}')
+
+    def _ended_by_student(self, simulator):
+        """Return whether simulator or grader were told to end, by rosnode kill or a node of their name; note it."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            simulator.wait(ENDING)
+        if simulator.poll() != 0 and not rospy.is_shutdown():
+            return False  # it crashed, or was killed
+        self.observed.trouble = (f'it ended the simulator or the grader, by rosnode kill or by a node of the same name '
+                                 f'({self._simulator}, {NODE}): give nodes names of their own, and leave the simulator '
+                                 'out of launch files, as one is running')
+        return True
+
+    def _wait_for_student(self, student, step, reader):
+        """Let time stand, or nearly, until a node is there and, of several processes, all are."""
+        waiting, rest = Patience(), sandbox.Rest(student)
+        while (not self._student_is_there() and student.exit_code() is None and rest.look() < START_PATIENCE
+               and waiting.look() < LONGEST_START):
+            step(1)  # whoever waits for a time gets it
+            reader.read()
+            time.sleep(POLL)
+        waiting, rest = Patience(), sandbox.Rest(student)
+        while (self.lockstep and processes.below(student.process.pid) and student.exit_code() is None
+               and rest.look() < COMPLETE and waiting.look() < LONGEST_COMPLETION):
+            time.sleep(POLL)
+
+    def _start_stimuli(self, box, reader):
+        """Return the program of the stimuli, ready and waiting for time to pass, or None without any."""
+        if not self.exercise.stimuli:
+            return None
+        command = [sys.executable, '-m', told.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
+                   str(self.seed), str(BEGIN / 1e9 + self.observed.begin + reader.dt)]  # tick 0 is the first step
+        doing = sandbox.Student(box, command, lambda: 0.0)
+        self._until(lambda: doing.lines, doing.process, 'stimuli')
+        return doing
+
+    def _watch(self, reader, student, simulator, stimuli):
+        """Follow the run until the time is over, or more of it would change nothing."""
+        watching, limit = Patience(), 3.0 * self.exercise.time / self.speed + SLACK
+        used, stood = processes.processor_time(simulator.pid), 0.0
+        while reader.now < self.exercise.time and self._runs(simulator):
+            before = time.monotonic()
+            time.sleep(POLL)
+            stood = max(stood, time.monotonic() - before - POLL)
+            reader.read()
+            self._listen(stimuli)
+            if self._has_ended(student, reader.now) > AFTER_END and _done(stimuli):
+                break
+            if watching.look() > limit or self.busy:
+                self.observed.kept_up = False
+                break
+            if time.monotonic() > self._looked + LOOK_PERIOD:
+                self._looked = time.monotonic()
+                self._look_at_names()
+                if self._settled(stimuli):
+                    break
+        with contextlib.suppress(OSError):  # it may have ended
+            self.flooded = processes.processor_time(simulator.pid) - used > FLOODED * watching.look()
+        self.observed.timed_out = reader.now >= self.exercise.time
+        if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands):
+            self.observed.trouble = 'no node of it was ever there; is there a rospy.init_node, and is it reached?'
+        if not self.lockstep:
+            self._note_pace(watching, stood, reader.now)
+
+    def _note_pace(self, watching, stood, now):
+        """Note whether a run in real time ``now`` [s] was as long as it took, and without a gap in it [s]."""
+        missing = watching.look() + watching.lost - now
+        if missing > (1.0 - self._slowest_pace) * now + LAG:
+            self.observed.kept_up = False
+        elif stood > LONGEST_STALL and scoring.decide(self.exercise, self.observed).score < 100.0:
+            self.observed.kept_up = False  # the commands of that time came late
+
+    def _has_ended(self, student, now):
+        """Return for how long [s] the program has ended, below 0 while it runs; note its end."""
+        observed = self.observed
+        if observed.ended_at is None and student.exit_code() is not None:
+            student.drain()
+            observed.ended_at, observed.exit_code, observed.trouble = now, student.exit_code(), student.trouble()
+        return -1.0 if observed.ended_at is None else now - observed.ended_at
+
+    def _listen(self, stimuli):
+        """Take in what the stimuli have done since the last time."""
+        if stimuli:
+            new = stimuli.lines[self._heard:]
+            self._heard += len(new)
+            for line in new:
+                told(line.text, self.observed)
+
+    def _settled(self, stimuli):
+        """Return whether the verdict cannot change any more."""
+        if judging.fouls(self.observed, self.exercise.allows) or self.observed.trouble:
+            return True
+        return (_done(stimuli) and len(self.observed.track) > 0 and self.observed.rest() > ENOUGH_REST
+                and scoring.decide(self.exercise, self.observed).score >= 100.0)
+
+    def _simulator_command(self, box):
+        """Return the command line of the exercise's simulator, standing still at first."""
+        self._record = os.path.join(box.folder, 'record.csv')
+        for old in (self._record, self._record + ACTIVE):  # of an earlier grading
+            with contextlib.suppress(FileNotFoundError):
+                os.remove(old)
+        start = {axis: self._random.uniform(*limits) for axis, limits in self.exercise.start.items()}
+        common = [f'_rate:={self.speed:g}', '_clock:=true', '_paused:=true', f'_lockstep:={str(self.lockstep).lower()}']
+        common.append(f'_record:={json.dumps(self._record)}')  # YAML: a folder may be called "Team #1"
+        if self.exercise.simulator == 'turtlesim':
+            self._simulator, self._dt = '/turtlesim', turtle_world.DT
+            x, y = (start.get(axis, self._random.uniform(4.0, 7.0)) for axis in 'xy')
+            return [_executable('turtlesim', 'turtlesim_node'), *common, '_window:=false',
+                    f'_start:=[{x:.4f}, {y:.4f}, {start["theta"]:.4f}]']
+        self._simulator, self._dt = '/robotont_gazebo', robot_world.DT
+        return [_executable('robotont_gazebo', 'robotont_gazebo'), *common, '_model:=robotont_gazebo_basic',
+                f'_x:={start.get("x", 0.0):.4f}', f'_y:={start.get("y", 0.0):.4f}', f'_yaw:={start["theta"]:.4f}']
+
+    def _on_status(self, status):
+        if status.late_steps:
+            self.observed.kept_up = False
+            self.busy = ', '.join(sorted(set(status.busy.split(', ')) & self._students))
+
+    def _offers(self, service):
+        try:
+            return bool(rosgraph.Master(NODE).lookupService(service))
+        except rosgraph.MasterError:
+            return False
+
+    def _until(self, condition, process, what):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            if process.poll() is not None:
+                raise SessionError(f'the {what} ended at once with exit code {process.returncode}; see {what}.txt')
+            if time.monotonic() > end:
+                raise SessionError(f'the {what} was not there within {PATIENCE:g} s')
+            time.sleep(POLL)
+
+    def _student_is_there(self):
+        """Return whether a node of the student's has come."""
+        state = rosgraph.Master(NODE).getSystemState()
+        self._students = {node for kind in state for _, users in kind for node in users} - self._own()
+        return bool(self._students)
+
+    def _was_there(self):
+        """Return whether a node of the student's ever was: one that ends at once has left its log."""
+        return self._students or set(os.listdir(os.environ['ROS_LOG_DIR'])) - {
+            f'{name[1:]}.log' for name in ('/master', *self._own())}
+
+    def _own(self):
+        return {NODE, STIMULI, self._simulator, '/rosout'}
+
+    def _look_at_names(self):
+        """Note what the student's nodes publish, subscribe and serve, and who pretends to be the simulator."""
+        try:
+            published, subscribed, served = rosgraph.Master(NODE).getSystemState()
+        except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
+            return
+        own = self._own()
+        for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
+            for name, nodes in names:
+                others = set(nodes) - own
+                self._students |= others
+                if others and name not in OF_EVERY_NODE:
+                    self.observed.connections.add((name, role))
+                if others and role == 'publishes' and name in FAKES:
+                    self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), min(others)))
+
+
+def _done(stimuli):
+    return stimuli is None or stimuli.exit_code() is not None
+
+
+OF_EVERY_NODE = '/clock', '/rosout'
+FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
+         '/clock': 'fake_clock'}
+
+
+def _port_was_taken(box):
+    """Return whether a master has found its port taken, which leaves it alive and deaf."""
+    with open(os.path.join(box.folder, 'master.txt'), encoding='utf-8', errors='replace') as log:
+        return 'already in use' in log.read()
+
+
+def _executable(package, name):
+    found = roslib.packages.find_node(package, name)
+    if not found:
+        raise SessionError(f'{package} has no {name} here; is the workspace built (./run build)?')
+    return found[0]

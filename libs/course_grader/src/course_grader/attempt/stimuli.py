@@ -1,0 +1,173 @@
+"""What the grader does while a student's node is observed: drives the turtle, calls services, shows markers.
+
+A node of its own: it follows simulated time and so is a part of the lockstep, while the grader itself polls. It prints
+one JSON object a line: ``{"ready": true}``, Calls and Showns. Numbers are drawn before anything begins, so that the
+seed alone decides them.
+
+Threads: each stimulus has its own.
+"""
+import json
+import random
+import sys
+import threading
+import time
+
+import rosgraph
+import roslib.message
+import rospy
+from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
+from geometry_msgs.msg import Twist
+
+from course_grader.rules.observation import Call, Shown
+from rospy_support import servers
+
+DRIVE_RATE = 10.0  # [Hz]
+LEG = 2.0  # [s] for which a drawn velocity lasts
+ANSWER_TIME = 5.0  # [s] in which a service must answer
+HIGHEST_ID = 200
+REACH = ((-0.8, 0.8), (-0.5, 0.5), (0.4, 3.0))  # [m] where markers are shown: x, y, z
+POLL = 0.05  # [s]
+
+
+def draw(what, values, numbers):
+    """Return the random numbers of a stimulus: velocities, requests, or sets of markers."""
+    if what == 'drive':
+        return [(numbers.uniform(*values['linear']), numbers.uniform(*values['angular']))
+                for _ in range(int(values['for'] / LEG) + 1)]
+    if what == 'call':
+        return [tuple(round(numbers.uniform(*limits), 2) for limits in values['request'])
+                for _ in range(values['times'])]
+    return [{marker: tuple(round(numbers.uniform(*limits), 3) for limits in REACH)
+             for marker in numbers.sample(range(1, HIGHEST_ID), numbers.randint(1, values['most']))}
+            if number % 2 == 0 else {} for number in range(int(values['for'] * values['rate']))]
+
+
+class Stimuli:
+    """The stimuli of an exercise, counted from the simulated time ``zero`` [s]."""
+
+    def __init__(self, stimuli, seed, zero, out):
+        """``stimuli``: [(what, values)] as Exercise has them; ``out``: the file for what was done."""
+        numbers = random.Random(seed)
+        self._zero, self._out, self._lock = zero, out, threading.Lock()
+        self._threads = [threading.Thread(target=getattr(self, f'_{what}'), args=(values, draw(what, values, numbers)))
+                         for what, values in stimuli]
+
+    def run(self):
+        """Do all of them; return when they are done."""
+        for thread in self._threads:
+            thread.start()
+        for thread in self._threads:
+            thread.join()
+
+    def _now(self):
+        return rospy.get_time() - self._zero
+
+    def _tell(self, done):
+        with self._lock:
+            print(json.dumps([type(done).__name__, *done]), file=self._out, flush=True)
+
+    def _drive(self, values, velocities):
+        publisher = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=10)
+        rospy.sleep(max(0.0, values['after'] - self._now()))
+        rate = rospy.Rate(DRIVE_RATE)
+        while self._now() < values['after'] + values['for']:
+            leg = int((self._now() - values['after']) / LEG)
+            twist = Twist()
+            twist.linear.x, twist.angular.z = velocities[min(max(leg, 0), len(velocities) - 1)]
+            publisher.publish(twist)
+            rate.sleep()
+
+    def _call(self, values, requests):
+        rospy.sleep(max(0.0, values['after'] - self._now()))
+        service_class = roslib.message.get_service_class(values['type'])
+        for request in requests:
+            begin = self._now()
+            while not _offered(values['service']):
+                if self._now() > begin + ANSWER_TIME:
+                    return  # never offered: there is no Call
+                rospy.sleep(POLL)
+            self._tell(self._ask(values['service'], service_class, request))
+
+    def _ask(self, service, service_class, request):
+        """Call a service, but do not wait for ever; return the Call."""
+        begin, answer = self._now(), []
+
+        def ask():
+            try:
+                rospy.ServiceProxy(service, service_class)(*request)
+                answer.append('')
+            except (rospy.ServiceException, rospy.ROSException, OSError) as error:
+                other = f'{service} is no {service_class._type}: ' if 'md5sum' in str(error) else ''
+                answer.append(other + (str(error) or type(error).__name__))
+        thread = threading.Thread(target=ask, daemon=True)
+        thread.start()
+        while thread.is_alive() and self._now() < begin + ANSWER_TIME:
+            rospy.sleep(POLL)
+        trouble = answer[0] if answer else f'no answer to {service} within {ANSWER_TIME:g} s'
+        return Call(begin, service, request, not trouble, trouble)
+
+    def _markers(self, values, shows):
+        publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
+        while publisher.get_num_connections() == 0 and self._now() < values['for']:
+            rospy.sleep(POLL)
+        rate = rospy.Rate(values['rate'])
+        for markers in shows:
+            self._tell(Shown(self._now(), markers))
+            publisher.publish(_message(markers))
+            rate.sleep()
+
+
+def _message(markers):
+    """Return AlvarMarkers of {id: (x, y, z)}."""
+    message = AlvarMarkers()
+    message.header.stamp, message.header.frame_id = rospy.Time.now(), 'camera_link'
+    for marker, position in markers.items():
+        entry = AlvarMarker(id=marker, confidence=100)
+        entry.header = entry.pose.header = message.header
+        entry.pose.pose.position.x, entry.pose.pose.position.y, entry.pose.pose.position.z = position
+        entry.pose.pose.orientation.w = 1.0
+        message.markers.append(entry)
+    return message
+
+
+def _offered(service):
+    try:
+        return bool(rosgraph.Master(rospy.get_name()).lookupService(service))
+    except rosgraph.MasterError:
+        return False
+
+
+def told(line, observed):
+    """Take a line that a stimuli node has printed into an Observed; those that rospy has logged are left out.
+
+    The node counts from when the graded program was there.
+    """
+    if not line.startswith('["'):
+        return
+    kind, *values = json.loads(line)
+    if kind == 'Call':
+        call = Call(*values)
+        observed.calls.append(call._replace(t=call.t + observed.begin, request=tuple(call.request)))
+    else:
+        t, markers = values
+        shown = {int(marker): tuple(position) for marker, position in markers.items()}
+        observed.shown.append(Shown(t + observed.begin, shown))
+
+
+def main():
+    """Run the stimuli node: arguments are its name, the stimuli as JSON, the seed and the time zero [s]."""
+    name, stimuli, seed, zero = sys.argv[1:5]
+    servers.protect()
+    rospy.init_node(name)
+    while rospy.get_rostime().is_zero():  # nothing has come on /clock yet
+        time.sleep(POLL)
+    doing = Stimuli(json.loads(stimuli), int(seed), float(zero), sys.stdout)
+    print(json.dumps({'ready': True}), flush=True)
+    try:
+        doing.run()
+    except rospy.ROSException:  # the time stands or jumps: the grading is over
+        pass
+
+
+if __name__ == '__main__':
+    main()

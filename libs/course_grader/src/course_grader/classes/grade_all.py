@@ -1,0 +1,145 @@
+"""./run grade --all FOLDER: grades the submissions of a class and writes a table of them.
+
+The form of the folder: submissions.py. Everything is written into the output folder: scores.csv, index.html, junit.xml,
+and STUDENT/EXERCISE/ with the files of each grading. Exit code: 0 all passed, 1 some failed, 2 wrong usage or the
+results could not be written, 3 some are undecided (and none failed), 130 interrupted.
+"""
+import argparse
+import errno
+import os
+import sys
+import tempfile
+
+from tqdm import tqdm
+
+from course_grader.classes import classroom, submissions
+from course_grader.formats import class_report
+from course_grader.isolation import processes
+from course_grader.rules import exercise, scoring
+
+OUTPUT = os.path.join('output', 'grades')
+EXTRA = 120.0  # [s] that a grading may take beyond its exercise in real time, before it is ended from outside
+INTERRUPTED = 130
+
+
+class GradeAllError(Exception):
+    """The class cannot be graded or its table cannot be written; the text says why and what to do."""
+
+
+def parser():
+    """Return the parser of the command line."""
+    made = argparse.ArgumentParser(prog='./run grade --all', description=__doc__.split('\n\n')[0])
+    made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student; see docs/grading.md')
+    made.add_argument('--exercise', metavar='NAME', help='grade every program that lies in FOLDER for this exercise')
+    made.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N',
+                      help='so many gradings at a time (default: one a core, here %(default)s)')
+    made.add_argument('--output', metavar='DIR', default=OUTPUT, help='where the results go (default: %(default)s)')
+    made.add_argument('--seed', type=int, metavar='N', help='where the turtles begin: as of a single grading')
+    made.add_argument('--speed', type=float, metavar='X', help="in place of the exercises' own speeds")
+    made.add_argument('--limit', type=float, metavar='SECONDS', help='of wall time, after which a grading is ended '
+                      f'(default: the time of the exercise and {EXTRA:g} s)')
+    return made
+
+
+def main(arguments, grader, exercises):
+    """Grade a class; return the exit code. ``grader``: the command of one grading; ``exercises``: {name: path}."""
+    options = parser().parse_args(arguments)
+    if options.jobs < 1:
+        parser().error(f'--jobs is {options.jobs}; it must be 1 or more')
+    if options.limit is not None and not options.limit > 0.0:
+        parser().error(f'--limit is {options.limit:g} s; it must be above 0')
+    processes.make_interruptible()
+    try:
+        return _run(options, grader, exercises)
+    except (GradeAllError, submissions.SubmissionsError, exercise.ExerciseError) as error:
+        print(f'./run grade: {error}', file=sys.stderr)
+    except OSError as error:
+        print(f'./run grade: {_advice(error)}', file=sys.stderr)
+    return 2
+
+
+def _run(options, grader, exercises):
+    exercises, students, found, left_out = _class(options, exercises)
+    _check_output(options.output)
+    for name, value in (('--seed', options.seed), ('--speed', options.speed)):
+        grader = grader if value is None else [*grader, name, str(value)]
+    names = sorted({submission.exercise for submission in found})
+    times = {name: exercise.load(exercises[name]).time for name in names}
+    room = classroom.Classroom(grader, exercises, options.output,
+                               lambda name: options.limit or times[name] + EXTRA)
+    results, interrupted = _grade(room, found, options)
+    results += [classroom.interrupted(submission, options.output) for submission in found
+                if submission not in {graded.submission for graded in results}]
+    results.sort(key=lambda graded: found.index(graded.submission))
+    _say(students, names, results)
+    if left_out:
+        print(f'Left out, as their names are of no exercise: {", ".join(left_out)}')
+    title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
+    class_report.write(options.output, title, students, names, results)
+    print('Table: ' + ', '.join(os.path.join(options.output, name) for name in class_report.FILES))
+    outcomes = {graded.outcome for graded in results}
+    worst = next((outcome for outcome in (scoring.FAILED, scoring.UNDECIDED) if outcome in outcomes), scoring.PASSED)
+    return INTERRUPTED if interrupted else classroom.EXIT_CODES[worst]
+
+
+def _class(options, exercises):
+    """Return ({name: path} of the exercises, students, submissions, programs left out)."""
+    if not os.path.isdir(options.folder):
+        raise GradeAllError(f'there is no folder {options.folder} (looked in {os.getcwd()})'
+                            if not os.path.exists(options.folder) else
+                            f'{options.folder} is no folder; --all takes one, a single program is graded by '
+                            f'./run grade EXERCISE -- {options.folder}')
+    exercises = {**exercises, **submissions.exercises_in(options.folder)}
+    if options.exercise is None:
+        return (exercises, *submissions.find(options.folder, list(exercises)))
+    name = os.path.splitext(os.path.basename(options.exercise))[0]
+    path = options.exercise if os.path.isfile(options.exercise) else exercises.get(options.exercise)
+    if path is None:
+        raise GradeAllError(f'--exercise {options.exercise}: there is no such exercise; there are '
+                            f'{", ".join(sorted(exercises))}, or give the path of an exercise file')
+    return ({name: os.path.abspath(path)}, *submissions.find_flat(options.folder, name))
+
+
+def _check_output(folder):
+    """Raise OSError unless files can be written into a folder; better now than after the gradings."""
+    os.makedirs(folder, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(b'.' * 4096)
+
+
+def _grade(room, found, options):
+    """Return (results, whether it was interrupted); show a bar on a terminal, else a line for each."""
+    results = []
+    with tqdm(total=len(found), unit='submission', disable=not sys.stderr.isatty(), dynamic_ncols=True) as bar:
+        def done(graded):
+            results.append(graded)
+            bar.update()
+            place = f'[{len(results)}/{len(found)}]'
+            reason = '' if graded.outcome == scoring.PASSED else f': {graded.reasons[0]}' if graded.reasons else ''
+            bar.write(f'{place} {graded.submission.student} {graded.submission.exercise}: {graded.outcome}, '
+                      f'{graded.score:g} of 100, {graded.seconds:.1f} s{reason}'[:200])
+            sys.stdout.flush()
+        try:
+            room.grade(found, options.jobs, done)
+        except KeyboardInterrupt:
+            bar.write('Interrupted: everything that was started is ended; the table holds what was graded.')
+            return results, True
+    return results, False
+
+
+def _say(students, names, results):
+    rows = class_report.cells(students, names, results)
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    for row in rows:
+        print('  '.join(cell.ljust(width) if place == 0 else cell.rjust(width)
+                        for place, (cell, width) in enumerate(zip(row, widths))).rstrip())
+
+
+def _advice(error):
+    """Return what went wrong with a file and what to do."""
+    text = f'{error.filename or "the results"}: {error.strerror or error}'
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f'{text}. The disk is full: make room, or write elsewhere with --output DIR'
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EEXIST, errno.ENOENT):
+        return f'{text}. Write elsewhere with --output DIR'
+    return text

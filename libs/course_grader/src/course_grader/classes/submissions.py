@@ -1,0 +1,138 @@
+"""What a class has handed in: which file of a folder is whose program for which exercise. Without ROS.
+
+The folder of a class holds a folder for each student, and somewhere in it a file named after each exercise::
+
+    FOLDER/anna/stop_at_x.py                a Python program, whatever its mode
+    FOLDER/anna/src/topic_demo/scripts/publish_circle.py        deeper is as good: a whole package, a repository
+    FOLDER/ben/black_path.launch            a launch file, started by roslaunch
+    FOLDER/ben/square_by_teleport           any other executable (also with an ending: square_by_teleport.bash)
+    FOLDER/ben/set_pen_and_goto_pose.cmd    one line with a command; files that it names lie beside it
+    FOLDER/exam.yaml                        an exercise file of the teacher's own
+
+Large letters and - for _ in names do not matter. For a single exercise the folder may hold the programs themselves,
+each named after its student.
+"""
+import os
+import shlex
+from typing import NamedTuple
+
+from course_grader.isolation import sandbox
+
+COMMAND = '.cmd'
+STARTERS = '.launch', COMMAND  # they say how others are started; the last one says most
+TYPES = ('.py', *STARTERS)  # what is a program whatever its mode
+EXERCISE_TYPES = ('.yaml', '.yml')
+LISTED = 8  # names in a text
+
+
+class SubmissionsError(ValueError):
+    """A folder holds nothing that can be graded; the text says what was looked for and what was found."""
+
+
+class Submission(NamedTuple):
+    """A student's program for an exercise; ``trouble``: why there is no command to start."""
+
+    student: str
+    exercise: str
+    command: tuple
+    folder: str
+    trouble: str = ''
+    packages: str = ''  # folder with the student's packages
+
+
+def exercises_in(folder):
+    """Return {name: path} of the exercise files in a folder."""
+    return {os.path.splitext(name)[0]: os.path.join(folder, name) for name in sorted(os.listdir(folder))
+            if os.path.splitext(name)[1] in EXERCISE_TYPES}
+
+
+def find(folder, names):
+    """Return (students, [Submission], programs left out) of a class for the exercises with these names.
+
+    Left out is what has the name of none; a teacher wants to know of ``stop_at_x (1).py``.
+    """
+    students = sorted(name for name in _listed(folder) if os.path.isdir(os.path.join(folder, name)))
+    found, others = [], []
+    for student in students:
+        programs = list(_programs(os.path.join(folder, student)))
+        for exercise in names:
+            fitting = [path for path in programs if _key(path) == _key(exercise)]
+            if fitting:
+                own = os.path.abspath(os.path.join(folder, student))
+                found.append(_choose(student, exercise, fitting)._replace(packages=own))
+        others += [os.path.relpath(path, folder) for path in programs if _key(path) not in map(_key, names)]
+    if not found:
+        there = others or [name for name in _listed(folder) if name not in students]
+        raise SubmissionsError(
+            f'{folder} holds no submission: there has to be a folder for each student, with files named after the '
+            f'exercises ({", ".join(sorted(names))}), such as {os.path.join(folder, "anna", min(names) + ".py")}. '
+            + (f'It holds {_some(there)}. ' if there else 'It is empty. ')
+            + 'For a folder of programs for one exercise, add --exercise NAME.')
+    return students, found, others
+
+
+def find_flat(folder, exercise):
+    """Return the same, where every program that lies in the folder itself is a student's."""
+    paths = [os.path.join(folder, name) for name in _listed(folder)]
+    by_student = {}
+    for path in paths:
+        if os.path.isfile(path) and _is_program(path):
+            by_student.setdefault(os.path.splitext(os.path.basename(path))[0], []).append(path)
+    if not by_student:
+        there = [os.path.basename(path) for path in paths]
+        raise SubmissionsError(f'{folder} holds no program (a .py, .launch or .cmd file or an executable): '
+                               + (f'it holds {_some(there)}' if there else 'it is empty'))
+    found = [_choose(student, exercise, paths) for student, paths in sorted(by_student.items())]
+    return sorted(by_student), found, []
+
+
+def _choose(student, exercise, paths):
+    """Return the Submission of the files that fit: of the one that says how to start the others, or of the only one."""
+    for kind in STARTERS:
+        paths = [path for path in paths if path.endswith(kind)] or paths
+    folder = os.path.dirname(os.path.abspath(paths[0]))
+    if len(paths) > 1:
+        names = ', '.join(sorted(os.path.relpath(path, os.path.commonpath(list(map(os.path.dirname, paths))))
+                                 for path in paths))
+        return Submission(student, exercise, (), folder, f'there are {len(paths)} programs for it ({names}): leave one')
+    try:
+        return Submission(student, exercise, _command(os.path.abspath(paths[0]), folder), folder)
+    except (OSError, ValueError) as error:
+        return Submission(student, exercise, (), folder, f'{paths[0]}: {error}')
+
+
+def _command(path, folder):
+    if path.endswith('.launch'):
+        return 'roslaunch', path
+    if not path.endswith(COMMAND):
+        return (path,)
+    with open(path, encoding='utf-8') as file:
+        lines = [line.strip() for line in file if line.strip() and not line.startswith('#')]
+    if len(lines) != 1:
+        raise ValueError(f'it holds {len(lines)} command lines; it must hold one')
+    program, *arguments = shlex.split(lines[0])
+    beside = os.path.join(folder, program)
+    return (beside if os.path.isfile(beside) else program, *sandbox.from_here(program, arguments, folder))
+
+
+def _programs(folder):
+    for parent, folders, names in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith(('.', '__')))
+        yield from (os.path.join(parent, name) for name in sorted(names)
+                    if not name.startswith('.') and _is_program(os.path.join(parent, name)))
+
+
+def _is_program(path):
+    return path.endswith(TYPES) or os.access(path, os.X_OK)
+
+
+def _key(path):
+    return os.path.splitext(os.path.basename(path))[0].lower().replace('-', '_')
+
+
+def _listed(folder):
+    return sorted(name for name in os.listdir(folder) if not name.startswith(('.', '__')))
+
+
+def _some(names):
+    return ', '.join(names[:LISTED]) + (f' and {len(names) - LISTED} more' if len(names) > LISTED else '')

@@ -1,0 +1,171 @@
+"""The table of a class, students x exercises: as CSV, as an HTML page that needs nothing else, and as JUnit XML."""
+import base64
+import csv
+import io
+import os
+from urllib.parse import quote
+from xml.etree import ElementTree
+
+import cv2
+
+from course_grader.formats import report
+from course_grader.rules import scoring
+from kinematic_core.files import write_whole
+
+THUMBNAIL = 200  # [px]
+FILES = 'scores.csv', 'index.html', 'junit.xml'
+STYLE = '''
+body { font: 15px/1.4 sans-serif; margin: 2em; color: #222 } table { border-collapse: collapse }
+th, td { border: 1px solid #bbb; padding: .3em .7em; text-align: right } th { background: #eee }
+td:first-child, th:first-child { text-align: left } thead th { position: sticky; top: 0 }
+.passed { background: #d8f3d8 } .failed { background: #f9d6d2 } .undecided { background: #fdeeb5 }
+.missing { color: #999 }
+section { border-top: 1px solid #bbb; margin-top: 1.5em; overflow: auto } img { float: left; margin: 0 1.5em 1em 0 }
+h2 span { border-radius: .3em; padding: 0 .4em } ul { margin-left: 220px } code { color: #555 } a { color: inherit }
+'''
+
+
+def write(folder, title, students, exercises, results):
+    """Write scores.csv, index.html and junit.xml into a folder; raise OSError when that cannot be."""
+    os.makedirs(folder, exist_ok=True)
+    for name, content in zip(FILES, (as_csv(students, exercises, results),
+                                     as_html(title, students, exercises, results, folder), as_junit(results))):
+        write_whole(os.path.join(folder, name), content)
+
+
+def cells(students, exercises, results):
+    """Return the table with its heads, as texts: the scores, '' where nothing was handed in, and the mean.
+
+    The mean is that of all exercises, what is missing counts 0; it stays empty while a score is undecided.
+    """
+    by_place = {(graded.submission.student, graded.submission.exercise): graded for graded in results}
+    rows = [['student', *exercises, 'mean']]
+    for student in students:
+        row = [by_place.get((student, exercise)) for exercise in exercises]
+        known = all(graded is None or graded.outcome != scoring.UNDECIDED for graded in row)
+        mean = sum(graded.score for graded in row if graded) / len(exercises)
+        rows.append([student, *map(_cell, row), f'{mean:.1f}' if known else ''])
+    return rows
+
+
+def _cell(graded):
+    if graded is None:
+        return ''
+    return scoring.UNDECIDED if graded.outcome == scoring.UNDECIDED else f'{graded.score:g}'
+
+
+def as_csv(students, exercises, results):
+    """Return the table as CSV."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator='\n').writerows(cells(students, exercises, results))
+    return text.getvalue()
+
+
+def as_junit(results):
+    """Return JUnit XML: a testsuite an exercise, a testcase a student."""
+    root = ElementTree.Element('testsuites')
+    for exercise in sorted({graded.submission.exercise for graded in results}):
+        of_it = [graded for graded in results if graded.submission.exercise == exercise]
+        outcomes = [graded.outcome for graded in of_it]
+        suite = ElementTree.SubElement(root, 'testsuite', name=exercise, tests=str(len(of_it)),
+                                       failures=str(outcomes.count(scoring.FAILED)),
+                                       errors=str(outcomes.count(scoring.UNDECIDED)))
+        for graded in of_it:
+            case = ElementTree.SubElement(suite, 'testcase', classname=exercise, name=graded.submission.student,
+                                          time=f'{graded.seconds:.3f}')
+            said = report.printable('\n'.join((f'{graded.score:g} of 100', *graded.reasons)))
+            if graded.outcome == scoring.PASSED:
+                ElementTree.SubElement(case, 'system-out').text = said
+            else:
+                kind = 'failure' if graded.outcome == scoring.FAILED else 'error'
+                message = report.printable((*graded.reasons, 'no reason')[0])
+                ElementTree.SubElement(case, kind, message=message).text = said
+    return ElementTree.tostring(root, encoding='unicode', xml_declaration=True) + '\n'
+
+
+def as_html(title, students, exercises, results, folder):
+    """Return the page: the table, then each submission with its reasons and a small picture of its path.
+
+    Links to the files of a grading are relative to ``folder``.
+    """
+    page = ElementTree.Element('html', lang='en')
+    head = _add(page, 'head')
+    _add(head, 'meta', charset='utf-8')
+    _add(head, 'title', report.printable(title))
+    _add(head, 'style', STYLE)
+    body = _add(page, 'body')
+    _add(body, 'h1', report.printable(title))
+    _add(body, 'p', f'{len(results)} submissions: ' + ', '.join(
+        f'{sum(graded.outcome == outcome for graded in results)} {outcome}' for outcome in
+        (scoring.PASSED, scoring.FAILED, scoring.UNDECIDED)))
+    _table(body, cells(students, exercises, results), {_anchor(graded): graded for graded in results})
+    for graded in results:
+        _section(body, graded, folder)
+    return '<!DOCTYPE html>\n' + ElementTree.tostring(page, encoding='unicode', method='html') + '\n'
+
+
+def _table(body, rows, by_anchor):
+    table = _add(body, 'table')
+    names = _add(_add(table, 'thead'), 'tr')
+    for name in rows[0]:
+        _add(names, 'th', name)
+    inside = _add(table, 'tbody')
+    for student, *scores, mean in rows[1:]:
+        line = _add(inside, 'tr')
+        _add(line, 'td', report.printable(student))
+        for exercise, score in zip(rows[0][1:], scores):
+            graded = by_anchor.get(f'{student}/{exercise}')
+            cell = _add(line, 'td', **{'class': graded.outcome if graded else 'missing'})
+            if graded:
+                _add(cell, 'a', score, href='#' + _quoted(_anchor(graded)),
+                     title=report.printable(' | '.join(graded.reasons)))
+            else:
+                cell.text = '\u2013'
+        _add(line, 'td', mean)
+
+
+def _section(body, graded, folder):
+    section = _add(body, 'section', id=_anchor(graded))
+    submission = graded.submission
+    heading = _add(section, 'h2', report.printable(f'{submission.student}: {submission.exercise} '))
+    _add(heading, 'span', f'{graded.outcome}, {graded.score:g}', **{'class': graded.outcome})
+    picture = os.path.join(graded.folder, 'path.png')
+    small = _thumbnail(picture)
+    if small:
+        link = _add(section, 'a', href=_relative(picture, folder))
+        _add(link, 'img', src='data:image/png;base64,' + base64.b64encode(small).decode(), alt='the path',
+             width=str(THUMBNAIL), height=str(THUMBNAIL))
+    reasons = _add(section, 'ul')
+    for reason in graded.reasons:
+        _add(reasons, 'li', report.printable(reason))
+    output = os.path.join(graded.folder, 'output.txt')
+    if os.path.isfile(output):
+        _add(_add(reasons, 'li'), 'a', 'what it printed', href=_relative(output, folder))
+    _add(_add(reasons, 'li'), 'code', report.printable(' '.join(submission.command) or 'no command'))
+
+
+def _thumbnail(path):
+    """Return a picture file made small, as PNG; None where there is none."""
+    image = cv2.imread(path) if os.path.isfile(path) else None
+    if image is None:
+        return None
+    encoded, png = cv2.imencode('.png', cv2.resize(image, (THUMBNAIL, THUMBNAIL), interpolation=cv2.INTER_AREA))
+    return png.tobytes() if encoded else None
+
+
+def _anchor(graded):
+    return f'{graded.submission.student}/{graded.submission.exercise}'
+
+
+def _relative(path, folder):
+    return _quoted(os.path.relpath(path, folder))
+
+
+def _quoted(name):
+    return quote(os.fsencode(name))
+
+
+def _add(parent, tag, text=None, **attributes):
+    element = ElementTree.SubElement(parent, tag, **attributes)
+    element.text = text
+    return element

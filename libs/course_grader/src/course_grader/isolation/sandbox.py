@@ -1,0 +1,267 @@
+"""Runs a student's program so that nothing of it remains: own folders, limited output, everything ended afterwards.
+
+A program may start others, detach them, ignore signals and print for ever: ``close`` ends what has the environment
+variable MARK or descends from here, until there is none left (see processes.py). Should the grader itself be killed,
+its guardian ends what has MARK.
+
+Threading contract: a thread reads the output; ``lines`` only grows, and is to be copied before it is walked through.
+"""
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import threading
+import uuid
+
+from course_grader.isolation import processes
+from course_grader.rules.observation import Line
+from kinematic_core.timing.idle_threads import Gone, Threads
+from kinematic_core.timing.stall_free_timer import Patience
+
+MARK = 'TURTLE_ROBOTONT_GRADING'
+FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
+SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown
+POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
+PLACES = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
+MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
+END_TIMEOUTS = processes.GENTLY
+ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
+ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # what rospy puts before a logged text
+
+
+class CommandError(ValueError):
+    """A command cannot be run at all; the text says why and what to do."""
+
+
+class Sandbox:
+    """Folders, environment and processes of one grading; use it in a with statement."""
+
+    def __init__(self, folder, environment):
+        """``folder`` becomes home of everything that is written; ``environment`` is added to this process's own."""
+        self.folder = str(folder)
+        self._mark = uuid.uuid4().hex
+        places = {name: os.path.join(self.folder, place) for name, place in PLACES.items()}
+        for place in places.values():
+            os.makedirs(place, exist_ok=True)
+        self.environment = {**os.environ, **environment, **places, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
+                            'PYTHONDONTWRITEBYTECODE': '1'}
+        self._started = []
+        for name in ('ROSCONSOLE_FORMAT', 'ROSCONSOLE_CONFIG_FILE', 'ROS_NAMESPACE', 'DISPLAY'):
+            self.environment.pop(name, None)
+        self._guardian = None  # its own process id
+        self._guardian, self._off_duty = processes.guard(self._end_all)
+        processes.adopt_orphans()
+
+    def start(self, command, log=None, environment=None):
+        """Start a command in a session of its own; return its Popen. ``log``: a file for its output, else a pipe.
+
+        ``environment``: variables besides the sandbox's own.
+        """
+        output = open(os.path.join(self.folder, log), 'wb') if log else subprocess.PIPE
+        try:
+            process = subprocess.Popen(command, cwd=self.environment['PWD'],
+                                       env={**self.environment, **(environment or {})},
+                                       stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                                       start_new_session=True)
+            self._started.append(process)
+            return process
+        finally:
+            if log:
+                output.close()
+
+    def close(self):
+        """End everything, gently at first; whatever tries to remain is killed."""
+        self._end_all()
+        self._off_duty()
+
+    def _end_all(self):
+        processes.end(self._alive, END_TIMEOUTS)
+        for process in self._started:
+            process.poll()
+        for folder in PLACES.values():
+            shutil.rmtree(os.path.join(self.folder, folder), ignore_errors=True)
+
+    def _alive(self):
+        """Return the ids of the processes to end: those with the mark, and all that descend from this one."""
+        kept = {process.pid for process in self._started} | {self._guardian}
+        return processes.related(f'{MARK}={self._mark}', os.getpid(), kept) - {self._guardian}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+class Student:
+    """The student's program with its output: ``lines`` (Line), ``dropped`` (lines that were too many)."""
+
+    def __init__(self, sandbox, command, now):
+        """``now()`` returns the simulated time [s] to book a line with."""
+        self.lines, self.dropped, self._now = [], 0, now
+        path = os.pathsep.join(filter(None, (FIRST_ON_PATH, sandbox.environment.get('PYTHONPATH'))))
+        try:
+            self.process = sandbox.start(command, environment={'PYTHONPATH': path})
+        except OSError as error:
+            raise CommandError(f'{shlex.join(command)} cannot be started: {error.strerror}') from None
+        self._reader = threading.Thread(target=self._read, name='output', daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        for raw in iter(lambda: self.process.stdout.readline(LONGEST_LINE), b''):
+            if len(self.lines) >= MOST_LINES:
+                self.dropped += 1
+                continue
+            text = ANSI.sub('', raw.decode('utf-8', 'replace')).rstrip('\r\n')
+            if text:
+                self.lines.append(Line(self._now(), ROSCONSOLE.sub('', text)))
+
+    def exit_code(self):
+        """Return its exit code, or None while it runs."""
+        return self.process.poll()
+
+    def runs(self):
+        """Return {(process, thread): how long it has run [ns]} of it and what it has started; None while one runs."""
+        looked = {}
+        for process in processes.below(self.process.pid) | {self.process.pid}:
+            threads = Threads(process)
+            try:
+                runs = threads.runs()
+            except Gone:
+                continue
+            finally:
+                threads.close()
+            if runs is None:
+                return None
+            looked.update({(process, thread): ran for thread, ran in runs.items()})
+        return looked
+
+    def trouble(self):
+        """Return how it failed, '' while it runs and after a good end.
+
+        rospy.signal_shutdown in a callback ends a loop in the main thread by an exception: nothing is wrong with it.
+        """
+        code = self.exit_code()
+        if not code or code == 1 and self.said_last().startswith(SHUT_DOWN):
+            return ''
+        said = self.said_last()
+        hint = '; nobody is there to type anything, all values have to be in the program' if 'EOFError' in said else ''
+        return f'it ended with exit code {code}: {said}{hint}'
+
+    def drain(self, timeout=1.0):
+        """Wait until the output of a program that has ended is read, at most ``timeout`` [s]."""
+        self._reader.join(timeout)
+
+    def said_last(self):
+        """Return what explains its end: the last line of a traceback and where, or the last line."""
+        texts = [line.text for line in list(self.lines)]
+        last = next((text for text in reversed(texts) if text.strip()), 'nothing was printed')
+        places = [text.strip() for text in texts if re.match(r'\s+File ".*", line \d+', text)]
+        return last + (f' ({places[-1]})' if places and 'Traceback' in ' '.join(texts) else '')
+
+
+class Rest:
+    """Tells for how long a Student, with all that it has started, has rested. To be looked at often."""
+
+    def __init__(self, student):
+        self._student, self._looked, self._resting = student, None, Patience()
+
+    def look(self):
+        """Return for how long [s] nothing of it has run, or just to poll."""
+        looked, before, past = self._student.runs(), self._looked, self._resting.waited
+        self._looked = looked
+        if looked is None or before is None:
+            self._resting = Patience()
+        elif sum(looked.values()) - sum(map(before.get, looked, [0] * len(looked))) > \
+                POLLING * 1e9 * max(self._resting.look() - past, SHORTEST):
+            self._resting = Patience()
+        return self._resting.look()
+
+
+def runnable(command):
+    """Return (command to start, remarks) of what a student typed; raise CommandError when it cannot be run.
+
+    A Python file runs with this Python whatever its mode, first line or line ends are; the remarks say what rosrun
+    would have stumbled over.
+    """
+    if not command:
+        raise CommandError('there is no command: type ./run grade EXERCISE -- COMMAND, such as -- publisher.py')
+    program, *arguments = command
+    if program.endswith('.launch') and os.path.isfile(program):
+        program, arguments = 'roslaunch', command
+    if not os.path.exists(program):
+        return _by_name(program, arguments)
+    program = os.path.abspath(program)
+    if os.path.isdir(program):
+        raise CommandError(f'{program} is a folder; give the program in it')
+    if not os.access(program, os.R_OK):
+        raise CommandError(f'{program} may not be read; type: chmod +r {shlex.quote(program)}')
+    with open(program, 'rb') as file:
+        source = file.read()
+    if not program.endswith('.py') and not _is_python(source):
+        if not os.access(program, os.X_OK):
+            raise CommandError(f'{program} is not executable; type: chmod +x {shlex.quote(program)}')
+        if source.startswith(b'#!') and b'\r' in source.split(b'\n', 1)[0]:
+            raise CommandError(f'{program}: the first line ends with CR LF (Windows), which Linux takes for a part of '
+                               f"the interpreter's name; type: sed -i 's/\\r$//' {shlex.quote(program)}")
+        return [program, *arguments], []
+    return [sys.executable, program, *arguments], _remarks(program, source)
+
+
+def _by_name(program, arguments):
+    """As runnable(), of a program that is no file here."""
+    if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
+        return runnable(arguments)
+    if '/' not in program and not program.endswith('.py') and shutil.which(program):
+        on_screen = ['--screen'] if program == 'roslaunch' else []  # what nodes log counts wherever it goes
+        return [program, *on_screen, *from_here(program, arguments)], []
+    raise CommandError(f'{program} does not exist (looked in {os.getcwd()})')
+
+
+def package_of(command):
+    """Return the folder of the package that a file of a command lies in, or None."""
+    for part in command:
+        folder = os.path.dirname(os.path.abspath(part)) if os.path.isfile(part) else os.sep
+        while folder != os.path.dirname(folder):
+            if os.path.isfile(os.path.join(folder, 'package.xml')):
+                return folder
+            folder = os.path.dirname(folder)
+    return None
+
+
+def from_here(program, arguments, folder='.'):
+    """Return the arguments with full paths of those that are files in ``folder``, as they are used in another one.
+
+    rosrun's are names below a package; roslaunch's, too, unless the first one is a file.
+    """
+    def there(argument):
+        path = os.path.join(folder, argument)
+        return os.path.abspath(path) if os.path.isfile(path) else argument
+    if program == 'rosrun' or (program == 'roslaunch' and arguments and there(arguments[0]) == arguments[0]):
+        return list(arguments)
+    return [there(argument) for argument in arguments]
+
+
+def _is_python(source):
+    return source.startswith(b'#!') and b'python' in source.split(b'\n', 1)[0]
+
+
+def _remarks(program, source):
+    """Return what rosrun would object to in a Python file; raise CommandError for what is no Python."""
+    try:
+        compile(source, program, 'exec')
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, 'lineno', None)
+        what = getattr(error, 'msg', None) or error
+        raise CommandError(f'{os.path.basename(program)}{f", line {line}" if line else ""}: '
+                           f'{type(error).__name__}: {what}') from None
+    remarks = []
+    if not source.startswith(b'#!'):
+        remarks.append('its first line should be #!/usr/bin/env python3, or rosrun cannot start it')
+    if b'\r\n' in source:
+        remarks.append("its lines end with CR LF (Windows); rosrun needs: sed -i 's/\\r$//' FILE")
+    if not os.access(program, os.X_OK):
+        remarks.append('it is not executable; rosrun needs: chmod +x FILE')
+    return remarks

@@ -1,0 +1,1 @@
+"""What counts: exercise files, rules, scores. Without ROS."""

@@ -1,0 +1,202 @@
+"""Exercise files: what a student is asked to do, how long it is observed, and what counts. YAML, without ROS.
+
+=============  ==========================================================================================
+key            meaning
+=============  ==========================================================================================
+title          one line
+asks           what the student is asked, for the report
+simulator      turtlesim (default) or robotont
+time           how long the node is observed at most, in simulated time, such as ``40 s``
+speed          how many times faster than real time it is simulated; 1 to 20, default 8
+pass           the score from 0 to 100 that passes, default 80
+start          where the turtle or robot begins, drawn by the seed: x, y ``3 to 5 m``, theta ``0 to 90 deg``
+allows         kinds of shortcuts that are none here: teleport, reset, kill
+stimuli        what the grader does meanwhile, a list of {do: ..., ...}, see STIMULI
+checks         a list of {check: NAME, points: N, must: true|false, ...}; the other keys are the check's parameters
+=============  ==========================================================================================
+
+The points of all checks add up to 100. A check that ``must`` hold fails the exercise below half of its share.
+"""
+import re
+import sys
+from typing import NamedTuple
+
+from course_grader.rules import judging, rules_driving, rules_output
+from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
+from kinematic_core import documents
+from kinematic_core.validation import shown
+from kinematic_core.worlds.turtle_world import ARENA_SIZE
+
+SIMULATORS = ('turtlesim', 'robotont')
+LONGEST = 120.0  # [s] of simulated time
+FASTEST = 20  # times real time: beyond it rospy nodes do not keep up
+ALLOWED = ('teleport', 'reset', 'kill')
+START = {'x': ('span length', None), 'y': ('span length', None), 'theta': ('span angle', (0.0, 0.0))}
+STIMULI = {  # what the grader can do: {parameter: (kind, default)}
+    'drive': {'after': ('time', 0.0), 'linear': ('span speed', (0.5, 1.5)), 'angular': ('span turn speed', (-0.8, 0.8)),
+              'for': ('time', ...)},
+    'call': {'service': ('text', ...), 'type': ('text', ...), 'request': ('spans', ...), 'times': ('integer', 3),
+             'after': ('time', 0.0)},
+    'markers': {'topic': ('text', 'ar_pose_marker'), 'rate': ('rate', 2.0), 'most': ('integer', 3),
+                'for': ('time', ...)},
+}
+assert rules_driving and rules_output  # importing them registers their checks
+
+
+class ExerciseError(ValueError):
+    """An exercise file is wrong; the text says where, what and what is allowed."""
+
+
+class Scored(NamedTuple):
+    """One check of an exercise: name, parameters, points, and whether it must hold."""
+
+    name: str
+    parameters: dict
+    points: float
+    must: bool
+
+
+class Exercise(NamedTuple):
+    """An exercise as its file describes it; times in s, angles in rad, ``start`` as {axis: (low, high)}."""
+
+    name: str
+    title: str
+    asks: str
+    simulator: str
+    time: float
+    speed: float
+    pass_score: float
+    start: dict
+    allows: tuple
+    stimuli: list  # (what, {parameter: value})
+    checks: list  # Scored
+
+
+KEYS = {'title': ('text', ...), 'asks': ('text', ''), 'simulator': (SIMULATORS, 'turtlesim'), 'time': ('time', ...),
+        'speed': ('number', 8.0), 'pass': ('number', 80.0), 'start': ('mapping', {}), 'allows': ('list', []),
+        'stimuli': ('list', []), 'checks': ('list', ...)}
+
+
+def load(path):
+    """Return the Exercise of a file. Raise ExerciseError, or OSError when it cannot be read."""
+    try:
+        content = documents.read_yaml(path)
+    except documents.DocumentError as error:
+        raise ExerciseError(f'{path}: {error}') from None
+    name = re.sub(r'\.ya?ml$', '', str(path).rsplit('/', 1)[-1])
+    try:
+        return parse(content, name)
+    except ExerciseError as error:
+        raise ExerciseError(f'{path}: {error}') from None
+
+
+def parse(content, name='exercise'):
+    """Return the Exercise in what a YAML file holds."""
+    values = _fields(content, KEYS, 'the exercise')
+    if not 0.0 < values['time'] <= LONGEST:
+        raise ExerciseError(f'time is {shown(content["time"])}; it must be above 0 and at most {LONGEST:g} s')
+    if not 1.0 <= values['speed'] <= FASTEST:
+        raise ExerciseError(f'speed is {values["speed"]:g}; it must be 1 to {FASTEST}')
+    if not 0.0 < values['pass'] <= 100.0:
+        raise ExerciseError(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
+    unknown = [kind for kind in values['allows'] if kind not in ALLOWED]
+    if unknown:
+        raise ExerciseError(f'allows has {shown(unknown[0])}; allowed are {", ".join(ALLOWED)}')
+    start = {axis: limits for axis, limits in _fields(values['start'], START, 'start').items() if limits is not None}
+    for axis in 'xy' if values['simulator'] == 'turtlesim' else '':
+        if not 0.0 <= start.get(axis, (0.0,))[0] <= start.get(axis, (0.0,))[-1] <= ARENA_SIZE:
+            raise ExerciseError(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
+    checks = [_check(entry, number) for number, entry in enumerate(values['checks'], 1)]
+    points = sum(scored.points for scored in checks)
+    if abs(points - 100.0) > 1e-6:
+        raise ExerciseError(f'the points of the checks add up to {points:g}; they must add up to 100')
+    stimuli = [_stimulus(entry, number) for number, entry in enumerate(values['stimuli'], 1)]
+    return Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'], values['speed'],
+                    values['pass'], start, tuple(values['allows']), stimuli, checks)
+
+
+def _check(entry, number):
+    where = f'check {number}'
+    entry = dict(_mapping(entry, where))
+    name = entry.pop('check', None)
+    if not isinstance(name, str) or name not in judging.CHECKS:
+        raise ExerciseError(f'{where} is {shown(name)}; it must be one of {", ".join(sorted(judging.CHECKS))}')
+    where = f'{where} ({name})'
+    common = _fields({key: entry.pop(key) for key in ('points', 'must') if key in entry},
+                     {'points': ('number', ...), 'must': ('boolean', False)}, where)
+    if common['points'] <= 0.0:
+        raise ExerciseError(f'{where}: points is {common["points"]:g}; it must be above 0')
+    return Scored(name, _fields(entry, judging.CHECKS[name].parameters, where), common['points'], common['must'])
+
+
+def _stimulus(entry, number):
+    where = f'stimulus {number}'
+    entry = dict(_mapping(entry, where))
+    what = entry.pop('do', None)
+    if not isinstance(what, str) or what not in STIMULI:
+        raise ExerciseError(f'{where} does {shown(what)}; it must be one of {", ".join(STIMULI)}')
+    return what, _fields(entry, STIMULI[what], f'{where} ({what})')
+
+
+def _mapping(value, where):
+    if not isinstance(value, dict):
+        raise ExerciseError(f'{where} is {"empty" if value is None else shown(value)}; it must be keys with values')
+    return value
+
+
+def _fields(entry, kinds, where):
+    """Return {key: value} of all ``kinds``, converted; unknown and missing keys are errors."""
+    entry = _mapping(entry, where)
+    unknown = [key for key in entry if key not in kinds]
+    if unknown:
+        raise ExerciseError(f'{where} has the unknown key {shown(unknown[0])}; allowed are '
+                            f'{", ".join(kinds) or "none"}')
+    values = {}
+    for key, (kind, default) in kinds.items():
+        if key not in entry:
+            if default is ...:
+                raise ExerciseError(f'{where} lacks {key}')
+            values[key] = default
+            continue
+        try:
+            values[key] = _convert(entry[key], kind)
+        except (QuantityError, re.error, OverflowError, RecursionError) as error:
+            raise ExerciseError(f'{where}: {key}: {error}') from None
+    return values
+
+
+PLAIN = {'text': (str, 'a text'), 'boolean': (bool, 'true or false'), 'integer': (int, 'a whole number'),
+         'number': ((int, float), 'a number'), 'mapping': (dict, 'keys with values'), 'list': (list, 'a list')}
+
+
+def _convert(value, kind):
+    """Return a value of a kind (see judging.py); raise QuantityError."""
+    if isinstance(kind, tuple):
+        if value not in kind:
+            raise QuantityError(f'{shown(value)} must be one of {", ".join(kind)}')
+        return value
+    if kind in PLAIN:
+        types, words = PLAIN[kind]
+        if (not isinstance(value, types) or (isinstance(value, bool) and kind != 'boolean')
+                or kind in ('number', 'integer') and not abs(value) <= sys.float_info.max):
+            raise QuantityError(f'{shown(value)} must be {words}')
+        return float(value) if kind == 'number' else value
+    if kind == 'pattern':
+        return re.compile(_convert(value, 'text')).pattern
+    if kind == 'colour':
+        if not isinstance(value, list) or len(value) != 3 or not all(type(v) is int and 0 <= v <= 255 for v in value):
+            raise QuantityError(f'{shown(value)} must be three whole numbers from 0 to 255, [red, green, blue]')
+        return tuple(value)
+    if kind == 'spans':
+        return [span(entry, _dimension(entry)) for entry in _convert(value, 'list')]
+    if kind.startswith('span '):
+        return span(value, kind[len('span '):])
+    return quantity(value, kind)
+
+
+def _dimension(text):
+    """Return what the unit at the end of a text measures."""
+    unit = str(text).split()[-1] if str(text).split() else ''
+    if unit not in UNITS:
+        raise QuantityError(f'{shown(text)} ends with no unit; the units are {", ".join(UNITS)}')
+    return UNITS[unit][0]

@@ -1,0 +1,62 @@
+"""Numbers with units, as exercise files have them: ``40 s``, ``0.5 m/s``, ``90 deg``, ``5 %``."""
+import math
+import re
+
+from kinematic_core.validation import shown
+
+UNITS = {  # unit: (dimension, factor to the SI unit)
+    's': ('time', 1.0), 'ms': ('time', 1e-3), 'min': ('time', 60.0),
+    'm': ('length', 1.0), 'cm': ('length', 1e-2), 'mm': ('length', 1e-3),
+    'rad': ('angle', 1.0), 'deg': ('angle', math.pi / 180.0),
+    'm/s': ('speed', 1.0), 'cm/s': ('speed', 1e-2),
+    'rad/s': ('turn speed', 1.0), 'deg/s': ('turn speed', math.pi / 180.0),
+    'Hz': ('rate', 1.0),
+    'px': ('pixels', 1.0),
+    '%': ('share', 1e-2),
+}
+NUMBER = r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?'
+UNIT = r'[^\s\d.+-]\S*'
+
+
+class QuantityError(ValueError):
+    """A text is not a number with the right unit; its text says what is allowed."""
+
+
+def units_of(dimension):
+    """Return the units that measure a dimension, as a text."""
+    return ', '.join(unit for unit, (measured, _) in UNITS.items() if measured == dimension)
+
+
+def quantity(text, dimension):
+    """Return a text such as ``'90 deg'`` as a float in the SI unit of ``dimension`` (a share: 0..1).
+
+    Raises QuantityError. A number alone is refused, except 0: nobody can see what it means.
+    """
+    if text == 0 and not isinstance(text, bool):
+        return 0.0
+    match = re.fullmatch(rf'\s*({NUMBER})\s*({UNIT})\s*', text) if isinstance(text, str) else None
+    allowed = f'a number with one of the units {units_of(dimension)}, such as "2 {units_of(dimension).split(",")[0]}"'
+    if match is None:
+        raise QuantityError(f'{shown(text)} is not {allowed}')
+    unit = match.group(2)
+    if UNITS.get(unit, ('',))[0] != dimension:
+        raise QuantityError(f'the unit {shown(unit)} in {shown(text)} does not measure a {dimension}; it must be '
+                            f'{allowed}')
+    return float(match.group(1)) * UNITS[unit][1]
+
+
+def span(text, dimension):
+    """Return a text such as ``'9 to 11 Hz'``, ``'at least 0.1 m/s'``, ``'at most 2 s'`` or ``'2 s'`` as (low, high)."""
+    text = text.strip() if isinstance(text, str) else text
+    between = re.fullmatch(rf'({NUMBER})\s+to\s+({NUMBER})\s*({UNIT})', text) if isinstance(text, str) else None
+    if between:
+        low, high = (quantity(f'{between.group(end)} {between.group(3)}', dimension) for end in (1, 2))
+        if low > high:
+            raise QuantityError(f'{shown(text)} begins above its end; it must be like "9 to 11 Hz"')
+        return low, high
+    for words, limits in (('at least ', lambda value: (value, math.inf)),
+                          ('at most ', lambda value: (-math.inf, value))):
+        if isinstance(text, str) and text.startswith(words):
+            return limits(quantity(text[len(words):], dimension))
+    exact = quantity(text, dimension)
+    return exact, exact

@@ -1,0 +1,47 @@
+"""From what was observed to a score with its reasons."""
+from typing import NamedTuple
+
+from course_grader.rules import judging
+
+PASSED, FAILED, UNDECIDED = 'passed', 'failed', 'undecided'
+HALF = 0.5  # share below which a check that must hold fails the exercise
+FULL = 0.97  # share from which a check counts as completely right: nobody draws without an error
+
+
+class Reason(NamedTuple):
+    """One line of the reasons: points given and possible, what was asked and what was seen."""
+
+    check: str
+    points: float
+    of: float
+    asked: str
+    seen: str
+
+
+class Verdict(NamedTuple):
+    """outcome: passed, failed or undecided; score 0..100; reasons; shortcuts and trouble that were seen, as texts."""
+
+    outcome: str
+    score: float
+    reasons: list
+    objections: list
+
+
+def decide(exercise, observed):
+    """Return the Verdict. A node that could not work at all, or took a shortcut, scores 0."""
+    reasons, missing = [], []
+    for scored in exercise.checks:
+        result = judging.judge(scored.name, observed, scored.parameters)
+        share = 1.0 if result.share >= FULL else max(0.0, result.share)
+        reasons.append(Reason(scored.name, round(share * scored.points, 1), scored.points, result.asked, result.seen))
+        if scored.must and share < HALF:
+            missing.append(f'it must be so, but is not: {result.asked}')
+    objections = judging.fouls(observed, exercise.allows)
+    if observed.trouble:
+        objections.insert(0, observed.trouble)
+    score = 0.0 if objections else round(sum(reason.points for reason in reasons), 1)
+    if not observed.kept_up and not objections and score < 100.0:  # what is all right did not come from lost time
+        return Verdict(UNDECIDED, 0.0, reasons, ['the machine or the node could not keep up with the simulation; '
+                                                 'grade it again, or with a lower --speed'])
+    passed = not objections and not missing and score >= exercise.pass_score
+    return Verdict(PASSED if passed else FAILED, score, reasons, objections or missing)

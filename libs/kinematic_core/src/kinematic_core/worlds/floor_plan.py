@@ -1,0 +1,210 @@
+"""What stands in a robot's world: upright boxes and cylinders, and panels with AR markers. Immutable.
+
+World frame: x forward, y to the left, z up, the floor at z = 0; metres, radians counter-clockwise (REP 103).
+A plan can be shared between threads and kept: changing one makes a new one.
+"""
+import math
+from typing import Any, Iterator, List, NamedTuple, Tuple, Union
+
+from kinematic_core.validation import InvalidInput, require_sane, shown
+
+Colour = Tuple[int, int, int]  # (r, g, b), 0..255
+
+GREY = (178, 178, 178)
+GROUND_COLOUR = (128, 128, 128)
+SKY_COLOUR = (150, 190, 230)
+PANEL_SIZE = 0.40  # [m] the white square
+PANEL_MARKER_SIZE = 0.28  # [m] the marker's black square in its middle
+PANEL_BOTTOM = 0.05  # [m]
+PANEL_THICKNESS = 0.01  # [m] behind the face
+LARGEST_ID = 2 ** 32 - 1  # of an ALVAR marker
+LARGEST = 1000.0  # [m] of any coordinate or size of a plan
+MOST_SHAPES = 1000  # of a plan: each is compared with each
+LONGEST_NAME = 200  # characters
+TOUCHING = 0.01  # [m] by which shapes may overlap and still count as side by side
+
+
+class Box(NamedTuple):
+    """An upright box: centre (x, y) [m], yaw [rad]; length, width, height [m] along its own x, y, z axes."""
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    length: float
+    width: float
+    height: float
+    bottom: float = 0.0  # [m] z of its lower face
+    colour: Colour = GREY
+
+
+class Cylinder(NamedTuple):
+    """An upright cylinder: axis at (x, y) [m]; radius, height [m]."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    height: float
+    bottom: float = 0.0  # [m] z of its lower face
+    colour: Colour = GREY
+
+
+class Panel(NamedTuple):
+    """A white square board with an ALVAR marker in its middle.
+
+    (x, y) [m] is the middle of the face, whose normal is the panel's own -x axis: at yaw 0 it faces a viewer who looks
+    along +x. The board is PANEL_THICKNESS deep, behind the face; its back and its edges are white.
+    """
+
+    name: str
+    marker_id: int
+    x: float
+    y: float
+    yaw: float  # [rad]
+    size: float = PANEL_SIZE  # [m] width and height of the board
+    marker_size: float = PANEL_MARKER_SIZE  # [m] width of the marker's black square
+    bottom: float = PANEL_BOTTOM  # [m] z of the lower edge
+
+    def board(self) -> Box:
+        """Return the panel's body."""
+        half = PANEL_THICKNESS / 2.0
+        return Box(self.name, self.x + half * math.cos(self.yaw), self.y + half * math.sin(self.yaw), self.yaw,
+                   PANEL_THICKNESS, self.size, self.size, self.bottom, (255, 255, 255))
+
+
+Solid = Union[Box, Cylinder]
+Shape = Union[Box, Cylinder, Panel]
+
+
+class FloorPlan(NamedTuple):
+    """All shapes of a world; their names are unique. ``check`` refuses impossible ones."""
+
+    boxes: Tuple[Box, ...] = ()
+    cylinders: Tuple[Cylinder, ...] = ()
+    panels: Tuple[Panel, ...] = ()
+    ground_colour: Colour = GROUND_COLOUR
+    sky_colour: Colour = SKY_COLOUR
+
+    def shapes(self) -> Tuple[Shape, ...]:
+        """Return all shapes, boxes first, then cylinders, then panels."""
+        return (*self.boxes, *self.cylinders, *self.panels)
+
+    def solids(self) -> Tuple[Solid, ...]:
+        """Return everything that stops a robot or a ray: boxes, cylinders, and the boards of the panels."""
+        return (*self.boxes, *self.cylinders, *(panel.board() for panel in self.panels))
+
+    def with_panel(self, name: str, x: float, y: float, yaw: float) -> 'FloorPlan':
+        """Return the plan with the panel ``name`` moved to (x, y) [m], yaw [rad]; InvalidInput if there is none."""
+        require_sane(f'the panel {name!r}', x=x, y=y, yaw=yaw)
+        if all(panel.name != name for panel in self.panels):
+            known = ', '.join(panel.name for panel in self.panels) or 'none'
+            raise InvalidInput(f'there is no panel {name!r}; the panels are: {known}')
+        return self._replace(panels=tuple(panel._replace(x=x, y=y, yaw=yaw) if panel.name == name else panel
+                                          for panel in self.panels))
+
+    def check(self) -> None:
+        """Raise InvalidInput for the first impossible shape; the text names the shape and the field."""
+        number = len(self.shapes())
+        if number > MOST_SHAPES:
+            raise InvalidInput(f'there are {number} shapes; allowed are at most {MOST_SHAPES}')
+        names = set()
+        for shape in self.shapes():
+            _check_shape(shape)
+            if shape.name in names:
+                raise InvalidInput(f'{shape.name}: the name is used twice')
+            names.add(shape.name)
+        _check_colour('ground_colour', self.ground_colour)
+        _check_colour('sky_colour', self.sky_colour)
+
+    def overlaps(self, tolerance: float = TOUCHING) -> List[Tuple[str, str, float]]:
+        """Return [(name, name, depth [m])] of the boxes and cylinders that overlap by more than ``tolerance`` [m]."""
+        solids: Tuple[Solid, ...] = (*self.boxes, *self.cylinders)
+        found = []
+        for index, shape in enumerate(solids):
+            for other in solids[index + 1:]:
+                depth = _shared_depth(shape, other)
+                if depth > tolerance:
+                    found.append((shape.name, other.name, depth))
+        return found
+
+
+EMPTY = FloorPlan()
+
+
+def _check_shape(shape: Shape) -> None:
+    for field, value in zip(shape._fields, shape):
+        if field == 'name':
+            if not isinstance(value, str) or not 0 < len(value) <= LONGEST_NAME:
+                raise InvalidInput(f'{shown(value)}: a name must be a text of 1 to {LONGEST_NAME} characters')
+        elif field == 'colour':
+            _check_colour(f'{shape.name}: colour', value)
+        elif field == 'marker_id':
+            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LARGEST_ID:
+                raise InvalidInput(f'{shape.name}: marker_id is {shown(value)}; it must be a whole number from 0 to '
+                                   f'{LARGEST_ID}')
+        else:
+            _check_length(shape.name, field, value)
+    if isinstance(shape, Panel) and shape.marker_size > shape.size:
+        raise InvalidInput(f'{shape.name}: marker_size is {shape.marker_size:g}; the panel has only {shape.size:g} m')
+
+
+def _check_length(name: str, field: str, value: Any) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf:
+        raise InvalidInput(f'{name}: {field} is {shown(value)}; it must be a finite number')
+    if abs(value) > LARGEST:
+        raise InvalidInput(f'{name}: {field} is {shown(value)}; allowed is at most {LARGEST:g}')
+    if field not in ('x', 'y', 'yaw', 'bottom') and value <= 0.0:
+        raise InvalidInput(f'{name}: {field} is {value:g}; it must be more than 0')
+    if field == 'bottom' and value < 0.0:
+        raise InvalidInput(f'{name}: bottom is {value:g}; it must be at least 0, which is the floor')
+
+
+def _check_colour(name: str, colour: Any) -> None:
+    if (not isinstance(colour, (tuple, list)) or len(colour) != 3
+            or any(isinstance(part, bool) or not isinstance(part, int) or not 0 <= part <= 255 for part in colour)):
+        raise InvalidInput(f'{name} is {shown(colour)}; it must be three whole numbers from 0 to 255: red, green, blue')
+
+
+def _shared_depth(shape: Solid, other: Solid) -> float:
+    """Return the smallest distance [m] by which two solids must move to be apart; 0 or less if they are."""
+    depth = min(shape.bottom + shape.height, other.bottom + other.height) - max(shape.bottom, other.bottom)
+    for axis_x, axis_y in _separating_axes(shape, other):
+        low, high = _extent(shape, axis_x, axis_y)
+        other_low, other_high = _extent(other, axis_x, axis_y)
+        depth = min(depth, high - other_low, other_high - low)
+        if depth <= 0.0:
+            break
+    return depth
+
+
+def _separating_axes(shape: Solid, other: Solid) -> Iterator[Tuple[float, float]]:
+    """Yield unit vectors; if there is a gap between the two convex outlines, one of these axes shows it."""
+    for box in (shape, other):
+        if isinstance(box, Box):
+            cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+            yield cos, sin
+            yield -sin, cos
+    for round_shape, second in ((shape, other), (other, shape)):
+        if isinstance(round_shape, Cylinder):
+            points = [(second.x, second.y)] if isinstance(second, Cylinder) else corners(second)
+            for x, y in points:
+                distance = math.hypot(x - round_shape.x, y - round_shape.y)
+                if distance > 0.0:
+                    yield (x - round_shape.x) / distance, (y - round_shape.y) / distance
+
+
+def corners(box: Box) -> List[Tuple[float, float]]:
+    """Return the four corners [(x, y)] [m] of a box's outline, counter-clockwise from its own (+x, +y) corner."""
+    cos, sin = math.cos(box.yaw), math.sin(box.yaw)
+    return [(box.x + cos * a - sin * b, box.y + sin * a + cos * b)
+            for a, b in ((box.length / 2.0, box.width / 2.0), (-box.length / 2.0, box.width / 2.0),
+                         (-box.length / 2.0, -box.width / 2.0), (box.length / 2.0, -box.width / 2.0))]
+
+
+def _extent(shape: Solid, axis_x: float, axis_y: float) -> Tuple[float, float]:
+    if isinstance(shape, Cylinder):
+        middle = shape.x * axis_x + shape.y * axis_y
+        return middle - shape.radius, middle + shape.radius
+    along = [x * axis_x + y * axis_y for x, y in corners(shape)]
+    return min(along), max(along)

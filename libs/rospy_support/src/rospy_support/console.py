@@ -1,0 +1,165 @@
+"""A node's output never ends the node: standard output and error that are closed, full or unread, and the log file.
+
+rospy's log handlers raise in whoever logs when the standard output is closed or its reader has gone (``node | head``),
+and print a traceback for every line where the log file cannot be written. The real nodes go on without; so do these.
+"""
+import contextlib
+import errno
+import logging.handlers
+import os
+import sys
+
+import rosgraph.roslogging
+import rospkg
+
+from rospy_support import rospy_internals
+
+LOST = errno.EPIPE, errno.EBADF, errno.EIO  # nothing will ever be written there: no reader, closed, terminal gone
+NOWHERE = '/'  # a folder that always exists; nothing is written into it
+_unread = []  # functions to call when nobody reads the standard output any more
+
+
+def when_unread(function):
+    """Call ``function()`` once, in the thread that prints, when the reader of the standard output has gone."""
+    _unread.append(function)
+
+
+def guard():
+    """Make sys.stdout and sys.stderr what never fails. Call it before rospy.init_node, which takes them over."""
+    for descriptor in (0, 1, 2):  # the next file or connection would get the number of a closed one, and all prints
+        with contextlib.suppress(FileExistsError):
+            _occupy(descriptor)
+    sys.stdout = Console(sys.stdout, _tell_unread)
+    sys.stderr = Console(sys.stderr)
+
+
+class Console:
+    """A text stream, or None, as one that writes each line at once and drops what cannot be written."""
+
+    def __init__(self, stream, on_lost=lambda: None):
+        """``on_lost()`` is called when there is no reader any more; a stream that Python found closed is None."""
+        self._stream = stream if stream is not None else open(os.devnull, 'w', encoding='utf-8')
+        self._on_lost = on_lost
+        if hasattr(self._stream, 'reconfigure'):  # no locale makes a character an error
+            self._stream.reconfigure(line_buffering=True, errors='backslashreplace')
+
+    def write(self, text):
+        """Write ``text``; return its length."""
+        with self._losses():
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self):
+        """Write what is buffered."""
+        with self._losses():
+            self._stream.flush()
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    @contextlib.contextmanager
+    def _losses(self):
+        try:
+            yield
+        except OSError as error:
+            if error.errno in LOST:
+                self._let_go()
+        except ValueError:  # closed by the program itself
+            pass
+
+    def _let_go(self):
+        """Write to nowhere from now on, what waits in buffers included."""
+        with contextlib.suppress(OSError, ValueError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._stream.fileno())
+            os.close(nowhere)
+        on_lost, self._on_lost = self._on_lost, lambda: None
+        on_lost()
+
+
+class LogFile(logging.handlers.RotatingFileHandler):
+    """rospy's log file: where it cannot be written that is said once, and the node goes on without it."""
+
+    def __init__(self, *args, **kwds):
+        self._lost = False
+        try:
+            super().__init__(*args, **kwds)
+        except OSError as error:
+            super().__init__(os.devnull, delay=True)
+            self._give_up(error)
+
+    def emit(self, record):
+        """Write a record, if the file is still there."""
+        if not self._lost:
+            super().emit(record)
+
+    def handleError(self, record):
+        """Give the file up when it cannot be written; other errors are reported as ever."""
+        error = sys.exc_info()[1]
+        if isinstance(error, (OSError, ValueError)):
+            self._give_up(error)
+        else:
+            super().handleError(record)
+
+    def _give_up(self, error):
+        if not self._lost:
+            self._lost = True
+            _say(os.environ.get('ROS_LOG_FILENAME', 'the log file'), error)
+            with contextlib.suppress(OSError, ValueError):
+                self.close()
+
+
+@contextlib.contextmanager
+def log_file_guarded():
+    """Let rospy.init_node, called in this context, use LogFile and do without a log folder that cannot be made."""
+    original = logging.handlers.RotatingFileHandler
+    logging.handlers.RotatingFileHandler = LogFile  # where rosgraph's configuration of logging looks
+    try:
+        with rospy_internals.logging_configured_by(_configure):
+            yield
+    finally:
+        logging.handlers.RotatingFileHandler = original
+
+
+def _configure(configure, *arguments, **options):
+    """Configure logging as rosgraph does, the way that never fails: without a file where there is no folder for it."""
+    folder = os.path.dirname(os.path.join(rospkg.get_log_dir(), options.get('filename') or ''))
+    try:
+        if not os.path.isdir(folder):
+            rosgraph.roslogging.makedirs_with_parent_perms(folder)
+        return configure(*arguments, **options)
+    except Exception as error:  # rosgraph.roslogging.LoggingException, and whatever a folder can be
+        _say(folder, error)
+    logging.handlers.RotatingFileHandler = _NoFile
+    options['filename'] = 'none'
+    configure(*arguments, env={**os.environ, rospkg.environment.ROS_LOG_DIR: NOWHERE}, **options)
+    return None
+
+
+class _NoFile(logging.NullHandler):
+    """Takes the arguments of a file handler and writes nothing."""
+
+    def __init__(self, *_, **__):
+        super().__init__()
+
+
+def _say(where, error):
+    print(f'WARNING: no log file: {where}: {getattr(error, "strerror", None) or error}. The node goes on without it; '
+          'set ROS_LOG_DIR to a folder that can be written.', file=sys.stderr)
+
+
+def _occupy(descriptor):
+    """Open /dev/null as ``descriptor`` if that is closed."""
+    try:
+        os.fstat(descriptor)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        if nowhere != descriptor:
+            os.dup2(nowhere, descriptor)
+            os.close(nowhere)
+        os.set_inheritable(descriptor, True)
+
+
+def _tell_unread():
+    for function in _unread:
+        function()

@@ -1,0 +1,113 @@
+"""Say why nodes on other machines do not hear this one, which rospy leaves to a silence.
+
+A node tells the master under which address it can be reached: ROS_HOSTNAME, else ROS_IP, else the machine's name.
+A subscriber elsewhere connects to that address, and when it is wrong nothing arrives and nothing is said.
+
+Threading contract: ``watch`` looks from a thread of its own and only logs.
+"""
+import http.client
+import os
+import socket
+import threading
+import xmlrpc.client
+
+import rosgraph
+import rosgraph.network
+import rospy
+
+from rospy_support import rospy_internals, threads
+
+PERIOD = 3.0  # [s] between two looks; a connection takes far less
+LOG_TOPIC = '/rosout'
+REMINDER = 30.0  # [s] between two warnings of the same kind
+
+
+def watch(period=PERIOD):
+    """Warn at once when this node's address cannot be right, and later of topics that stay unconnected."""
+    wrong = wrong_address()
+    if wrong:
+        rospy.logwarn('%s', wrong)
+    ended = threading.Event()
+    rospy.on_shutdown(ended.set)
+
+    def look():
+        before = set()
+        while not ended.wait(period):
+            try:
+                now = unconnected()
+            except (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException):
+                continue  # without a master there is nothing to compare with
+            for topic, others in sorted(now & before):  # twice in a row: not just about to connect
+                rospy.logwarn_throttle_identical(REMINDER, _silence(topic, others))
+            before = now
+    return threads.keep_running('reachability', look)
+
+
+def wrong_address():
+    """Return why no node of another machine can reach this one, and what to type; '' when nothing speaks against it."""
+    master = _master_host()
+    announced = rosgraph.network.get_host_name()
+    here = rosgraph.network.is_local_address
+    try:
+        address = socket.gethostbyname(announced)
+    except (OSError, UnicodeError):
+        return f'{_source()} is {announced!r}, a name without an address. {_remedy(master)}'
+    if not here(announced):
+        addresses = ', '.join(rosgraph.network.get_local_addresses())
+        return (f'{_source()} is {announced}, but this machine has the addresses {addresses}: nodes on other '
+                f'machines cannot reach this node, and nothing that it publishes arrives there. {_remedy(master)}')
+    if address.startswith('127.') and not here(master):
+        return (f'The master is on another machine ({master}), but {_source()} is {announced}, which means this '
+                f'machine only: nothing that this node publishes arrives there. {_remedy(master)}')
+    return ''
+
+
+def unconnected():
+    """Return {(topic, nodes)}: topics of this node whose other side the master knows but nobody is connected with.
+
+    ``nodes`` is a text, names with commas between them. Raises OSError or a rosgraph.MasterException when the
+    master does not answer.
+    """
+    published = rospy_internals.unconnected_publications() - {LOG_TOPIC}
+    subscribed = rospy_internals.unconnected_subscriptions()
+    if not published and not subscribed:
+        return set()
+    publishers, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+    found = set()
+    for own, others in ((published, subscribers), (subscribed, publishers)):
+        for topic, nodes in others:
+            elsewhere = sorted(set(nodes) - {rospy.get_name()})
+            if topic in own and elsewhere:
+                found.add((topic, ', '.join(elsewhere)))
+    return found
+
+
+def _silence(topic, nodes):
+    return (f'{topic}: {nodes} is known to the master, but there is no connection. This node says that it is reached '
+            f'at {rosgraph.network.get_host_name()} ({_source()}), its master is {rosgraph.get_master_uri()}. '
+            f'Check that {nodes} runs (rosnode ping; rosnode cleanup if not) and that ROS_IP is right on both sides. '
+            f'{_remedy(_master_host())}')
+
+
+def _master_host():
+    return rosgraph.network.parse_http_host_and_port(rosgraph.get_master_uri())[0]
+
+
+def _source():
+    """Return where the announced address comes from."""
+    for name in (rosgraph.ROS_HOSTNAME, rosgraph.ROS_IP):
+        if name in os.environ:
+            return name
+    return "this machine's host name"
+
+
+def _remedy(master):
+    """Return what to type: the address of this machine on the way to the master."""
+    unset = 'unset ROS_HOSTNAME; ' if rosgraph.ROS_HOSTNAME in os.environ else ''
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.connect((master, 9))  # sends nothing, but chooses the way
+            address = probe.getsockname()[0]
+    except OSError:
+        address = 'ADDRESS (hostname -I shows those of this machine)'
+    return f'Type: {unset}export ROS_IP={address}, and start it again.'

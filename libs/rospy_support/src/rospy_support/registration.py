@@ -1,0 +1,128 @@
+"""Keep a node known to the ROS master, also to one that was started anew.
+
+rospy registers a topic or service once. When roscore is stopped and started again, a node that lives on is
+invisible to it for ever; here it notices and registers everything it has again: parameters that it was given on its
+command line, topics, services.
+
+Whether a master knows the node is seen from ``~get_loggers``, a service that every node has and that only it
+registers. (Whether it knows the node's name says nothing: it learns that from a node that asks for a parameter.)
+"""
+import http.client
+import threading
+import xmlrpc.client
+
+import rosgraph
+import rospy
+
+from rospy_support import rospy_internals
+from rospy_support.master import TIMEOUT, Master, NoMaster
+
+PERIOD = 1.0  # [s] between two looks at the master
+SIGN = '~get_loggers'  # the service by which a node is seen to be registered
+TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
+
+_hooks = []  # to call after each registration anew
+
+
+def on_return(function):
+    """Let ``function()`` be called, in another thread, each time after the node was registered anew.
+
+    Where it raises one of TROUBLES all is done again.
+    """
+    _hooks.append(function)
+
+
+def keep_registered(parameters=(), period=PERIOD):
+    """Watch the master from a thread of its own, which is returned.
+
+    parameters: {absolute name: value}, set where a master that was started anew does not have them.
+    """
+    watch = _Watch(dict(parameters))
+    rospy.on_shutdown(watch.end)
+    thread = threading.Thread(target=watch.run, args=(period,), name='keep_registered', daemon=True)
+    thread.start()
+    return thread
+
+
+def values_of(calls):
+    """Make calls (method, argument, ...) of the master in as few requests as possible; return the list of their values.
+
+    Raises one of TROUBLES.
+    """
+    calls = list(calls)
+    answers = Master(TIMEOUT).request(calls)
+    for (method, *_), (code, text, _) in zip(calls, answers):
+        if code != 1:
+            raise rosgraph.MasterError(f'{method}: {text}')
+    return [value for _, _, value in answers]
+
+
+class _Watch:
+    """Looks at the master, and registers the node anew when it has to."""
+
+    def __init__(self, parameters):
+        self._parameters = parameters
+        self._ended = threading.Event()
+        self._registering = threading.Lock()
+        self._lost = False  # until all is registered
+        self._away = False  # said to be
+
+    def run(self, period):
+        """Look every ``period`` [s] until the node ends."""
+        while not self._ended.wait(period):
+            try:
+                self._look()
+            except Exception as error:  # one of TROUBLES, or what is no XML: whatever answers at the master's address
+                if not self._away and not self._ended.is_set():
+                    self._away = True
+                    rospy.logwarn('The ROS master does not answer: %s. Continuing without it; the node will register '
+                                  'again when it returns (roscore).', error)
+
+    def end(self):
+        """End looking; what is being registered is awaited after all other hooks of the shutdown."""
+        self._ended.set()
+        rospy.on_shutdown(self._await_registration)
+
+    def _await_registration(self):
+        if self._registering.acquire(timeout=TIMEOUT):
+            self._registering.release()
+
+    def _look(self):
+        self._lost = self._lost or not _known()
+        if self._lost:
+            with self._registering:
+                if self._ended.is_set() or rospy_internals.shutting_down():
+                    return
+                _register_all(self._parameters)
+            for hook in list(_hooks):
+                hook()
+            self._lost = False
+            rospy.logwarn('The ROS master was started anew: registered again with it.')
+        elif self._away:
+            rospy.logwarn('The ROS master answers again.')
+        self._away = False
+
+
+def _known():
+    """Return whether the master knows this node; end the node where the master knows another one of its name."""
+    sign = rospy.resolve_name(SIGN)
+    (code, _, uri), = Master(TIMEOUT).request([('lookupService', sign)])
+    if code == 1 and uri != dict(rospy_internals.services()).get(sign, uri):
+        rospy.logfatal('Another node of the name %s is registered with the ROS master: this one ends, as a ROS node '
+                       'does when a newer one takes its name.', rospy.get_name())
+        rospy.signal_shutdown('another node has its name')
+    return code == 1
+
+
+def _register_all(parameters):
+    there = values_of(('hasParam', name) for name in parameters)
+    values_of(('setParam', name, value) for (name, value), known in zip(parameters.items(), there) if not known)
+    uri, sign = rospy.get_node_uri(), rospy.resolve_name(SIGN)
+    subscribed = rospy_internals.subscriptions()
+    services = sorted(rospy_internals.services(), key=lambda service: service[0] == sign)  # the sign comes last
+    values = values_of([
+        *(('registerSubscriber', name, data_type, uri) for name, data_type in subscribed),
+        *(('registerPublisher', name, data_type, uri) for name, data_type in rospy_internals.publications()),
+        *(('registerService', name, service_uri, uri) for name, service_uri in services)])
+    for (name, _), publishers in zip(subscribed, values):
+        rospy_internals.new_publishers(name, publishers)

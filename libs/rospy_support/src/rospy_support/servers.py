@@ -1,0 +1,83 @@
+"""The servers of a node, such that one peer cannot keep the others out; for whoever calls rospy.init_node.
+
+rospy accepts connections and reads their headers in one thread, so that a peer that connects and sends nothing keeps
+everybody else out. Here a SocketWatch reads them (inbound.py).
+"""
+import collections
+import functools
+import resource
+import sys
+import threading
+import time
+
+import rospy
+
+from rospy_support import rospy_internals
+from rospy_support.inbound import SocketWatch
+from rospy_support.service_connection import SIZE_LIMIT
+from rospy_support.slave_server import SlaveServer
+from rospy_support.tcpros_server import HEADER_LIMIT, TcprosServer
+
+MANY_FILES = 65536  # file descriptors
+MOST_PUBLISHERS = 1000  # of a topic
+MOST_LINES, PERIOD = 5, 10.0  # log lines about peers in so many seconds
+REMINDER = 600.0  # [s] between two lines about file descriptors
+
+
+def allow_many_files():
+    """Raise the soft limit of open files: each connection takes one, and 1024 is a usual limit."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
+@functools.lru_cache(maxsize=None)
+def protect():
+    """Let a SocketWatch read what comes to this process's servers, and allow it many; to be called before init_node.
+
+    With a rospy that does not fit, a node has rospy's own servers, and warns.
+    """
+    allow_many_files()
+    unfit = rospy_internals.misfits()
+    if unfit:
+        print(f'This rospy ({rospy_internals.version()}) differs from those that rospy_support knows, so that idle '
+              f'connections can keep others out of this node: {"; ".join(unfit)}', file=sys.stderr)
+        return
+    report = Report()
+    watch = SocketWatch(report)
+
+    def start(listening, topic_handler):
+        watch.listen(listening, TcprosServer(watch, topic_handler).accepted)
+    rospy_internals.replace_tcpros_server(start, watch.close)
+    rospy_internals.replace_slave_server(functools.partial(SlaveServer, watch))
+    rospy_internals.limit_publishers(MOST_PUBLISHERS)
+    rospy_internals.limit_lengths(HEADER_LIMIT, SIZE_LIMIT, functools.partial(report, 'refused'))
+
+
+class Report:
+    """Logs warnings about peers, at most MOST_LINES of a kind in PERIOD; what is left out is counted.
+
+    Each is logged from a thread of its own: logging asks the master for a parameter, and a terminal may stand still.
+    """
+
+    def __init__(self, monotonic=time.monotonic, log=rospy.logwarn):
+        self._monotonic, self._log, self._lock = monotonic, log, threading.Lock()
+        self._said = collections.defaultdict(collections.deque)  # kind: when [s, monotonic]
+        self._left_out = collections.Counter()
+
+    def __call__(self, kind, text):
+        """Log a text; ``kind`` 'descriptors' is logged once in REMINDER."""
+        most, period = (1, REMINDER) if kind == 'descriptors' else (MOST_LINES, PERIOD)
+        with self._lock:
+            now, said = self._monotonic(), self._said[kind]
+            while said and said[0] <= now - period:
+                said.popleft()
+            if len(said) >= most:
+                self._left_out[kind] += 1
+                return
+            said.append(now)
+            left_out = self._left_out.pop(kind, 0)
+        if left_out and kind != 'descriptors':
+            text += f' ({left_out} more lines of this kind were left out.)'
+        threading.Thread(target=self._log, args=('%s', text), daemon=True).start()

@@ -1,0 +1,57 @@
+"""Threads and timers that no error ends: it is logged, and they go on.
+
+A thread that ends by an error does so unnoticed: the node looks healthy and no longer does its work.
+"""
+import functools
+import threading
+import time
+import traceback
+
+import rospy
+
+from rospy_support import rospy_internals
+
+PAUSE = 1.0  # [s] of wall time after an error, before a loop is begun anew
+REMINDER = 10.0  # [s] of wall time between two reports of the same error
+
+
+def keep_running(name, loop):
+    """Call ``loop()`` in a daemon thread of this name, which is returned; again after an error, until it returns."""
+    returned = guarded(lambda: loop() or True)
+
+    def run():
+        while not returned():
+            if rospy_internals.shutting_down():
+                return
+            time.sleep(PAUSE)
+    thread = threading.Thread(target=run, name=name, daemon=True)
+    thread.start()
+    return thread
+
+
+def call_every(period, function):
+    """Call ``function(event)`` every ``period`` [s] of ROS time, as rospy.Timer does, also after errors and jumps."""
+    return rospy.Timer(rospy.Duration.from_sec(period), guarded(function), reset=True)
+
+
+def guarded(function):
+    """Return a function that does the same and logs errors instead of raising them; it returns None then.
+
+    Errors of a node that shuts down are none: rospy takes topics and services apart meanwhile.
+    """
+    said = {}  # text of an error: when it may be said again [s, monotonic]
+
+    @functools.wraps(function)
+    def call(*arguments):
+        try:
+            return function(*arguments)
+        except Exception as error:
+            if not rospy_internals.shutting_down():
+                text = f'{type(error).__name__}: {error}'
+                now = time.monotonic()
+                if now >= said.get(text, now):
+                    said.clear()
+                    said[text] = now + REMINDER
+                    rospy.logerr('An error in this node, which goes on; please report it:\n%s', traceback.format_exc())
+            return None
+    return call

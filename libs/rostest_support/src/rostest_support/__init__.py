@@ -1,0 +1,1 @@
+"""What the rostests, the bench and the stress campaign share."""

@@ -1,0 +1,276 @@
+"""A simulator's time: in step with the wall clock, N times as fast, as fast as it goes, or by hand; and /clock.
+
+For a simulator's author::
+
+    def main():
+        init_simulator('my_simulator')       # instead of rospy.init_node
+        clock = SimulatorClock(STEP)         # [s]; reads the parameters below, offers the services
+        clock.services.add(...)              # services that change the world: answered at the start of the next step
+        ...                                  # topics
+        clock.run(step)                      # calls step() until shutdown
+
+``step()`` lets STEP pass in the simulated world and publishes what is new; stamps are ``rospy.Time.now()``, which
+within step() is the time at its end wherever /clock is published (wall time elsewhere). /clock follows when step()
+returns, so that whoever waits for a time finds everything published that belongs to it. Nothing in a simulator may
+wait for simulated time in the thread that calls ``run``. Random numbers come from ``seeded_random()``.
+
+Private parameters: ``~rate``, ``~clock``, ``~paused``, ``~lockstep``, ``~lockstep_wait``; services ``~pause``,
+``~resume`` (std_srvs/Trigger), ``~step`` (sim_ros/Step); topic ``~clock_status`` (sim_ros/ClockStatus,
+latched).
+
+Lockstep (see kinematic_core.timing.idle_threads): no step begins before every node of this machine that follows /clock
+has as long as it waits in ROS time and not in wall time (time.sleep, rospy.wait_for_message polling).
+
+/use_sim_time: a simulator that publishes /clock sets it to true where nobody has set it, and takes it back when it
+ends; nodes that started before keep wall time. A launch file should set it first.
+
+Threading contract: ``run`` is called in one thread; the services come in rospy's.
+"""
+import math
+import random
+import time
+
+import rosgraph
+import rospy
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger, TriggerResponse
+
+from kinematic_core.timing.pacing import Pacer
+from rospy_support import nodes, parameters, registration, rospy_internals
+from rospy_support.rospy_internals import frame
+from rospy_support.topics import LatestPublisher, Publisher
+from sim_ros import subscriber_backlog
+from sim_ros.frame_services import PATIENCE, FrameServices
+from sim_ros.lockstep import Lockstep
+from sim_ros.msg import ClockStatus
+from sim_ros.srv import Step, StepResponse
+
+SLOWEST, FASTEST = 0.01, 1000.0  # simulated seconds a second that ~rate may ask for
+MOST_STEPS = 1_000_000  # of one call of ~step
+ENOUGH = 0.9  # share of the pace that was asked for, below which a warning says so
+STATUS_PERIOD = 1.0  # [s] of wall time
+LONGEST_LAG = 0.2  # [s] of simulated time that a node may be behind /clock without lockstep, before it is said
+LAG_PERIOD = 0.1  # [s] of wall time between two looks for that
+CLOCK_SIZE = len(frame(Clock()))  # [bytes]
+WARNING_PERIOD = 10.0  # [s] of wall time between two warnings of one kind
+ANSWER_POLL = 0.5  # [s] between two looks whether an answer can still be waited for
+USE_SIM_TIME = '/use_sim_time'
+
+
+def init_simulator(name):
+    """Initialise rospy for a simulator: the source of /clock must not wait for it. Call SimulatorClock next."""
+    nodes.init_node(name, disable_rostime=True)
+
+
+def seeded_random():
+    """Return a random.Random of the parameter ``~seed``; the same seed gives the same numbers."""
+    return random.Random(parameters.integer('~seed', 0, 0))
+
+
+class SimulatorClock:
+    """Paces a simulator's steps and publishes their time."""
+
+    def __init__(self, step):
+        """Read the parameters, register services and topics; ``step`` [s] is the simulated time of one step."""
+        rate = parameters.number('~rate', 1.0, SLOWEST, FASTEST, infinite='max')
+        self._publishes = parameters.boolean('~clock', rate != 1.0)
+        lockstep = parameters.boolean('~lockstep', self._publishes and rate == math.inf)
+        self._patience = parameters.number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s')
+        if lockstep and not self._publishes:
+            raise parameters.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
+                                        'nobody follows the steps; set ~clock to true as well')
+        self._pacer = Pacer(step, rate, bounded=self._publishes and rate > 1.0,
+                            paused=parameters.boolean('~paused', False))
+        self._sets_sim_time = False
+        self._lockstep = None
+        self._behind, self._late, self._lag_due = '', 0, 0.0  # nodes that were, in how many looks, and the next look
+        self._status = Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
+        self._status_due, self._reported = 0.0, None
+        self._measured = time.monotonic(), 0  # wall time and steps at the last status
+        self._warned = {}  # kind of warning: when [s, monotonic]
+        if self._publishes:
+            self._clock = LatestPublisher('/clock', Clock)
+            self._lead()
+            if lockstep:
+                self._lockstep = Lockstep(self._clock, self._patience, step)
+        else:
+            self._follow()
+        self.services = FrameServices(self._call_came, by_name=self._lockstep is not None)
+        rospy.Service('~pause', Trigger, self._pause)
+        rospy.Service('~resume', Trigger, self._resume)
+        rospy.Service('~step', Step, self._step_by_hand)
+        rospy.on_shutdown(self._pacer.close)
+        registration.on_return(self._restore)
+
+    def run(self, step):
+        """Call ``step()`` when it is due, until shutdown."""
+        self._report()
+        while not rospy.is_shutdown():
+            given_up = self._pacer.wait()
+            if given_up is None:
+                self._rest()
+                continue
+            if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
+                time.sleep(self._pacer.step)  # nobody follows yet: years would pass before a node has started
+            if given_up and not self._lockstep:
+                rospy.logwarn('The simulator stood still for %.1f s (a suspended machine?); it goes on from here.',
+                              given_up)
+            if self._lockstep:
+                self._wait_for_nodes()
+            if self._publishes:
+                now = self._set_time()
+                self._answer()
+                step()
+                if self._lockstep:  # else chance would say which a node takes first, these messages or /clock
+                    self._wait_for_nodes()
+                self._clock.publish(now)
+                if not self._lockstep:
+                    self._look_who_is_behind()
+                self._report()
+            else:
+                self._answer()
+                step()
+
+    def _restore(self):
+        """Set anew what a master that was started anew does not know."""
+        if self._lockstep:
+            self._lockstep.watch_master()
+        if self._sets_sim_time and not rospy.has_param(USE_SIM_TIME):
+            rospy.set_param(USE_SIM_TIME, True)
+
+    def _set_time(self):
+        """Let this process's rospy know the time, without the way through the topic; return it."""
+        now = rospy.Time(*divmod(self._pacer.nanoseconds, 1_000_000_000))
+        rospy_internals.set_time(now)
+        return now
+
+    def _clock_wanted(self):
+        return not self._publishes or self._clock.wanted()
+
+    def _rest(self):
+        """There is no step to make: say so, and to late-comers what time it is."""
+        if self._pacer.paused:
+            self.services.answer()
+        if self._publishes:
+            self._clock.publish(self._set_time())
+        self._report()
+
+    def _call_came(self):
+        """Let a pause be interrupted: calls are answered at once in it."""
+        if self._pacer.paused:
+            self._pacer.wake()
+
+    def _answer(self):
+        """Answer calls at the start of a step; in lockstep no call may be late, which chance would decide."""
+        self.services.answer(max(PATIENCE, self._patience) if self._lockstep else PATIENCE)
+
+    def _wait_for_nodes(self):
+        if not self._lockstep.wait():
+            self._warn('late', 'Lockstep: a step began after %g s although this was still busy: %s. The result may '
+                       'depend on the machine; ~clock_status counts such steps.',
+                       self._patience, self._lockstep.restless)
+
+    def _look_who_is_behind(self):
+        """Count and name nodes that have not read /clock for too long."""
+        now = time.monotonic()
+        if now < self._lag_due:
+            return
+        self._lag_due = now + LAG_PERIOD
+        most = LONGEST_LAG / self._pacer.step
+        unread = subscriber_backlog.unread(self._clock, CLOCK_SIZE)
+        behind = {node: number for node, number in unread.items() if number > most}
+        if behind:
+            self._late, self._behind = self._late + 1, ', '.join(sorted(behind))
+            self._warn('behind', '%s cannot follow: %.1f s of simulated time behind /clock. The result may depend on '
+                       'the machine; _lockstep:=true waits for nodes, ~clock_status counts this in late_steps.',
+                       self._behind, max(behind.values()) * self._pacer.step)
+
+    def _warn(self, kind, text, *values):
+        """Log a warning, each kind at most once in WARNING_PERIOD of wall time; rospy's throttle counts ROS time."""
+        now = time.monotonic()
+        if now >= self._warned.get(kind, -math.inf) + WARNING_PERIOD:
+            self._warned[kind] = now
+            rospy.logwarn(text, *values)
+
+    def _report(self):
+        """Publish the status when something has changed, or when it is due."""
+        now, pacer = time.monotonic(), self._pacer
+        late, busy = (self._lockstep.late, self._lockstep.restless) if self._lockstep else (self._late, self._behind)
+        changed = (pacer.paused, late > 0) != self._reported
+        if not changed and (not self._publishes or now < self._status_due):
+            return
+        since, steps = self._measured
+        pace = (pacer.steps - steps) * pacer.step / max(now - since, 1e-9)
+        whole = not changed and now - since >= STATUS_PERIOD  # nothing but time has passed
+        if whole and not pacer.paused and not self._lockstep and pace < ENOUGH * pacer.rate < math.inf:
+            self._warn('slow', 'Time passes %.1f times as fast as the wall clock, ~rate asks for %g; nodes that follow '
+                       '/clock notice nothing of that.', pace, pacer.rate)
+        self._measured, self._status_due = (now, pacer.steps), now + STATUS_PERIOD
+        self._reported = pacer.paused, late > 0
+        self._status.publish(pacer.steps, pacer.nanoseconds / 1e9, pacer.rate, pace, pacer.paused,
+                             self._lockstep is not None, late, busy)
+
+    def _lead(self):
+        """Make sure that nodes follow /clock, as Gazebo does, and that there is one /clock."""
+        others = _other_clocks()
+        if others:
+            rospy.logwarn('%s publishes /clock as well: time will jump. Start this node with _clock:=false.',
+                          ', '.join(others))
+        if not rospy.has_param(USE_SIM_TIME):
+            rospy.set_param(USE_SIM_TIME, True)
+            self._sets_sim_time = True
+            rospy.on_shutdown(self._stop_leading)
+            rospy.loginfo('Set %s to true: nodes that start from now on follow /clock.', USE_SIM_TIME)
+        elif not rospy.get_param(USE_SIM_TIME):
+            rospy.logwarn('%s is false: nodes keep wall time, although this simulator publishes /clock. Type: '
+                          'rosparam set %s true, before the other nodes start.', USE_SIM_TIME, USE_SIM_TIME)
+
+    def _follow(self):
+        """Do what disable_rostime left out: somebody else may publish /clock."""
+        if not rospy_internals.follow_time():
+            raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
+        if rospy.get_param(USE_SIM_TIME, False) and not _other_clocks():
+            rospy.logwarn('%s is true, but nobody publishes /clock: nodes wait for it for ever. Start this simulator '
+                          'with _clock:=true, or type: rosparam set %s false', USE_SIM_TIME, USE_SIM_TIME)
+
+    def _stop_leading(self):
+        """Take back what would let every later node wait for ever for a /clock that is gone."""
+        try:
+            rospy.delete_param(USE_SIM_TIME)
+        except (OSError, KeyError, rosgraph.MasterException):
+            pass
+
+    def _pause(self, _):
+        request = self._pacer.pause()
+        self._wait_until_made(request)
+        if not request.made:
+            return TriggerResponse(False, f'the simulator was resumed meanwhile: {self._time_after(self._pacer.steps)}')
+        return TriggerResponse(True, self._time_after(request.last))
+
+    def _resume(self, _):
+        return TriggerResponse(True, self._time_after(self._pacer.resume()))
+
+    def _step_by_hand(self, message):
+        if message.steps > MOST_STEPS:
+            raise rospy.ServiceException(f'steps is {message.steps}; allowed is 0 to {MOST_STEPS}')
+        request = self._pacer.request(message.steps)
+        self._wait_until_made(request)
+        if not request.made:
+            raise rospy.ServiceException('the simulator was resumed meanwhile')
+        return StepResponse(request.last, self._pacer.nanoseconds_after(request.last) / 1e9)
+
+    def _wait_until_made(self, request):
+        """Wait until steps by hand are made, or given up because of a resume."""
+        while not request.wait(ANSWER_POLL) and not rospy.is_shutdown():
+            pass
+        if not request.made and rospy.is_shutdown():
+            raise rospy.ServiceException('the simulator ends')
+
+    def _time_after(self, steps):
+        return f'{steps} steps made, the simulated time is {self._pacer.nanoseconds_after(steps) / 1e9:.9g} s'
+
+
+def _other_clocks():
+    """Return the names of the other nodes that publish /clock."""
+    published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+    return [node for topic, nodes in published if topic == '/clock' for node in nodes if node != rospy.get_name()]

@@ -1,0 +1,156 @@
+"""Services that are answered between two steps of a simulator, as a node does that handles all in its frame.
+
+A call is queued when it comes. The thread that steps takes all calls that are queued, at the start of each step, and
+answers them in the order in which they came; the answers leave before anything that the step publishes. So calls of
+one client, one after the other, take a step each, and those of several clients share one.
+
+What has to ask the master does not hold up the steps: its handler is a generator that yields functions; each is called
+on another thread, and its result (or exception) is what the yield gives. The step waits for it for a moment, in which
+it is nearly always done, so that order and time are those of one thread; else the call, and later ones that ask the
+master as well, go on in the next steps, which do not wait for it again.
+
+Threading contract: ``put`` may be called from any thread, ``answer`` from the one that steps; handlers run there.
+"""
+import inspect
+import math
+import queue
+import threading
+import time
+
+import rospy
+
+from rospy_support.rospy_internals import QueuedService, caller
+
+PATIENCE = 0.04  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
+
+
+class FrameServices:
+    """The services of one simulator."""
+
+    def __init__(self, on_call=lambda: None, by_name=False):
+        """``on_call()`` is called when there is something to answer, in any thread.
+
+        ``by_name``: calls of one step are answered in the order of callers and services, not in that of coming,
+        which chance decides where several nodes call.
+        """
+        self._on_call, self._by_name = on_call, by_name
+        self._lock = threading.Lock()
+        self._queued = []  # (ServiceCall, its handler) since the last step
+        self._begun = []  # _Answers that wait for the master, and those that wait for them
+        self._worker = _Worker(on_call)
+
+    def add(self, name, service_class, handler):
+        """Register a service and return it; ``handler(request)`` returns the response or is a generator that does."""
+        return QueuedService(name, service_class, lambda call: self.put(call, handler))
+
+    def put(self, call, handler):
+        """Queue a ServiceCall."""
+        with self._lock:
+            self._queued.append((call, handler))
+        self._on_call()
+
+    def answer(self, patience=PATIENCE):
+        """Answer what was queued before now; wait for the master ``patience`` [s of wall time] at most.
+
+        Steps do not wait again for what took longer.
+        """
+        if not self._queued and not self._begun:
+            return
+        with self._lock:
+            queued, self._queued = self._queued, []
+        if self._by_name:
+            queued.sort(key=lambda each: (caller(each[0].request), each[0].service.resolved_name))
+        answers = self._begun + [_Answer(call, handler, self._worker) for call, handler in queued]
+        self._begun = []
+        end = time.monotonic() + patience
+        for answer in answers:
+            if (self._begun and answer.asks_master) or not answer.proceed(-math.inf if answer.late else end):
+                self._begun.append(answer)
+
+
+class _Answer:
+    """What is to be done for a call."""
+
+    def __init__(self, call, handler, worker):
+        self.asks_master = inspect.isgeneratorfunction(handler)
+        self._call, self._handler, self._worker = call, handler, worker
+        self._steps = self._job = None
+
+    @property
+    def late(self):
+        """Return whether a step has waited for it already."""
+        return self._steps is not None
+
+    def proceed(self, end):
+        """Go on; return whether the call is answered, or False when it waits at ``end`` [s, monotonic]."""
+        try:
+            self._call.answer(self._run(end) if self.asks_master else self._handler(self._call.request))
+        except _Unfinished:
+            return False
+        except rospy.ServiceException as failure:
+            self._call.fail(f'service cannot process request: {failure}')  # rospy's words
+        except Exception as error:  # as rospy does: a fault in one handler ends one call, not the node
+            rospy.logerr('Error processing request: %s', error, exc_info=True)
+            self._call.fail(f'error processing request: {error}')
+        return True
+
+    def _run(self, end):
+        try:
+            if self._steps is None:
+                self._steps = self._handler(self._call.request)
+                self._job = self._worker.start(next(self._steps))
+            while True:
+                if not self._job.done.wait(max(0.0, end - time.monotonic())):
+                    raise _Unfinished
+                self._job = self._worker.start(self._job.give(self._steps))
+        except StopIteration as result:
+            return result.value
+
+
+class _Unfinished(Exception):
+    """A call waits for the master."""
+
+
+class _Job:
+    """A function that is called on another thread."""
+
+    def __init__(self, function):
+        self.done = threading.Event()
+        self._function = function
+        self._result = self._error = None
+
+    def run(self):
+        """Call it; ``done`` is set afterwards."""
+        try:
+            self._result = self._function()
+        except Exception as error:  # the generator gets it
+            self._error = error
+        self.done.set()
+
+    def give(self, steps):
+        """Let a generator go on with the result; return what it yields next."""
+        return steps.send(self._result) if self._error is None else steps.throw(self._error)
+
+
+class _Worker:
+    """The thread that waits for the master."""
+
+    def __init__(self, on_done):
+        self._on_done = on_done
+        self._jobs = queue.SimpleQueue()
+        self._thread = None
+
+    def start(self, function):
+        """Queue a function; return its _Job."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._work, name='frame_services', daemon=True)
+            self._thread.start()
+        job = _Job(function)
+        self._jobs.put(job)
+        return job
+
+    def _work(self):
+        while True:
+            job = self._jobs.get()
+            job.run()
+            self._on_done()

@@ -1,0 +1,1 @@
+"""The whole course, played and measured."""

@@ -1,0 +1,142 @@
+"""What ``./run demo`` shows: the course from begin to end, measured, in about two minutes."""
+import argparse
+import contextlib
+import os
+import signal
+import sys
+import time
+
+import rospy
+
+from turtle_robotont.demo import course, course_markers
+from turtle_robotont.demo.harness import Stage, StageError
+
+STEPS = (*course.STEPS, *course_markers.STEPS)
+TIME_LIMIT = 300  # [s] for everything but ending the processes
+TROUBLES = (StageError, rospy.ROSException, rospy.ServiceException)
+GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'
+
+
+class OutOfTimeError(Exception):
+    """The demo takes longer than TIME_LIMIT."""
+
+
+class Report:
+    """Prints what happens for a person to read; in colour on a terminal, without check marks where it has none."""
+
+    def __init__(self, out):
+        self._out = out
+        self._coloured = out.isatty() and 'NO_COLOR' not in os.environ
+        try:
+            '✓✗'.encode(out.encoding or 'ascii')
+            self._marks = {True: '✓', False: '✗'}
+        except UnicodeEncodeError:
+            self._marks = {True: 'ok', False: 'FAILED'}
+
+    def line(self, text=''):
+        """Print a line."""
+        print(text, file=self._out, flush=True)
+
+    def verdict(self, good, text, indent=6):
+        """Print a line with a check mark or a cross."""
+        colour, plain = (GREEN if good else RED, PLAIN) if self._coloured else ('', '')
+        self.line(f'{" " * indent}{colour}{self._marks[good]}{plain} {text}')
+
+    def step(self, number, step):
+        """Print what is about to be played."""
+        self.line(f'\n{number:3d}. {step.title}: {step.asked}')
+        self.line(f'      $ {step.typed}')
+
+    def outcome(self, checks, pose, pictures):
+        """Print what was measured."""
+        for check in checks:
+            self.verdict(check.good, check.text)
+        if pose is not None:
+            self.line(f'      The turtle is at x {pose.x:.3f} m, y {pose.y:.3f} m, heading {pose.theta:.3f} rad')
+        for picture in pictures:
+            self.line(f'      Picture: {os.path.relpath(picture)}' if picture else
+                      '      No picture: this turtlesim has no ~snapshot service')
+
+
+def play(step, number, stage, report):
+    """Play one step and report on it; return whether all of it is as it should be."""
+    report.step(number, step)
+    checks, pictures = [], []
+    name = f'{number}_{step.title.lower().replace(" ", "_")}'
+    try:
+        if step.turtle:
+            stage.reset()
+        checks += step.play(stage)
+    except TROUBLES as error:
+        checks.append(course.Check(str(error), False))
+    try:
+        pictures = [stage.picture(name)] if step.turtle else stage.kept(name)
+    except TROUBLES as error:
+        checks.append(course.Check(f'no picture: {error}', False))
+    stage.end_nodes()
+    track = stage.seen.track if step.turtle else []
+    report.outcome(checks, track[-1] if track else None, pictures)
+    return all(check.good for check in checks)
+
+
+def play_all(steps, output, report):
+    """Play the steps; return the titles of those that failed, or did not come to an end."""
+    todo = [step.title for step in steps]
+    failed = []
+    stage = Stage(output)
+    try:
+        with _time_limit(TIME_LIMIT):
+            stage.open()
+            for number, step in enumerate(steps, 1):
+                if not play(step, number, stage, report):
+                    failed.append(step.title)
+                todo.remove(step.title)
+    except OutOfTimeError:
+        report.verdict(False, f'Out of time: the demo may take {TIME_LIMIT} s. Either a node hangs, or the machine is '
+                              'too busy')
+    except (StageError, OSError) as error:
+        report.verdict(False, str(error))
+    finally:
+        stage.close()
+    return failed + todo
+
+
+def main():
+    """Play all steps, or those whose title contains a given word; exit 0 only if each was measured to be right."""
+    parser = argparse.ArgumentParser(prog='./run demo', description=__doc__)
+    parser.add_argument('--output', default='output', metavar='DIR', help='folder for pictures and logs (output)')
+    parser.add_argument('words', nargs='*', metavar='WORD', help='play only the steps with this word in their title')
+    arguments = parser.parse_args(rospy.myargv()[1:])
+    steps = [step for step in STEPS
+             if not arguments.words or any(word.lower() in step.title.lower() for word in arguments.words)]
+    if not steps:
+        parser.error('no step has such a title; there are: ' + ', '.join(step.title for step in STEPS))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    report, began, output = Report(sys.stdout), time.monotonic(), os.path.abspath(arguments.output)
+    report.line('The course, without a display: every step is played by the nodes of this package and judged by what\n'
+                'the turtle or the robot did.')
+    try:
+        failed = play_all(steps, output, report)
+    except KeyboardInterrupt:
+        report.line('\nInterrupted; everything that was started has been ended.')
+        sys.exit(130)
+    report.line()
+    report.verdict(not failed, f'{len(steps) - len(failed)} of {len(steps)} steps did what the course asks, in '
+                               f'{time.monotonic() - began:.0f} s', indent=0)
+    if failed:
+        report.line(f'  Failed: {", ".join(failed)}. What the nodes said: {os.path.relpath(output)}/log')
+    else:
+        report.line(f'  Pictures: {os.path.relpath(output)}')
+    sys.exit(1 if failed else 0)
+
+
+@contextlib.contextmanager
+def _time_limit(seconds):
+    def ring(*_):
+        raise OutOfTimeError
+    signal.signal(signal.SIGALRM, ring)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)

@@ -1,0 +1,204 @@
+"""The demo's steps of the robot part: markers in a picture sequence, and a robot that finds its way by markers.
+
+Each is judged by what is true: by the sequence's frames.json, and by where the simulator says that the robot is.
+
+Threads: rospy calls the recorders' callbacks in threads of its own; they only append.
+"""
+import contextlib
+import json
+import math
+import os
+import re
+import statistics
+import time
+import zlib
+
+import cv2
+import numpy as np
+import rospy
+from ar_track_alvar_msgs.msg import AlvarMarkers
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+
+from rospy_support import images
+from turtle_robotont.demo.course import Check, Step, at_most, near
+from turtle_robotont.demo.harness import REST_TIMEOUT, StageError
+from turtle_robotont.driving import track_metrics
+from turtle_robotont.driving.shapes import Point
+from turtle_robotont.markers.marker_sequence import FRAMES, MARKERS
+from turtle_robotont.nodes.robot_driver import pose_of
+
+START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first time the sequence is rendered before
+POSITION_ERROR = 0.01  # of the distance, of the median marker; the camera has distortion
+SHEET = (3, 2)  # pictures side by side and below each other
+MAZE_RATE = 2.0  # simulated seconds a second of wall time
+MAZE_TIME = 80.0  # [s] of the robot's time that the maze may take; how long that is depends on the machine
+POSE_RATE = 30.0  # [Hz] of the robot's time at which the simulator says where the robot is
+NEAR_MARKER = 1.25  # [m] of the robot's middle; the camera, 0.1 m further back, goes up to 1 m
+PICTURES_WAIT = 3.0  # [s] for a picture
+
+
+class Recorder:
+    """The messages of a topic, each as ``convert`` makes it."""
+
+    def __init__(self, topic, message_type, convert):
+        self.entries = []
+        self._subscriber = rospy.Subscriber(topic, message_type, lambda message: self.entries.append(convert(message)),
+                                            tcp_nodelay=True)
+
+    def end(self):
+        """Take no more."""
+        self._subscriber.unregister()
+
+
+def ar_markers(stage):
+    node = stage.start('roslaunch', 'turtle_robotont', 'ar_control.launch')
+    pictures = Recorder('usb_cam/image_raw', Image, lambda image: (image.header.stamp, zlib.crc32(image.data)))
+    messages = Recorder('ar_pose_marker', AlvarMarkers, lambda message: message)
+    views = Recorder('ar_track_alvar/debug_image', Image, images.bgr)
+    stage.until(lambda: messages.entries and pictures.entries, 'no markers come', START_TIMEOUT, node)
+    stage.until(lambda: len(pictures.entries) > FRAMES, 'the sequence has not been shown once', START_TIMEOUT, node)
+    for recorder in (pictures, messages, views):
+        recorder.end()
+    stage.keep(sheet(views.entries))
+    folder = rospy.get_param('usb_cam/video_device')
+    seen = compared(messages.entries, dict(pictures.entries), truth_of(folder))
+    printed = set(map(int, re.findall(r'Detected marker with ID (\d+) ', node.output())))
+    return [Check(f'printed the markers {sorted(printed)} (asked {list(MARKERS)})', printed == set(MARKERS)),
+            *sequence_checks(**seen)]
+
+
+def truth_of(folder):
+    """Return {checksum of a picture as it is published: the entry of frames.json}."""
+    with open(os.path.join(folder, 'frames.json'), encoding='utf-8') as file:
+        frames = json.load(file)['frames']
+    pictures = (cv2.imread(os.path.join(folder, frame['file'])) for frame in frames)
+    return {zlib.crc32(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB).tobytes()): frame
+            for picture, frame in zip(pictures, frames)}
+
+
+def compared(messages, pictures, truth):
+    """Return what the tracker's messages say right and wrong: counts, and errors in parts of the distance.
+
+    ``pictures``: {stamp: checksum}; ``truth``: {checksum: frame}.
+    """
+    asked = found = phantoms = shown = 0
+    errors = []
+    for message in messages:
+        frame = truth.get(pictures.get(message.header.stamp))
+        if frame is None:
+            continue
+        shown += 1
+        there = {marker['id']: marker for marker in frame['markers']}
+        got = {marker.id: marker.pose.pose.position for marker in message.markers}
+        phantoms += len(set(got) - set(there))
+        plain = {marker_id for marker_id, marker in there.items() if not marker['ignore']}
+        asked, found = asked + len(plain), found + len(plain & set(got))
+        errors += [math.dist((got[one].x, got[one].y, got[one].z), there[one]['position']) / there[one]['distance_m']
+                   for one in plain & set(got)]
+    return {'shown': shown, 'asked': asked, 'found': found, 'phantoms': phantoms, 'errors': errors}
+
+
+def sequence_checks(shown, asked, found, phantoms, errors):
+    """Return the Checks of what ``compared`` returned."""
+    return [Check(f'{shown} pictures with known markers answered', shown > FRAMES / 4),
+            Check(f'{found} of {asked} markers found (asked 98 %)', asked > 0 and found >= 0.98 * asked),
+            Check(f'{phantoms} markers that are not there, the covered one included (asked 0)', phantoms == 0),
+            at_most('position off by', 100.0 * statistics.median(errors or [math.inf]), 100.0 * POSITION_ERROR,
+                    '% of the distance')]
+
+
+def maze(stage):
+    plan, track, took, said = run_maze(stage)
+    stage.keep(map_of(plan, track))
+    panels = [Point(panel.x, panel.y) for panel in sorted(plan.panels, key=lambda panel: panel.marker_id)]
+    return [near('the robot began at x =', track[0].x, -2.0, 0.01, 'm'),
+            Check(f'it says: {said}', said.startswith('Visited the markers')),
+            at_most(f'{len(panels)} markers passed in their order, the furthest off by',
+                    max(track_metrics.corner_misses(track[::3], panels)), NEAR_MARKER, 'm'),
+            Check(f'drove {track_metrics.path_length(track):.1f} m and stands', track_metrics.stands_still(track)),
+            at_most('in', took, MAZE_TIME, "s of the robot's time")]
+
+
+def run_maze(stage):
+    """Let the robot find its way; return (FloorPlan, true poses, the robot's time [s], the node's last words)."""
+    simulator = stage.start('roslaunch', 'robotont_gazebo', 'world_minimaze_ar.launch', f'rate:={MAZE_RATE:g}')
+    world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
+    poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
+    try:
+        stage.until(lambda: world.entries and poses.entries, 'the robot is not there', START_TIMEOUT, simulator)
+        before = len(poses.entries)
+        node = stage.start('roslaunch', 'turtle_robotont', 'ar_maze.launch', 'sim:=false')
+        views = watch_maze(node)
+        took = (len(poses.entries) - before) / POSE_RATE
+        with contextlib.suppress(StageError):
+            stage.until(lambda: track_metrics.stands_still(poses.entries), 'the robot moves', REST_TIMEOUT)
+    finally:
+        poses.end()
+        world.end()
+        stage.end_nodes()
+        rospy.set_param('use_sim_time', False)
+    if views:
+        stage.keep(sheet(views))
+    said = re.findall(r'(?:Visited the markers|FATAL).*', node.output())
+    return world_plan(world.entries[-1]), list(poses.entries), took, said[0] if said else node.last_line()
+
+
+def watch_maze(node):
+    """Wait for the maze's end; return what the tracker sees each time that the robot approaches a marker."""
+    views, looked = [], set()
+    while not node.ended() and not re.search(r'Visited the markers|FATAL', node.output()):
+        for marker in set(re.findall(r'Approaching marker (\d+)', node.output())) - looked:
+            looked.add(marker)
+            views.append(_next_view())
+        time.sleep(0.05)
+    return [view for view in views if view is not None]
+
+
+def _next_view():
+    try:
+        return images.bgr(rospy.wait_for_message('ar_track_alvar/debug_image', Image, PICTURES_WAIT))
+    except rospy.ROSException:
+        return None
+
+
+def world_plan(text):
+    """Return the FloorPlan that the simulator publishes; StageError where the simulator is another one."""
+    try:
+        from robotont_gazebo.core import worlds
+    except ImportError:
+        raise StageError('this robotont_gazebo has no worlds of the stand-in') from None
+    return worlds.parse_json(text)
+
+
+def map_of(plan, track):
+    """Return the map with the path of the robot, BGR."""
+    from robotont_gazebo.core import overhead
+    last = track[-1]
+    path = overhead.Path([(pose.x, pose.y) for pose in track], label='the path of the robot')
+    return cv2.cvtColor(overhead.draw_map(plan, [path], [(last.x, last.y, last.theta)], 'AR maze'), cv2.COLOR_RGB2BGR)
+
+
+def sheet(pictures):
+    """Return up to six of the pictures, spread over the time, side by side and below each other."""
+    across, down = SHEET
+    if not pictures:
+        raise StageError('the tracker sent no picture')
+    chosen = [pictures[number * len(pictures) // min(len(pictures), across * down)]
+              for number in range(min(len(pictures), across * down))]
+    height, width = chosen[0].shape[:2]
+    scale = min(1.0, 640.0 / width)
+    size = round(width * scale), round(height * scale)
+    small = [cv2.resize(picture, size, interpolation=cv2.INTER_AREA) for picture in chosen]
+    small += [np.full_like(small[0], 255)] * (-len(small) % across)
+    return np.vstack([np.hstack(small[begin:begin + across]) for begin in range(0, len(small), across)])
+
+
+STEPS = (
+    Step('AR markers', 'Print the ids and positions of the AR markers that a camera sees',
+         'roslaunch turtle_robotont ar_control.launch', ar_markers, turtle=False),
+    Step('AR maze', 'Find the markers 1 to 5 of the minimaze by camera and tracker alone',
+         f'roslaunch robotont_gazebo world_minimaze_ar.launch rate:={MAZE_RATE:g}; '
+         'roslaunch turtle_robotont ar_maze.launch sim:=false', maze, turtle=False),
+)

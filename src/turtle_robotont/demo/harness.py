@@ -1,0 +1,245 @@
+"""Where the demo plays: a master and a simulator of its own, the nodes of a step, and an observer of the turtle.
+
+Threads: rospy calls the observer's callbacks in threads of its own, one a topic; its lock guards what they store.
+Processes: each gets a process group of its own and is ended by ``Stage.close``, and by the kernel (SIGINT) if the
+demo itself is killed.
+"""
+import contextlib
+import ctypes
+import glob
+import math
+import os
+import shutil
+import signal
+import subprocess
+import threading
+import time
+
+import cv2
+import rosgraph
+import roslib.packages
+import rospy
+from geometry_msgs.msg import Twist
+from std_srvs.srv import Empty, Trigger
+from turtlesim.msg import Color, Pose
+
+from kinematic_core.files import write_whole
+from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from rospy_support import ports, servers
+from turtle_robotont.driving import track_metrics
+
+CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle begins
+EXACT = 1e-3  # [m]
+PATIENCE = 30.0  # [s] in which master, simulator and nodes must be there, on a loaded machine too
+REST_TIMEOUT = 5.0  # [s] in which a stopped turtle must stand
+END_TIMEOUTS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # [s] each
+POLL = 0.02  # [s]
+PR_SET_PDEATHSIG = 1  # of prctl(2)
+
+
+class StageError(RuntimeError):
+    """What was waited for did not happen; the text says what."""
+
+
+class Process:
+    """A command that runs in the background, its output in a file."""
+
+    def __init__(self, command, log):
+        self.command, self._log = command, log
+        with open(log, 'wb') as file:
+            self._popen = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                                           start_new_session=True, preexec_fn=_end_with_parent)
+
+    def output(self):
+        """Return what it has printed so far."""
+        with open(self._log, encoding='utf-8', errors='replace') as file:
+            return file.read()
+
+    def ended(self):
+        """Return whether it has ended."""
+        return self._popen.poll() is not None
+
+    def wait(self, timeout):
+        """Return its exit code; raise StageError with its last line when it has not ended within timeout [s]."""
+        try:
+            return self._popen.wait(timeout)
+        except subprocess.TimeoutExpired:
+            raise StageError(f'{os.path.basename(self.command[0])} has not ended within {timeout:g} s; it said: '
+                             f'{self.last_line()}') from None
+
+    def last_line(self):
+        """Return the last line that it printed."""
+        return (self.output().strip().splitlines() or ['nothing'])[-1]
+
+    def interrupt(self):
+        """Press Ctrl-C."""
+        self._popen.send_signal(signal.SIGINT)
+
+    def end(self):
+        """End it, gently at first."""
+        for sign, timeout in END_TIMEOUTS:
+            if not self.ended():
+                with contextlib.suppress(ProcessLookupError, subprocess.TimeoutExpired):
+                    os.killpg(self._popen.pid, sign)
+                    self._popen.wait(timeout)
+
+
+class Observer:
+    """Records what one turtle does, without asking any node."""
+
+    def __init__(self, turtle):
+        self._lock = threading.Lock()
+        self._poses = self._record(f'{turtle}/pose', Pose, lambda pose: pose)
+        self._colours = self._record(f'{turtle}/color_sensor', Color, lambda colour: (colour.r, colour.g, colour.b))
+        self._commands = self._record(f'{turtle}/cmd_vel', Twist, lambda _: time.monotonic())
+
+    def _record(self, topic, message_type, convert):
+        """Return a list that grows by each message, converted."""
+        record = []
+
+        def store(message):
+            with self._lock:
+                record.append(convert(message))
+        rospy.Subscriber(topic, message_type, store, tcp_nodelay=True)
+        return record
+
+    def clear(self):
+        """Forget everything seen so far."""
+        with self._lock:
+            for record in (self._poses, self._colours, self._commands):
+                record.clear()
+
+    @property
+    def track(self):
+        """Return the poses seen, in order."""
+        with self._lock:
+            return list(self._poses)
+
+    @property
+    def colours(self):
+        """Return the colour sensor's readings (r, g, b), in order."""
+        with self._lock:
+            return list(self._colours)
+
+    @property
+    def commands(self):
+        """Return when [s, monotonic] velocities were sent to the turtle."""
+        with self._lock:
+            return list(self._commands)
+
+
+class Stage:
+    """A master on a free port, a simulator without a display, and an observer of turtle1, from open to close."""
+
+    def __init__(self, output):
+        """``output``: the folder for pictures; what the nodes print goes into its subfolder log."""
+        self.output, self._log = output, os.path.join(output, 'log')
+        self._processes = []
+        self._kept = []  # pictures of the present step, (height, width, 3) uint8 BGR
+        self.seen = None  # the Observer, once open
+
+    def open(self):
+        """Start master, simulator and observer; raise StageError when they do not come."""
+        os.makedirs(self._log, exist_ok=True)
+        for old in glob.glob(os.path.join(self._log, '[0-9][0-9]_*.log')):
+            os.remove(old)
+        port = ports.free_port()
+        os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost', PYTHONUNBUFFERED='1')
+        os.environ.pop('ROS_NAMESPACE', None)
+        simulator = self.start('roslaunch', '-p', str(port), 'turtle_robotont', 'turtlesim.launch', 'window:=false')
+        self.until(rosgraph.is_master_online, 'there is no ROS master', PATIENCE, simulator)
+        servers.protect()
+        rospy.init_node('demo', disable_signals=True)
+        self.seen = Observer('turtle1')
+        self.until(lambda: self.seen.track, 'the simulator sends no pose', PATIENCE, simulator)
+
+    def close(self):
+        """End every process that was started, the latest first; a second Ctrl-C does not keep it from that."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        while self._processes:
+            self._processes.pop().end()
+
+    def start(self, *command):
+        """Start a command in the background; return its Process."""
+        number = len(glob.glob(os.path.join(self._log, '*.log')))
+        name = os.path.splitext(os.path.basename(command[0]))[0]
+        process = Process(command, os.path.join(self._log, f'{number:02d}_{name}.log'))
+        self._processes.append(process)
+        return process
+
+    def rosrun(self, script, *arguments):
+        """Start one of this package's nodes, as rosrun does but half a second faster; return its Process."""
+        paths = roslib.packages.find_node('turtle_robotont', script)
+        if not paths:
+            raise StageError(f'there is no node {script} in the package turtle_robotont; build the workspace again')
+        return self.start(paths[0], *arguments)
+
+    def end_nodes(self):
+        """End everything but the simulator."""
+        while len(self._processes) > 1:
+            self._processes.pop().end()
+
+    def until(self, condition, trouble, timeout, process=None):
+        """Wait until ``condition()`` holds; raise StageError(trouble) after timeout [s] or when the process ends."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            ended = process is not None and process.ended()
+            if ended or time.monotonic() > deadline:
+                said = f'; {os.path.basename(process.command[0])} said: {process.last_line()}' if process else ''
+                raise StageError(f'{trouble} {"and never will" if ended else f"after {timeout:g} s"}{said}')
+            time.sleep(POLL)
+
+    def until_rest(self):
+        """Wait until the turtle stands, but not for ever: whoever looks at the track will see."""
+        with contextlib.suppress(StageError):
+            self.until(lambda: track_metrics.stands_still(self.seen.track), 'the turtle moves', REST_TIMEOUT)
+
+    def reset(self):
+        """Bring the turtle back to the middle of an empty arena and forget what was seen."""
+        if self._processes[0].ended():
+            raise StageError('the simulator has ended')
+        self.call('reset', Empty)
+        self.seen.clear()
+        self.until(lambda: any(math.hypot(pose.x - CENTRE, pose.y - CENTRE) < EXACT for pose in self.seen.track[-1:]),
+                   'the turtle is not in the middle after a reset', PATIENCE)
+        self.seen.clear()
+        self.until(lambda: self.seen.track, 'the turtle sends no pose after a reset', PATIENCE)
+
+    def call(self, service, service_type, *request):
+        """Call a service; return its answer."""
+        rospy.wait_for_service(service, PATIENCE)
+        return rospy.ServiceProxy(service, service_type)(*request)
+
+    def keep(self, picture):
+        """Keep a picture, (height, width, 3) uint8 BGR, of the present step."""
+        self._kept.append(picture)
+
+    def kept(self, name):
+        """Save the pictures kept as ``name``.png, ``name``_2.png and so on, and forget them; return their paths."""
+        paths = [os.path.join(self.output, f'{name}{f"_{number}" if number > 1 else ""}.png')
+                 for number in range(1, len(self._kept) + 1)]
+        for path, picture in zip(paths, self._kept):
+            _, png = cv2.imencode('.png', picture)
+            try:
+                write_whole(path, png.tobytes())
+            except OSError as error:
+                raise StageError(f'{path} could not be written: {error.strerror}') from None
+        self._kept.clear()
+        return paths
+
+    def picture(self, name):
+        """Save the simulator's picture as ``name``.png; return its path, or None where the simulator has none."""
+        try:
+            rospy.wait_for_service('turtlesim/snapshot', 0.05)
+        except rospy.ROSException:
+            return None
+        rospy.set_param('turtlesim/snapshot_dir', self._log)
+        answer = self.call('turtlesim/snapshot', Trigger)
+        if not answer.success:
+            raise StageError(answer.message)
+        return shutil.move(answer.message, os.path.join(self.output, f'{name}.png'))
+
+
+def _end_with_parent():
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGINT)

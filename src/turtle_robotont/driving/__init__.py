@@ -1,0 +1,1 @@
+"""How vehicles are driven: control laws, shapes, metrics of a track. Without ROS."""

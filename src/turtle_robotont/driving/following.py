@@ -1,0 +1,100 @@
+"""Follows one AR marker at a distance: ``see`` takes the tracker's messages, ``step(dt)`` returns commands. ROS-free.
+
+The marker counts as standing where it was for ``lost_after``; then the robot is told once to stop, and nothing more
+until the marker is seen again, so that others can drive it. Neither a clock nor a pose of the robot is needed.
+"""
+import enum
+import math
+from typing import NamedTuple, Optional, Sequence
+
+from kinematic_core.worlds.planar import Twist2D
+from turtle_robotont.driving.vehicle import ROBOT, STOP, Limits
+from turtle_robotont.markers.sightings import Sighting
+
+GAIN = 1.2  # [1/s] speed per metre of error; a tracker at 8 Hz answers after 0.2 s, which this leaves room for
+TURN_GAIN = 1.5  # [1/s] angular velocity per radian of error
+TURN_FIRST = 0.6  # [rad] further aside than this the robot only turns
+DEAD_BAND = 0.01  # [m] or [rad] errors below this are not corrected
+ACCELERATION, TURN_ACCELERATION = ROBOT.acceleration, ROBOT.turn_deceleration  # [m/s^2], [rad/s^2]
+
+
+class State(enum.Enum):
+    """What a Follower is doing."""
+
+    WAITING = 'waiting for it to be seen'
+    FOLLOWING = 'following'
+    LOST = 'lost'
+
+
+class Settings(NamedTuple):
+    """How to follow: distance [m] to keep; strafe: sideways instead of turning; lost_after [s]; top speeds."""
+
+    distance: float = 0.5
+    strafe: bool = False
+    lost_after: float = 0.5
+    limits: Limits = ROBOT.limits
+
+
+class Follower:
+    """Follows the marker with one id; ``state`` and ``status``, a text, say what it is doing."""
+
+    def __init__(self, marker_id: int, settings: Optional[Settings] = None) -> None:
+        self.marker_id, self.settings = marker_id, settings or Settings()
+        self.state = State.WAITING
+        self.sighting: Optional[Sighting] = None  # the last one of the marker
+        self._unseen = 0.0  # [s] since that sighting
+        self._unheard = 0.0  # [s] since the tracker sent any message
+        self._command = STOP
+
+    def see(self, sightings: Sequence[Sighting]) -> None:
+        """Take all Sightings of one message, which may be none; of two with the followed id the nearest counts."""
+        self._unheard = 0.0
+        mine = [sighting for sighting in sightings if sighting.id == self.marker_id]
+        if mine:
+            self.sighting, self._unseen = min(mine, key=lambda sighting: sighting.distance), 0.0
+            self.state = State.FOLLOWING
+
+    def step(self, dt: float) -> Optional[Twist2D]:
+        """Return the command after dt [s] more, or None when there is nothing to send."""
+        self._unseen += dt
+        self._unheard += dt
+        if self.state is not State.FOLLOWING or self.sighting is None:
+            return None
+        if self._unseen > self.settings.lost_after:
+            self.state, self._command = State.LOST, STOP
+            return STOP
+        target = self._target(self.sighting)
+        self._command = self.settings.limits.apply(_accelerated(self._command, target, dt))
+        return self._command
+
+    @property
+    def status(self) -> str:
+        """Return what it is doing as a text."""
+        if self.state is State.LOST:
+            why = 'the tracker is silent' if self._unheard > self.settings.lost_after else 'not in view'
+            return f'marker {self.marker_id} lost for {self.settings.lost_after:g} s ({why}): stopped'
+        if self.state is State.WAITING:
+            return f'waiting for marker {self.marker_id}'
+        return f'following marker {self.marker_id} at {self.settings.distance:g} m'
+
+    def _target(self, seen: Sighting) -> Twist2D:
+        """Return the command that leads to the position in front of the marker."""
+        settings = self.settings
+        if settings.strafe:
+            return Twist2D(GAIN * _outside_dead_band(seen.ahead - settings.distance),
+                           GAIN * _outside_dead_band(seen.left))
+        facing = max(0.0, 1.0 - abs(seen.bearing) / TURN_FIRST)
+        return Twist2D(linear_x=GAIN * facing * _outside_dead_band(seen.distance - settings.distance),
+                       angular_z=TURN_GAIN * _outside_dead_band(seen.bearing))
+
+
+def _outside_dead_band(error: float) -> float:
+    return error if abs(error) > DEAD_BAND else 0.0
+
+
+def _accelerated(now: Twist2D, target: Twist2D, dt: float) -> Twist2D:
+    """Return the command between ``now`` and ``target`` that the accelerations allow within dt [s]."""
+    dx, dy = target.linear_x - now.linear_x, target.linear_y - now.linear_y
+    share = min(1.0, ACCELERATION * dt / max(math.hypot(dx, dy), 1e-9))
+    turn = max(-TURN_ACCELERATION * dt, min(TURN_ACCELERATION * dt, target.angular_z - now.angular_z))
+    return Twist2D(now.linear_x + share * dx, now.linear_y + share * dy, now.angular_z + turn)

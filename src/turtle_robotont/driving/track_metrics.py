@@ -1,0 +1,109 @@
+"""Measures what a vehicle did: pure functions over its track, to judge a result without trusting any node.
+
+A track is a sequence of VehicleStates (or messages turtlesim/Pose, which have the same fields) in the order of time.
+A turtle's positions lie in 0 .. ARENA_SIZE, y up.
+"""
+import math
+import statistics
+from typing import List, Sequence, Tuple
+
+from kinematic_core.worlds.angles import wrap_angle
+from kinematic_core.worlds.turtle_world import DT
+from turtle_robotont.driving.shapes import HasPose, HasPosition, distance
+from turtle_robotont.driving.vehicle import VehicleState
+
+JUMP = 0.25  # [m] further in one step than a turtle drives below 15 m/s: a teleport
+STANDING = 1e-4  # [m or rad] a turtle that stands still stays within this
+
+Track = Sequence[VehicleState]
+_Misses = Tuple[float, Tuple[float, ...]]  # [m] the sum of the misses of some corners, and each of them
+
+
+def rate(times: Sequence[float]) -> float:
+    """Return the rate [Hz] of times [s] from the median of their gaps, which ignores late ones; 0 for one or none."""
+    gaps = [later - earlier for earlier, later in zip(times, times[1:])]
+    return 1.0 / statistics.median(gaps) if gaps else 0.0
+
+
+def path_length(track: Track) -> float:
+    """Return the length [m] of the path."""
+    return sum(distance(a, b) for a, b in zip(track, track[1:]))
+
+
+def turned(track: Track) -> float:
+    """Return the total turn [rad], counter-clockwise positive, full turns counted."""
+    return sum(wrap_angle(b.theta - a.theta) for a, b in zip(track, track[1:]))
+
+
+def curvature(track: Track) -> float:
+    """Return the mean curvature [1/m] of the path, positive to the left; 0 for a turtle that did not move."""
+    length = path_length(track)
+    return turned(track) / length if length > STANDING else 0.0
+
+
+def jumps(track: Track, limit: float = JUMP) -> List[VehicleState]:
+    """Return the poses that the turtle reached by a jump of more than ``limit`` [m]: teleports."""
+    return [b for a, b in zip(track, track[1:]) if distance(a, b) > limit]
+
+
+def top_speed(track: Track) -> float:
+    """Return the highest speed [m/s] that the poses report."""
+    return max((pose.linear_velocity for pose in track), default=0.0)
+
+
+def stands_still(track: Track, seconds: float = 0.2) -> bool:
+    """Return whether the turtle stood still during the last ``seconds`` of the track."""
+    count = max(2, math.ceil(seconds / DT))
+    last = track[-count:]
+    return len(last) == count and all(
+        distance(last[0], pose) < STANDING and abs(wrap_angle(pose.theta - last[0].theta)) < STANDING for pose in last)
+
+
+def goal_error(track: Track, goal: HasPose) -> Tuple[float, float]:
+    """Return (distance [m], heading error [rad]) left to a goal at the end of the track."""
+    return distance(track[-1], goal), abs(wrap_angle(track[-1].theta - goal.theta))
+
+
+def closing_error(track: Track) -> float:
+    """Return the distance [m] between the start and the end of the track."""
+    return distance(track[0], track[-1]) if track else math.inf
+
+
+def corner_misses(track: Track, corners: Sequence[HasPosition]) -> List[float]:
+    """Return for each corner how closely [m] the turtle passed it, with the corners in their order.
+
+    Of all assignments of poses to corners that do not go back in time, the one with the smallest sum counts.
+    Without a track all are infinite.
+    """
+    if not track:
+        return [math.inf] * len(corners)
+    best: List[_Misses] = [(0.0, ())] * len(track)  # for each pose: the best with the poses up to it
+    for corner in corners:
+        reached: _Misses = (math.inf, ())
+        after = []
+        for pose, (total, misses) in zip(track, best):
+            miss = distance(pose, corner)
+            if total + miss < reached[0]:
+                reached = (total + miss, (*misses, miss))
+            after.append(reached)
+        best = after
+    return list(best[-1][1])
+
+
+def path_deviation(track: Track, corners: Sequence[HasPosition]) -> float:
+    """Return the largest distance [m] of the track from the lines that join the corners one after the other."""
+    return max(min(_distance_to_line(pose, a, b) for a, b in zip(corners, corners[1:])) for pose in track)
+
+
+def radius_deviation(track: Track, centre: HasPosition, radius: float) -> float:
+    """Return the largest distance [m] of the track from a circle."""
+    return max(abs(distance(pose, centre) - radius) for pose in track)
+
+
+def _distance_to_line(point: HasPosition, a: HasPosition, b: HasPosition) -> float:
+    length = distance(a, b)
+    if length == 0.0:
+        return distance(point, a)
+    along = ((point.x - a.x) * (b.x - a.x) + (point.y - a.y) * (b.y - a.y)) / length
+    along = max(0.0, min(length, along))
+    return math.hypot(a.x + along / length * (b.x - a.x) - point.x, a.y + along / length * (b.y - a.y) - point.y)

@@ -1,0 +1,1 @@
+"""What is done with AR markers: sightings, tours, the rendered sequence. Without ROS."""

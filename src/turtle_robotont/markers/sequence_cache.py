@@ -1,0 +1,50 @@
+"""The marker sequence as a command: renders it into a given folder, or once into a cache. ROS-free.
+
+The cache lies in ROS_HOME (~/.ros), as ROS's other files do, with one folder per version of the sequence. A launch file
+calls this before the camera's node starts.
+"""
+import argparse
+import os
+import shutil
+import sys
+import tempfile
+from typing import Optional, Sequence
+
+from turtle_robotont.markers import marker_sequence
+
+
+def cached(ros_home: str) -> str:
+    """Return the folder with the sequence below ``ros_home``; render it if it is not there. Raises OSError."""
+    parent = os.path.join(ros_home, 'turtle_robotont')
+    folder = os.path.join(parent, f'marker_sequence_{marker_sequence.VERSION}')
+    if os.path.exists(folder):
+        return folder
+    os.makedirs(parent, exist_ok=True)
+    new = tempfile.mkdtemp(prefix='marker_sequence_', dir=parent)
+    try:
+        marker_sequence.render_to(new)
+        os.chmod(new, 0o755)
+        os.rename(new, folder)  # complete or not at all
+    except OSError:
+        if not os.path.exists(folder):  # otherwise another launch file was faster
+            raise
+    finally:
+        shutil.rmtree(new, ignore_errors=True)
+    return folder
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Render and print the folder, without a newline as launch files need it; exit 1 with the reason on failure."""
+    parser = argparse.ArgumentParser(prog='marker_sequence.py', description=__doc__.split('\n')[0])
+    parser.add_argument('--output', metavar='DIR', help='render into this folder (default: once, into ROS_HOME)')
+    options = parser.parse_args(arguments)
+    try:
+        if options.output:
+            folder = os.path.abspath(options.output)
+            os.makedirs(folder, exist_ok=True)
+            marker_sequence.render_to(folder)
+        else:
+            folder = cached(os.environ.get('ROS_HOME') or os.path.expanduser('~/.ros'))
+    except OSError as error:
+        sys.exit(f'marker_sequence.py: the images could not be written: {error}')
+    print(folder, end='', flush=True)

@@ -1,0 +1,142 @@
+"""The course's nodes for AR markers: what the tracker sees is printed, and a robot driven by it.
+
+Threads: rospy calls ``_on_markers`` in a thread of its own, timers the rest; a lock guards what they share. The
+velocity is published by a timer and, once at the end, by rospy's shutdown hook, in whatever thread that is called.
+"""
+import math
+import threading
+import time
+
+import rospy
+from ar_track_alvar_msgs.msg import AlvarMarkers
+from geometry_msgs.msg import Twist
+
+from kinematic_core.validation import InvalidInput
+from rospy_support import threads
+from rospy_support.topic_diagnosis import waiting_text
+from rospy_support.topics import LatestPublisher
+from rospy_support.velocities import to_twist
+from turtle_robotont.driving.vehicle import STOP
+from turtle_robotont.markers.sightings import sighting
+
+TOPIC = 'ar_pose_marker'
+SILENT_AFTER = 5.0  # [s] wall time without a message after which the node says so
+LATEST_STEP = 3.0  # periods: a later step of a driver counts as one of that time
+REMIND = 10.0  # [s] between two warnings of the same kind
+
+
+class MarkerListener:
+    """Takes the markers on ``ar_pose_marker``: prints them, leaves out what cannot be, passes the Sightings on."""
+
+    def __init__(self, axes, log_rate, on_sightings=lambda sightings: None):
+        """``axes``: one of sightings.AXES; ``log_rate`` [Hz]: at most so many messages printed, 0: every one."""
+        self._axes, self._on_sightings = axes, on_sightings
+        self._period = 1.0 / log_rate if log_rate > 0.0 else 0.0
+        self._printed = -math.inf
+        self._heard = time.monotonic()
+        self._topic = rospy.resolve_name(TOPIC)
+        rospy.loginfo('Subscribing to %s', self._topic)
+        self._subscriber = rospy.Subscriber(TOPIC, AlvarMarkers, self._on_markers, tcp_nodelay=True)
+        threads.keep_running('watch', self._watch)
+
+    def _on_markers(self, message):
+        self._heard = time.monotonic()
+        places = [self._where(marker, message.header.frame_id) for marker in message.markers]
+        if self._heard - self._printed >= self._period:
+            self._printed = self._heard
+            print_markers([marker for marker, place in zip(message.markers, places) if place is not None])
+        self._on_sightings([place for place in places if place is not None])
+
+    def _where(self, marker, frame_id):
+        """Return the Sighting of an AlvarMarker, or None where there is none."""
+        position = marker.pose.pose.position
+        try:
+            return sighting(marker.id, (position.x, position.y, position.z), marker.header.frame_id or frame_id,
+                            self._axes)
+        except InvalidInput as error:
+            rospy.logwarn_throttle(REMIND, f'{self._topic}: {error}; left out. Does the tracker know the transform to '
+                                           'its output_frame?')
+            return None
+
+    def _watch(self):
+        """Say what to do while no message comes; on wall time, which goes on when a simulator's does not."""
+        while not rospy.is_shutdown():
+            if time.monotonic() - self._heard > SILENT_AFTER:
+                rospy.logwarn('no markers on %s (camera and tracker: roslaunch turtle_robotont camera_ar_track.launch)',
+                              waiting_text(self._subscriber, TOPIC))
+                self._heard = time.monotonic() + REMIND - SILENT_AFTER
+            time.sleep(0.5)
+
+
+def print_markers(markers):
+    """Print AlvarMarkers as the course does, with their positions in the tracker's output frame."""
+    for marker in markers:
+        p = marker.pose.pose.position
+        rospy.loginfo('Detected marker with ID %d at x: %.3f y: %.3f z: %.3f m, distance: %.3f m', marker.id,
+                      p.x, p.y, p.z, (p.x ** 2 + p.y ** 2 + p.z ** 2) ** 0.5)
+    if not markers:
+        rospy.loginfo('No AR markers detected.')
+
+
+class Forward:
+    """A velocity that is the same whatever is seen."""
+
+    status = 'publishing a constant velocity'
+
+    def __init__(self, command):
+        self._command = command
+
+    def see(self, sightings):
+        """Take Sightings; they do not matter."""
+
+    def step(self, dt):
+        """Return the command, and print it as the course does."""
+        rospy.loginfo('Publish velocity command[%0.2f m/s, %0.2f rad/s]', self._command.linear_x,
+                      self._command.angular_z)
+        return self._command
+
+
+class MarkerDriver:
+    """Lets a behaviour drive a robot by ``cmd_vel``: it ``see``s Sightings, and ``step(dt)`` returns commands or None.
+
+    Its ``status`` is printed when it changes. The robot is stopped once when the node ends.
+    """
+
+    def __init__(self, behaviour, rate, on_step=lambda: None):
+        """``rate`` [Hz]: commands a second; ``on_step()`` is called after each."""
+        self._behaviour, self._on_step = behaviour, on_step
+        self._lock = threading.Lock()
+        self._status, self._ended = '', False
+        self._longest_step = LATEST_STEP / rate  # [s]
+        self._publisher = LatestPublisher('cmd_vel', Twist)
+        rospy.on_shutdown(self.stop)
+        threads.call_every(1.0 / rate, self._step)
+
+    def see(self, sightings):
+        """Take the Sightings of a message."""
+        with self._lock:
+            self._behaviour.see(sightings)
+
+    def stop(self):
+        """Publish a velocity of zero, once, and nothing after it."""
+        with self._lock:
+            if not self._ended:
+                self._ended = True
+                self._publish(STOP)
+
+    def _step(self, event):
+        since = (event.current_real - (event.last_real or event.current_real)).to_sec()
+        with self._lock:
+            if self._ended:
+                return
+            command = self._behaviour.step(min(max(0.0, since), self._longest_step))  # the clock may have been set
+            if command is not None:
+                self._publish(command)
+            status, before = self._behaviour.status, self._status
+            self._status = status
+        if status != before:
+            rospy.loginfo('%s', status[0].upper() + status[1:])
+        self._on_step()
+
+    def _publish(self, command):
+        self._publisher.publish(to_twist(command))

@@ -1,0 +1,60 @@
+"""A robot with odometry as a vehicle that a node drives."""
+import math
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from kinematic_core.timing.stall_free_timer import Patience
+from rospy_support.topic_diagnosis import waiting_text
+from rospy_support.topics import LatestPublisher, Publisher
+from turtle_robotont.driving.vehicle import ROBOT, VehicleState
+from turtle_robotont.msg import DriveStatus
+from turtle_robotont.nodes.driver import Driver
+
+UNIT_TOLERANCE = 0.01  # by which the length of a quaternion may differ from 1
+
+
+class RobotDriver(Driver):
+    """Drives a robot by ``odom`` and ``cmd_vel``; tells of it on ``drive_status``. Poses are those in odom's frame.
+
+    Odometry whose time is not after the last is left out, until nothing else has come for pose_timeout, not counting
+    the time in which this process stood still.
+    """
+
+    pose_timeout = 0.5  # [s] the time after which a Robotont itself stops without commands
+
+    def __init__(self):
+        super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
+                         Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
+        self._stamp, self._since = None, Patience()  # [s] of the last odometry that was taken, and how long ago
+        self._subscriber = rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
+
+    def _on_odometry(self, odometry):
+        stamp = odometry.header.stamp.to_sec() or rospy.get_time()
+        before = self._stamp
+        if before is not None and stamp <= before and self._since.look() < self.pose_timeout:
+            rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after {before:.3f} s, that '
+                                        'of the message before; left out. Do two nodes publish it? (rostopic info)')
+            return
+        self._stamp, self._since = stamp, Patience()
+        self._take(pose_of(odometry), 0.0 if before is None else step_time(before, stamp, self.pose_timeout))
+
+    def _no_pose(self, timeout):
+        text = f'no odometry on {self.pose_topic} for {timeout:g} s; is the robot or its simulator running?'
+        return f'{text} {waiting_text(self._subscriber, "odom")}' if self._stamp is None else text
+
+
+def step_time(before, stamp, longest):
+    """Return the time [s] between two stamps, 0 to ``longest``: where a clock is set, it may be anything."""
+    return min(max(0.0, stamp - before), longest)
+
+
+def pose_of(odometry):
+    """Return the VehicleState of a nav_msgs/Odometry; its theta is NaN when the orientation is not a rotation."""
+    q, twist = odometry.pose.pose.orientation, odometry.twist.twist
+    theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    if not abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < UNIT_TOLERANCE:
+        theta = math.nan
+    position = odometry.pose.pose.position
+    return VehicleState(position.x, position.y, theta, math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)

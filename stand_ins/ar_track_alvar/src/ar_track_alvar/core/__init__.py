@@ -1,0 +1,1 @@
+"""The part of ar_track_alvar that needs no ROS."""

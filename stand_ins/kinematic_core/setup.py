@@ -1,4 +1,0 @@
-from catkin_pkg.python_setup import generate_distutils_setup
-from setuptools import setup
-
-setup(**generate_distutils_setup(packages=['kinematic_core'], package_dir={'': 'src'}))

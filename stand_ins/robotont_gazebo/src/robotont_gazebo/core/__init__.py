@@ -1,0 +1,1 @@
+"""The part of robotont_gazebo that needs no ROS."""

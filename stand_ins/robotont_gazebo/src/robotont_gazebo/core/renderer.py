@@ -1,0 +1,102 @@
+"""Renders colour and depth images of a floor plan as the Robotont's camera sees it.
+
+The image is composed of the layers that sight.visible_from finds, the farthest first: each face is drawn by the one
+perspective map of its plane, from an image of its pattern in a size that fits the distance, and blended at its upper
+and lower edges by how much of a pixel it covers. Upright edges fall between two columns.
+"""
+from typing import Optional, Sequence
+
+import cv2
+import numpy as np
+
+from kinematic_core.worlds.floor_plan import FloorPlan
+from robotont_gazebo.core import visibility
+from robotont_gazebo.core.backdrop import Background
+from robotont_gazebo.core.camera import (
+    FAR,
+    HEIGHT,
+    HORIZONTAL_FOV,
+    NEAR,
+    WIDTH,
+    CameraPose,
+    PinholeCamera,
+    require_pose,
+)
+from robotont_gazebo.core.faces import FacePainter
+from robotont_gazebo.core.layers import LayerMask
+
+
+class Renderer:
+    """Renders one FloorPlan. Not thread-safe: only one thread may use a Renderer at a time.
+
+    ``patterns``: False draws plain colours, without bricks, tiles, markers and the sky's gradient. Raises InvalidInput
+    for an impossible camera, alvar_core's CodeError for a panel id that no marker can have.
+    """
+
+    def __init__(self, plan: FloorPlan, width: float = WIDTH, height: float = HEIGHT,
+                 horizontal_fov: float = HORIZONTAL_FOV, patterns: bool = True) -> None:
+        self.camera = PinholeCamera(width, height, horizontal_fov)
+        self._solids = visibility.Solids(plan)
+        self._background = Background(self.camera, plan.ground_colour, plan.sky_colour, patterns)
+        self._painter = FacePainter(self._solids, self.camera, patterns)
+        self._canvas = np.zeros((self.camera.height, self.camera.width, 4), np.uint8)
+        self._scratch = np.zeros_like(self._canvas)
+        self._last_pose: Optional[CameraPose] = None
+        self._last_visible: visibility.VisibleLayers
+
+    def render(self, camera_pose: Sequence[float]) -> np.ndarray:
+        """Return the image (height, width, 3) uint8 RGB, a new array, of a camera at (x, y, z, yaw) [m, rad]."""
+        pose = require_pose(camera_pose)
+        visible = self._visible_from(pose)
+        self._background.draw(self._canvas, pose, visible.floor_from)
+        for layer in reversed(visible.layers):
+            mask = LayerMask(layer, self.camera.height)
+            self._painter.draw(self._scratch, pose, layer, mask)
+            mask.blend(self._canvas, self._scratch)
+        return cv2.cvtColor(self._canvas, cv2.COLOR_RGBA2RGB)
+
+    def depth(self, camera_pose: Sequence[float]) -> np.ndarray:
+        """Return the depth (height, width) float32 [m] along the optical axis from (x, y, z, yaw) [m, rad].
+
+        Depths below NEAR or above FAR are NaN, as in the images of Gazebo's depth camera plugins.
+        """
+        pose = require_pose(camera_pose)
+        rows = self.camera.down
+        out = np.empty((self.camera.height, self.camera.width), np.float32)
+        out[:] = _reported(np.where(rows > 0.0, pose.z / np.maximum(rows, 1e-9), np.nan))[:, None]
+        for layer in reversed(self._visible_from(pose).layers):
+            self._draw_depth(out, pose, layer)
+        return out
+
+    def _visible_from(self, pose: CameraPose) -> visibility.VisibleLayers:
+        if pose != self._last_pose:
+            self._last_visible, self._last_pose = visibility.visible_from(self._solids, self.camera, pose), pose
+        return self._last_visible
+
+    def _draw_depth(self, out: np.ndarray, pose: CameraPose, layer: visibility.Layer) -> None:
+        height = self.camera.height
+        first, end = (np.ceil(np.clip(row, 0, height)).astype(np.int16) for row in (layer.upper, layer.lower))
+        for kind, level in ((visibility.FRONT, None), (visibility.TOP, self._solids.top),
+                            (visibility.UNDER, self._solids.bottom)):
+            mine = (layer.solid >= 0) & (layer.kind == kind) & (first < end)
+            if mine.any():
+                columns = np.flatnonzero(mine)
+                part = np.s_[columns[0]:columns[-1] + 1]
+                top, bottom = int(first[mine].min()), int(end[mine].max())
+                rows = np.arange(top, bottom, dtype=np.int16)[:, None]
+                mask = (rows >= first[part]) & (rows < np.where(mine, end, 0)[part])
+                depth = layer.depth[None, part] if level is None else \
+                    (pose.z - level[layer.solid[part]]) / _no_zero(self.camera.down[top:bottom, None])
+                np.copyto(out[top:bottom, part], _reported(depth), where=mask)
+
+
+def _reported(depth: np.ndarray) -> np.ndarray:
+    """Return depths as float32, NaN where the camera does not report them."""
+    with np.errstate(invalid='ignore'):
+        reported: np.ndarray = np.where((depth >= NEAR) & (depth <= FAR), depth, np.nan).astype(np.float32)
+        return reported
+
+
+def _no_zero(slope: np.ndarray) -> np.ndarray:
+    return np.where(slope == 0.0, 1e-9, slope)
+

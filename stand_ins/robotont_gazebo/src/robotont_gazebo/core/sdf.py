@@ -1,0 +1,237 @@
+"""Reads from a Gazebo world (SDF 1.4 to 1.7) what a floor plan can hold. No ROS.
+
+It reads the upright boxes and cylinders of links, static or not (nothing moves here), with nested poses, of which those
+in <state> take precedence over those of the models, colours of materials, the sky's colour, horizontal planes at floor
+level, meshes that are boxes, and the AR panels of robotont_gazebo's models (meshes called Marker<id>.dae). Everything
+else that would be an obstacle or visible is left out, and a warning names it.
+"""
+import math
+import os
+import re
+from typing import Any, Dict, List, Optional, Sequence, Set, Tuple
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from alvar_core import rotations
+from kinematic_core import documents
+from kinematic_core.documents import DocumentError
+from kinematic_core.validation import InvalidInput, shown
+from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder, FloorPlan, Panel, Shape
+from robotont_gazebo.core import meshes
+from robotont_gazebo.core.colours import COLOURS
+
+UPRIGHT = 0.02  # [rad] a shape that leans less counts as upright: saved worlds have settled
+FLOOR = 0.05  # [m] by which a shape may reach into the floor without a warning
+SILENT = {'sun', 'ground_plane'}  # included models that have no effect here
+MARKER = re.compile(r'Marker(\d+)\.dae$', re.IGNORECASE)
+MARKER_MESH = (0.5, 0.35)  # [m] size of such a mesh's board and of its marker at scale 1
+
+
+def read(path: str) -> Tuple[FloorPlan, List[str]]:
+    """Return (FloorPlan, warnings) of a world file; raise InvalidInput, without its name, if it makes no sense."""
+    try:
+        root = documents.read_xml(path)
+    except OSError as error:
+        raise InvalidInput(error.strerror or str(error)) from None
+    except DocumentError as error:
+        raise InvalidInput(str(error)) from None
+    world = root.find('world') if root.tag == 'sdf' else None
+    if world is None:
+        raise InvalidInput(f'not an SDF world: the file begins with <{root.tag:.80}>; it must be <sdf> with a <world> '
+                           'in it')
+    reader = _Reader(world, os.path.dirname(os.path.abspath(path)))
+    plan = reader.plan()
+    plan.check()
+    overlaps = plan.overlaps()
+    if overlaps:
+        reader.warnings.append(f'{len(overlaps)} pairs of shapes overlap, among them {overlaps[0][0]} and '
+                               f'{overlaps[0][1]}')
+    return plan, reader.warnings
+
+
+class _Reader:
+    """Collects the shapes of a <world>."""
+
+    def __init__(self, world: Element, folder: str) -> None:
+        """``folder``: the file's folder, in which meshes are searched."""
+        self.warnings: List[str] = []
+        self._folder = folder
+        self._shapes: Dict[type, List[Any]] = {Box: [], Cylinder: [], Panel: []}
+        self._names: Set[str] = set()
+        self._colours: Dict[str, Colour] = {}
+        background = world.find('scene/background')
+        if background is not None:
+            self._colours['sky_colour'] = _rgb('scene: background', background.text)
+        for include in world.findall('include'):
+            uri = (include.findtext('uri') or '').strip()
+            if os.path.basename(uri) not in SILENT:
+                self.warnings.append(f'<include> of {uri or "nothing"} is left out')
+        for tag in ('actor', 'population', 'road', 'heightmap'):
+            for element in world.findall(tag):
+                self.warnings.append(f'<{tag}> {element.get("name") or ""} is left out')
+        states = {model.get('name'): model for model in world.findall('state/model')}
+        for model in world.findall('model'):
+            self._read_model(model, np.eye(4), model.get('name') or 'model', states.get(model.get('name')))
+
+    def plan(self) -> FloorPlan:
+        """Return the FloorPlan that was read."""
+        return EMPTY._replace(boxes=tuple(self._shapes[Box]), cylinders=tuple(self._shapes[Cylinder]),
+                              panels=tuple(self._shapes[Panel]), **self._colours)
+
+    def _read_model(self, model: Element, parent: np.ndarray, name: str, state: Optional[Element]) -> None:
+        pose = parent @ self._pose(name, model)
+        link_states: Dict[Optional[str], Element] = {}
+        if state is not None:
+            if state.find('pose') is not None:
+                pose = self._pose(name, state)  # in the world
+            link_states = {link.get('name'): link for link in state.findall('link')}
+            if (state.findtext('scale') or '1 1 1').split() != ['1', '1', '1']:
+                self.warnings.append(f'{name}: the <scale> {state.findtext("scale")} of its <state> is left out')
+        for link in model.findall('link'):
+            own = f'{name}/{link.get("name")}'
+            link_state = link_states.get(link.get('name'))
+            placed = pose @ self._pose(own, link)
+            if link_state is not None and link_state.find('pose') is not None:
+                placed = self._pose(own, link_state)  # in the world
+            self._read_link(link, placed, own)
+        for inner in model.findall('model'):
+            self._read_model(inner, pose, f'{name}/{inner.get("name")}', None)
+        for include in model.findall('include'):
+            self.warnings.append(f'{name}: <include> of {include.findtext("uri")} is left out')
+
+    def _read_link(self, link: Element, pose: np.ndarray, name: str) -> None:
+        """Read a link's collisions; its visuals give the colour, and the shapes if there are no collisions."""
+        visuals = link.findall('visual')
+        colours = [colour for colour in map(self._colour, visuals) if colour is not None]
+        colour = colours[0] if colours else GREY
+        parts = link.findall('collision') or visuals
+        for part in parts:
+            own = name if len(parts) == 1 else f'{name}/{part.get("name")}'
+            geometry = part.find('geometry')
+            for kind in list(geometry) if geometry is not None else []:
+                self._read_geometry(kind, pose @ self._pose(own, part), own, colour)
+
+    def _read_geometry(self, geometry: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
+        reader = {'box': self._read_box, 'cylinder': self._read_cylinder, 'plane': self._read_plane,
+                  'mesh': self._read_mesh}.get(geometry.tag)
+        if reader:
+            reader(geometry, pose, name, colour)
+        elif geometry.tag != 'empty':
+            self.warnings.append(f'{name}: <{geometry.tag}> is left out; boxes and upright cylinders can be read')
+
+    def _read_box(self, box: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
+        self._add_box(_numbers(f'{name}: box: size', box.findtext('size'), 3), pose, name, colour)
+
+    def _add_box(self, size: Sequence[float], pose: np.ndarray, name: str, colour: Colour) -> None:
+        up = _upright_axis(pose)
+        if up is None:
+            self.warnings.append(f'{name}: the box leans and is left out')
+            return
+        along, across = ((1, 2), (2, 0), (0, 1))[up]  # a right-handed frame with the upright axis
+        yaw = math.atan2(pose[1, along], pose[0, along])
+        if pose[2, up] < 0.0:
+            yaw = -math.atan2(-pose[1, along], pose[0, along])
+        self._add(Box(self._name(name), pose[0, 3], pose[1, 3], yaw, size[along], size[across], size[up],
+                      self._bottom(name, pose, size[up]), colour))
+
+    def _read_cylinder(self, cylinder: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
+        radius, = _numbers(f'{name}: cylinder: radius', cylinder.findtext('radius'), 1)
+        length, = _numbers(f'{name}: cylinder: length', cylinder.findtext('length'), 1)
+        if _upright_axis(pose) != 2:
+            self.warnings.append(f'{name}: the cylinder does not stand upright and is left out')
+            return
+        self._add(Cylinder(self._name(name), pose[0, 3], pose[1, 3], radius, length,
+                           self._bottom(name, pose, length), colour))
+
+    def _read_plane(self, plane: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
+        normal = pose[:3, :3] @ _numbers(f'{name}: plane: normal', plane.findtext('normal') or '0 0 1', 3)
+        if normal[2] < math.cos(UPRIGHT) * np.linalg.norm(normal) or abs(pose[2, 3]) > FLOOR:
+            self.warnings.append(f'{name}: the <plane> is not the floor and is left out')
+        elif colour != GREY:
+            self._colours['ground_colour'] = colour
+
+    def _read_mesh(self, mesh: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
+        uri = (mesh.findtext('uri') or '').strip()
+        scale = _numbers(f'{name}: mesh: scale', mesh.findtext('scale') or '1 1 1', 3)
+        marker = MARKER.search(uri)
+        if marker and _upright_axis(pose) == 2:
+            board, marker_size = (scale[2] * length for length in MARKER_MESH)
+            self._add(Panel(self._name(name.partition('/')[0]), int(marker.group(1)), pose[0, 3], pose[1, 3],
+                            math.atan2(pose[1, 0], pose[0, 0]), board, marker_size, max(0.0, pose[2, 3])))
+            return
+        try:
+            centre, size = meshes.read_box(meshes.find(uri, self._folder))
+        except InvalidInput as error:
+            self.warnings.append(f'{name}: <mesh> {uri} is left out: {error}')
+            return
+        to_centre = np.eye(4)
+        to_centre[:3, 3] = centre * scale
+        self._add_box((size * np.abs(scale)).tolist(), pose @ to_centre, name, colour)
+
+    def _add(self, shape: Shape) -> None:
+        """Add a shape, with floats of Python where it has numpy's."""
+        kind: Any = type(shape)
+        self._shapes[kind].append(kind(*(float(value) if isinstance(value, np.floating) else value
+                                         for value in shape)))
+
+    def _bottom(self, name: str, pose: np.ndarray, height: float) -> float:
+        bottom: float = pose[2, 3] - height / 2.0
+        if bottom < -FLOOR:
+            self.warnings.append(f'{name}: it reaches {-bottom:.3f} m into the floor and stands on it here')
+        return max(0.0, bottom)
+
+    def _name(self, name: str) -> str:
+        unique, number = name, 1
+        while unique in self._names:
+            number += 1
+            unique = f'{name}_{number}'
+        self._names.add(unique)
+        return unique
+
+    def _pose(self, name: str, element: Element) -> np.ndarray:
+        """Return the matrix (4, 4) of an element's <pose>: x y z [m] roll pitch yaw [rad]."""
+        pose = element.find('pose')
+        if pose is None:
+            return np.eye(4)
+        other = pose.get('relative_to') or pose.get('frame')
+        if other:
+            self.warnings.append(f'{name}: its <pose> relative to {other} is taken as relative to its parent')
+        x, y, z, roll, pitch, yaw = _numbers(f'{name}: pose', pose.text or '0 0 0 0 0 0', 6)
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = rotations.matrix_from_rpy(roll, pitch, yaw), (x, y, z)
+        return matrix
+
+    def _colour(self, visual: Element) -> Optional[Colour]:
+        script = (visual.findtext('material/script/name') or '').strip()
+        if script:
+            return COLOURS.get(script.rpartition('/')[2].lower())
+        for kind in ('diffuse', 'ambient'):
+            if visual.find(f'material/{kind}') is not None:
+                return _rgb(f'{visual.get("name")}: material: {kind}', visual.findtext(f'material/{kind}'))
+        return None
+
+
+def _upright_axis(pose: np.ndarray) -> Optional[int]:
+    """Return which own axis, 0 to 2, of a pose (4, 4) is vertical, or None."""
+    for axis in range(3):
+        if abs(pose[2, axis]) > math.cos(UPRIGHT):
+            return axis
+    return None
+
+
+def _numbers(where: str, text: Optional[str], length: int) -> List[float]:
+    try:
+        numbers = [float(word) for word in (text or '').split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != length or not all(map(math.isfinite, numbers)):
+        raise InvalidInput(f'{where} is {shown((text or "").strip())}; it must be {length} finite numbers')
+    return numbers
+
+
+def _rgb(where: str, text: Optional[str]) -> Colour:
+    """Return (r, g, b) 0..255 of three or four numbers from 0 to 1."""
+    words = (text or '').split()
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in _numbers(where, ' '.join(words[:3]), 3))
+    return red, green, blue

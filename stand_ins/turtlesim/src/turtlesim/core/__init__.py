@@ -1,0 +1,1 @@
+"""The part of turtlesim that needs no ROS."""

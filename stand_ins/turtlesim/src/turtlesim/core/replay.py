@@ -1,0 +1,190 @@
+"""Replays recordings of turtlesim through core and canvas and counts what differs.
+
+recording.py says what a recording is. A PNG of the same name beside it is the canvas at the end, without the turtle.
+
+A recorder sees from the pose in which tick a command or teleport took effect, but not so for the pen and for clear:
+those may be booked one tick early. Where the colour sensor's readings right after such an event fit better with the
+event one tick later, the replay moves it and says so; the share of equal colours is given both ways.
+"""
+import argparse
+import csv
+import io
+import math
+import os
+import struct
+import sys
+
+from kinematic_core.worlds.turtle_world import CANVAS_SIZE, WATCHDOG_STEPS, TurtlePose
+from turtlesim.core.drawn_world import DrawnWorld
+from turtlesim.core.recording import COLOUR, EMPTY, EVENTS, TURTLE
+
+LONGEST_GAP = 100_000  # [ticks] that nobody recorded: 27 minutes
+UNSEEN = ('pen', 'clear')  # events that leave no trace in the pose
+
+
+class RecordingError(ValueError):
+    """A file is no recording; the text says which, where and why."""
+
+
+class Comparison:
+    """What the replay of one recording showed."""
+
+    def __init__(self):
+        self.ticks = 0
+        self.different_poses = 0
+        self.first_difference = None  # text
+        self.different_colours = []  # ticks
+        self.booked_different_colours = 0  # their number with every event in the tick in which it is booked
+        self.moved_events = 0
+        self.equal_pixels = None  # share, 0..1, or None without a picture
+
+
+def replay(path):
+    """Replay a recording; return its Comparison. Raise RecordingError or OSError when it cannot be read."""
+    rows = _read(path)
+    result, canvas = _run(rows, path)
+    booked, moved = len(result.different_colours), 0
+    for number, row in enumerate(rows[:-1]):
+        near = range(row['tick'], row['tick'] + 3)
+        if any(event[0] in UNSEEN for event in row['events']) and any(t in near for t in result.different_colours):
+            later = _one_tick_later(rows, number)
+            other, other_canvas = _run(later, path)
+            if len(other.different_colours) < len(result.different_colours):
+                rows, result, canvas, moved = later, other, other_canvas, moved + 1
+    result.booked_different_colours, result.moved_events = booked, moved
+    picture = os.path.splitext(path)[0] + '.png'
+    if os.path.exists(picture):
+        result.equal_pixels = _equal_pixels(canvas, picture)
+    return result
+
+
+def _one_tick_later(rows, number):
+    """Return the rows with the unseen events of the row ``number`` moved to the next one."""
+    events = rows[number]['events']
+    rows = list(rows)
+    rows[number] = dict(rows[number], events=[event for event in events if event[0] not in UNSEEN])
+    rows[number + 1] = dict(rows[number + 1], events=[event for event in events if event[0] in UNSEEN]
+                            + rows[number + 1]['events'])
+    return rows
+
+
+def _run(rows, path):
+    # a recording that says when the watchdog struck was taken in wall time: its events count, not our own
+    timed = any(event[0] == 'timeout' for row in rows for event in row['events'])
+    drawn = DrawnWorld(watchdog_steps=math.inf if timed else WATCHDOG_STEPS)
+    result = Comparison()
+    tick = rows[0]['tick'] - 1
+    for row in rows:
+        if row['tick'] - tick > LONGEST_GAP:
+            raise RecordingError(f'{path}: tick {row["tick"]} follows tick {tick}; a gap may have {LONGEST_GAP} ticks')
+        for _ in range(tick + 1, row['tick']):  # ticks that nobody recorded
+            drawn.step()
+        tick = row['tick']
+        _apply(drawn, row, path)
+        readings = [(turtle.pose(), colour) for turtle, colour, _ in drawn.step() if turtle.name == TURTLE]
+        _compare(result, row, *(readings or [(None, None)])[0])
+    return result, drawn.canvas
+
+
+def _read(path):
+    with open(path, 'rb') as file:
+        content, end, cut = file.read().rpartition(b'\n')
+    try:
+        reader = csv.DictReader(io.StringIO((content + end).decode('utf-8'), newline=''))
+    except UnicodeDecodeError:
+        raise RecordingError(f'{path}: not a text file') from None
+    try:
+        rows = [_parse(row) for row in reader]
+    except (KeyError, TypeError, AttributeError, ValueError, OverflowError, csv.Error) as error:
+        raise RecordingError(f'{path}: line {reader.line_num}: not a row of a recording of turtlesim: {error!r}; '
+                             f'the columns are {", ".join(("tick", "event", *TurtlePose._fields, *COLOUR))}') from None
+    if not rows:
+        raise RecordingError(f'{path}: holds no ticks')
+    if cut:
+        print(f'{path}: the last row is incomplete, it has no end of line, and is left out', file=sys.stderr)
+    return rows
+
+
+def _parse(row):
+    events = [event.split() for event in row['event'].split(';') if event.strip()]
+    fields = [row[field] for field in (*TurtlePose._fields, *COLOUR)]
+    pose = colour = None  # there is no turtle
+    if tuple(fields) != EMPTY:
+        pose = TurtlePose(*map(float, fields[:len(TurtlePose._fields)]))
+        _bits(pose)  # refuses what is no float32
+        colour = tuple(map(int, fields[len(TurtlePose._fields):]))
+    return {'tick': int(row['tick']), 'pose': pose, 'colour': colour,
+            'events': [(name, *map(float, values)) for name, *values in events]}
+
+
+def _apply(drawn, row, path):
+    for called, *values in row['events']:
+        turtle, _, name = called.rpartition('/')
+        try:
+            EVENTS[name](drawn, turtle or TURTLE, *values)
+        except KeyError:
+            raise RecordingError(f'{path}: tick {row["tick"]}: unknown event {name!r}; known are: '
+                                 f'{", ".join(EVENTS)}') from None
+        except (TypeError, ValueError, OverflowError) as error:  # InvalidInput is a ValueError
+            raise RecordingError(f'{path}: tick {row["tick"]}: event {name} {values}: {error}') from None
+
+
+def _bits(pose):
+    return None if pose is None else struct.pack('<5f', *pose)
+
+
+def _text(pose):
+    return 'no turtle1' if pose is None else ', '.join(f'{name}={value!r}' for name, value in pose._asdict().items())
+
+
+def _compare(result, row, pose, colour):
+    result.ticks += 1
+    if _bits(pose) != _bits(row['pose']):
+        result.different_poses += 1
+        if result.first_difference is None:
+            ours = pose and TurtlePose(*struct.unpack('<5f', _bits(pose)))
+            result.first_difference = f'tick {row["tick"]}: recorded {_text(row["pose"])}; here {_text(ours)}'
+    if colour != row['colour']:
+        result.different_colours.append(row['tick'])
+
+
+def _equal_pixels(canvas, path):
+    import cv2
+    picture = cv2.imread(path, cv2.IMREAD_COLOR)
+    if picture is None or picture.shape != (CANVAS_SIZE, CANVAS_SIZE, 3):
+        raise RecordingError(f'{path}: not a picture of {CANVAS_SIZE} x {CANVAS_SIZE} pixels')
+    return float((picture[:, :, ::-1] == canvas.array()).all(axis=2).mean())
+
+
+def _report(path, result):
+    def share(different):
+        return f'{100.0 * (1.0 - different / result.ticks):.2f} %'
+    moved = '' if not result.moved_events else (f' (with {result.moved_events} pen or clear events one tick later than '
+                                                f'booked; {share(result.booked_different_colours)} as booked)')
+    canvas = 'no picture' if result.equal_pixels is None else f'{100.0 * result.equal_pixels:.4f} % of the pixels equal'
+    print(f'{path}: {result.ticks} ticks, {result.different_poses} with a different pose, '
+          f'{share(len(result.different_colours))} of the colours equal{moved}, {canvas}')
+    if result.first_difference:
+        print(f'  first difference: {result.first_difference}')
+
+
+def main(arguments=None):
+    """Replay the files of the command line; return 1 when a pose differs, 2 when a file cannot be replayed."""
+    parser = argparse.ArgumentParser(prog='./run replay', description='Replay recordings of the real turtlesim.')
+    parser.add_argument('files', nargs='+', metavar='FILE.csv', help='recordings, each with or without a PNG beside it')
+    status = 0
+    for path in parser.parse_args(arguments).files:
+        try:
+            result = replay(path)
+        except (RecordingError, OSError) as error:
+            print(error, file=sys.stderr)
+            status = 2
+            continue
+        _report(path, result)
+        if result.different_poses:
+            status = status or 1
+    return status
+
+
+if __name__ == '__main__':
+    sys.exit(main())

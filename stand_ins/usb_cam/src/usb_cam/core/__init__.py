@@ -1,0 +1,1 @@
+"""The part of usb_cam that needs no ROS."""

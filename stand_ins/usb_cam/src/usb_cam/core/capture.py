@@ -1,0 +1,130 @@
+"""Keeps images coming from a source, whatever happens to it. Without ROS.
+
+Threading contract: ``start``, ``stop``, ``wake`` and ``close`` may be called from any thread. A thread of the Capture
+opens, reads and closes sources and calls the sink; ``wanted``, which must not block, is called by other threads too.
+"""
+import threading
+from typing import Callable, Optional, Protocol
+
+from usb_cam.core.pace import FrameSchedule
+from usb_cam.core.sources import EndOfSource, Source, SourceError
+
+RETRY = 1.0  # [s] between two attempts to open what cannot be read
+STOP_TIMEOUT = 5.0  # [s] that stopping may take: OpenCV waits for a webcam that hangs
+
+
+class Sink(Protocol):
+    """Where a Capture's images go."""
+
+    def wanted(self) -> bool:
+        """Return whether anybody subscribes."""
+
+    def opened(self, source: Source) -> None:
+        """Learn which source is read from now on."""
+
+    def picture(self, source: Source) -> None:
+        """Retrieve the image that the source has grabbed; called only while wanted."""
+
+    def trouble(self, text: str) -> None:
+        """Learn why there are no images; another attempt follows."""
+
+    def ended(self) -> None:
+        """Learn that the last image was shown; the Capture's start() plays the source again."""
+
+
+class Capture:
+    """A thread between ``open_source()``, which returns a Source or raises SourceError, and a sink.
+
+    A webcam is read even while nobody subscribes, so that its images are fresh; files pause, so that nobody misses
+    their start.
+    """
+
+    def __init__(self, open_source: Callable[[], Source], sink: Sink, retry: float = RETRY) -> None:
+        self._open, self._sink, self._retry = open_source, sink, retry
+        self._change = threading.Condition()
+        self._running, self._closed, self._idle = False, False, True
+        self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
+        self._thread.start()
+
+    def start(self) -> None:
+        """Start capturing."""
+        with self._change:
+            self._running = True
+            self._change.notify_all()
+
+    def stop(self) -> bool:
+        """Close the source; return whether it has happened within STOP_TIMEOUT, after which no image comes.
+
+        It also returns True when another thread has called start() in the meantime.
+        """
+        with self._change:
+            self._running = False
+            self._change.notify_all()
+            return self._change.wait_for(lambda: self._idle or self._running, STOP_TIMEOUT)
+
+    def wake(self) -> None:
+        """Check again whether images are wanted."""
+        with self._change:
+            self._change.notify_all()
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._change:
+            self._closed = True
+        self.stop()
+        self._thread.join(STOP_TIMEOUT)
+
+    def _run(self) -> None:
+        while True:
+            with self._change:
+                self._idle = not self._running
+                self._change.notify_all()
+                self._change.wait_for(lambda: self._running or self._closed)
+                if self._closed:
+                    self._idle = True
+                    return
+                self._idle = False
+            self._attempt()
+
+    def _attempt(self) -> None:
+        source: Optional[Source] = None
+        try:
+            source = self._open()
+            self._sink.opened(source)
+            self._play(source)
+        except EndOfSource:
+            with self._change:
+                self._running = False
+            self._sink.ended()
+        except SourceError as error:
+            self._sink.trouble(str(error))
+            self._wait(self._retry)
+        finally:
+            if source is not None:
+                source.close()
+
+    def _play(self, source: Source) -> None:
+        schedule = None if source.live else FrameSchedule(source.rate)
+        while self._running:
+            if schedule is not None:
+                if not self._sink.wanted():
+                    with self._change:
+                        self._change.wait_for(lambda: not self._running or self._sink.wanted())
+                    schedule.restart()
+                elif schedule.time_left() > 0.0:
+                    self._wait(schedule.time_left())
+                    continue
+                else:
+                    schedule.advance()
+                    self._show(source)
+            else:
+                self._show(source)
+
+    def _show(self, source: Source) -> None:
+        source.grab()
+        if self._running and self._sink.wanted():
+            self._sink.picture(source)
+
+    def _wait(self, duration: float) -> None:
+        with self._change:
+            self._change.wait_for(lambda: not self._running, duration)

@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""The simulated Robotont's start: worlds and parameters that cannot be, a second robot, time, repeatable runs."""
+import tempfile
+import time
+
+import rospy
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock, Log
+from sim_ros.srv import Step
+
+from rostest_support.common import Collected, NodeLog, proxy, run, until
+from rostest_support.robotont import RADIUS, RobotontCase, place, stands, used
+
+FIRST_ODOMETRY = 1.0  # [s] from the start of the process, on a machine that has nothing else to do
+ATTEMPTS = 3  # the best one counts
+WORLD = '''<sdf version="1.6"><world name="w">
+<model name="crate"><static>1</static><pose>1.5 0 0.5 0 0 0</pose><link name="l"><collision name="c">
+<geometry><box><size>1 1 1</size></box></geometry></collision></link></model>
+<model name="tree"><link name="l"><visual name="v"><geometry><mesh><uri>model://oak.dae</uri></mesh></geometry></visual>
+</link></model></world></sdf>'''
+
+
+class StartupTest(RobotontCase):
+
+    def world_file(self, text, suffix):
+        file = tempfile.NamedTemporaryFile('w', suffix=suffix)
+        self.addCleanup(file.close)
+        file.write(text)
+        file.flush()
+        return file.name
+
+    def test_robotont_refuses_what_cannot_be(self):
+        bad = self.world_file('boxes: [{name: a, x: 0, y: 0, yaw: 0, length: 0, width: 1, height: 1}]', '.yaml')
+        starts = [
+            (('_world:=minimaze', '_x:=1.0'),
+             'parameters /robotont_gazebo/x, ~y: the robot cannot be at x=1, y=0: wall6'),
+            ((f'_world:={bad}',), f'parameter /robotont_gazebo/world: {bad}: a: length is 0; it must be more than 0'),
+            (('_world:=nowhere',), "parameter /robotont_gazebo/world: there is no world 'nowhere'"),
+            (('_model:=turtlebot',), 'one of robotont_gazebo_nuc, robotont_gazebo_lidar, robotont_gazebo_basic'),
+            (('_watchdog:=0',), 'a number from 0.05 to 3600, or never s'),
+            (('_max_speed:=-1',), 'a number from 0.01 to 10, or none m/s'),
+        ]
+        processes = [(self.start(f'__name:=robot{number}', f'__ns:=space{number}', *arguments), said)
+                     for number, (arguments, said) in enumerate(starts)]
+        for number, (process, said) in enumerate(processes):
+            said = said.replace('/robotont_gazebo/', f'/space{number}/robot{number}/')
+            self.assertIn(said, self.ended(process, 2))
+
+    def test_robotont_reads_a_gazebo_world(self):
+        process = self.start(f'_world:={self.world_file(WORLD, ".world")}')
+        process.wait_for_output(r'\[WARN\].*tree/l: <mesh> model://oak.dae is left out')
+        odometry = self.collected('odom', Odometry)
+        self.drive_until(lambda: abs(place(odometry.messages[-1])[0] - (1.0 - RADIUS)) < 1e-6, 'the crate', 2.0)
+
+    def test_robotont_second_one_is_told_and_the_first_drives_on(self):
+        first = self.start()
+        odometry = self.collected('odom', Odometry)
+        for arguments, said in (((), '/robotont_gazebo has this name already'),
+                                (('__name:=other',), '/robotont_gazebo publishes /odom already')):
+            self.assertIn(said, self.ended(self.start(*arguments), 1))
+        self.drive_until(lambda: place(odometry.messages[-1])[0] > 0.1, 'a robot that drives', 0.5)
+        self.start('__ns:=robot2', '_frame_prefix:=robot2/')
+        self.space = '/robot2/'
+        self.assertEqual('robot2/odom', self.message('odom', Odometry).header.frame_id)
+        self.assertTrue(first.runs(), first.output())
+
+    def test_robotont_takes_the_place_of_one_that_was_killed(self):
+        first = self.start()
+        self.message('odom', Odometry)
+        first.process.kill()
+        first.process.wait()
+        self.start()
+        odometry = self.collected('odom', Odometry)
+        self.drive_until(lambda: place(odometry.messages[-1])[0] > 0.1, 'a robot that drives', 0.5)
+
+    def test_robotont_starts_within_a_second(self):
+        odometry = Collected('/odom', Odometry)
+        times = []
+        while len(times) < ATTEMPTS and min(times, default=FIRST_ODOMETRY) >= FIRST_ODOMETRY:
+            begin, known = time.monotonic(), len(odometry.messages)
+            process = self.start()
+            until(lambda known=known: len(odometry.messages) > known, 'the first odometry')
+            # on a loaded machine it waits for its turn, which is not its fault
+            times.append(min(time.monotonic() - begin, used(process.process.pid)))
+            process.stop()
+        self.assertLess(min(times), FIRST_ODOMETRY, times)
+
+    def test_robotont_stops_where_time_jumps_back(self):
+        rospy.set_param('/use_sim_time', True)
+        self.addCleanup(rospy.delete_param, '/use_sim_time')
+        clock = rospy.Publisher('/clock', Clock, queue_size=10, latch=True)
+        clock.publish(rospy.Time(100))
+        self.start('_clock:=false', '_watchdog:=never')
+        odometry = self.collected('odom', Odometry)
+        log = NodeLog('/robotont_gazebo')
+        self.driver()(0.2)
+        odometry.next(lambda message: not stands(message), 'a robot that moves')
+        self.assertEqual(rospy.Time(100), odometry.messages[-1].header.stamp)
+        clock.publish(rospy.Time(50))
+        log.wait(Log.WARN, r'Time jumped back by 50.000 s, from 100.000: the robot stops and waits for a new command\.')
+        odometry.next(lambda message: stands(message) and message.header.stamp == rospy.Time(50), 'a robot that stands')
+        self.driver()(0.2)
+        odometry.next(lambda message: not stands(message), 'a robot that moves again')
+        self.assertEqual(1, len(log.texts(Log.WARN)))
+
+    def run_by_steps(self, *arguments):
+        """Let a new simulator make 240 steps with one command; return its last odometry and true pose."""
+        process = self.start('_paused:=true', '_clock:=true', '_odom_noise:=0.02', *arguments)
+        odometry = self.collected('odom', Odometry, wait=False)
+        truth = self.collected('~ground_truth', Odometry, wait=False)
+        until(lambda: odometry.subscriber.get_num_connections() and truth.subscriber.get_num_connections(),
+              'connections with the simulator')
+        self.driver()(0.5, 0.1, 0.3)
+        step = proxy('/robotont_gazebo/step', Step)
+        # the command is there when a step shows it; the first ones may come before it
+        until(lambda: step(4) and odometry.messages and not stands(odometry.messages[-1]), 'a robot that moves')
+        start = next(number for number, message in enumerate(odometry.messages) if not stands(message))
+        step(120)
+        until(lambda: len(odometry.messages) >= start + 20, 'the odometry of 80 steps')
+        process.stop()
+        return ([place(message) for message in odometry.messages[start:start + 15]],
+                [place(message) for message in truth.messages[start:start + 15]])
+
+    def test_robotont_same_seed_same_run(self):
+        first, again, other = (self.run_by_steps(f'_seed:={seed}') for seed in (5, 5, 6))
+        self.assertEqual(first, again)
+        self.assertNotEqual(first[0], other[0])
+        self.assertEqual(first[1], other[1], 'the noise is only in the odometry')
+        self.assertNotEqual(*first)
+
+
+if __name__ == '__main__':
+    run(StartupTest)

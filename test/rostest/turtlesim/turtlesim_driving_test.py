@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""How the turtle moves on cmd_vel: distances count steps of 16 ms, so a slow machine changes nothing."""
+import functools
+import math
+
+from rosgraph_msgs.msg import Log
+
+from rostest_support.common import BACKGROUND, DT, FLOAT32_TOLERANCE, MIDDLE, NodeLog, SimulatorCase, run, until
+
+STEPS = 63  # a command lasts: the 63rd step is the last within 1 s of it (62.5 steps)
+STEP_TOLERANCE = 1.0  # [steps] the first step after a command may come at once or 16 ms later
+
+
+def has_speed(speed, pose):
+    return abs(pose.linear_velocity - speed) < FLOAT32_TOLERANCE
+
+
+class DrivingTest(SimulatorCase):
+
+    def drive(self, **velocity):
+        """Give one command in the middle of the arena, wait until its effect is over; return the poses meanwhile."""
+        poses = self.poses()
+        self.driver()(**velocity)
+        poses.next(lambda pose: pose.linear_velocity or pose.angular_velocity, 'a turtle that moves')
+        poses.next(lambda pose: not pose.linear_velocity and not pose.angular_velocity, 'a turtle that stands')
+        return poses.messages
+
+    def steps(self, amount, speed):
+        """Assert that an amount [m or rad] at a speed [1/s] took as many steps as a command lasts."""
+        self.assertAlmostEqual(STEPS, amount / (speed * DT), delta=STEP_TOLERANCE)
+
+    def test_turtlesim_drives_forward(self):
+        poses = self.drive(x=2.0)
+        self.steps(poses[-1].x - poses[0].x, 2.0)
+        self.assert_pose(poses[-1], poses[-1].x, MIDDLE, 0.0)
+        moving = [pose for pose in poses if pose.linear_velocity]
+        self.assertEqual({(2.0, 0.0)}, {(pose.linear_velocity, pose.angular_velocity) for pose in moving})
+
+    def test_turtlesim_drives_backward(self):
+        poses = self.drive(x=-2.0)
+        self.steps(poses[-1].x - poses[0].x, -2.0)
+        self.assertEqual({0.0, 2.0}, {pose.linear_velocity for pose in poses}, 'the speed is never negative')
+
+    def test_turtlesim_drives_sideways(self):
+        heading = 0.5
+        self.jump(MIDDLE, MIDDLE, heading)
+        poses = self.drive(y=1.5)
+        way = math.hypot(poses[-1].x - MIDDLE, poses[-1].y - MIDDLE)
+        self.steps(way, 1.5)
+        self.assert_pose(poses[-1], MIDDLE - math.sin(heading) * way, MIDDLE + math.cos(heading) * way, heading)
+
+    def test_turtlesim_turns(self):
+        poses = self.drive(turn=4.0)
+        # 63 steps of 0.064 rad are 4.032 rad, which is beyond pi and so shown as 4.032 - 2 pi
+        self.steps(poses[-1].theta + 2.0 * math.pi, 4.0)
+        self.assert_pose(poses[-1], MIDDLE, MIDDLE, poses[-1].theta)
+        self.assertTrue(all(-math.pi <= pose.theta < math.pi for pose in poses))
+
+    def test_turtlesim_drives_a_circle(self):
+        poses = self.drive(x=2.0, turn=2.0)
+        # steps of 0.032 m, each after a turn of 0.032 rad: the corners of a polygon whose circumscribed circle has
+        # this radius; the middle lies perpendicular to the edge from the first corner to the second
+        radius = 0.016 / math.sin(0.016)
+        x, y = MIDDLE - radius * math.sin(0.016), MIDDLE + radius * math.cos(0.016)
+        for pose in poses:
+            self.assertAlmostEqual(radius, math.hypot(pose.x - x, pose.y - y), delta=1e-4)
+        self.steps(poses[-1].theta, 2.0)
+
+    def test_turtlesim_obeys_the_last_command(self):
+        poses, drive = self.poses(), self.driver()
+        for speed in (1.0, 2.0, 3.0):
+            drive(x=speed)
+        poses.next(lambda pose: pose.linear_velocity == 3.0, 'the last of three speeds')
+        drive(x=0.0)
+        stopped = poses.next(lambda pose: pose.linear_velocity == 0.0, 'a turtle that stands')
+        self.assertEqual(stopped.x, poses.more(10)[-1].x)
+
+    def test_turtlesim_stops_after_a_second(self):
+        poses, drive = self.poses(), self.driver()
+        for speed in (0.4, 0.5, 0.6, 0.7):  # a command within the second renews it: 4 x 25 steps without a stop
+            drive(x=speed)
+            first = poses.index(functools.partial(has_speed, speed), f'a turtle at {speed} m/s')
+            self.assertTrue(all(has_speed(speed, pose) for pose in poses.some(first, 25)))
+        stopped = poses.index(lambda pose: pose.linear_velocity == 0.0, 'a turtle that stands', first)
+        begin, end = poses.messages[first], poses.messages[stopped]
+        self.steps(end.x - (begin.x - 0.7 * DT), 0.7)
+        self.assertEqual(end.x, poses.some(stopped, 10)[-1].x)
+
+    def test_turtlesim_wall(self):
+        log, poses = NodeLog('/turtlesim'), self.poses()
+        self.driver()(x=100.0)
+        # steps of 1.6 m from 5.544444 m: 7.1, 8.7, 10.3, then 11.944444, beyond the arena's 11.088889; then from there
+        lines = [r'Oh no! I hit the wall! \(Clamping from \[x=11\.94444[45], y=5\.54444[45]\]\)',
+                 r'Oh no! I hit the wall! \(Clamping from \[x=12\.68888[89], y=5\.54444[45]\]\)']
+        for line in lines:
+            log.wait(Log.WARN, line)
+        pose = poses.next(lambda pose: pose.linear_velocity == 0.0, 'a turtle that stands')
+        self.assert_pose(pose, 2.0 * MIDDLE, MIDDLE, 0.0)
+        # one line a step: 63 steps of which the first three met no wall
+        until(lambda: len(log.texts(Log.WARN)) >= STEPS - 3 - STEP_TOLERANCE, f'{STEPS - 3} warnings')
+        self.assertLessEqual(len(log.texts(Log.WARN)), STEPS - 3 + STEP_TOLERANCE)
+
+    def test_turtlesim_wall_below(self):
+        """y is given downwards in the warning: below the arena it is more than its size."""
+        log = NodeLog('/turtlesim')
+        self.driver()(x=-100.0, y=-100.0)
+        # the fourth step: 5.544444 + 6.4 m downwards, and -0.855556 m to the left
+        log.wait(Log.WARN, r'Oh no! I hit the wall! \(Clamping from \[x=-0\.85555[56], y=11\.94444[45]\]\)')
+        until(lambda: self.pose().linear_velocity == 0.0, 'a turtle that stands')
+        self.assert_pose(self.pose(), 0.0, 0.0, 0.0)
+
+    def test_turtlesim_color_sensor(self):
+        self.assertEqual(BACKGROUND, self.color())
+        self.call('turtle1/set_pen', 255, 128, 0, 5, 0)
+        self.driver()(x=0.5)  # 0.36 px a step: the turtle stands on what it has just drawn
+        until(lambda: self.color() == (255, 128, 0), 'the colour of the pen under the turtle')
+
+
+if __name__ == '__main__':
+    run(DrivingTest)

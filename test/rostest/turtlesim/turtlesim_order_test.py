@@ -1,0 +1,307 @@
+#!/usr/bin/env python3
+"""In which order what can be seen of the simulator happens: registrations, lines of its log, answers, poses.
+
+All of it is the original's order. A service call is made here over a socket of its own, so that what comes when is seen
+by one thread and not ordered by those of rospy.
+"""
+import re
+import select
+import socket
+import struct
+import sys
+import threading
+import xmlrpc.client
+
+import rosgraph
+import rospy
+from rosgraph_msgs.msg import Log
+from sim_ros.srv import Step, StepRequest
+from std_srvs.srv import Trigger
+from turtlesim.msg import Color, Pose
+from turtlesim.srv import SetPen, SetPenRequest, TeleportAbsolute, TeleportAbsoluteRequest
+
+from rospy_support.rospy_internals import frame
+from rostest_support.common import DEADLINE, NodeLog, Process, SimulatorCase, own_simulator, proxy, run, until
+
+ROUNDS = 20
+PROGRAMS = 5  # runs of PROGRAM, most of which failed where set_pen answers at once
+PROGRAM = '''
+import rospy
+from turtlesim.msg import Pose
+from turtlesim.srv import SetPen, Spawn
+
+
+class Turtles:
+    def __init__(self):
+        for number in (1, 2, 3):
+            rospy.Subscriber(f'turtle{number}/pose', Pose, self.received, number)
+        for number in (1, 2, 3):
+            rospy.ServiceProxy(f'turtle{number}/set_pen', SetPen)(number, 0, 0, 1, 0)
+        print('sum', self.turtle1_x + self.turtle2_x + self.turtle3_x)
+
+    def received(self, pose, number):
+        setattr(self, f'turtle{number}_x', pose.x)
+
+
+rospy.init_node('leans_on_poses')
+Turtles()
+'''
+
+
+class Connection:
+    """A TCPROS connection to the simulator: bytes in the order in which it wrote them, with a time for each message."""
+
+    def __init__(self, **fields):
+        """``fields`` of the header; a topic's or a service's."""
+        fields.update(callerid=rospy.get_name(), tcp_nodelay='1')
+        pairs = [f'{key}={value}'.encode() for key, value in fields.items()]
+        header = b''.join(struct.pack('<I', len(pair)) + pair for pair in pairs)
+        self.socket = socket.create_connection(address_of_simulator(), DEADLINE)
+        self.socket.sendall(struct.pack('<I', len(header)) + header)
+        self.read_block()
+
+    def read(self, size):
+        """Return that many bytes."""
+        data = b''
+        while len(data) < size:
+            more = self.socket.recv(size - len(data))
+            if not more:
+                raise EOFError(f'closed after {len(data)} of {size} bytes')
+            data += more
+        return data
+
+    def ready(self):
+        """Return whether there is something to read."""
+        return bool(select.select([self.socket], [], [], 0)[0])
+
+    def read_block(self):
+        """Return a message or header, without its length."""
+        return self.read(struct.unpack('<I', self.read(4))[0])
+
+
+def address_of_simulator():
+    """Return where the simulator takes connections."""
+    uri = rosgraph.Master(rospy.get_name()).lookupService('/clear')
+    return re.match(r'rosrpc://(.*):(\d+)', uri).groups()
+
+
+def subscribe(topic, kind):
+    """Return the Connection of a subscriber, of which a first message has come."""
+    connection = Connection(topic=topic, type=kind._type, md5sum=kind._md5sum)
+    connection.read_block()
+    return connection
+
+
+def service(name, kind):
+    """Return the Connection of a persistent caller."""
+    return Connection(service=name, md5sum=kind._md5sum, persistent='1')
+
+
+class OrderTest(SimulatorCase):
+
+    def next_pose(self, connection):
+        """Skip what has come, and return the next pose; the simulator has just made a step then."""
+        while connection.ready():
+            connection.read_block()
+        return connection.read_block()
+
+    def test_turtlesim_order_of_answer_and_pose(self):
+        """A call is answered before the poses of that step, which show a teleport's effect; the next takes a step."""
+        poses, jump = subscribe('/turtle1/pose', Pose), service('/turtle1/teleport_absolute', TeleportAbsolute)
+        for number in range(ROUNDS):
+            x = 1.0 + 0.25 * number
+            self.next_pose(poses)
+            jump.socket.sendall(frame(TeleportAbsoluteRequest(x, 5.0, 0.0)))
+            self.assertEqual(b'\x01\0\0\0\0', jump.read(5))
+            seen = []
+            while x not in seen:
+                seen.append(struct.unpack('<5f', poses.read_block())[0])
+        self.next_pose(poses)
+        for number in range(ROUNDS):
+            jump.socket.sendall(frame(TeleportAbsoluteRequest(0.25 * number, 2.0, 0.0)))
+            jump.read(5)
+        seen = [struct.unpack('<5f', poses.read_block())[0] for _ in range(ROUNDS - 1)]
+        self.assertLessEqual({0.25 * number for number in range(ROUNDS - 2)}, set(seen), 'two calls in one step')
+
+    def test_turtlesim_poses_between_calls(self):
+        """Between two answers of calls back to back there is a pose, also where nothing moves."""
+        poses, pen = subscribe('/turtle1/pose', Pose), service('/turtle1/set_pen', SetPen)
+        self.next_pose(poses)
+        for _ in range(ROUNDS):
+            pen.socket.sendall(frame(SetPenRequest(1, 2, 3, 3, 0)))
+            pen.read(5)
+        count = 0
+        while poses.ready():
+            poses.read_block()
+            count += 1
+        self.assertGreaterEqual(count, ROUNDS - 1)
+
+    def test_turtlesim_answer_first(self):
+        """No pose that shows a teleport's effect is there before the answer to the call."""
+        poses, jump = subscribe('/turtle1/pose', Pose), service('/turtle1/teleport_absolute', TeleportAbsolute)
+        for number in range(ROUNDS):
+            x = 1.0 + 0.25 * number
+            jump.socket.sendall(frame(TeleportAbsoluteRequest(x, 5.0, 0.0)))
+            while struct.unpack('<5f', poses.read_block())[0] != x:
+                pass
+            self.assertTrue(jump.ready(), 'a pose came before the answer')
+            jump.read(5)
+
+    def test_turtlesim_calls_of_many_share_a_step(self):
+        """Calls that came between two steps are all answered in one, each with its effect before the next pose."""
+        poses = subscribe('/turtle1/pose', Pose)
+        callers = [service('/turtle1/set_pen', SetPen) for _ in range(8)]
+        between = []
+        for _ in range(ROUNDS):
+            self.next_pose(poses)
+            for number, caller in enumerate(callers):
+                caller.socket.sendall(frame(SetPenRequest(number, 0, 0, 3, 0)))
+            steps, waiting = 0, {caller.socket: caller for caller in callers}
+            while waiting:
+                ready, _, _ = select.select([poses.socket, *waiting], [], [], DEADLINE)
+                for each in set(ready) & set(waiting):
+                    self.assertEqual(b'\x01\0\0\0\0', waiting.pop(each).read(5))
+                if waiting and poses.socket in ready:
+                    poses.read_block()
+                    steps += 1
+            between.append(steps)
+        # at a step that begins while the calls are being sent, some are answered in the one after
+        self.assertEqual(0, sorted(between)[ROUNDS // 2], between)
+
+    def test_turtlesim_order_of_topics(self):
+        """In each step the turtles publish in alphabetical order of their names, each its pose, then its colour."""
+        for name in ('berta', 'anna'):
+            self.call('spawn', 2.0, 2.0, 0.0, name)
+        names = ['anna', 'berta', 'turtle1']
+        topics = [(f'/{name}/{topic}', kind) for name in names for topic, kind in (('pose', Pose),
+                                                                                  ('color_sensor', Color))]
+        connections = [subscribe(*topic) for topic in topics]
+        proxy('/turtlesim/pause', Trigger)()
+        for each in connections:
+            while each.ready():
+                each.read_block()
+        step = service('/turtlesim/step', Step)
+        for _ in range(ROUNDS):
+            step.socket.sendall(frame(StepRequest(1)))
+            there = []
+            while len(there) < len(connections):  # the later first: what comes between two looks is seen in the next
+                there = [place for place in range(len(connections) - 1, -1, -1) if connections[place].ready()]
+                expected = list(range(len(there) - 1, -1, -1))
+                self.assertEqual(expected, there, [topics[place] for place in there])
+            for each in (step.read(1) and step, *connections):
+                each.read_block()
+
+    def test_turtlesim_program_that_leans_on_poses(self):
+        """A program that subscribes, calls set_pen three times and then uses the poses: it lives with the original."""
+        for _ in range(2):
+            self.call('spawn', 2.0, 2.0, 0.0, '')
+        for _ in range(PROGRAMS):
+            with Process(sys.executable, '-c', PROGRAM) as program:
+                until(lambda: not program.runs(), 'an end of the program')  # noqa: B023
+                self.assertRegex(program.output(), r'sum \d')
+                self.assertEqual(0, program.process.returncode, program.output())
+
+    def test_turtlesim_kill_of_a_turtle_that_is_called(self):
+        """A kill and calls of that turtle at once: each call is answered, well or with an error that names it."""
+        for _ in range(5):
+            self.call('spawn', 2.0, 2.0, 0.0, 'anna')
+            callers = [service('/anna/set_pen', SetPen) for _ in range(4)]
+            answers = []
+
+            def call(caller, answers=answers):
+                try:
+                    while True:
+                        caller.socket.sendall(frame(SetPenRequest(1, 0, 0, 3, 0)))
+                        well = caller.read(1)[0]
+                        text = caller.read_block().decode()
+                        answers.append((well, text))
+                        if not well:
+                            return
+                except (EOFError, OSError):
+                    answers.append((0, 'anna: closed'))
+            threads = [threading.Thread(target=call, args=(caller,), daemon=True) for caller in callers]
+            for thread in threads:
+                thread.start()
+            self.call('kill', 'anna')
+            until(lambda: not any(thread.is_alive() for thread in threads), 'an answer to each call')  # noqa: B023
+            self.assertEqual({(0, True)}, {(well, 'anna' in text) for well, text in answers if not well})
+        self.assertEqual({'turtle1'}, self.turtles())
+
+
+class StartOrderTest(SimulatorCase):
+
+    def setUp(self):
+        """There is no simulator yet."""
+
+    def watch(self):
+        """Return a list that gets the names of the simulator's services and topics, in the order of their coming.
+
+        A thread looks at the master all the time; what comes between two looks has no order.
+        """
+        found, master = [], xmlrpc.client.ServerProxy(rosgraph.get_master_uri())
+
+        def look():
+            known = set()
+            while not done.is_set():
+                state = master.getSystemState('/test')[2]
+                names = {name for kind in state for name, nodes in kind if '/turtlesim' in nodes}
+                found.append(names - known)
+                known |= names
+        done = threading.Event()
+        thread = threading.Thread(target=look, daemon=True)
+        thread.start()
+        self.addCleanup(thread.join, DEADLINE)
+        self.addCleanup(done.set)
+        return found
+
+    def place(self, found, name):
+        """Return at which look a name was seen first."""
+        return until(lambda: [number for number, names in enumerate(list(found)) if name in names], name)[0]
+
+    def test_turtlesim_order_at_start(self):
+        """clear, reset, spawn and kill come first, then turtle1's: topics, then services; so do the lines of the log.
+
+        A client that waits for /spawn or /clear and calls at once is answered, and turtle1 is there then.
+        """
+        found = self.watch()
+        simulator = own_simulator()
+        self.addCleanup(simulator.stop)
+        rospy.wait_for_service('/clear', DEADLINE)
+        self.call('clear')
+        self.assertEqual('turtle2', self.call('spawn', 1.0, 1.0, 0.0, '').name)
+        names = ('/clear', '/reset', '/spawn', '/kill', '/turtle1/cmd_vel', '/turtle1/pose', '/turtle1/color_sensor',
+                 '/turtle1/set_pen', '/turtle1/teleport_relative', '/turtle1/teleport_absolute')
+        places = [self.place(found, name) for name in names]
+        self.assertEqual(sorted(places), places, list(zip(places, names)))
+        self.assertLess(places[3], self.place(found, '/turtle2/cmd_vel'))
+        lines = re.findall(r'Starting|Spawning turtle \[\w+\]|Clearing', simulator.output())
+        self.assertEqual(['Starting', 'Spawning turtle [turtle1]', 'Clearing', 'Spawning turtle [turtle2]'], lines)
+
+    def test_turtlesim_order_of_log_and_answer(self):
+        """Who has an answer finds the line of its call in the log, in front of the lines of what it did."""
+        simulator = own_simulator()
+        self.addCleanup(simulator.stop)
+        super().setUp()
+        for name, values, last in (('spawn', (1.0, 1.0, 0.0, 'anna'), r'Spawning turtle \[anna\]'),
+                                   ('clear', (), 'Clearing'), ('reset', (), r'Resetting turtlesim\.(.|\n)*'
+                                                                            r'Spawning turtle \[turtle1\]')):
+            self.call(name, *values)
+            self.assertRegex(simulator.output(), last)
+            self.refused('kill', 'nobody')
+            lines = simulator.output().splitlines()
+            self.assertIn('Tried to kill turtle [nobody]', lines[-1])
+            self.assertRegex('\n'.join(lines[:-1]), last)
+
+    def test_turtlesim_what_rosservice_prints(self):
+        """A call that fails prints what rosservice prints of every failure, and the reason."""
+        simulator = own_simulator()
+        self.addCleanup(simulator.stop)
+        super().setUp()
+        log = NodeLog('/turtlesim')
+        with Process('rosservice', 'call', '/kill', 'nobody') as call:
+            call.wait_for_output(r"ERROR: service \[/kill\] responded with an error: .*Tried to kill turtle \[nobody\]")
+        log.wait(Log.ERROR, r'Tried to kill turtle \[nobody\].*')
+
+
+if __name__ == '__main__':
+    run(OrderTest, StartOrderTest)

@@ -1,0 +1,172 @@
+#!/usr/bin/env python3
+"""How a simulator begins and ends: its first lines, parameters, displays. Each test starts its own."""
+import signal
+import subprocess
+
+import rospy
+from rosgraph_msgs.msg import Log
+
+from rostest_support.common import (
+    BACKGROUND,
+    DEADLINE,
+    MIDDLE,
+    SIMULATOR,
+    NodeLog,
+    Process,
+    SimulatorCase,
+    own_simulator,
+    registered_names,
+    run,
+    until,
+)
+
+FEW_FILES = 256  # open files; 1024 are usual, which a test would take long to reach
+NO_DISPLAY = ':4242'  # a display that no server serves
+
+
+class StartupTest(SimulatorCase):
+
+    def setUp(self):
+        """There is no simulator yet."""
+
+    def start(self, *arguments, **environment):
+        """Start a simulator; return its Process when turtle1's services are there."""
+        simulator = own_simulator(*arguments, **environment)
+        self.addCleanup(simulator.stop)
+        SimulatorCase.setUp(self)
+        return simulator
+
+    def background(self):
+        """Return the simulator's background parameters."""
+        return tuple(rospy.get_param(f'{self.simulator}/background_{channel}') for channel in 'rgb')
+
+    def test_turtlesim_log_at_start(self):
+        simulator = self.start()
+        simulator.wait_for_output(r'(?m)^\[INFO\].*: Starting turtlesim with node name /turtlesim$')
+        simulator.wait_for_output(r'(?m)^\[INFO\].*: Spawning turtle \[turtle1\] at '
+                                  r'x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]$')
+
+    def test_turtlesim_log_of_services(self):
+        self.start()
+        log = NodeLog('/turtlesim')
+        self.call('spawn', 3.0, 4.5, 1.57, 'anna')
+        log.wait(Log.INFO, r'Spawning turtle \[anna\] at x=\[3\.000000\], y=\[4\.500000\], theta=\[1\.570000\]')
+        self.call('clear')
+        log.wait(Log.INFO, r'Clearing turtlesim\.')
+        self.call('reset')
+        log.wait(Log.INFO, r'Resetting turtlesim\.')
+        log.wait(Log.INFO, r'Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]')
+        self.assertEqual([], log.texts(Log.WARN) + log.texts(Log.ERROR) + log.texts(Log.FATAL))
+
+    def test_turtlesim_background_absent(self):
+        """Absent background parameters are set to their defaults."""
+        self.start()
+        self.assertEqual(BACKGROUND, self.background())
+        self.assertEqual(BACKGROUND, self.color())
+
+    def test_turtlesim_background_given(self):
+        """Given ones are used and kept; those that are absent get their defaults."""
+        self.set_parameter('background_r', 1)
+        self.start('_background_g:=2')
+        self.assertEqual((1, 2, BACKGROUND[2]), self.background())
+        self.assertEqual((1, 2, BACKGROUND[2]), self.color())
+
+    def test_turtlesim_bad_background_at_start(self):
+        """Wrong types and ranges: an error that names parameter, value and range; the simulator takes its default."""
+        for value in ('red', 300, -1, 1.5, True, [1, 2]):
+            self.set_parameter('background_g', value)
+            simulator = self.start()
+            said = simulator.wait_for_output(r'\[ERROR\].*/turtlesim/background_g.*').group()
+            self.assertIn(repr(value), said)
+            self.assertIn('0 to 255', said)
+            self.assertEqual(BACKGROUND, self.color())
+            self.set_parameter('background_g', 7)
+            self.call('clear')
+            self.assertEqual(7, self.color()[1])
+            simulator.stop()
+
+    def test_turtlesim_bad_image_rate(self):
+        """A wrong image_rate ends the start with a text that names parameter, value and range."""
+        for value in ('fast', 0.0, 1000.0, True):
+            with own_simulator(f'_image_rate:={value}') as simulator:
+                until(lambda: not simulator.runs(), f'an end with {value!r}')  # noqa: B023
+                said = simulator.wait_for_output(r'\[FATAL\].*/turtlesim/image_rate.*').group()
+                self.assertIn(repr(value), said)
+                self.assertIn('0.1 to 62.5', said)
+                self.assertNotIn('Traceback', simulator.output())
+                self.assertEqual(2, simulator.process.returncode)
+
+    def test_turtlesim_many_turtles(self):
+        """More turtles than the usual limit of open files allows at three a turtle: the simulator raises the limit."""
+        limited = Process('bash', '-c', f'ulimit -Sn {FEW_FILES}; exec "$0"', SIMULATOR)
+        self.addCleanup(limited.stop)
+        SimulatorCase.setUp(self)
+        for _ in range(FEW_FILES // 2):
+            last = self.call('spawn', 2.0, 3.0, 1.0, '').name
+        self.assert_pose(self.pose(last), 2.0, 3.0, 1.0)
+        self.assertTrue(self.snapshot())
+        self.assertNotIn('Too many open files', limited.output())
+
+    def test_turtlesim_image_repeats(self):
+        """Two runs with the same turtles give the same pictures, to the byte."""
+        pictures = []
+        for _ in range(2):
+            simulator = self.start()
+            for name in ('anna', '', ''):
+                self.call('spawn', 2.0 + len(name), 3.0, 0.5, name)
+            pictures.append(self.snapshot())
+            simulator.stop()
+        self.assertEqual(*pictures)
+
+    def test_turtlesim_window_false(self):
+        """With a display, but told to do without a window: no word of it, and no process beside the simulator's."""
+        simulator = self.start('_window:=false', DISPLAY=NO_DISPLAY)
+        self.poses().more(30)
+        self.assertNotIn('isplay', simulator.output())
+        self.assertEqual('', children(simulator.process.pid))
+
+    def test_turtlesim_display_fails(self):
+        """A display that cannot be used costs the window and a warning, not the simulator."""
+        simulator = self.start(DISPLAY=NO_DISPLAY)
+        simulator.wait_for_output(f'WARN.*{NO_DISPLAY}')
+        self.poses().more(30)
+        self.assertTrue(simulator.runs())
+        self.assertNotIn('Traceback', simulator.output())
+        self.assertTrue(self.snapshot())
+
+    def test_turtlesim_ends(self):
+        """Ctrl-C and rosnode kill end it cleanly: nothing of it stays with the master."""
+        for end in ('Ctrl-C', 'rosnode kill'):
+            simulator = self.start()
+            self.poses()
+            if end == 'Ctrl-C':
+                simulator.process.send_signal(signal.SIGINT)
+            else:
+                subprocess.run(['rosnode', 'kill', '/turtlesim'], check=True, timeout=DEADLINE)
+            self.assertEqual(0, simulator.process.wait(DEADLINE), f'{end}: {simulator.output()}')
+            self.assertNotIn('Traceback', simulator.output())
+            until(lambda: not any(registered_names('/turtlesim')), 'a master that knows nothing of the simulator')
+
+    def test_turtlesim_same_name(self):
+        """A second simulator of the same name takes over: the first ends, as ROS wants it."""
+        first = self.start()
+        drive = self.driver()
+        poses = self.poses()
+        drive(x=1.0)
+        poses.next(lambda pose: pose.x > MIDDLE, 'a turtle that moves')
+        second = self.start()
+        until(lambda: not first.runs(), lambda: f'an end of the first simulator; it said: {first.output()}')
+        until(lambda: self.pose().x == MIDDLE, 'turtle1 of the second simulator')
+        drive(x=1.0)
+        poses.next(lambda pose: pose.x > MIDDLE, 'a turtle that moves')
+        self.assertTrue(second.runs())
+
+
+def children(pid):
+    """Return the ids of a process's children, separated by spaces."""
+    with open(f'/proc/{pid}/task/{pid}/children') as file:
+        return file.read().strip()
+
+
+if __name__ == '__main__':
+    run(StartupTest)

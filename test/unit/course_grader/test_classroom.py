@@ -1,0 +1,189 @@
+"""A class graded by stand-ins for the grader, which crash, hang, hide children or find the disk full."""
+import csv
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import pytest
+
+from course_grader.classes import classroom, grade_all, submissions
+from course_grader.formats import class_report
+
+# A grader that does what the file it is to grade says
+GRADER = r'''
+import json, os, signal, subprocess, sys, time
+*options, exercise, _, folder, _, program = sys.argv[1:]
+result = {'outcome': 'passed', 'score': 100.0, 'objections': [], 'reasons': [
+    {'check': 'draws', 'points': 100.0, 'of': 100.0, 'asked': 'a <square>', 'seen': 'it & more ' + ' '.join(options)}]}
+def write(**changes):
+    with open(os.path.join(folder, 'result.json'), 'w') as file:
+        json.dump({**result, **changes}, file)
+exec(open(program).read())
+'''
+PASS = 'write()'
+FAIL = "write(outcome='failed', score=12.5, objections=['it did not move']); sys.exit(1)"
+HANG = '''
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+child = subprocess.Popen(['sleep', '1000'], start_new_session=True, env={})
+open(os.path.join(folder, 'pid'), 'w').write(str(child.pid))
+time.sleep(1000)
+'''
+
+
+@pytest.fixture
+def grader(tmp_path):
+    path = tmp_path / 'fake_grader.py'
+    path.write_text(GRADER)
+    return [sys.executable, str(path)]
+
+
+def a_class(tmp_path, programs):
+    """Write {student: text} as programs for the exercise x; return the folder."""
+    folder = tmp_path / 'class'
+    for student, text in programs.items():
+        (folder / student).mkdir(parents=True)
+        (folder / student / 'x.py').write_text(text)
+    (tmp_path / 'x.yaml').write_text('{title: X, time: 5 s, checks: [{check: moves, length: 1 m, points: 100}]}')
+    return folder
+
+
+def command(tmp_path, grader, *arguments):
+    """Return a command that runs grade_all in a process of its own, as ./run grade does."""
+    program = (f'import sys; sys.path[:] = {sys.path!r}\nfrom course_grader.classes import classroom, grade_all\n'
+               'classroom.CLEANING = 0.3\n'
+               f'sys.exit(grade_all.main({list(arguments)!r}, {grader!r}, {{"x": {str(tmp_path / "x.yaml")!r}}}))')
+    return [sys.executable, '-c', program]
+
+
+def grade(tmp_path, grader, programs, *arguments):
+    """Grade a class; return (exit code, printed text, the table as rows)."""
+    folder, output = a_class(tmp_path, programs), tmp_path / 'out'
+    done = subprocess.run(command(tmp_path, grader, str(folder), '--output', str(output), *arguments), timeout=60,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, cwd=tmp_path)
+    with open(output / 'scores.csv', encoding='utf-8', newline='') as file:
+        return done.returncode, done.stdout.decode(), list(csv.reader(file))
+
+
+def ended(pid):
+    try:
+        with open(f'/proc/{pid}/stat', encoding='utf-8') as file:
+            return file.read().rsplit(')', 1)[1].split()[0] == 'Z'
+    except FileNotFoundError:
+        return True
+
+
+def test_a_class_gets_its_table(tmp_path, grader):
+    code, said, rows = grade(tmp_path, grader, {'anna': PASS, 'ben': FAIL}, '--seed', '5', '--jobs', '2')
+    assert code == 1
+    assert rows == [['student', 'x', 'mean'], ['anna', '100', '100.0'], ['ben', '12.5', '12.5']]
+    assert 'ben x: failed, 12.5 of 100' in said and ': it did not move' in said
+    suite = ElementTree.parse(tmp_path / 'out' / 'junit.xml').getroot().find('testsuite')
+    assert (suite.get('name'), suite.get('tests'), suite.get('failures'), suite.get('errors')) == ('x', '2', '1', '0')
+    assert suite.find('testcase[@name="ben"]/failure').get('message') == 'it did not move'
+    page = (tmp_path / 'out' / 'index.html').read_text()
+    assert 'asked a &lt;square&gt;; seen: it &amp; more --seed 5' in page
+
+
+@pytest.mark.parametrize('text, said', [
+    ('sys.exit(0)', 'the grader ended with exit code 0 and said nothing'),
+    ('raise RuntimeError("no port")', 'the grader ended with exit code 1: '),
+    ('write(); sys.exit(1)', 'the grader ended with exit code 1 and said nothing'),
+    ('write(outcome="great")', 'the grader ended with exit code 0 and said nothing'),
+    ('open(os.path.join(folder, "result.json"), "w").write("{"); print("half done")', 'exit code 0: half done'),
+    ('os.kill(os.getpid(), signal.SIGKILL)', 'the grader ended by signal 9'),
+])
+def test_a_grader_that_crashes_leaves_it_undecided(tmp_path, grader, text, said):
+    code, printed, rows = grade(tmp_path, grader, {'anna': text, 'ben': PASS})
+    assert code == 3
+    assert rows[1:] == [['anna', 'undecided', ''], ['ben', '100', '100.0']]
+    assert said in (tmp_path / 'out' / 'index.html').read_text()
+    assert 'anna x: undecided' in printed
+
+
+def test_a_grader_that_hangs_is_ended_with_all_it_started(tmp_path, grader):
+    code, _, rows = grade(tmp_path, grader, {'anna': HANG, 'ben': PASS}, '--limit', '1.5')
+    assert code == 3 and rows[1:] == [['anna', 'undecided', ''], ['ben', '100', '100.0']]
+    assert 'the grader was not done after 2 s and was ended' in (tmp_path / 'out' / 'index.html').read_text()
+    assert ended(int((tmp_path / 'out' / 'anna' / 'x' / 'pid').read_text()))
+
+
+@pytest.mark.parametrize('sign', [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_ends_everything_and_keeps_what_is_graded(tmp_path, grader, sign):
+    folder, output = a_class(tmp_path, {'anna': PASS, 'ben': HANG, 'carl': HANG}), tmp_path / 'out'
+    running = subprocess.Popen(command(tmp_path, grader, str(folder), '--output', str(output), '--jobs', '2'),
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+    pids = [output / student / 'x' / 'pid' for student in ('ben', 'carl')]
+    end = time.monotonic() + 30.0
+    while not all(path.is_file() and path.read_text() for path in pids):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    running.send_signal(sign)
+    said = running.communicate(timeout=30.0)[0].decode()
+    assert running.returncode == 130 and 'Interrupted' in said
+    assert all(ended(int(path.read_text())) for path in pids)
+    with open(output / 'scores.csv', encoding='utf-8', newline='') as file:
+        assert [row[1] for row in csv.reader(file)] == ['x', '100', 'undecided', 'undecided']
+
+
+def test_results_of_an_earlier_time_do_not_count(tmp_path, grader):
+    old = tmp_path / 'out' / 'anna' / 'x'
+    old.mkdir(parents=True)
+    (old / 'result.json').write_text(json.dumps({'outcome': 'passed', 'score': 100.0, 'objections': [], 'reasons': []}))
+    _, _, rows = grade(tmp_path, grader, {'anna': 'pass'})
+    assert rows[1] == ['anna', 'undecided', '']
+
+
+@pytest.mark.parametrize('arguments, said', [
+    (['no_such_folder'], 'there is no folder no_such_folder (looked in'),
+    (['x.yaml'], 'x.yaml is no folder; --all takes one, a single program is graded by ./run grade EXERCISE -- x.yaml'),
+    (['class', '--exercise', 'y'], '--exercise y: there is no such exercise; there are x, or give the path'),
+    (['class', '--exercise', 'x'], 'class holds no program'),
+    (['class', '--jobs', '0'], '--jobs is 0; it must be 1 or more'),
+    (['class', '--output', 'x.yaml/out'], 'x.yaml/out: Not a directory. Write elsewhere with --output DIR'),
+    (['class', '--output', '/proc/nowhere'], '/proc/nowhere: No such file or directory. Write elsewhere with --output'),
+])
+def test_wrong_usage_is_explained(tmp_path, grader, arguments, said):
+    a_class(tmp_path, {'anna': PASS})
+    done = subprocess.run(command(tmp_path, grader, *arguments), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          timeout=60, cwd=tmp_path, check=False)
+    assert done.returncode == 2
+    assert said in done.stdout.decode() and 'Traceback' not in done.stdout.decode()
+
+
+def test_a_full_disk_is_named_and_the_table_printed(tmp_path, grader):
+    """/dev/full refuses every byte; the results go to it through a link."""
+    folder, output = a_class(tmp_path, {'anna': PASS}), tmp_path / 'out'
+    output.mkdir()
+    (output / 'scores.csv').symlink_to('/dev/full')
+    done = subprocess.run(command(tmp_path, grader, str(folder), '--output', str(output)), timeout=60,
+                          capture_output=True, check=False)
+    assert done.returncode == 2
+    assert 'No space left on device. The disk is full: make room, or write elsewhere' in done.stderr.decode()
+    assert 'anna       100  100.0' in done.stdout.decode() or '100  100.0' in done.stdout.decode()
+    assert sorted(os.listdir(output)) == ['anna', 'scores.csv']
+
+
+def test_the_page_links_small_pictures_and_survives_any_text(tmp_path):
+    folder = tmp_path / 'anna & co' / 'x'
+    folder.mkdir(parents=True)
+    cv2.imwrite(str(folder / 'path.png'), np.full((600, 600, 3), 200, np.uint8))
+    who = submissions.Submission('anna & co', 'x', ('a.py', '<b>'), '/')
+    graded = classroom.Graded(who, 'failed', 40.0, ('seen: <script>\x00\x1b[31m', 'second'), 1.5, str(folder))
+    page = class_report.as_html('A class', ['anna & co', 'ben'], ['x', 'y'], [graded], str(tmp_path))
+    assert 'src="data:image/png;base64,' in page and 'href="anna%20%26%20co/x/path.png"' in page
+    assert '<script>' not in page and '\x00' not in page and '\x1b' not in page
+    assert class_report.cells(['anna & co', 'ben'], ['x', 'y'], [graded]) == [
+        ['student', 'x', 'y', 'mean'], ['anna & co', '40', '', '20.0'], ['ben', '', '', '0.0']]
+
+
+def test_help_is_that_of_the_command():
+    assert '--exercise NAME' in grade_all.parser().format_help()
+    assert str(pathlib.Path('output') / 'grades') in grade_all.parser().format_help()

@@ -1,0 +1,219 @@
+"""course_grader.isolation.sandbox: what a student's program may do, and that nothing of it remains."""
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from course_grader.isolation import processes, sandbox
+
+DEADLINE = 10.0  # [s] for what takes well under one
+FORKS = r'''
+import os, signal, sys, time
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+if os.fork() == 0:
+    os.setsid()
+    if os.fork() == 0:
+        os.write(1, b'child %d\n' % os.getpid())
+        if sys.argv[1:] == ['nameless']:
+            os.execve('/bin/sleep', ['sleep', '1000'], {})
+        time.sleep(1000)
+    os._exit(0)
+os.write(1, b'parent %d\n' % os.getpid())
+time.sleep(1000)
+'''
+
+
+def write(folder, text, name='program.py', mode=0o644):
+    path = folder / name
+    path.write_bytes(text.encode())
+    path.chmod(mode)
+    return str(path)
+
+
+def until(condition):
+    end = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def alive(pid):
+    try:
+        with open(f'/proc/{pid}/stat', encoding='utf-8') as file:
+            return file.read().rsplit(')', 1)[1].split()[0] != 'Z'
+    except FileNotFoundError:
+        return False
+
+
+def run(folder, *arguments, then=''):
+    """Run a sandbox in a process of its own, as the grader does; return what it prints. ``then``: what it does last."""
+    program = (f'import sys; sys.path[:] = {sys.path!r}\nfrom course_grader.isolation import sandbox\n'
+               'import time\nsandbox.END_TIMEOUTS = tuple((sign, 0.3) for sign, _ in sandbox.END_TIMEOUTS[:2]) + '
+               'sandbox.END_TIMEOUTS[2:]\n'
+               f'with sandbox.Sandbox({str(folder / "box")!r}, {{}}) as box:\n'
+               f'    student = sandbox.Student(box, {[sys.executable, *arguments]!r}, lambda: 1.5)\n'
+               '    end = time.monotonic() + 10\n'
+               '    while len(student.lines) < 2 and time.monotonic() < end: time.sleep(0.01)\n'
+               '    print([line.text for line in student.lines], flush=True)\n'
+               f'    {then}\n')
+    ended = subprocess.run([sys.executable, '-c', program], stdout=subprocess.PIPE, check=not then, timeout=60)
+    return ended.stdout.decode()
+
+
+@pytest.mark.parametrize('argument', ['marked', 'nameless'])
+def test_children_that_hide_are_ended(tmp_path, argument):
+    """A grandchild in a session of its own, deaf to signals, also one that has wiped its environment."""
+    said = eval(run(tmp_path, write(tmp_path, FORKS), argument))
+    pids = [int(line.split()[1]) for line in said]
+    assert len(pids) == 2
+    until(lambda: not any(map(alive, pids)))
+    assert os.listdir(tmp_path / 'box') == []
+
+
+def test_a_killed_grader_leaves_nothing(tmp_path):
+    """The guardian ends what it had started, also what is deaf to gentle signals, and removes its folders."""
+    said = eval(run(tmp_path, write(tmp_path, FORKS), then='import os, signal; os.kill(os.getpid(), signal.SIGKILL)'))
+    pids = [int(line.split()[1]) for line in said]
+    assert len(pids) == 2
+    until(lambda: not any(map(alive, pids)))
+    until(lambda: os.listdir(tmp_path / 'box') == [])
+
+
+def test_output_is_cleaned_dated_and_bounded(tmp_path, monkeypatch):
+    monkeypatch.setattr(sandbox, 'MOST_LINES', 4)
+    program = write(tmp_path, r'''
+import sys
+print('\033[0m[INFO] [1668.25, 3.2]: \u00fcber\033[0m')
+print('[WARN] [1668.25]: x: 1')
+sys.stdout.buffer.write(b'\xff\n' + b'y' * 5000 + b'\n')
+for number in range(100): print(number, file=sys.stderr)
+''')
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: 1.5)
+        until(lambda: student.exit_code() == 0)
+        student.drain()
+    assert [line.text for line in student.lines[:3]] == ['\u00fcber', 'x: 1', '\ufffd']
+    assert len(student.lines[3].text) == sandbox.LONGEST_LINE and student.dropped >= 100
+    assert student.lines[0].t == 1.5
+
+
+def test_a_traceback_is_explained(tmp_path):
+    program = write(tmp_path, 'import rospy\nimport no_such_module\n', 'crash.py')
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
+        until(lambda: student.exit_code() == 1)
+        student.drain()
+    assert student.said_last().startswith("ModuleNotFoundError: No module named 'no_such_module' (File \"")
+    assert 'crash.py", line 2' in student.said_last()
+
+
+@pytest.mark.parametrize('text, trouble', [
+    ('', ''), ('import sys\nsys.exit(3)\n', 'it ended with exit code 3: nothing was printed'),
+    ('import rospy\nraise rospy.ROSInterruptException("ROS shutdown request")\n', ''),
+    ('input("size? ")\n', 'nobody is there to type anything'),
+])
+def test_an_end_is_no_trouble_unless_it_failed(tmp_path, text, trouble):
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, write(tmp_path, text)], lambda: 0.0)
+        until(lambda: student.exit_code() is not None)
+        student.drain()
+        assert bool(student.trouble()) is bool(trouble) and trouble in student.trouble()
+
+
+def test_it_is_seen_whether_a_program_and_its_children_work(tmp_path):
+    program = write(tmp_path, 'import os, time\nif os.fork(): time.sleep(60)\nprint(os.getpid())\nwhile True: pass\n')
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
+        until(lambda: student.lines)
+        child = int(student.lines[0].text)
+        until(lambda: child in processes.below(student.process.pid))
+        assert student.runs() is None
+        os.kill(child, signal.SIGSTOP)
+        os.kill(child, signal.SIGKILL)
+        until(lambda: student.runs() is not None)
+
+
+def test_a_node_begins_when_there_is_a_time(tmp_path):
+    """What the grader puts first on the path of modules waits in rospy's own function."""
+    program = write(tmp_path, """
+import threading, time
+import rospy.impl.simtime as simtime, rospy.rostime as rostime
+simtime._is_use_simtime = lambda: True
+simtime.rospy.topics.Subscriber = lambda *_, **__: threading.Timer(0.3, rostime._set_rostime, [rostime.Time(7)]).start()
+print(simtime.init_simtime(), rostime.get_time())
+""")
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
+        until(lambda: student.exit_code() is not None)
+        student.drain()
+    assert [line.text for line in student.lines] == ['True 7.0']
+
+
+GOOD = '#!/usr/bin/env python3\nprint(1)\n'
+
+
+@pytest.mark.parametrize('text, name, mode, remarks', [
+    (GOOD, 'a.py', 0o755, []),
+    (GOOD, 'a.py', 0o644, ['it is not executable']), (GOOD, 'no_suffix', 0o755, []),
+    ('print(1)\n', 'a.py', 0o755, ['its first line should be #!/usr/bin/env python3']),
+    (GOOD.replace('\n', '\r\n'), 'a.py', 0o755, ['its lines end with CR LF (Windows)']),
+])
+def test_python_runs_whatever_its_mode(tmp_path, text, name, mode, remarks):
+    program = write(tmp_path, text, name, mode)
+    command, said = sandbox.runnable([program, 'x'])
+    assert command == [sys.executable, program, 'x']
+    assert len(said) == len(remarks) and all(map(str.startswith, said, remarks))
+
+
+@pytest.mark.parametrize('text, name, mode, said', [
+    (None, 'none.py', 0, 'none.py does not exist (looked in'),
+    ('print 1\n', 'a.py', 0o755, "a.py, line 1: SyntaxError: Missing parentheses in call to 'print'"),
+    ('def f():\nx\n', 'a.py', 0o755, 'a.py, line 2: IndentationError'),
+    ('\0', 'a.py', 0o755, 'a.py'),
+    ('#!/bin/sh\n', 'a.sh', 0o644, 'a.sh is not executable; type: chmod +x'),
+    ('#!/bin/sh\r\n', 'a.sh', 0o755, 'a.sh: the first line ends with CR LF'),
+])
+def test_what_cannot_run_is_named(tmp_path, monkeypatch, text, name, mode, said):
+    monkeypatch.chdir(tmp_path)
+    if text is not None:
+        write(tmp_path, text, name, mode)
+    with pytest.raises(sandbox.CommandError) as error:
+        sandbox.runnable([name if text is None else f'{tmp_path}/{name}'])
+    assert str(error.value).replace(f'{tmp_path}/', '').startswith(said)
+
+
+@pytest.mark.parametrize('command, started', [
+    (['python3', 'a.py', '_x:=1'], [sys.executable, '{}/a.py', '_x:=1']),
+    (['bash', 'a.sh', 'a.py', 'none.py'], ['bash', '{}/a.sh', '{}/a.py', 'none.py']),
+    (['a.launch', 'x:=1'], ['roslaunch', '--screen', '{}/a.launch', 'x:=1']),
+    (['roslaunch', 'a.launch', 'x:=1'], ['roslaunch', '--screen', '{}/a.launch', 'x:=1']),
+    (['roslaunch', 'package', 'a.launch'], ['roslaunch', '--screen', 'package', 'a.launch']),
+    (['rosrun', 'package', 'a.py'], ['rosrun', 'package', 'a.py']),
+])
+def test_files_are_meant_where_they_were_typed(tmp_path, monkeypatch, command, started):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sandbox.shutil, 'which', lambda name: f'/usr/bin/{name}')
+    for name in ('a.py', 'a.sh', 'a.launch'):
+        write(tmp_path, '', name)
+    assert sandbox.runnable(command)[0] == [part.replace('{}', str(tmp_path)) for part in started]
+
+
+def test_the_package_of_a_file(tmp_path):
+    (tmp_path / 'mine' / 'scripts').mkdir(parents=True)
+    program = write(tmp_path / 'mine' / 'scripts', '')
+    assert sandbox.package_of(['rosrun', 'a', 'b']) is None
+    write(tmp_path / 'mine', '<package/>', 'package.xml')
+    assert sandbox.package_of([sys.executable, program]) == str(tmp_path / 'mine')
+    assert sandbox.package_of([program, 'x:=1']) == str(tmp_path / 'mine')
+
+
+def test_commands_folders_and_nothing(tmp_path):
+    assert sandbox.runnable(['rosrun', 'a', 'b']) == (['rosrun', 'a', 'b'], []) or not os.path.exists('/usr/bin/rosrun')
+    with pytest.raises(sandbox.CommandError, match='is a folder'):
+        sandbox.runnable([str(tmp_path)])
+    with pytest.raises(sandbox.CommandError, match='there is no command'):
+        sandbox.runnable([])

@@ -1,0 +1,96 @@
+"""course_grader.attempt.static_analysis: which programs look at the wall clock, and which start a simulator."""
+import sys
+
+import pytest
+
+from course_grader.attempt import static_analysis
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """Return a function that writes a node of the package `homework` of a student's, with a launch file for it."""
+    folder = tmp_path / 'homework'
+    for name in ('scripts', 'launch'):
+        (folder / name).mkdir(parents=True)
+    (folder / 'package.xml').write_text('<package><name>homework</name></package>')
+    (folder / 'launch' / 'all.launch').write_text(
+        '<launch><group ns="a"><node name="node" pkg="homework" type="node.py"/></group></launch>')
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(tmp_path))
+
+    def write(text):
+        path = folder / 'scripts' / 'node.py'
+        path.write_text('#!/usr/bin/env python3\n' + text)
+        path.chmod(0o755)
+        return path
+    return write
+
+
+@pytest.mark.parametrize('text, wall', [
+    ('import time\ntime.sleep(1)\n', True), ('from time import sleep\nsleep(1)\n', True),
+    ('start = time.time()\n', True),
+    ('rospy.sleep(1)\nrospy.Time.now()\n', False), ('# time.sleep(1)\n', False), ('now = datetime.now()\n', True),
+    ('now = datetime.datetime.now()\n', True), ('pose = rospy.wait_for_message("pose", Pose)\n', True),
+    ('rospy.wait_for_service("reset")\n', False), ('import time as t\nt.sleep(1)\n', True),
+    ('from time import *\nsleep(1)\n', True), ('import rospy as r\nr.wait_for_message("a", A)\n', True),
+    ('import subprocess as sp\nsp.call(["rostopic"])\n', True), ('import os\nos.system("rosservice call")\n', True),
+    ('import asyncio\nasyncio.run(main())\n', True), ('there.wait(0.1)\n', True), ('there.wait()\n', False),
+    ('answers.get(timeout=1)\n', True), ('", ".join(names)\n', False), ('import time\nprint(time.ctime())\n', False),
+    ('print("time.sleep(1)")\n', False), ('import moves\n', True), ('from homework.moves import go\n', True),
+    ('import steps\n', False), ('this is no Python\n', False),
+])
+def test_programs_on_wall_time_are_recognised(package, tmp_path, text, wall):
+    path = package(text)
+    (path.parent / 'moves.py').write_text('import time\ntime.sleep(1)\n')
+    (path.parent / 'steps.py').write_text('import steps\nrospy.sleep(1)\n')
+    (path.parents[1] / 'src' / 'homework').mkdir(parents=True)
+    (path.parents[1] / 'src' / 'homework' / 'moves.py').write_text('import time\ntime.sleep(1)\n')
+    launch_file = str(tmp_path / 'homework' / 'launch' / 'all.launch')
+    for command in ([sys.executable, str(path)], [str(path)], ['rosrun', 'homework', 'node.py', '_rate:=2'],
+                    ['roslaunch', 'homework', 'all.launch'], ['roslaunch', '--screen', launch_file, 'a:=1']):
+        assert bool(static_analysis.looks_at_the_wall_clock(command)) is wall, command
+
+
+@pytest.mark.parametrize('command', [
+    ['rosrun'], ['rosrun', 'homework'], ['rosrun', 'nowhere', 'node.py'], ['roslaunch'], ['nowhere.py'],
+    ['roslaunch', 'nowhere', 'all.launch'], ['roslaunch', 'homework', 'no.launch'], ['roslaunch', sys.executable],
+    ['sh', '-c', 'time.sleep'],
+])
+def test_what_cannot_be_read_is_left_to_whoever_starts_it(package, command):
+    package('time.sleep(1)\n')
+    assert not static_analysis.looks_at_the_wall_clock(command)
+
+
+@pytest.mark.parametrize('text, wall', [
+    ('rosservice call /clear\n', 'rosservice'), ('rosrun a b & sleep 1\n', 'sleep'), ('rosrun homework node.py\n', ''),
+    ('# sleep\necho "it\'s"\n', ''), ("echo it's; rostopic pub\n", 'rostopic'),
+])
+def test_shell_scripts_are_read(package, tmp_path, text, wall):
+    package('rospy.sleep(1)\n')
+    script = tmp_path / 'script'
+    script.write_text('#!/bin/bash\n' + text)
+    for command in ([str(script)], ['bash', str(script)], ['bash', '-c', text]):
+        assert static_analysis.looks_at_the_wall_clock(command) == wall
+
+
+def test_catkins_relays_lead_to_the_program(package, tmp_path):
+    relay = tmp_path / 'relay.py'
+    relay.write_text(f"python_script = {str(package('time.sleep(1)'))!r}\nexec(compile(open(python_script).read()))\n")
+    assert static_analysis.looks_at_the_wall_clock([str(relay)]) == 'time.sleep'
+    assert static_analysis.looks_at_the_wall_clock(['rostopic', 'pub', '-r', '10']) == 'rostopic'
+
+
+def test_the_packages_own_nodes_follow_the_simulation():
+    assert static_analysis.looks_at_the_wall_clock(['rosrun', 'turtle_robotont', 'ar_control_node.py']) == ''
+
+
+@pytest.mark.parametrize('text', [
+    '<node pkg="turtlesim" type="turtlesim_node" name="sim"/>', '<group><include file="$(dirname)/sim.xml"/></group>',
+    '<include file="$(find homework)/launch/sim.xml"/><include file="$(find nothing)/a"/>',
+])
+def test_a_simulator_in_a_launch_file_is_found(package, tmp_path, text):
+    package('')
+    folder = tmp_path / 'homework' / 'launch'
+    (folder / 'sim.xml').write_text('<launch><node pkg="turtlesim" type="turtlesim_node" name="a"/></launch>')
+    (folder / 'mine.launch').write_text(f'<launch><include file="$(dirname)/mine.launch"/>{text}</launch>')
+    assert static_analysis.simulators(['roslaunch', 'homework', 'mine.launch']) == ['turtlesim/turtlesim_node']
+    assert static_analysis.simulators(['roslaunch', 'homework', 'all.launch']) == []

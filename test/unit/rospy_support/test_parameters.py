@@ -1,0 +1,251 @@
+"""rospy_support.parameters: what each reader takes, what it refuses, and what the refusal tells. Without a master."""
+import math
+import socket
+
+import pytest
+import rospy
+
+from rospy_support import parameters
+
+NODE = '/sim/node'
+HUGE = 2 ** 31 - 1  # the largest whole number that the parameter server carries
+
+
+@pytest.fixture
+def server(monkeypatch):
+    """The parameter server: resolved name -> value."""
+    values = {}
+
+    def resolve_name(name):
+        return f'{NODE}/{name[1:]}' if name.startswith('~') else name if name.startswith('/') else f'/sim/{name}'
+    monkeypatch.setattr(rospy, 'resolve_name', resolve_name)
+    monkeypatch.setattr(rospy, 'get_param', lambda name, default: values.get(resolve_name(name), default))
+    monkeypatch.setattr(parameters, '_effective', {})
+    return values
+
+
+def refusal(reader, *args, **kwds):
+    with pytest.raises(parameters.ParameterError) as error:
+        reader(*args, **kwds)
+    return str(error.value)
+
+
+def same(value, expected):
+    assert value == expected
+    assert type(value) is type(expected)
+
+
+LIMITS = {'minimum': 0.5, 'maximum': 20}
+
+
+@pytest.mark.parametrize('value, limits, expected', [
+    (10.0, {}, 10.0), (3, {}, 3.0), (0, {}, 0.0), (-1e300, {}, -1e300), (HUGE, {}, float(HUGE)),
+    (0.5, LIMITS, 0.5), (20, LIMITS, 20.0), (19.999, LIMITS, 19.999),
+    (-5, {'maximum': 0.0}, -5.0), (5, {'minimum': 0.0}, 5.0),
+])
+def test_number_takes_whole_and_broken_numbers_up_to_the_limits(server, value, limits, expected):
+    server[f'{NODE}/rate'] = value
+    same(parameters.number('~rate', 1.0, **limits), expected)
+
+
+@pytest.mark.parametrize('value', [True, False, '10', '', 'fast', math.nan, math.inf, -math.inf, None, [], [1.0],
+                                   {'a': 1}, 0.49, 20.01, -3, HUGE])
+def test_number_refuses_the_rest(server, value):
+    server[f'{NODE}/rate'] = value
+    assert refusal(parameters.number, '~rate', 10.0, unit='Hz', **LIMITS) == (
+        f'parameter /sim/node/rate is {value!r}; it must be a number from 0.5 to 20 Hz. '
+        'Set it with _rate:=10.0 on the command line or rosparam set /sim/node/rate 10.0')
+
+
+@pytest.mark.parametrize('value, expected', [(60, 20.0), (0.1, 0.5), (-3, 0.5), (7, 7.0)])
+def test_number_that_clamps_takes_the_nearest_allowed_and_says_so(server, monkeypatch, value, expected):
+    said = []
+    monkeypatch.setattr(rospy, 'logwarn', lambda text, *arguments: said.append(text % arguments))
+    server[f'{NODE}/rate'] = value
+    same(parameters.number('~rate', 1.0, unit='Hz', clamp=True, **LIMITS), expected)
+    assert said == ([] if value == expected else [
+        f'parameter /sim/node/rate is {value}; it can be from 0.5 to 20 Hz and counts as {expected:g}'])
+    assert parameters._effective == {f'{NODE}/rate': f'{expected} Hz'}
+
+
+@pytest.mark.parametrize('value', [math.nan, math.inf, 'fast', True])
+def test_number_that_clamps_still_refuses_what_is_no_number(server, value):
+    server[f'{NODE}/rate'] = value
+    assert 'it must be a number from 0.5 to 20' in refusal(parameters.number, '~rate', 1.0, clamp=True, **LIMITS)
+
+
+@pytest.mark.parametrize('limits, allowed', [
+    ({}, 'a number.'),
+    ({'minimum': 0.1}, 'a number of at least 0.1.'),
+    ({'maximum': 1e6}, 'a number of at most 1e+06.'),
+    ({'minimum': -1, 'maximum': 1}, 'a number from -1 to 1.'),
+    ({'minimum': -1, 'maximum': 1, 'unit': 'm/s'}, 'a number from -1 to 1 m/s.'),
+    ({'unit': 's'}, 'a number s.'),
+])
+def test_refusal_of_a_number_names_the_limits_that_there_are(server, limits, allowed):
+    server[f'{NODE}/x'] = 'much'
+    text = refusal(parameters.number, '~x', 0.0, **limits)
+    assert f"parameter /sim/node/x is 'much'; it must be {allowed} Set it" in text
+
+
+@pytest.mark.parametrize('value, expected', [(3, 3), (0, 0), (255, 255), (3.0, 3), (0.0, 0), (255.0, 255)])
+def test_integer_takes_whole_numbers_up_to_the_limits(server, value, expected):
+    server[f'{NODE}/width'] = value
+    same(parameters.integer('~width', 7, 0, 255), expected)
+
+
+@pytest.mark.parametrize('value', [-7, HUGE, -HUGE])
+def test_integer_without_limits_takes_any(server, value):
+    server[f'{NODE}/count'] = value
+    same(parameters.integer('~count', 7), value)
+
+
+@pytest.mark.parametrize('value', [-1, 256, -1.0, 256.0, 2.5, 1e300, math.nan, math.inf, True, False, '3', '',
+                                   None, [3]])
+def test_integer_refuses_the_rest(server, value):
+    server[f'{NODE}/width'] = value
+    assert refusal(parameters.integer, '~width', 3, minimum=0, maximum=255, unit='px') == (
+        f'parameter /sim/node/width is {value!r}; it must be a whole number from 0 to 255 px. '
+        'Set it with _width:=3 on the command line or rosparam set /sim/node/width 3')
+
+
+@pytest.mark.parametrize('value', [True, False])
+def test_boolean_takes_true_and_false(server, value):
+    server[f'{NODE}/window'] = value
+    assert parameters.boolean('~window', not value) is value
+
+
+@pytest.mark.parametrize('value', [0, 1, 1.0, 'true', 'false', '', None, []])
+def test_boolean_refuses_the_rest(server, value):
+    server[f'{NODE}/window'] = value
+    text = refusal(parameters.boolean, '~window', False)
+    assert f'parameter /sim/node/window is {value!r}; it must be true or false. Set it with _window:=' in text
+
+
+@pytest.mark.parametrize('value, choices', [('circle', ('square', 'circle')), ('anything', ()), ('', ()), ('ä b', ())])
+def test_text_takes_the_choices_or_any_text(server, value, choices):
+    server[f'{NODE}/shape'] = value
+    same(parameters.text('~shape', 'square', choices=choices), value)
+
+
+@pytest.mark.parametrize('value, choices, allowed', [
+    ('Circle', ('square', 'circle'), 'one of square, circle'),
+    ('', ('square', 'circle'), 'one of square, circle'),
+    ('square, circle', ('square', 'circle'), 'one of square, circle'),
+    (5, ('square', 'circle'), 'one of square, circle'),
+    (5, (), 'a text'), (True, (), 'a text'), (None, (), 'a text'), (['a'], (), 'a text'), (2.5, (), 'a text'),
+])
+def test_text_refuses_the_rest(server, value, choices, allowed):
+    server[f'{NODE}/shape'] = value
+    assert refusal(parameters.text, '~shape', 'square', choices=choices) == (
+        f'parameter /sim/node/shape is {value!r}; it must be {allowed}. '
+        'Set it with _shape:=square on the command line or rosparam set /sim/node/shape square')
+
+
+@pytest.mark.parametrize('default', ['', None])
+def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, default):
+    server['/sim/node/path'] = 5
+    assert '_path:=TEXT on the command line' in refusal(parameters.text, '~path', default)
+
+
+@pytest.mark.parametrize('value, length, expected', [
+    ([1, 2.5, -3], None, [1.0, 2.5, -3.0]),
+    ((1, 2), 2, [1.0, 2.0]),
+    ([], None, []),
+    ([[1, 2], [3, 4.5]], 2, [[1.0, 2.0], [3.0, 4.5]]),
+    ([[4, 4], (7, 4), [[1]]], None, [[4.0, 4.0], [7.0, 4.0], [[1.0]]]),
+])
+def test_numbers_takes_lists_of_numbers_and_lists_of_such(server, value, length, expected):
+    server[f'{NODE}/corners'] = value
+    result = parameters.numbers('~corners', [9.0], length)
+    assert result == expected
+    assert all(type(entry) is float for entry in flat(result))
+
+
+def flat(values):
+    return [entry for value in values for entry in (flat(value) if isinstance(value, list) else [value])]
+
+
+@pytest.mark.parametrize('value', [5, 5.0, '1, 2', '[1, 2]', True, None, {'a': 1}, [True], ['1'], [math.nan],
+                                   [math.inf], [1.0, -math.inf], [None], [[1.0, 'x']], [[math.nan]], [{}]])
+def test_numbers_refuses_the_rest(server, value):
+    server[f'{NODE}/corners'] = value
+    text = refusal(parameters.numbers, '~corners', [1.0], unit='m')
+    assert text.startswith(f'parameter /sim/node/corners is {value!r}; it must be a list of finite numbers m. ')
+
+
+@pytest.mark.parametrize('value', [[], [1, 2], [1, 2, 3, 4]])
+def test_numbers_refuses_another_length(server, value):
+    server[f'{NODE}/colour'] = value
+    text = refusal(parameters.numbers, '~colour', [1, 2, 3], length=3)
+    assert f'is {value!r}; it must be a list of 3 numbers.' in text
+
+
+@pytest.mark.parametrize('read, expected', [
+    (lambda: parameters.number('~a', 2), 2.0),
+    (lambda: parameters.integer('~a', 2), 2),
+    (lambda: parameters.boolean('~a', True), True),
+    (lambda: parameters.text('~a', 'b', ('b', 'c')), 'b'),
+    (lambda: parameters.numbers('~a', (1, 2)), [1.0, 2.0]),
+])
+def test_parameter_that_is_not_set_has_its_default(server, read, expected):
+    same(read(), expected)
+
+
+@pytest.mark.parametrize('name, resolved', [('~a/b', '/sim/node/a/b'), ('/global', '/global'),
+                                            ('relative', '/sim/relative')])
+def test_refusal_names_the_resolved_parameter(server, name, resolved):
+    server[resolved] = 'bad'
+    text = refusal(parameters.number, name, 1.0)
+    assert text.startswith(f'parameter {resolved} is ')
+    assert text.endswith(f'rosparam set {resolved} 1.0')
+
+
+def test_refusal_is_a_value_error():
+    assert issubclass(parameters.ParameterError, ValueError)
+
+
+def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_reading(server, monkeypatch):
+    lines = []
+    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+    server.update({f'{NODE}/rate': 5, f'{NODE}/corners': [1, 2], f'{NODE}/bad': 'x'})
+    parameters.number('~rate', 10.0, unit='Hz')
+    parameters.text('~shape', 'square')
+    parameters.numbers('~corners', [], unit='m')
+    parameters.integer('~width', 3, unit='px')
+    refusal(parameters.number, '~bad', 1.0)
+    parameters.boolean('~window', False)
+    parameters.log_effective()
+    assert lines == ['Parameters: /sim/node/rate=5.0 Hz, /sim/node/shape=square, /sim/node/corners=[1.0, 2.0] m, '
+                     '/sim/node/width=3 px, /sim/node/window=False']
+
+
+def test_a_parameter_read_again_is_logged_with_its_latest_value(server, monkeypatch):
+    lines = []
+    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+    parameters.number('~rate', 10.0)
+    server[f'{NODE}/rate'] = 20
+    parameters.number('~rate', 10.0)
+    parameters.log_effective()
+    assert lines == ['Parameters: /sim/node/rate=20.0']
+
+
+def test_refusal_of_a_list_quotes_its_example_for_the_shell(server):
+    server[f'{NODE}/corners'] = 5
+    assert '_corners:="[1.0, 2.0]" on the command line' in refusal(parameters.numbers, '~corners', [1.0, 2.0])
+
+
+def test_refusal_of_a_public_parameter_suggests_no_private_one(server):
+    server['/sim/scale'] = 'fast'
+    text = refusal(parameters.number, 'scale', 2.0)
+    assert ':=' not in text and 'rosparam set' in text
+
+
+@pytest.mark.parametrize('error', [ConnectionRefusedError('refused'), socket.timeout('timed out')])
+def test_a_master_that_does_not_answer_is_told(monkeypatch, error):
+    def get_param(*_):
+        raise error
+    monkeypatch.setattr(rospy, 'get_param', get_param)
+    monkeypatch.setattr(rospy, 'resolve_name', lambda name: name.replace('~', '/sim/node/'))
+    with pytest.raises(parameters.MasterAway, match=f'/sim/node/rate cannot be read.*{error}.*roscore'):
+        parameters.number('~rate', 1.0)

@@ -1,0 +1,286 @@
+"""rospy_support.registration: a master that comes back gets everything again. The master is a server made here."""
+import threading
+import time
+import xmlrpc.client
+import xmlrpc.server
+
+import pytest
+import rosgraph
+import rospy
+
+from rospy_support import registration, rospy_internals
+
+DEADLINE = 20.0  # [s] for a thread to do what it does every PERIOD, on a busy machine
+PERIOD = 0.005  # [s]
+NODE, URI = '/sim/node', 'http://localhost:4711/'
+SIGN, SIGN_URI = '/sim/node/get_loggers', 'rosrpc://localhost:1'
+PARAMETERS = {'/sim/node/rate': 5.0, '/sim/node/name': 'anna'}
+
+
+class Server(xmlrpc.server.SimpleXMLRPCServer):
+    allow_reuse_address = True
+
+
+class Master:
+    """What a node needs of a ROS master, as an XML-RPC server; it may be away, fail, hang, or be started anew."""
+
+    def __init__(self):
+        self.parameters, self.services, self.calls, self.looked = {}, {SIGN: SIGN_URI}, [], 0
+        self.failures = {}  # method -> how many of its next calls fail
+        self.port, self._server = 0, None
+        self.start()
+
+    def start(self):
+        self._server = Server(('localhost', self.port), logRequests=False, allow_none=True)
+        self._server.register_multicall_functions()
+        self._server.register_instance(self)
+        self.port = self._server.server_address[1]
+        threading.Thread(target=self._server.serve_forever, args=(0.001,), daemon=True).start()
+
+    def stop(self):
+        self._server.shutdown()
+        self._server.server_close()
+
+    def forget(self):
+        """Be a new one."""
+        self.services.clear()
+        self.parameters.clear()
+
+    def _dispatch(self, method, arguments):
+        caller, *arguments = arguments
+        assert caller == NODE
+        if self.failures.get(method):
+            self.failures[method] -= 1
+            raise OSError('made for the test')
+        if method == 'lookupService':
+            self.looked += 1
+            return (1, '', self.services[arguments[0]]) if arguments[0] in self.services else (-1, 'unknown', '')
+        if method == 'hasParam':
+            return 1, '', arguments[0] in self.parameters
+        self.calls.append((method, *arguments))
+        if method == 'setParam':
+            self.parameters[arguments[0]] = arguments[1]
+        if method == 'registerService':
+            self.services[arguments[0]] = arguments[1]
+        return 1, '', [f'http://publisher-of{arguments[0]}/'] if method == 'registerSubscriber' else 0
+
+
+REGISTERED = [
+    ('setParam', '/sim/node/rate', 5.0), ('setParam', '/sim/node/name', 'anna'),
+    ('registerSubscriber', '/t/cmd_vel', 'geometry_msgs/Twist', URI), ('registerSubscriber', '/any', '*', URI),
+    ('registerPublisher', '/t/pose', 'turtlesim/Pose', URI), ('registerPublisher', '/rosout', 'rosgraph_msgs/Log', URI),
+    ('registerService', '/t/set_pen', SIGN_URI, URI), ('registerService', SIGN, SIGN_URI, URI),
+]
+
+
+@pytest.fixture
+def master(monkeypatch):
+    server = Master()
+    monkeypatch.setenv('ROS_MASTER_URI', f'http://localhost:{server.port}')
+    monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
+    monkeypatch.setattr(rospy, 'resolve_name', lambda name: name.replace('~', f'{NODE}/'))
+    monkeypatch.setattr(rospy, 'get_node_uri', lambda: URI)
+    monkeypatch.setattr(registration, '_hooks', [])
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def connected(monkeypatch, master):
+    """What this process has, and the list of what it was told about publishers."""
+    told = []
+    for name, value in {'publications': [['/t/pose', 'turtlesim/Pose'], ['/rosout', 'rosgraph_msgs/Log']],
+                        'subscriptions': [['/t/cmd_vel', 'geometry_msgs/Twist'], ['/any', '*']],
+                        'services': [(SIGN, SIGN_URI), ('/t/set_pen', SIGN_URI)], 'shutting_down': False}.items():
+        monkeypatch.setattr(rospy_internals, name, lambda value=value: value)
+    monkeypatch.setattr(rospy_internals, 'new_publishers', lambda topic, uris: told.append((topic, uris)))
+    return told
+
+
+@pytest.fixture
+def logged(monkeypatch):
+    lines = []
+    for level in ('logwarn', 'logfatal'):
+        monkeypatch.setattr(rospy, level, lambda text, *values: lines.append(text % values))
+    return lines
+
+
+@pytest.fixture
+def watch(master, connected, logged, monkeypatch):
+    """Return a function that starts keep_registered; the thread ends with the test."""
+    hooks, threads = [], []
+    monkeypatch.setattr(rospy, 'on_shutdown', hooks.append)
+
+    def start():
+        threads.append(registration.keep_registered(PARAMETERS, PERIOD))
+        return threads[-1]
+
+    def shutdown():
+        for hook in hooks:  # hooks may add hooks
+            hook()
+    start.shutdown = shutdown
+    yield start
+    shutdown()
+    for thread in threads:
+        thread.join(DEADLINE)
+        assert not thread.is_alive()
+
+
+def until(condition):
+    deadline = time.monotonic() + DEADLINE
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(PERIOD)
+    return condition()
+
+
+def looked_again(master, times=3):
+    before = master.looked
+    return until(lambda: master.looked >= before + times)
+
+
+def test_master_that_knows_the_node_is_left_alone(master, logged, watch):
+    watch()
+    assert looked_again(master)
+    assert (master.calls, logged) == ([], [])
+
+
+def test_master_started_anew_gets_everything_and_the_subscribers_their_publishers(master, connected, logged, watch):
+    returned = []
+    registration.on_return(lambda: returned.append(list(master.calls)))
+    watch()
+    master.forget()
+    assert until(lambda: returned)
+    assert master.calls == REGISTERED
+    assert returned == [REGISTERED]  # called after everything was registered
+    assert connected == [('/t/cmd_vel', ['http://publisher-of/t/cmd_vel/']), ('/any', ['http://publisher-of/any/'])]
+    assert looked_again(master)
+    assert len(logged) == 1 and 'registered again' in logged[0]
+    assert master.calls == REGISTERED  # once is enough
+
+
+def test_a_parameter_that_the_new_master_has_stays(master, watch):
+    watch()
+    master.parameters['/sim/node/rate'] = 7.0
+    master.services.clear()
+    assert until(lambda: SIGN in master.services)
+    assert master.parameters == {'/sim/node/rate': 7.0, '/sim/node/name': 'anna'}
+
+
+def test_a_master_that_has_learnt_the_name_but_no_service_is_a_new_one(master, watch):
+    """Fault: a node that logs asks for a parameter, and a new master then knows its name."""
+    watch()
+    del master.services[SIGN]
+    assert until(lambda: SIGN in master.services)
+    assert master.calls == REGISTERED
+
+
+def test_every_return_of_the_master_is_noticed(master, watch):
+    returned = []
+    registration.on_return(lambda: returned.append(None))
+    watch()
+    for times in (1, 2, 3):
+        master.forget()
+        assert until(lambda times=times: len(returned) == times)
+    assert master.calls == REGISTERED * 3
+
+
+def test_absent_master_is_waited_for_and_told_once(master, logged, watch):
+    watch()
+    assert looked_again(master)
+    master.stop()
+    assert until(lambda: logged)
+    assert 'does not answer' in logged[0] and 'roscore' in logged[0]
+    time.sleep(20 * PERIOD)  # it looks again and again
+    master.forget()
+    master.start()
+    assert until(lambda: len(logged) > 1)
+    assert len(logged) == 2 and 'registered again' in logged[1]
+    assert master.calls == REGISTERED
+
+
+def test_master_that_only_stood_still_is_told_to_be_back(master, logged, watch, monkeypatch):
+    monkeypatch.setattr(registration, 'TIMEOUT', 0.02)
+    hold = threading.Event()
+    original = master._dispatch
+    monkeypatch.setattr(master, '_dispatch', lambda *call: (hold.wait(DEADLINE), original(*call))[1])
+    watch()
+    assert until(lambda: logged)
+    assert 'does not answer' in logged[0]
+    hold.set()
+    assert until(lambda: len(logged) > 1)
+    assert logged[1:] == ['The ROS master answers again.']
+    assert master.calls == []
+
+
+@pytest.mark.parametrize('method', ['lookupService', 'hasParam', 'setParam', 'registerPublisher', 'registerService',
+                                    'registerSubscriber'])
+def test_registration_that_breaks_off_half_way_is_done_again_until_it_is_complete(master, connected, watch, method):
+    returned = []
+    registration.on_return(lambda: returned.append(None))
+    master.failures[method] = 2
+    master.forget()
+    watch()
+    assert until(lambda: returned)
+    assert master.calls[-len(REGISTERED) + 2:] == REGISTERED[2:]
+    assert master.parameters == PARAMETERS
+    assert [topic for topic, _ in connected[-2:]] == ['/t/cmd_vel', '/any']
+    assert looked_again(master)
+    assert len(returned) == 1
+
+
+@pytest.mark.parametrize('error', [ConnectionRefusedError(), rosgraph.MasterFailure('?'), xmlrpc.client.Fault(1, '?')])
+def test_a_hook_that_fails_is_called_again(master, watch, error):
+    attempts = []
+
+    def hook():
+        attempts.append(None)
+        if len(attempts) == 1:
+            raise error
+    registration.on_return(hook)
+    watch()
+    master.forget()
+    assert until(lambda: len(attempts) == 2)
+    assert looked_again(master)
+    assert len(attempts) == 2
+
+
+def test_a_newer_node_of_the_same_name_ends_this_one(master, logged, watch, monkeypatch):
+    reasons = []
+    monkeypatch.setattr(rospy, 'signal_shutdown', reasons.append)
+    master.services[SIGN] = 'rosrpc://localhost:2'
+    watch()
+    assert until(lambda: reasons)
+    assert 'Another node of the name /sim/node' in logged[0]
+    assert master.calls == []
+
+
+def test_thread_ends_at_shutdown_and_holds_no_process_up(watch):
+    thread = watch()
+    assert thread.daemon
+    watch.shutdown()
+    thread.join(DEADLINE)
+    assert not thread.is_alive()
+
+
+def test_node_unknown_because_it_is_shutting_down_does_not_register_again(master, watch, monkeypatch):
+    monkeypatch.setattr(rospy_internals, 'shutting_down', lambda: True)
+    master.forget()
+    watch()
+    assert until(lambda: master.looked)
+    time.sleep(20 * PERIOD)
+    assert master.calls == []
+
+
+def test_many_registrations_take_few_requests_and_all_values_come_back(master):
+    requests = []
+    server = master._server
+    original = server._marshaled_dispatch
+    server._marshaled_dispatch = lambda *data: (requests.append(None), original(*data))[1]
+    values = registration.values_of(('registerSubscriber', f'/t{number}', '*', URI) for number in range(1201))
+    assert len(requests) == 3
+    assert values == [[f'http://publisher-of/t{number}/'] for number in range(1201)]
+
+
+def test_a_refused_call_of_many_is_named(master):
+    with pytest.raises(rosgraph.MasterError, match='lookupService: unknown'):
+        registration.values_of([('lookupService', SIGN), ('lookupService', '/none')])

@@ -1,0 +1,113 @@
+"""rospy_support.rospy_internals: whether the rospy that is installed has what that module uses."""
+import threading
+import time
+
+import pytest
+import rospy
+import rospy.impl.tcpros_base
+import rospy.rostime
+from std_msgs.msg import String
+
+from rospy_support import rospy_internals
+
+DEADLINE = 10.0  # [s] for what takes milliseconds
+
+
+def test_this_rospy_fits():
+    said = '\n'.join(rospy_internals.misfits())
+    assert not said, (f'rospy {rospy_internals.version()} differs from {", ".join(rospy_internals.CHECKED)}, for which '
+                      f'rospy_support/rospy_internals.py was written; change it, or the table there:\n{said}')
+
+
+def test_the_version_is_known():
+    assert rospy_internals.version().startswith(rospy_internals.CHECKED)
+
+
+def test_what_does_not_fit_is_named(monkeypatch):
+    monkeypatch.delattr(rospy.rostime, '_set_rostime')
+    monkeypatch.setattr(rospy.impl.tcpros_base.TCPROSTransport, 'close', lambda self, reason: None)
+    monkeypatch.setattr(rospy.topics.Topic, '__init__', lambda self: None)
+    assert rospy_internals.misfits() == [
+        'rospy.rostime._set_rostime is missing',
+        'rospy.impl.tcpros_base.TCPROSTransport.close takes (self, reason), not (self)',
+        'rospy.topics.Topic has no attribute impl']
+
+
+def test_a_missing_module_is_named(monkeypatch):
+    monkeypatch.setattr(rospy_internals, 'FUNCTIONS', {'rospy.impl.no_such_module.function': ()})
+    monkeypatch.setattr(rospy_internals, 'ATTRIBUTES', {'no_such_package.Class': ('socket',)})
+    assert rospy_internals.misfits() == ['rospy.impl.no_such_module.function is missing',
+                                         'no_such_package.Class is missing']
+
+
+def test_a_publisher_without_and_after_its_topic():
+    publisher = rospy.Publisher('chatter', String, queue_size=1)
+    assert list(rospy_internals.connections(publisher)) == []
+    rospy_internals.publish_without_threads(publisher)
+    assert ['/chatter', 'std_msgs/String'] in rospy_internals.publications()
+    assert '/chatter' in rospy_internals.unconnected_publications()
+    publisher.unregister()
+    assert list(rospy_internals.connections(publisher)) == []
+    assert '/chatter' not in rospy_internals.unconnected_publications()
+
+
+def test_the_caller_of_a_message():
+    message = String()
+    assert rospy_internals.caller(message) == ''
+    message._connection_header = {'callerid': '/talker'}
+    assert rospy_internals.caller(message) == '/talker'
+
+
+class Connecting:
+    """rospy's RegManager with a publisher that does not answer, as ``_Publishers`` sees them."""
+
+    def __init__(self, monkeypatch, subscribed=('/pose',)):
+        self.publishers = rospy_internals._Publishers(most=3)
+        self.updates, self.tries, self.go_on = [], [], threading.Event()
+        monkeypatch.setattr(rospy_internals, 'get_topic_manager', lambda: self)
+        self.has_subscription = subscribed.__contains__
+
+    def update(self, topic, *uris):
+        self.publishers._update(lambda manager, *update: self.updates.append(update), self, topic, uris)
+
+    def connect(self, topic, uri):
+        self.publishers._connect(self._try, self, topic, uri)
+
+    def _try(self, manager, topic, uri):
+        self.tries.append(uri)
+        self.go_on.wait(DEADLINE)
+        self.publishers._proxy(lambda uri, cache: None, uri, False)
+
+
+def test_a_publisher_that_is_named_often_gets_one_thread_and_a_last_try(monkeypatch):
+    connecting = Connecting(monkeypatch)
+    connecting.update('/pose', 'http://silent/')
+    thread = threading.Thread(target=connecting.connect, args=('/pose', 'http://silent/'))
+    thread.start()
+    while not connecting.tries:
+        time.sleep(0.001)
+    for _ in range(5):
+        connecting.connect('/pose', 'http://silent/')  # returns at once
+    connecting.go_on.set()
+    thread.join(DEADLINE)
+    assert connecting.tries == 2 * ['http://silent/']
+    connecting.connect('/pose', 'http://silent/')
+    assert len(connecting.tries) == 3
+
+
+def test_a_publisher_that_is_named_no_more_is_left(monkeypatch):
+    connecting = Connecting(monkeypatch)
+    connecting.go_on.set()
+    connecting.update('/pose', 'http://gone/')
+    connecting.connect('/pose', 'http://gone/')
+    connecting.update('/pose', 'http://new/')
+    with pytest.raises(ConnectionRefusedError):  # which rospy takes for the end
+        connecting.connect('/pose', 'http://gone/')
+
+
+def test_publishers_of_topics_that_nobody_subscribes_to_are_not_kept(monkeypatch):
+    connecting = Connecting(monkeypatch)
+    connecting.update('/other', 'http://a/')
+    assert connecting.updates == [] and connecting.publishers._named == {}
+    assert connecting.publishers._shortened(('self', '/caller', '/pose', list('abcdef'))) == [
+        'self', '/caller', '/pose', ['a', 'b', 'c']]

@@ -1,0 +1,228 @@
+"""sim_ros.lockstep: when a step may begin. Threads, connections and wall time are fakes here."""
+import itertools
+import socket
+
+import pytest
+import rospy
+
+from kinematic_core.timing.idle_threads import Gone
+from sim_ros import lockstep
+from sim_ros.lockstep import LONGEST_PAUSE, SETTLING, Lockstep
+
+PATIENCE, STEP = 2.0, 0.016  # [s]
+
+
+class Wall:
+    """Wall time: each look at it takes a microsecond."""
+
+    def __init__(self):
+        self.now = 50.0
+
+    def monotonic(self):
+        self.now += 1e-6
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+
+
+class Process:
+    """The threads of a process: ``busy_until`` [s] they run, from then on they sleep."""
+
+    def __init__(self, wall):
+        self.wall, self.busy_until, self.worked, self.gone, self.closed = wall, 0.0, 0, False, False
+
+    def ids(self):
+        return {'1'}
+
+    def runs(self):
+        if self.gone:
+            raise Gone
+        return None if self.wall.now < self.busy_until else {'1': 5, '2': 1_000_000 * self.worked}
+
+    def close(self):
+        self.closed = True
+
+
+class Connection:
+    def __init__(self, name):
+        self.endpoint_id = name
+
+
+class Publisher:
+    """/clock with its subscribers; ``impl`` as rospy has it."""
+
+    def __init__(self):
+        self.impl = self
+        self.connections = []
+
+
+@pytest.fixture
+def scene(monkeypatch):
+    return Scene(monkeypatch)
+
+
+class Scene:
+    """A Lockstep with fakes around it."""
+
+    def __init__(self, monkeypatch):
+        self.wall = Wall()
+        self.own, self.master = Process(self.wall), Process(self.wall)
+        self.processes, self.publisher = {}, Publisher()
+        monkeypatch.setattr(lockstep, 'time', self.wall)
+        monkeypatch.setattr(lockstep, 'Threads', lambda *_, **__: self.own)
+        monkeypatch.setattr(lockstep, '_watch_master', lambda: self.master)
+        monkeypatch.setattr(lockstep, '_watch', lambda connection: self.processes[connection.endpoint_id])
+        self.books = []
+        monkeypatch.setattr(lockstep, '_books', lambda: list(self.books))
+        monkeypatch.setattr(rospy, 'is_shutdown', lambda: False)
+        self.parameters = {}
+        monkeypatch.setattr(rospy, 'has_param', self.parameters.__contains__)
+        monkeypatch.setattr(rospy, 'set_param', self.parameters.__setitem__)
+        self.lockstep = Lockstep(self.publisher, PATIENCE, STEP)
+        self.wait()  # the master settles
+
+    def node(self, name):
+        connection = Connection(name)
+        self.processes[name] = Process(self.wall)
+        self.publisher.connections.append(connection)
+        return self.processes[name]
+
+    def wait(self):
+        """Return (whether rest came, how long [s] it took)."""
+        begin = self.wall.now
+        return self.lockstep.wait(), self.wall.now - begin
+
+
+def test_without_nodes_a_step_begins_at_once(scene):
+    rest, took = scene.wait()
+    assert rest and took < 1e-4
+
+
+def test_a_step_waits_for_every_node_and_for_the_simulator_itself(scene):
+    one, two = scene.node('/one'), scene.node('/two')
+    for process, other in itertools.permutations((one, two, scene.own), 2):
+        process.busy_until, other.busy_until = scene.wall.now + 0.2, scene.wall.now + 0.1
+        rest, took = scene.wait()
+        assert rest and 0.2 <= took < 0.2 + 2.0 * LONGEST_PAUSE
+    assert scene.lockstep.late == 0
+
+
+def test_two_looks_must_see_the_same(scene, monkeypatch):
+    node = scene.node('/one')
+    counts = iter([1, 2, 3, 3])
+    monkeypatch.setattr(node, 'runs', lambda: {'1': next(counts)})
+    assert scene.wait()[0]
+    assert next(counts, None) is None
+
+
+def test_a_registration_is_given_time_to_settle_once(scene):
+    scene.master.worked, scene.books = 1, ['/one publishes /turtle1/cmd_vel']
+    rest, took = scene.wait()
+    assert rest and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
+    assert scene.wait()[1] < 1e-4
+
+
+def test_a_master_that_polls_settles_all_the_same(scene, monkeypatch):
+    monkeypatch.setattr(scene.master, 'runs', lambda: {'1': 60_000 * int(scene.wall.now / 0.1), '2': 1_000_000})
+    scene.books = ['/one publishes /turtle1/cmd_vel']
+    rest, took = scene.wait()
+    assert rest and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
+
+
+def test_a_master_that_only_answers_holds_nobody_up(scene):
+    for _ in range(3):
+        scene.master.worked += 1
+        assert scene.wait() == (True, pytest.approx(0.0, abs=1e-3))
+
+
+def test_a_master_that_polls_is_not_even_asked(scene, monkeypatch):
+    monkeypatch.setattr(lockstep, '_books', lambda: pytest.fail('asked'))
+    scene.master.worked += 0.05  # 50 us
+    assert scene.wait()[0]
+
+
+def test_a_node_that_never_rests_is_named_counted_and_gets_real_time_from_then_on(scene):
+    hog, good = scene.node('/hog'), scene.node('/good')
+    hog.busy_until = scene.wall.now + 1e6
+    rest, took = scene.wait()
+    assert not rest and PATIENCE <= took < PATIENCE + 2.0 * LONGEST_PAUSE
+    assert (scene.lockstep.late, scene.lockstep.restless) == (1, '/hog')
+    rest, took = scene.wait()
+    assert not rest and STEP <= took < STEP + 2.0 * LONGEST_PAUSE
+    assert scene.lockstep.late == 2
+    hog.busy_until = 0.0
+    assert scene.wait()[0]
+    assert (scene.lockstep.late, scene.lockstep.restless) == (2, '')
+    good.busy_until = scene.wall.now + 1.5
+    assert scene.wait()[0]  # the whole patience again
+
+
+def test_the_simulator_itself_can_be_what_is_busy(scene):
+    scene.own.busy_until = scene.wall.now + 1e6
+    assert not scene.wait()[0]
+    assert 'the simulator itself' in scene.lockstep.restless
+
+
+def test_a_node_that_ends_is_not_waited_for(scene):
+    node = scene.node('/one')
+    assert scene.wait()[0]
+    node.gone = True
+    assert scene.wait()[0]
+    scene.publisher.connections.clear()
+    assert scene.wait()[0]
+
+
+def test_files_of_a_node_that_leaves_are_closed(scene):
+    node = scene.node('/one')
+    scene.wait()
+    scene.publisher.connections = []
+    scene.wait()
+    assert node.closed
+
+
+def test_a_master_that_ends_is_not_waited_for_and_a_new_one_is(scene):
+    scene.master.gone = True
+    assert scene.wait()[0]
+    scene.master = Process(scene.wall)
+    scene.lockstep.watch_master()
+    scene.master.busy_until = scene.wall.now + 0.3
+    assert scene.wait()[1] >= 0.3
+
+
+def test_a_shutdown_ends_the_wait(scene, monkeypatch):
+    scene.node('/hog').busy_until = scene.wall.now + 1e6
+    monkeypatch.setattr(rospy, 'is_shutdown', lambda: True)
+    assert scene.wait() == (True, pytest.approx(0.0, abs=1e-3))
+    assert scene.lockstep.late == 0
+
+
+@pytest.mark.parametrize('late, asked', [(0, 1), (2, 3)])
+def test_a_node_that_answers_late_is_asked_again(monkeypatch, late, asked):
+    node = Late(late)
+    monkeypatch.setattr(lockstep, '_proxy', lambda uri: node)
+    monkeypatch.setattr(rospy, 'get_name', lambda: '/simulator')
+    assert lockstep._pid('http://localhost:1') == 42
+    assert node.asked == asked
+
+
+def test_a_node_that_never_answers_is_not_asked_for_ever(monkeypatch):
+    node = Late(1000)
+    monkeypatch.setattr(lockstep, '_proxy', lambda uri: node)
+    monkeypatch.setattr(rospy, 'get_name', lambda: '/simulator')
+    with pytest.raises(socket.timeout):
+        lockstep._pid('http://localhost:1')
+    assert node.asked == lockstep.TRIES
+
+
+class Late:
+    """A node whose first answers come too late."""
+
+    def __init__(self, late):
+        self.late, self.asked = late, 0
+
+    def getPid(self, caller):
+        self.asked += 1
+        if self.asked <= self.late:
+            raise socket.timeout
+        return 1, '', 42
