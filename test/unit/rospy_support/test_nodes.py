@@ -77,8 +77,9 @@ def ended(process, *signals):
     assert process.stdout.readline() == 'ready\n'
     for number in signals:
         process.send_signal(number)
-    out, err = process.communicate(timeout=DEADLINE)
-    return process.returncode, out, err
+    with process:  # not communicate(): it would miss what readline() has buffered already
+        out, err = process.stdout.read(), process.stderr.read()
+    return process.wait(DEADLINE), out, err
 
 
 SPIN = """

@@ -14,6 +14,9 @@ WIDTH, HEIGHT = 640, 560  # [px]
 MISSING = '' if shutil.which('Xvfb') else 'Xvfb is missing, the window is NOT tested: sudo apt install xvfb'
 
 _CLIENT_MESSAGE = 33
+_ERROR_HANDLER = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+# A window may vanish between two requests; by default libX11 would end the whole test run because of it.
+_ignore_errors = _ERROR_HANDLER(lambda _display, _event: 0)
 
 
 class _ClientMessage(ctypes.Structure):
@@ -59,7 +62,7 @@ class VirtualDisplay:
 
     def _title(self, window):
         title = ctypes.c_char_p()
-        self._x.XFetchName(self._display, window, ctypes.byref(title))
+        self._x.XFetchName(self._display, window, ctypes.byref(title))  # leaves NULL for a window that has gone
         return (title.value or b'').decode()
 
     def size(self, window):
@@ -109,4 +112,5 @@ def _library():
             ('XFlush', ctypes.c_int, [display])):
         function = getattr(x, name)
         function.restype, function.argtypes = result, arguments
+    x.XSetErrorHandler(_ignore_errors)
     return x
