@@ -145,7 +145,7 @@ def written_kind(kind):
 
 
 @pytest.mark.parametrize('heading, table', [
-    ('Checks', {name: check.parameters for name, check in judging.CHECKS.items()}), ('Stimuli', exercise.STIMULI)])
+    ('Checks', {name: check.parameters for name, check in judging.RULES.items()}), ('Stimuli', exercise.STIMULI)])
 def test_parameters_of_exercise_files_are_described(heading, table):
     rows = parameter_rows(text_of(REPOSITORY / 'docs' / 'exercise_files.md'), heading)
     written = {name: {parameter: kind for parameter, (kind, _) in parameters.items()}

@@ -1,5 +1,5 @@
 """A turtle in the real core, driven as a student's node would drive it, observed as the grader observes it."""
-from course_grader.rules.observation import Command, Event, Line, Observed, Sample
+from course_grader.rules.observation import Command, Event, Observed, OutputLine, Sample
 from kinematic_core.worlds.turtle_world import DT, TurtleWorld
 
 
@@ -46,7 +46,7 @@ class GradedTurtle:
 
     def print(self, text):
         """Print a line, or several."""
-        self.observed.lines.extend(Line(self.t, line) for line in text.split('\n'))
+        self.observed.lines.extend(OutputLine(self.t, line) for line in text.split('\n'))
         return self
 
     def teleport(self, x, y, theta=0.0):

@@ -9,11 +9,11 @@ import time
 import rospy
 
 from turtle_robotont.demo import course, course_markers
-from turtle_robotont.demo.harness import Stage, StageError
+from turtle_robotont.demo.harness import DemoError, DemoHarness
 
 STEPS = (*course.STEPS, *course_markers.STEPS)
 TIME_LIMIT = 300  # [s] for everything but ending the processes
-TROUBLES = (StageError, rospy.ROSException, rospy.ServiceException)
+TROUBLES = (DemoError, rospy.ROSException, rospy.ServiceException)
 GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'
 
 
@@ -47,10 +47,10 @@ class Report:
         self.line(f'\n{number:3d}. {step.title}: {step.asked}')
         self.line(f'      $ {step.typed}')
 
-    def outcome(self, checks, pose, pictures):
+    def outcome(self, measurements, pose, pictures):
         """Print what was measured."""
-        for check in checks:
-            self.verdict(check.good, check.text)
+        for measurement in measurements:
+            self.verdict(measurement.good, measurement.text)
         if pose is not None:
             self.line(f'      The turtle is at x {pose.x:.3f} m, y {pose.y:.3f} m, heading {pose.theta:.3f} rad')
         for picture in pictures:
@@ -58,46 +58,46 @@ class Report:
                       '      No picture: this turtlesim has no ~snapshot service')
 
 
-def play(step, number, stage, report):
+def play(step, number, harness, report):
     """Play one step and report on it; return whether all of it is as it should be."""
     report.step(number, step)
-    checks, pictures = [], []
+    measurements, pictures = [], []
     name = f'{number}_{step.title.lower().replace(" ", "_")}'
     try:
         if step.turtle:
-            stage.reset()
-        checks += step.play(stage)
+            harness.reset()
+        measurements += step.play(harness)
     except TROUBLES as error:
-        checks.append(course.Check(str(error), False))
+        measurements.append(course.Measurement(str(error), False))
     try:
-        pictures = [stage.picture(name)] if step.turtle else stage.kept(name)
+        pictures = [harness.picture(name)] if step.turtle else harness.kept(name)
     except TROUBLES as error:
-        checks.append(course.Check(f'no picture: {error}', False))
-    stage.end_nodes()
-    track = stage.seen.track if step.turtle else []
-    report.outcome(checks, track[-1] if track else None, pictures)
-    return all(check.good for check in checks)
+        measurements.append(course.Measurement(f'no picture: {error}', False))
+    harness.end_nodes()
+    track = harness.seen.track if step.turtle else []
+    report.outcome(measurements, track[-1] if track else None, pictures)
+    return all(measurement.good for measurement in measurements)
 
 
 def play_all(steps, output, report):
     """Play the steps; return the titles of those that failed, or did not come to an end."""
     todo = [step.title for step in steps]
     failed = []
-    stage = Stage(output)
+    harness = DemoHarness(output)
     try:
         with _time_limit(TIME_LIMIT):
-            stage.open()
+            harness.open()
             for number, step in enumerate(steps, 1):
-                if not play(step, number, stage, report):
+                if not play(step, number, harness, report):
                     failed.append(step.title)
                 todo.remove(step.title)
     except OutOfTimeError:
         report.verdict(False, f'Out of time: the demo may take {TIME_LIMIT} s. Either a node hangs, or the machine is '
                               'too busy')
-    except (StageError, OSError) as error:
+    except (DemoError, OSError) as error:
         report.verdict(False, str(error))
     finally:
-        stage.close()
+        harness.close()
     return failed + todo
 
 

@@ -1,7 +1,7 @@
-"""The steps of the course's turtle part: each plays what is asked on a Stage and measures the outcome.
+"""The steps of the course's turtle part: each plays what is asked on a DemoHarness and measures the outcome.
 
 A step starts the node or types the command that the course asks for, looks at the turtle's own poses, colours and
-commands, and judges by them alone: ``play(stage)`` returns the Checks.
+commands, and judges by them alone: ``play(harness)`` returns the Measurements.
 """
 import contextlib
 import math
@@ -12,7 +12,7 @@ from typing import Callable, NamedTuple
 import rosservice
 from turtlesim.srv import TeleportAbsolute, TeleportRelative
 
-from turtle_robotont.demo.harness import CENTRE, EXACT, PATIENCE, REST_TIMEOUT, StageError
+from turtle_robotont.demo.harness import CENTRE, EXACT, PATIENCE, REST_TIMEOUT, DemoError
 from turtle_robotont.driving import track_metrics
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
@@ -27,7 +27,7 @@ SIM_SERVICES = {'/clear', '/kill', '/reset', '/spawn', '/turtle1/set_pen', '/tur
                 '/turtle1/teleport_relative', '/turtlesim/get_loggers', '/turtlesim/set_logger_level'}
 
 
-class Check(NamedTuple):
+class Measurement(NamedTuple):
     """Something measured, and whether it is as it should be."""
 
     text: str
@@ -35,85 +35,87 @@ class Check(NamedTuple):
 
 
 def near(what, value, wanted, tolerance, unit):
-    """Return the Check that a value is what is wanted."""
-    return Check(f'{what} {value:.3f} {unit} (asked {wanted:.3f}, error at most {tolerance:g})',
-                 abs(value - wanted) <= tolerance)
+    """Return the Measurement that a value is what is wanted."""
+    return Measurement(f'{what} {value:.3f} {unit} (asked {wanted:.3f}, error at most {tolerance:g})',
+                       abs(value - wanted) <= tolerance)
 
 
 def at_most(what, value, limit, unit):
-    """Return the Check that an error is small enough."""
-    return Check(f'{what} {value:.3f} {unit} (at most {limit:g})', value <= limit)
+    """Return the Measurement that an error is small enough."""
+    return Measurement(f'{what} {value:.3f} {unit} (at most {limit:g})', value <= limit)
 
 
 def no_teleport(track):
-    """Return the Check that the turtle drove all the way."""
+    """Return the Measurement that the turtle drove all the way."""
     count = len(track_metrics.jumps(track))
-    return Check('driven, not teleported' if count == 0 else f'teleported {count} times instead of driving', count == 0)
+    return Measurement('driven, not teleported' if count == 0 else f'teleported {count} times instead of driving',
+                       count == 0)
 
 
 def ended_by_itself(process, timeout):
-    """Wait for a node; return the Check that it ended well."""
+    """Wait for a node; return the Measurement that it ended well."""
     code = process.wait(timeout)
-    return Check('ended by itself' if code == 0 else f'ended with exit code {code}: {process.last_line()}', code == 0)
+    return Measurement('ended by itself' if code == 0 else f'ended with exit code {code}: {process.last_line()}',
+                       code == 0)
 
 
-def first_publisher(stage):
-    node = stage.rosrun('velocity_publisher.py')
-    stage.until(lambda: track_metrics.path_length(stage.seen.track) > 0.0, 'the turtle does not set off', PATIENCE,
+def first_publisher(harness):
+    node = harness.rosrun('velocity_publisher.py')
+    harness.until(lambda: track_metrics.path_length(harness.seen.track) > 0.0, 'the turtle does not set off', PATIENCE,
                 node)
     time.sleep(2.0)
-    times, speed = stage.seen.commands, stage.seen.track[-1].linear_velocity
+    times, speed = harness.seen.commands, harness.seen.track[-1].linear_velocity
     if len(times) < 2:
-        raise StageError(f'{len(times)} commands came on /turtle1/cmd_vel in 2 s; it said: {node.last_line()}')
+        raise DemoError(f'{len(times)} commands came on /turtle1/cmd_vel in 2 s; it said: {node.last_line()}')
     node.interrupt()
     node.wait(PATIENCE)
-    stage.until_rest()
-    track = stage.seen.track
+    harness.until_rest()
+    track = harness.seen.track
     return [near('commands come at', track_metrics.rate(times), 10.0, 1.0, 'Hz'),
             near('the turtle drives at', speed, 0.5, 1e-3, 'm/s'),
             near('in a circle of curvature', track_metrics.curvature(track), 0.2 / 0.5, 1e-2, '1/m'),
-            Check('stands after Ctrl-C', track_metrics.stands_still(track))]
+            Measurement('stands after Ctrl-C', track_metrics.stands_still(track))]
 
 
-def pose_subscriber(stage):
-    node = stage.rosrun('pose_subscriber.py')
-    stage.until(lambda: 'Turtle pose' in node.output(), 'no pose is printed', PATIENCE, node)
-    stage.call('turtle1/teleport_absolute', TeleportAbsolute, 2.5, 7.25, 0.5)
-    with contextlib.suppress(StageError):  # what is printed is measured
-        stage.until(lambda: node.output().count('x:2.5') > POSES, 'the pose is not printed', REST_TIMEOUT, node)
+def pose_subscriber(harness):
+    node = harness.rosrun('pose_subscriber.py')
+    harness.until(lambda: 'Turtle pose' in node.output(), 'no pose is printed', PATIENCE, node)
+    harness.call('turtle1/teleport_absolute', TeleportAbsolute, 2.5, 7.25, 0.5)
+    with contextlib.suppress(DemoError):  # what is printed is measured
+        harness.until(lambda: node.output().count('x:2.5') > POSES, 'the pose is not printed', REST_TIMEOUT, node)
     printed = re.findall(r'Turtle pose: x:(-?[0-9.]+), y:(-?[0-9.]+)', node.output())
     x, y = map(float, printed[-1])
-    pose = stage.seen.track[-1]
-    return [Check(f'{len(printed)} poses printed', len(printed) > POSES),
+    pose = harness.seen.track[-1]
+    return [Measurement(f'{len(printed)} poses printed', len(printed) > POSES),
             at_most(f'the last, x {x:.6f} m, y {y:.6f} m, is off the turtle by', math.hypot(x - pose.x, y - pose.y),
                     PRINTED, 'm'),
             near('which was sent to x =', pose.x, 2.5, EXACT, 'm')]
 
 
-def stop_at_x(stage):
-    ended = ended_by_itself(stage.rosrun('stop_at_x.py'), PATIENCE)
-    stage.until_rest()
-    track = stage.seen.track
-    return [ended, Check('stands', track_metrics.stands_still(track)), no_teleport(track),
+def stop_at_x(harness):
+    ended = ended_by_itself(harness.rosrun('stop_at_x.py'), PATIENCE)
+    harness.until_rest()
+    track = harness.seen.track
+    return [ended, Measurement('stands', track_metrics.stands_still(track)), no_teleport(track),
             near('stopped at x =', track[-1].x, 10.0, STOP_TOLERANCE, 'm'),
             near('driven at', track_metrics.top_speed(track), 1.0, EXACT, 'm/s')]
 
 
-def square_by_topics(stage):
+def square_by_topics(harness):
     end = CENTRE + 2.0
-    return _shape(stage, (), [(end, CENTRE), (end, end), (CENTRE, end), (CENTRE, CENTRE)])
+    return _shape(harness, (), [(end, CENTRE), (end, end), (CENTRE, end), (CENTRE, CENTRE)])
 
 
-def triangle_by_topics(stage):
+def triangle_by_topics(harness):
     arguments = ('_shape:=triangle', '_size:=1.5', '_speed:=3')
-    return _shape(stage, arguments, [(CENTRE + 1.5, CENTRE), (CENTRE + 0.75, CENTRE + 0.75 * math.sqrt(3.0)),
+    return _shape(harness, arguments, [(CENTRE + 1.5, CENTRE), (CENTRE + 0.75, CENTRE + 0.75 * math.sqrt(3.0)),
                                      (CENTRE, CENTRE)])
 
 
-def _shape(stage, arguments, corners):
-    ended = ended_by_itself(stage.rosrun('drive_shape.py', *arguments), PATIENCE)
-    stage.until_rest()
-    track, corners = stage.seen.track, [Point(*corner) for corner in corners]
+def _shape(harness, arguments, corners):
+    ended = ended_by_itself(harness.rosrun('drive_shape.py', *arguments), PATIENCE)
+    harness.until_rest()
+    track, corners = harness.seen.track, [Point(*corner) for corner in corners]
     return [ended, no_teleport(track),
             at_most(f'{len(corners)} corners, the worst missed by', max(track_metrics.corner_misses(track, corners)),
                     CORNER_TOLERANCE, 'm'),
@@ -122,66 +124,67 @@ def _shape(stage, arguments, corners):
             at_most('closed within', track_metrics.closing_error(track), CORNER_TOLERANCE, 'm')]
 
 
-def services_and_pen(stage):
+def services_and_pen(harness):
     missing = SIM_SERVICES - set(rosservice.get_service_list())
-    ended = ended_by_itself(stage.rosrun('set_pen.py', '_r:=0', '_g:=0', '_b:=255', '_width:=5'), PATIENCE)
-    stage.call('turtle1/teleport_relative', TeleportRelative, 2.0, 0.0)
-    before = len(stage.seen.colours)
-    stage.until(lambda: len(stage.seen.colours) > before + 5, 'the colour sensor reads nothing', PATIENCE)
-    colour = stage.seen.colours[-1]
-    return [Check(f'missing services: {", ".join(sorted(missing))}' if missing else
-                  f'all {len(SIM_SERVICES)} services of turtlesim are there', not missing), ended,
-            Check(f'the path under the turtle has the colour {colour} (asked {BLUE})', colour == BLUE)]
+    ended = ended_by_itself(harness.rosrun('set_pen.py', '_r:=0', '_g:=0', '_b:=255', '_width:=5'), PATIENCE)
+    harness.call('turtle1/teleport_relative', TeleportRelative, 2.0, 0.0)
+    before = len(harness.seen.colours)
+    harness.until(lambda: len(harness.seen.colours) > before + 5, 'the colour sensor reads nothing', PATIENCE)
+    colour = harness.seen.colours[-1]
+    return [Measurement(f'missing services: {", ".join(sorted(missing))}' if missing else
+                        f'all {len(SIM_SERVICES)} services of turtlesim are there', not missing), ended,
+            Measurement(f'the path under the turtle has the colour {colour} (asked {BLUE})', colour == BLUE)]
 
 
-def goto_pose(stage):
-    server = stage.rosrun('goto_pose_server.py')
-    stage.until(lambda: 'Ready' in server.output(), 'the service is not there', PATIENCE, server)
-    _call(stage, '/turtle1/gotoPose', '1.5', '2.5', '3.14')
-    distance, heading = track_metrics.goal_error(stage.seen.track, Goal(1.5, 2.5, 3.14))
-    stage.until_rest()
-    track = stage.seen.track
+def goto_pose(harness):
+    server = harness.rosrun('goto_pose_server.py')
+    harness.until(lambda: 'Ready' in server.output(), 'the service is not there', PATIENCE, server)
+    _call(harness, '/turtle1/gotoPose', '1.5', '2.5', '3.14')
+    distance, heading = track_metrics.goal_error(harness.seen.track, Goal(1.5, 2.5, 3.14))
+    harness.until_rest()
+    track = harness.seen.track
     return [at_most('when answered, distance left', distance, CORNER_TOLERANCE, 'm'),
             at_most('heading left', heading, HEADING_TOLERANCE, 'rad'),
-            no_teleport(track), Check('stands', track_metrics.stands_still(track))]
+            no_teleport(track), Measurement('stands', track_metrics.stands_still(track))]
 
 
-def square_by_service(stage):
+def square_by_service(harness):
     corners = [(8.0, CENTRE), (8.0, 8.0), (CENTRE, 8.0), (CENTRE, CENTRE)]
     for (x, y), theta in zip(corners, ('0.0', '1.5708', '3.1416', '4.7124')):
-        _call(stage, '/turtle1/teleport_absolute', f'{x:.6f}', f'{y:.6f}', theta)
-    stage.until_rest()
-    track = stage.seen.track
-    return [Check(f'{len(track_metrics.jumps(track))} teleports (asked 4)', len(track_metrics.jumps(track)) == 4),
+        _call(harness, '/turtle1/teleport_absolute', f'{x:.6f}', f'{y:.6f}', theta)
+    harness.until_rest()
+    track = harness.seen.track
+    return [Measurement(f'{len(track_metrics.jumps(track))} teleports (asked 4)', len(track_metrics.jumps(track)) == 4),
             at_most('the worst corner missed by', max(track_metrics.corner_misses(track, [Point(*c) for c in corners])),
                     EXACT, 'm'),
             at_most('closed within', track_metrics.closing_error(track), EXACT, 'm')]
 
 
-def black_tour(stage):
-    ended = ended_by_itself(stage.rosrun('teleport_tour.py', '_pause:=0.25'), PATIENCE)
-    stage.until_rest()
-    track, colours = stage.seen.track, stage.seen.colours
+def black_tour(harness):
+    ended = ended_by_itself(harness.rosrun('teleport_tour.py', '_pause:=0.25'), PATIENCE)
+    harness.until_rest()
+    track, colours = harness.seen.track, harness.seen.colours
     places = [Point(2.0, 2.0), Point(9.0, 2.0), Point(9.0, 9.0), Point(2.0, 9.0)]
     on_path = set(colours[colours.index(BLACK):] if BLACK in colours else colours)
-    return [ended, Check(f'{len(track_metrics.jumps(track))} positions reached by teleport (asked 4)',
-                         len(track_metrics.jumps(track)) == 4),
+    return [ended, Measurement(f'{len(track_metrics.jumps(track))} positions reached by teleport (asked 4)',
+                               len(track_metrics.jumps(track)) == 4),
             at_most('the worst position missed by', max(track_metrics.corner_misses(track, places)), EXACT, 'm'),
-            Check(f'the path under the turtle has the colours {sorted(on_path)} (asked {BLACK})', on_path == {BLACK})]
+            Measurement(f'the path under the turtle has the colours {sorted(on_path)} (asked {BLACK})',
+                        on_path == {BLACK})]
 
 
-def _call(stage, service, *arguments):
+def _call(harness, service, *arguments):
     """Type ``rosservice call``."""
-    process = stage.start('rosservice', 'call', service, *arguments)
+    process = harness.start('rosservice', 'call', service, *arguments)
     if process.wait(PATIENCE) != 0 or 'ERROR' in process.output():
-        raise StageError(f'rosservice call {service} failed: {process.last_line()}')
+        raise DemoError(f'rosservice call {service} failed: {process.last_line()}')
 
 
 class Step(NamedTuple):
     """A step of the course: its title, what is asked, what is typed, and the function that plays and measures it.
 
     turtle: it is a turtle's, which is brought back to the middle before and shown in a picture after it; the others
-    leave pictures with ``Stage.keep``.
+    leave pictures with ``DemoHarness.keep``.
     """
 
     title: str

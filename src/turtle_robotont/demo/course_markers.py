@@ -22,8 +22,8 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from rospy_support import images
-from turtle_robotont.demo.course import Check, Step, at_most, near
-from turtle_robotont.demo.harness import REST_TIMEOUT, StageError
+from turtle_robotont.demo.course import Measurement, Step, at_most, near
+from turtle_robotont.demo.harness import REST_TIMEOUT, DemoError
 from turtle_robotont.driving import track_metrics
 from turtle_robotont.driving.shapes import Point
 from turtle_robotont.markers.marker_sequence import FRAMES, MARKERS
@@ -52,21 +52,21 @@ class Recorder:
         self._subscriber.unregister()
 
 
-def ar_markers(stage):
-    node = stage.start('roslaunch', 'turtle_robotont', 'ar_control.launch')
+def ar_markers(harness):
+    node = harness.start('roslaunch', 'turtle_robotont', 'ar_control.launch')
     pictures = Recorder('usb_cam/image_raw', Image, lambda image: (image.header.stamp, zlib.crc32(image.data)))
     messages = Recorder('ar_pose_marker', AlvarMarkers, lambda message: message)
     views = Recorder('ar_track_alvar/debug_image', Image, images.bgr)
-    stage.until(lambda: messages.entries and pictures.entries, 'no markers come', START_TIMEOUT, node)
-    stage.until(lambda: len(pictures.entries) > FRAMES, 'the sequence has not been shown once', START_TIMEOUT, node)
+    harness.until(lambda: messages.entries and pictures.entries, 'no markers come', START_TIMEOUT, node)
+    harness.until(lambda: len(pictures.entries) > FRAMES, 'the sequence has not been shown once', START_TIMEOUT, node)
     for recorder in (pictures, messages, views):
         recorder.end()
-    stage.keep(sheet(views.entries))
+    harness.keep(sheet(views.entries))
     folder = rospy.get_param('usb_cam/video_device')
     seen = compared(messages.entries, dict(pictures.entries), truth_of(folder))
     printed = set(map(int, re.findall(r'Detected marker with ID (\d+) ', node.output())))
-    return [Check(f'printed the markers {sorted(printed)} (asked {list(MARKERS)})', printed == set(MARKERS)),
-            *sequence_checks(**seen)]
+    return [Measurement(f'printed the markers {sorted(printed)} (asked {list(MARKERS)})', printed == set(MARKERS)),
+            *sequence_measurements(**seen)]
 
 
 def truth_of(folder):
@@ -100,47 +100,48 @@ def compared(messages, pictures, truth):
     return {'shown': shown, 'asked': asked, 'found': found, 'phantoms': phantoms, 'errors': errors}
 
 
-def sequence_checks(shown, asked, found, phantoms, errors):
-    """Return the Checks of what ``compared`` returned."""
-    return [Check(f'{shown} pictures with known markers answered', shown > FRAMES / 4),
-            Check(f'{found} of {asked} markers found (asked 98 %)', asked > 0 and found >= 0.98 * asked),
-            Check(f'{phantoms} markers that are not there, the covered one included (asked 0)', phantoms == 0),
+def sequence_measurements(shown, asked, found, phantoms, errors):
+    """Return the Measurements of what ``compared`` returned."""
+    return [Measurement(f'{shown} pictures with known markers answered', shown > FRAMES / 4),
+            Measurement(f'{found} of {asked} markers found (asked 98 %)', asked > 0 and found >= 0.98 * asked),
+            Measurement(f'{phantoms} markers that are not there, the covered one included (asked 0)', phantoms == 0),
             at_most('position off by', 100.0 * statistics.median(errors or [math.inf]), 100.0 * POSITION_ERROR,
                     '% of the distance')]
 
 
-def maze(stage):
-    plan, track, took, said = run_maze(stage)
-    stage.keep(map_of(plan, track))
+def maze(harness):
+    plan, track, took, said = run_maze(harness)
+    harness.keep(map_of(plan, track))
     panels = [Point(panel.x, panel.y) for panel in sorted(plan.panels, key=lambda panel: panel.marker_id)]
     return [near('the robot began at x =', track[0].x, -2.0, 0.01, 'm'),
-            Check(f'it says: {said}', said.startswith('Visited the markers')),
+            Measurement(f'it says: {said}', said.startswith('Visited the markers')),
             at_most(f'{len(panels)} markers passed in their order, the furthest off by',
                     max(track_metrics.corner_misses(track[::3], panels)), NEAR_MARKER, 'm'),
-            Check(f'drove {track_metrics.path_length(track):.1f} m and stands', track_metrics.stands_still(track)),
+            Measurement(f'drove {track_metrics.path_length(track):.1f} m and stands',
+                        track_metrics.stands_still(track)),
             at_most('in', took, MAZE_TIME, "s of the robot's time")]
 
 
-def run_maze(stage):
+def run_maze(harness):
     """Let the robot find its way; return (FloorPlan, true poses, the robot's time [s], the node's last words)."""
-    simulator = stage.start('roslaunch', 'robotont_gazebo', 'world_minimaze_ar.launch', f'rate:={MAZE_RATE:g}')
+    simulator = harness.start('roslaunch', 'robotont_gazebo', 'world_minimaze_ar.launch', f'rate:={MAZE_RATE:g}')
     world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
     try:
-        stage.until(lambda: world.entries and poses.entries, 'the robot is not there', START_TIMEOUT, simulator)
+        harness.until(lambda: world.entries and poses.entries, 'the robot is not there', START_TIMEOUT, simulator)
         before = len(poses.entries)
-        node = stage.start('roslaunch', 'turtle_robotont', 'ar_maze.launch', 'sim:=false')
+        node = harness.start('roslaunch', 'turtle_robotont', 'ar_maze.launch', 'sim:=false')
         views = watch_maze(node)
         took = (len(poses.entries) - before) / POSE_RATE
-        with contextlib.suppress(StageError):
-            stage.until(lambda: track_metrics.stands_still(poses.entries), 'the robot moves', REST_TIMEOUT)
+        with contextlib.suppress(DemoError):
+            harness.until(lambda: track_metrics.stands_still(poses.entries), 'the robot moves', REST_TIMEOUT)
     finally:
         poses.end()
         world.end()
-        stage.end_nodes()
+        harness.end_nodes()
         rospy.set_param('use_sim_time', False)
     if views:
-        stage.keep(sheet(views))
+        harness.keep(sheet(views))
     said = re.findall(r'(?:Visited the markers|FATAL).*', node.output())
     return world_plan(world.entries[-1]), list(poses.entries), took, said[0] if said else node.last_line()
 
@@ -164,11 +165,11 @@ def _next_view():
 
 
 def world_plan(text):
-    """Return the FloorPlan that the simulator publishes; StageError where the simulator is another one."""
+    """Return the FloorPlan that the simulator publishes; DemoError where the simulator is another one."""
     try:
         from robotont_gazebo.core import worlds
     except ImportError:
-        raise StageError('this robotont_gazebo has no worlds of the stand-in') from None
+        raise DemoError('this robotont_gazebo has no worlds of the stand-in') from None
     return worlds.parse_json(text)
 
 
@@ -184,7 +185,7 @@ def sheet(pictures):
     """Return up to six of the pictures, spread over the time, side by side and below each other."""
     across, down = SHEET
     if not pictures:
-        raise StageError('the tracker sent no picture')
+        raise DemoError('the tracker sent no picture')
     chosen = [pictures[number * len(pictures) // min(len(pictures), across * down)]
               for number in range(min(len(pictures), across * down))]
     height, width = chosen[0].shape[:2]

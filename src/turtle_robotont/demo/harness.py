@@ -1,7 +1,7 @@
 """Where the demo plays: a master and a simulator of its own, the nodes of a step, and an observer of the turtle.
 
 Threads: rospy calls the observer's callbacks in threads of its own, one a topic; its lock guards what they store.
-Processes: each gets a process group of its own and is ended by ``Stage.close``, and by the kernel (SIGINT) if the
+Processes: each gets a process group of its own and is ended by ``DemoHarness.close``, and by the kernel (SIGINT) if the
 demo itself is killed.
 """
 import contextlib
@@ -37,7 +37,7 @@ POLL = 0.02  # [s]
 PR_SET_PDEATHSIG = 1  # of prctl(2)
 
 
-class StageError(RuntimeError):
+class DemoError(RuntimeError):
     """What was waited for did not happen; the text says what."""
 
 
@@ -60,11 +60,11 @@ class Process:
         return self._popen.poll() is not None
 
     def wait(self, timeout):
-        """Return its exit code; raise StageError with its last line when it has not ended within timeout [s]."""
+        """Return its exit code; raise DemoError with its last line when it has not ended within timeout [s]."""
         try:
             return self._popen.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise StageError(f'{os.path.basename(self.command[0])} has not ended within {timeout:g} s; it said: '
+            raise DemoError(f'{os.path.basename(self.command[0])} has not ended within {timeout:g} s; it said: '
                              f'{self.last_line()}') from None
 
     def last_line(self):
@@ -128,7 +128,7 @@ class Observer:
             return list(self._commands)
 
 
-class Stage:
+class DemoHarness:
     """A master on a free port, a simulator without a display, and an observer of turtle1, from open to close."""
 
     def __init__(self, output):
@@ -139,7 +139,7 @@ class Stage:
         self.seen = None  # the Observer, once open
 
     def open(self):
-        """Start master, simulator and observer; raise StageError when they do not come."""
+        """Start master, simulator and observer; raise DemoError when they do not come."""
         os.makedirs(self._log, exist_ok=True)
         for old in glob.glob(os.path.join(self._log, '[0-9][0-9]_*.log')):
             os.remove(old)
@@ -172,7 +172,7 @@ class Stage:
         """Start one of this package's nodes, as rosrun does but half a second faster; return its Process."""
         paths = roslib.packages.find_node('turtle_robotont', script)
         if not paths:
-            raise StageError(f'there is no node {script} in the package turtle_robotont; build the workspace again')
+            raise DemoError(f'there is no node {script} in the package turtle_robotont; build the workspace again')
         return self.start(paths[0], *arguments)
 
     def end_nodes(self):
@@ -181,24 +181,24 @@ class Stage:
             self._processes.pop().end()
 
     def until(self, condition, trouble, timeout, process=None):
-        """Wait until ``condition()`` holds; raise StageError(trouble) after timeout [s] or when the process ends."""
+        """Wait until ``condition()`` holds; raise DemoError(trouble) after timeout [s] or when the process ends."""
         deadline = time.monotonic() + timeout
         while not condition():
             ended = process is not None and process.ended()
             if ended or time.monotonic() > deadline:
                 said = f'; {os.path.basename(process.command[0])} said: {process.last_line()}' if process else ''
-                raise StageError(f'{trouble} {"and never will" if ended else f"after {timeout:g} s"}{said}')
+                raise DemoError(f'{trouble} {"and never will" if ended else f"after {timeout:g} s"}{said}')
             time.sleep(POLL)
 
     def until_rest(self):
         """Wait until the turtle stands, but not for ever: whoever looks at the track will see."""
-        with contextlib.suppress(StageError):
+        with contextlib.suppress(DemoError):
             self.until(lambda: track_metrics.stands_still(self.seen.track), 'the turtle moves', REST_TIMEOUT)
 
     def reset(self):
         """Bring the turtle back to the middle of an empty arena and forget what was seen."""
         if self._processes[0].ended():
-            raise StageError('the simulator has ended')
+            raise DemoError('the simulator has ended')
         self.call('reset', Empty)
         self.seen.clear()
         self.until(lambda: any(math.hypot(pose.x - CENTRE, pose.y - CENTRE) < EXACT for pose in self.seen.track[-1:]),
@@ -224,7 +224,7 @@ class Stage:
             try:
                 write_whole(path, png.tobytes())
             except OSError as error:
-                raise StageError(f'{path} could not be written: {error.strerror}') from None
+                raise DemoError(f'{path} could not be written: {error.strerror}') from None
         self._kept.clear()
         return paths
 
@@ -237,7 +237,7 @@ class Stage:
         rospy.set_param('turtlesim/snapshot_dir', self._log)
         answer = self.call('turtlesim/snapshot', Trigger)
         if not answer.success:
-            raise StageError(answer.message)
+            raise DemoError(answer.message)
         return shutil.move(answer.message, os.path.join(self.output, f'{name}.png'))
 
 

@@ -18,15 +18,15 @@ def test_exercise_files_are_right(path):
     loaded = exercise.load(path)
     assert loaded.name == path.stem and loaded.asks and loaded.title
     assert loaded.time / loaded.speed <= 12.0  # [s] of wall time, so that a grading takes less than 15
-    assert any(scored.must for scored in loaded.checks)
+    assert any(scored.must for scored in loaded.rules)
 
 
 def test_values_are_converted():
     loaded = exercise.parse(GOOD, 'good')
     assert (loaded.time, loaded.speed, loaded.pass_score, loaded.simulator) == (10.0, 8.0, 80.0, 'turtlesim')
     assert loaded.start == {'x': (3.0, 5.0), 'theta': (0.0, 0.0)}
-    assert loaded.checks[0] == exercise.Scored('moves', {'length': 2.0}, 60.0, False)
-    assert loaded.checks[1].parameters == {'until': 'the end'} and loaded.checks[1].must
+    assert loaded.rules[0] == exercise.ScoredRule('moves', {'length': 2.0}, 60.0, False)
+    assert loaded.rules[1].parameters == {'until': 'the end'} and loaded.rules[1].must
     assert loaded.stimuli == [('drive', {'after': 0.0, 'linear': (0.5, 1.5), 'angular': (-0.8, 0.8), 'for': 3.0})]
     request = {'do': 'call', 'service': '/a', 'type': 'b/C', 'request': ['2 to 9 m', '90 deg']}
     assert exercise.parse({**GOOD, 'stimuli': [request]}).stimuli[0][1]['request'] == [
@@ -104,4 +104,4 @@ def test_files_that_are_no_yaml_or_not_there(tmp_path):
 
 
 def test_every_check_says_what_it_looks_at():
-    assert all(registered.judge.__doc__ for registered in judging.CHECKS.values()) and len(judging.CHECKS) >= 11
+    assert all(registered.judge.__doc__ for registered in judging.RULES.values()) and len(judging.RULES) >= 11

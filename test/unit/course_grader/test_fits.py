@@ -61,6 +61,6 @@ def test_quality_falls_with_the_error():
 
 def test_length_and_corners_of_a_way():
     way = [(0.0, 0.0), (1.0, 0.01), (2.0, 0.0), (2.0, 1.0)]
-    assert fits.way_length(way) == pytest.approx(2.0 * math.hypot(1.0, 0.01) + 1.0)
+    assert fits.path_length(way) == pytest.approx(2.0 * math.hypot(1.0, 0.01) + 1.0)
     assert fits.corners(way) == [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0)]
     assert fits.corners([(1.0, 2.0)]) == [(1.0, 2.0)]

@@ -6,9 +6,10 @@ import pytest
 
 from course_grader import cli
 from course_grader.attempt import session
-from course_grader.attempt.stimuli import told
+from course_grader.attempt.stimuli import take_line
+from course_grader.formats import exit_codes
 from course_grader.isolation import processes
-from course_grader.rules.observation import Call, Observed, Shown
+from course_grader.rules.observation import Call, Observed, ShownMarkers
 
 OF_ROSTEST = ['--gtest_output=xml:/r/x.xml', '__name:=stop', '__log:=/r/stop.log']
 
@@ -43,7 +44,7 @@ def test_wrong_usage_is_explained(monkeypatch, capsys, arguments, said):
         code = cli.main()
     except SystemExit as end:
         code = end.code
-    assert code == cli.USAGE and said in capsys.readouterr().err
+    assert code == exit_codes.USAGE and said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('program, said', [
@@ -80,14 +81,14 @@ def test_a_grader_that_fails_decides_nothing(tmp_path, monkeypatch, capsys, erro
 def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
     (tmp_path / 'file').write_text('')
     monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', f'{tmp_path}/file/x', '--', 'none.py'])
-    assert cli.main() == cli.USAGE
+    assert cli.main() == exit_codes.USAGE
     assert 'file/x cannot be written: Not a directory. Give another one with --output' in capsys.readouterr().err
 
 
 def test_stimuli_are_told_and_what_rospy_logs_is_left_out():
     observed = Observed()
     for line in ('{"ready": true}', '[ERROR] [12.5]: md5sum mismatch', '["Call", 1.5, "/s", [1.0, 2.0], true, ""]',
-                 '["Shown", 2.0, {"7": [0.1, 0.2, 0.3]}]', ''):
-        told(line, observed)
+                 '["ShownMarkers", 2.0, {"7": [0.1, 0.2, 0.3]}]', ''):
+        take_line(line, observed)
     assert observed.calls == [Call(1.5, '/s', (1.0, 2.0), True, '')]
-    assert observed.shown == [Shown(2.0, {7: (0.1, 0.2, 0.3)})]
+    assert observed.shown == [ShownMarkers(2.0, {7: (0.1, 0.2, 0.3)})]

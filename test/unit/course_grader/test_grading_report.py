@@ -9,7 +9,7 @@ import pytest
 
 from course_grader.formats import report
 from course_grader.rules import exercise, scoring
-from course_grader.rules.observation import Line
+from course_grader.rules.observation import OutputLine
 from unit_support.graded_turtle import GradedTurtle
 
 CIRCLE = exercise.load(pathlib.Path(__file__).resolve().parents[3] / 'exercises' / 'publish_circle.yaml')
@@ -54,7 +54,7 @@ def test_the_picture_shows_path_and_target(tmp_path):
     report.write(tmp_path, CIRCLE, observed, decided, COMMAND, 0)
     image = cv2.imread(str(tmp_path / 'path.png'))
     assert image.shape == (report.PICTURE, report.PICTURE, 3)
-    for name in ('path', 'target', 'begin', 'end', 'frame'):
+    for name in ('path', 'target', 'start', 'end', 'frame'):
         assert (image == report.COLOURS[name]).all(axis=2).sum() > 20, name
 
 
@@ -67,6 +67,6 @@ def test_a_node_that_did_nothing_has_a_picture_too():
 
 def test_any_output_can_be_written(tmp_path):
     observed, decided = graded(seconds=1.0)
-    observed.lines.append(Line(0.5, 'bytes \udcff'))
+    observed.lines.append(OutputLine(0.5, 'bytes \udcff'))
     report.write(tmp_path, CIRCLE, observed, decided, COMMAND, 0)
     assert 'bytes ?' in (tmp_path / 'output.txt').read_text()

@@ -13,14 +13,14 @@ def test_what_was_done_before_the_program_was_there_comes_first(tmp_path):
     path, observed = tmp_path / 'record.csv', Observed()
     path.write_text(HEAD + '0,,5,5,0,\n50,pen 0 0 0 3 0,5,5,0,/student\n60,,5,5,0,\n')
     reader = RecordingReader(str(path), DT, observed, '/grader')
-    observed.begin = reader.read()
-    assert observed.begin == pytest.approx(60 * DT) and reader.now == 0.0
+    observed.start = reader.read()
+    assert observed.start == pytest.approx(60 * DT) and reader.now == 0.0
     with open(path, 'a', encoding='utf-8') as file:
         file.write('61,teleport_absolute 2.0 2.0 0.0,2,2,0,/student\n62,cmd 1.0 0.0 0.0,2,2,0,/grader\n')
     assert reader.read() == pytest.approx(62 * DT)
     assert observed.seconds == pytest.approx(2 * DT) and observed.commands == []
     pen, teleport = observed.events
-    assert (pen.kind, teleport.kind) == ('pen', 'teleport') and pen.t < observed.begin < teleport.t
+    assert (pen.kind, teleport.kind) == ('pen', 'teleport') and pen.t < observed.start < teleport.t
     assert [sample.t for sample in observed.track] == sorted(sample.t for sample in observed.track)
     assert observed.pens()[-1] == (0, 0, 0, 3, 0) and observed.pens()[0] is None
 

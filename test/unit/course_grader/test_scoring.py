@@ -5,7 +5,7 @@ import pathlib
 import pytest
 
 from course_grader.rules import exercise, scoring
-from course_grader.rules.observation import Call, Event, Shown
+from course_grader.rules.observation import Call, Event, ShownMarkers
 from unit_support.graded_turtle import GradedTurtle
 
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
@@ -63,7 +63,7 @@ def show(turtle, say):
     """Show markers and none in turn; ``say(id, x)`` and ``say(None, None)`` return the line that is printed."""
     turtle.observed.connections.add(('/ar_pose_marker', 'subscribes'))
     for markers in ({1: (0.31, 0.1, 2.0)}, {}, {7: (-0.42, 0.0, 1.5), 12: (1.27, 0.3, 3.0)}, {}):
-        turtle.observed.shown.append(Shown(turtle.t, markers))
+        turtle.observed.shown.append(ShownMarkers(turtle.t, markers))
         turtle.wait(0.3)
         for marker, (x, _, _) in markers.items():
             turtle.print(say(marker, x))

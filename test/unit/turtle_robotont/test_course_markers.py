@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from turtle_robotont.demo import course_markers
-from turtle_robotont.demo.course_markers import compared, sequence_checks, sheet
-from turtle_robotont.demo.harness import Stage, StageError
+from turtle_robotont.demo.course_markers import compared, sequence_measurements, sheet
+from turtle_robotont.demo.harness import DemoError, DemoHarness
 
 TRUTH = {77: {'markers': [{'id': 1, 'position': [0.0, 0.0, 2.0], 'distance_m': 2.0, 'ignore': False},
                           {'id': 3, 'position': [0.0, 1.0, 0.0], 'distance_m': 1.0, 'ignore': True},
@@ -43,7 +43,7 @@ def test_markers_are_compared_with_the_frame_of_their_picture():
 ])
 def test_checks_fail_for_what_is_wrong(change, bad):
     right = {'shown': 50, 'asked': 100, 'found': 100, 'phantoms': 0, 'errors': [0.001] * 100}
-    checks = sequence_checks(**{**right, **change})
+    checks = sequence_measurements(**{**right, **change})
     wrong = [check.text for check in checks if not check.good]
     assert len(wrong) == len(bad) and all(text in found for text, found in zip(bad, wrong))
 
@@ -57,27 +57,27 @@ def test_sheet_has_up_to_six_pictures(count):
 
 
 def test_sheet_of_nothing_is_refused():
-    with pytest.raises(StageError, match='no picture'):
+    with pytest.raises(DemoError, match='no picture'):
         sheet([])
 
 
 def test_world_of_another_simulator_is_named(monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'robotont_gazebo.core', None)
-    with pytest.raises(StageError, match='worlds of the stand-in'):
+    with pytest.raises(DemoError, match='worlds of the stand-in'):
         course_markers.world_plan('{}')
 
 
 def test_pictures_that_a_step_keeps_are_saved_under_its_name_once(tmp_path):
-    stage = Stage(str(tmp_path))
+    harness = DemoHarness(str(tmp_path))
     for grey in (10, 200):
-        stage.keep(np.full((4, 6, 3), grey, np.uint8))
-    assert stage.kept('2_maze') == [str(tmp_path / '2_maze.png'), str(tmp_path / '2_maze_2.png')]
+        harness.keep(np.full((4, 6, 3), grey, np.uint8))
+    assert harness.kept('2_maze') == [str(tmp_path / '2_maze.png'), str(tmp_path / '2_maze_2.png')]
     assert [cv2.imread(str(path)).mean() for path in sorted(tmp_path.iterdir())] == [10.0, 200.0]
-    assert stage.kept('3_other') == []
+    assert harness.kept('3_other') == []
 
 
 def test_picture_that_cannot_be_written_is_named(tmp_path):
-    stage = Stage(str(tmp_path / 'missing'))
-    stage.keep(np.zeros((4, 6, 3), np.uint8))
-    with pytest.raises(StageError, match=r'missing/1_a\.png could not be written'):
-        stage.kept('1_a')
+    harness = DemoHarness(str(tmp_path / 'missing'))
+    harness.keep(np.zeros((4, 6, 3), np.uint8))
+    with pytest.raises(DemoError, match=r'missing/1_a\.png could not be written'):
+        harness.kept('1_a')

@@ -16,14 +16,12 @@ import rospkg
 
 from course_grader.attempt.session import Session, SessionError
 from course_grader.classes import grade_all
-from course_grader.formats import report
+from course_grader.formats import exit_codes, report
 from course_grader.isolation import processes, sandbox
 from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import Observed
 from kinematic_core.files import write_whole
 
-CODES = {scoring.PASSED: 0, scoring.FAILED: 1, scoring.UNDECIDED: 3}
-USAGE, INTERRUPTED = 2, 130
 REPEATS = 2  # of a grading that could not be decided: the machine may have stood still
 WORTH_REPEATING = 45.0  # [s] of wall time; what took longer is not repeated
 GTEST_OUTPUT = '--gtest_output=xml:'
@@ -42,14 +40,14 @@ def main(arguments=None):
         chosen = exercise.load(_find(options.exercise))
     except (exercise.ExerciseError, OSError) as error:
         print(f'./run grade: {error}', file=sys.stderr)
-        return USAGE
+        return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
     command = options.command
     processes.make_interruptible()
     try:
         os.makedirs(folder, exist_ok=True)
-        begin = time.monotonic()
+        start = time.monotonic()
         session, decided = _grade(chosen, command, seed, folder, options)
         if session and session.busy and session.lockstep:
             print(f'{session.busy} never rests (is there a rate.sleep() in its loop?): graded again in real time.')
@@ -58,7 +56,7 @@ def main(arguments=None):
             decided = decided._replace(outcome=scoring.FAILED, objections=[
                 f'{options.busy} never rests and leaves the simulator no time; is there a rate.sleep() in its loop?'])
         slow = decided.outcome == scoring.UNDECIDED and not session.observed.kept_up
-        if slow and options.repeats > 0 and time.monotonic() - begin < WORTH_REPEATING:
+        if slow and options.repeats > 0 and time.monotonic() - start < WORTH_REPEATING:
             print(f'Graded again, because: {decided.objections[0]}')
             last = ['--real-time'] if options.repeats == 1 and session.lockstep else []  # should it be the lockstep
             _grade_again(options, seed, folder, [*last, '--repeats', str(options.repeats - 1)])
@@ -68,16 +66,16 @@ def main(arguments=None):
                 write_whole(options.junit, file.read())
     except KeyboardInterrupt:
         print('./run grade: interrupted; everything that was started is ended', file=sys.stderr)
-        return INTERRUPTED
+        return exit_codes.INTERRUPTED
     except OSError as error:
         print(f'./run grade: {folder} cannot be written: {error.strerror}. Give another one with --output',
               file=sys.stderr)
-        return USAGE
+        return exit_codes.USAGE
     print(report.text(chosen, decided))
     for remark in session.remarks if session else []:
         print(f'  note: {remark}')
     print(f'  seed {seed}; path.png, result.json, junit.xml, output.txt are in {folder}')
-    return CODES[decided.outcome]
+    return exit_codes.OF_OUTCOME[decided.outcome]
 
 
 def _grade_again(options, seed, folder, others):

@@ -27,8 +27,8 @@ class RecordingReader:
 
     @property
     def now(self):
-        """Simulated time [s] since the program was there, which is at ``observed.begin``."""
-        return self.tick * self.dt - self._observed.begin
+        """Simulated time [s] since the program was there, which is at ``observed.start``."""
+        return self.tick * self.dt - self._observed.start
 
     def read(self):
         """Take in what has been written since the last call; return the time [s]. Any thread may call it."""

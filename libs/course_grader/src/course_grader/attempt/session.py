@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 
 from course_grader.attempt import static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
-from course_grader.attempt.stimuli import told
+from course_grader.attempt.stimuli import take_line
 from course_grader.isolation import processes, sandbox
 from course_grader.rules import judging, scoring
 from course_grader.rules.observation import Event, Observed
@@ -156,7 +156,7 @@ class Session:
     def _follow(self, box, reader, student, simulator, step, resume):
         """Let time begin when the program is there, and watch until it is over."""
         self._wait_for_student(student, step, reader)
-        self.observed.begin = reader.read()
+        self.observed.start = reader.read()
         stimuli = self._start_stimuli(box, reader)
         rospy.ServiceProxy(resume, Trigger)()
         self._watch(reader, student, simulator, stimuli)
@@ -182,13 +182,13 @@ class Session:
 
     def _wait_for_student(self, student, step, reader):
         """Let time stand, or nearly, until a node is there and, of several processes, all are."""
-        waiting, rest = Patience(), sandbox.Rest(student)
+        waiting, rest = Patience(), sandbox.ProgramIdleTimer(student)
         while (not self._student_is_there() and student.exit_code() is None and rest.look() < START_PATIENCE
                and waiting.look() < LONGEST_START):
             step(1)  # whoever waits for a time gets it
             reader.read()
             time.sleep(POLL)
-        waiting, rest = Patience(), sandbox.Rest(student)
+        waiting, rest = Patience(), sandbox.ProgramIdleTimer(student)
         while (self.lockstep and processes.below(student.process.pid) and student.exit_code() is None
                and rest.look() < COMPLETE and waiting.look() < LONGEST_COMPLETION):
             time.sleep(POLL)
@@ -197,8 +197,8 @@ class Session:
         """Return the program of the stimuli, ready and waiting for time to pass, or None without any."""
         if not self.exercise.stimuli:
             return None
-        command = [sys.executable, '-m', told.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
-                   str(self.seed), str(BEGIN / 1e9 + self.observed.begin + reader.dt)]  # tick 0 is the first step
+        command = [sys.executable, '-m', take_line.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
+                   str(self.seed), str(BEGIN / 1e9 + self.observed.start + reader.dt)]  # tick 0 is the first step
         doing = sandbox.Student(box, command, lambda: 0.0)
         self._until(lambda: doing.lines, doing.process, 'stimuli')
         return doing
@@ -253,13 +253,13 @@ class Session:
             new = stimuli.lines[self._heard:]
             self._heard += len(new)
             for line in new:
-                told(line.text, self.observed)
+                take_line(line.text, self.observed)
 
     def _settled(self, stimuli):
         """Return whether the verdict cannot change any more."""
-        if judging.fouls(self.observed, self.exercise.allows) or self.observed.trouble:
+        if judging.shortcuts(self.observed, self.exercise.allows) or self.observed.trouble:
             return True
-        return (_done(stimuli) and len(self.observed.track) > 0 and self.observed.rest() > ENOUGH_REST
+        return (_done(stimuli) and len(self.observed.track) > 0 and self.observed.standstill() > ENOUGH_REST
                 and scoring.decide(self.exercise, self.observed).score >= 100.0)
 
     def _simulator_command(self, box):

@@ -1,8 +1,8 @@
 """What the grader does while a student's node is observed: drives the turtle, calls services, shows markers.
 
 A node of its own: it follows simulated time and so is a part of the lockstep, while the grader itself polls. It prints
-one JSON object a line: ``{"ready": true}``, Calls and Showns. Numbers are drawn before anything begins, so that the
-seed alone decides them.
+one JSON object a line: ``{"ready": true}``, Calls and ShownMarkers. Random numbers are drawn before anything begins,
+so that the seed alone decides them.
 
 Threads: each stimulus has its own.
 """
@@ -18,7 +18,7 @@ import rospy
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
 from geometry_msgs.msg import Twist
 
-from course_grader.rules.observation import Call, Shown
+from course_grader.rules.observation import Call, ShownMarkers
 from rospy_support import servers
 
 DRIVE_RATE = 10.0  # [Hz]
@@ -81,16 +81,16 @@ class Stimuli:
         rospy.sleep(max(0.0, values['after'] - self._now()))
         service_class = roslib.message.get_service_class(values['type'])
         for request in requests:
-            begin = self._now()
+            start = self._now()
             while not _offered(values['service']):
-                if self._now() > begin + ANSWER_TIME:
+                if self._now() > start + ANSWER_TIME:
                     return  # never offered: there is no Call
                 rospy.sleep(POLL)
             self._tell(self._ask(values['service'], service_class, request))
 
     def _ask(self, service, service_class, request):
         """Call a service, but do not wait for ever; return the Call."""
-        begin, answer = self._now(), []
+        start, answer = self._now(), []
 
         def ask():
             try:
@@ -101,10 +101,10 @@ class Stimuli:
                 answer.append(other + (str(error) or type(error).__name__))
         thread = threading.Thread(target=ask, daemon=True)
         thread.start()
-        while thread.is_alive() and self._now() < begin + ANSWER_TIME:
+        while thread.is_alive() and self._now() < start + ANSWER_TIME:
             rospy.sleep(POLL)
         trouble = answer[0] if answer else f'no answer to {service} within {ANSWER_TIME:g} s'
-        return Call(begin, service, request, not trouble, trouble)
+        return Call(start, service, request, not trouble, trouble)
 
     def _markers(self, values, shows):
         publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
@@ -112,7 +112,7 @@ class Stimuli:
             rospy.sleep(POLL)
         rate = rospy.Rate(values['rate'])
         for markers in shows:
-            self._tell(Shown(self._now(), markers))
+            self._tell(ShownMarkers(self._now(), markers))
             publisher.publish(_message(markers))
             rate.sleep()
 
@@ -137,7 +137,7 @@ def _offered(service):
         return False
 
 
-def told(line, observed):
+def take_line(line, observed):
     """Take a line that a stimuli node has printed into an Observed; those that rospy has logged are left out.
 
     The node counts from when the graded program was there.
@@ -147,11 +147,11 @@ def told(line, observed):
     kind, *values = json.loads(line)
     if kind == 'Call':
         call = Call(*values)
-        observed.calls.append(call._replace(t=call.t + observed.begin, request=tuple(call.request)))
+        observed.calls.append(call._replace(t=call.t + observed.start, request=tuple(call.request)))
     else:
         t, markers = values
         shown = {int(marker): tuple(position) for marker, position in markers.items()}
-        observed.shown.append(Shown(t + observed.begin, shown))
+        observed.shown.append(ShownMarkers(t + observed.start, shown))
 
 
 def main():

@@ -9,26 +9,28 @@ import errno
 import os
 import sys
 import tempfile
+from typing import Dict, List, Sequence, Tuple
 
 from tqdm import tqdm
 
-from course_grader.classes import classroom, submissions
-from course_grader.formats import class_report
+from course_grader.classes import class_grader, submissions
+from course_grader.classes.class_grader import ClassGrader, Graded
+from course_grader.classes.submissions import Submission
+from course_grader.formats import class_report, exit_codes
 from course_grader.isolation import processes
 from course_grader.rules import exercise, scoring
 
 OUTPUT = os.path.join('output', 'grades')
 EXTRA = 120.0  # [s] that a grading may take beyond its exercise in real time, before it is ended from outside
-INTERRUPTED = 130
 
 
 class GradeAllError(Exception):
     """The class cannot be graded or its table cannot be written; the text says why and what to do."""
 
 
-def parser():
+def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(prog='./run grade --all', description=__doc__.split('\n\n')[0])
+    made = argparse.ArgumentParser(prog='./run grade --all', description=(__doc__ or '').split('\n\n')[0])
     made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student; see docs/grading.md')
     made.add_argument('--exercise', metavar='NAME', help='grade every program that lies in FOLDER for this exercise')
     made.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N',
@@ -41,7 +43,7 @@ def parser():
     return made
 
 
-def main(arguments, grader, exercises):
+def main(arguments: Sequence[str], grader: Sequence[str], exercises: Dict[str, str]) -> int:
     """Grade a class; return the exit code. ``grader``: the command of one grading; ``exercises``: {name: path}."""
     options = parser().parse_args(arguments)
     if options.jobs < 1:
@@ -55,23 +57,22 @@ def main(arguments, grader, exercises):
         print(f'./run grade: {error}', file=sys.stderr)
     except OSError as error:
         print(f'./run grade: {_advice(error)}', file=sys.stderr)
-    return 2
+    return exit_codes.USAGE
 
 
-def _run(options, grader, exercises):
+def _run(options: argparse.Namespace, grader: Sequence[str], exercises: Dict[str, str]) -> int:
     exercises, students, found, left_out = _class(options, exercises)
     _check_output(options.output)
     for name, value in (('--seed', options.seed), ('--speed', options.speed)):
         grader = grader if value is None else [*grader, name, str(value)]
     names = sorted({submission.exercise for submission in found})
     times = {name: exercise.load(exercises[name]).time for name in names}
-    room = classroom.Classroom(grader, exercises, options.output,
-                               lambda name: options.limit or times[name] + EXTRA)
-    results, interrupted = _grade(room, found, options)
-    results += [classroom.interrupted(submission, options.output) for submission in found
+    graders = ClassGrader(grader, exercises, options.output, lambda name: options.limit or times[name] + EXTRA)
+    results, interrupted = _grade(graders, found, options)
+    results += [class_grader.interrupted(submission, options.output) for submission in found
                 if submission not in {graded.submission for graded in results}]
     results.sort(key=lambda graded: found.index(graded.submission))
-    _say(students, names, results)
+    _print_table(students, names, results)
     if left_out:
         print(f'Left out, as their names are of no exercise: {", ".join(left_out)}')
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
@@ -79,10 +80,11 @@ def _run(options, grader, exercises):
     print('Table: ' + ', '.join(os.path.join(options.output, name) for name in class_report.FILES))
     outcomes = {graded.outcome for graded in results}
     worst = next((outcome for outcome in (scoring.FAILED, scoring.UNDECIDED) if outcome in outcomes), scoring.PASSED)
-    return INTERRUPTED if interrupted else classroom.EXIT_CODES[worst]
+    return exit_codes.INTERRUPTED if interrupted else exit_codes.OF_OUTCOME[worst]
 
 
-def _class(options, exercises):
+def _class(options: argparse.Namespace, exercises: Dict[str, str]
+           ) -> Tuple[Dict[str, str], List[str], List[Submission], List[str]]:
     """Return ({name: path} of the exercises, students, submissions, programs left out)."""
     if not os.path.isdir(options.folder):
         raise GradeAllError(f'there is no folder {options.folder} (looked in {os.getcwd()})'
@@ -100,18 +102,19 @@ def _class(options, exercises):
     return ({name: os.path.abspath(path)}, *submissions.find_flat(options.folder, name))
 
 
-def _check_output(folder):
+def _check_output(folder: str) -> None:
     """Raise OSError unless files can be written into a folder; better now than after the gradings."""
     os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder) as file:
         file.write(b'.' * 4096)
 
 
-def _grade(room, found, options):
+def _grade(grader: ClassGrader, found: Sequence[Submission], options: argparse.Namespace
+           ) -> Tuple[List[Graded], bool]:
     """Return (results, whether it was interrupted); show a bar on a terminal, else a line for each."""
-    results = []
+    results: List[Graded] = []
     with tqdm(total=len(found), unit='submission', disable=not sys.stderr.isatty(), dynamic_ncols=True) as bar:
-        def done(graded):
+        def done(graded: Graded) -> None:
             results.append(graded)
             bar.update()
             place = f'[{len(results)}/{len(found)}]'
@@ -120,14 +123,14 @@ def _grade(room, found, options):
                       f'{graded.score:g} of 100, {graded.seconds:.1f} s{reason}'[:200])
             sys.stdout.flush()
         try:
-            room.grade(found, options.jobs, done)
+            grader.grade(found, options.jobs, done)
         except KeyboardInterrupt:
             bar.write('Interrupted: everything that was started is ended; the table holds what was graded.')
             return results, True
     return results, False
 
 
-def _say(students, names, results):
+def _print_table(students: Sequence[str], names: Sequence[str], results: Sequence[Graded]) -> None:
     rows = class_report.cells(students, names, results)
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     for row in rows:
@@ -135,7 +138,7 @@ def _say(students, names, results):
                         for place, (cell, width) in enumerate(zip(row, widths))).rstrip())
 
 
-def _advice(error):
+def _advice(error: OSError) -> str:
     """Return what went wrong with a file and what to do."""
     text = f'{error.filename or "the results"}: {error.strerror or error}'
     if error.errno in (errno.ENOSPC, errno.EDQUOT):

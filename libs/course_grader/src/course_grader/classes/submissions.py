@@ -14,7 +14,7 @@ each named after its student.
 """
 import os
 import shlex
-from typing import NamedTuple
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 from course_grader.isolation import sandbox
 
@@ -34,25 +34,26 @@ class Submission(NamedTuple):
 
     student: str
     exercise: str
-    command: tuple
+    command: Tuple[str, ...]
     folder: str
     trouble: str = ''
     packages: str = ''  # folder with the student's packages
 
 
-def exercises_in(folder):
+def exercises_in(folder: str) -> Dict[str, str]:
     """Return {name: path} of the exercise files in a folder."""
     return {os.path.splitext(name)[0]: os.path.join(folder, name) for name in sorted(os.listdir(folder))
             if os.path.splitext(name)[1] in EXERCISE_TYPES}
 
 
-def find(folder, names):
+def find(folder: str, names: Sequence[str]) -> Tuple[List[str], List[Submission], List[str]]:
     """Return (students, [Submission], programs left out) of a class for the exercises with these names.
 
     Left out is what has the name of none; a teacher wants to know of ``stop_at_x (1).py``.
     """
     students = sorted(name for name in _listed(folder) if os.path.isdir(os.path.join(folder, name)))
-    found, others = [], []
+    found: List[Submission] = []
+    others: List[str] = []
     for student in students:
         programs = list(_programs(os.path.join(folder, student)))
         for exercise in names:
@@ -71,10 +72,10 @@ def find(folder, names):
     return students, found, others
 
 
-def find_flat(folder, exercise):
+def find_flat(folder: str, exercise: str) -> Tuple[List[str], List[Submission], List[str]]:
     """Return the same, where every program that lies in the folder itself is a student's."""
     paths = [os.path.join(folder, name) for name in _listed(folder)]
-    by_student = {}
+    by_student: Dict[str, List[str]] = {}
     for path in paths:
         if os.path.isfile(path) and _is_program(path):
             by_student.setdefault(os.path.splitext(os.path.basename(path))[0], []).append(path)
@@ -86,7 +87,7 @@ def find_flat(folder, exercise):
     return sorted(by_student), found, []
 
 
-def _choose(student, exercise, paths):
+def _choose(student: str, exercise: str, paths: List[str]) -> Submission:
     """Return the Submission of the files that fit: of the one that says how to start the others, or of the only one."""
     for kind in STARTERS:
         paths = [path for path in paths if path.endswith(kind)] or paths
@@ -101,7 +102,7 @@ def _choose(student, exercise, paths):
         return Submission(student, exercise, (), folder, f'{paths[0]}: {error}')
 
 
-def _command(path, folder):
+def _command(path: str, folder: str) -> Tuple[str, ...]:
     if path.endswith('.launch'):
         return 'roslaunch', path
     if not path.endswith(COMMAND):
@@ -115,24 +116,24 @@ def _command(path, folder):
     return (beside if os.path.isfile(beside) else program, *sandbox.from_here(program, arguments, folder))
 
 
-def _programs(folder):
+def _programs(folder: str) -> Iterator[str]:
     for parent, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith(('.', '__')))
         yield from (os.path.join(parent, name) for name in sorted(names)
                     if not name.startswith('.') and _is_program(os.path.join(parent, name)))
 
 
-def _is_program(path):
+def _is_program(path: str) -> bool:
     return path.endswith(TYPES) or os.access(path, os.X_OK)
 
 
-def _key(path):
+def _key(path: str) -> str:
     return os.path.splitext(os.path.basename(path))[0].lower().replace('-', '_')
 
 
-def _listed(folder):
+def _listed(folder: str) -> List[str]:
     return sorted(name for name in os.listdir(folder) if not name.startswith(('.', '__')))
 
 
-def _some(names):
+def _some(names: Sequence[str]) -> str:
     return ', '.join(names[:LISTED]) + (f' and {len(names) - LISTED} more' if len(names) > LISTED else '')

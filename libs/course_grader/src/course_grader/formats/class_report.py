@@ -3,11 +3,13 @@ import base64
 import csv
 import io
 import os
+from typing import Dict, List, Optional, Sequence
 from urllib.parse import quote
 from xml.etree import ElementTree
 
 import cv2
 
+from course_grader.classes.class_grader import Graded
 from course_grader.formats import report
 from course_grader.rules import scoring
 from kinematic_core.files import write_whole
@@ -25,7 +27,8 @@ h2 span { border-radius: .3em; padding: 0 .4em } ul { margin-left: 220px } code 
 '''
 
 
-def write(folder, title, students, exercises, results):
+def write(folder: str, title: str, students: Sequence[str], exercises: Sequence[str],
+          results: Sequence[Graded]) -> None:
     """Write scores.csv, index.html and junit.xml into a folder; raise OSError when that cannot be."""
     os.makedirs(folder, exist_ok=True)
     for name, content in zip(FILES, (as_csv(students, exercises, results),
@@ -33,7 +36,7 @@ def write(folder, title, students, exercises, results):
         write_whole(os.path.join(folder, name), content)
 
 
-def cells(students, exercises, results):
+def cells(students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded]) -> List[List[str]]:
     """Return the table with its heads, as texts: the scores, '' where nothing was handed in, and the mean.
 
     The mean is that of all exercises, what is missing counts 0; it stays empty while a score is undecided.
@@ -48,20 +51,20 @@ def cells(students, exercises, results):
     return rows
 
 
-def _cell(graded):
+def _cell(graded: Optional[Graded]) -> str:
     if graded is None:
         return ''
     return scoring.UNDECIDED if graded.outcome == scoring.UNDECIDED else f'{graded.score:g}'
 
 
-def as_csv(students, exercises, results):
+def as_csv(students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded]) -> str:
     """Return the table as CSV."""
     text = io.StringIO()
     csv.writer(text, lineterminator='\n').writerows(cells(students, exercises, results))
     return text.getvalue()
 
 
-def as_junit(results):
+def as_junit(results: Sequence[Graded]) -> str:
     """Return JUnit XML: a testsuite an exercise, a testcase a student."""
     root = ElementTree.Element('testsuites')
     for exercise in sorted({graded.submission.exercise for graded in results}):
@@ -83,7 +86,8 @@ def as_junit(results):
     return ElementTree.tostring(root, encoding='unicode', xml_declaration=True) + '\n'
 
 
-def as_html(title, students, exercises, results, folder):
+def as_html(title: str, students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded],
+            folder: str) -> str:
     """Return the page: the table, then each submission with its reasons and a small picture of its path.
 
     Links to the files of a grading are relative to ``folder``.
@@ -104,7 +108,7 @@ def as_html(title, students, exercises, results, folder):
     return '<!DOCTYPE html>\n' + ElementTree.tostring(page, encoding='unicode', method='html') + '\n'
 
 
-def _table(body, rows, by_anchor):
+def _table(body: ElementTree.Element, rows: Sequence[Sequence[str]], by_anchor: Dict[str, Graded]) -> None:
     table = _add(body, 'table')
     names = _add(_add(table, 'thead'), 'tr')
     for name in rows[0]:
@@ -124,7 +128,7 @@ def _table(body, rows, by_anchor):
         _add(line, 'td', mean)
 
 
-def _section(body, graded, folder):
+def _section(body: ElementTree.Element, graded: Graded, folder: str) -> None:
     section = _add(body, 'section', id=_anchor(graded))
     submission = graded.submission
     heading = _add(section, 'h2', report.printable(f'{submission.student}: {submission.exercise} '))
@@ -144,7 +148,7 @@ def _section(body, graded, folder):
     _add(_add(reasons, 'li'), 'code', report.printable(' '.join(submission.command) or 'no command'))
 
 
-def _thumbnail(path):
+def _thumbnail(path: str) -> Optional[bytes]:
     """Return a picture file made small, as PNG; None where there is none."""
     image = cv2.imread(path) if os.path.isfile(path) else None
     if image is None:
@@ -153,19 +157,19 @@ def _thumbnail(path):
     return png.tobytes() if encoded else None
 
 
-def _anchor(graded):
+def _anchor(graded: Graded) -> str:
     return f'{graded.submission.student}/{graded.submission.exercise}'
 
 
-def _relative(path, folder):
+def _relative(path: str, folder: str) -> str:
     return _quoted(os.path.relpath(path, folder))
 
 
-def _quoted(name):
+def _quoted(name: str) -> str:
     return quote(os.fsencode(name))
 
 
-def _add(parent, tag, text=None, **attributes):
-    element = ElementTree.SubElement(parent, tag, **attributes)
+def _add(parent: ElementTree.Element, tag: str, text: Optional[str] = None, **attributes: str) -> ElementTree.Element:
+    element = ElementTree.SubElement(parent, tag, attributes)
     element.text = text
     return element

@@ -2,12 +2,18 @@
 import json
 import os
 import textwrap
+from typing import List, Sequence, Tuple
 from xml.etree import ElementTree
 
 import cv2
 import numpy as np
 
+from alvar_core.arrays import ArrayLike, Floats, Image, Integers
 from course_grader.rules import fits, scoring
+from course_grader.rules.exercise import Exercise
+from course_grader.rules.fits import Fit
+from course_grader.rules.observation import Observed
+from course_grader.rules.scoring import Verdict
 from kinematic_core.files import write_whole
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 
@@ -15,10 +21,10 @@ PICTURE = 600  # [px] width and height
 MARGIN = 40  # [px]
 WIDTH = 110  # characters of a line of the text
 COLOURS = {'paper': (255, 255, 255), 'frame': (180, 180, 180), 'target': (60, 170, 60), 'path': (200, 80, 20),
-           'teleport': (180, 180, 255), 'begin': (0, 0, 0), 'end': (20, 20, 220), 'text': (60, 60, 60)}  # BGR
+           'teleport': (180, 180, 255), 'start': (0, 0, 0), 'end': (20, 20, 220), 'text': (60, 60, 60)}  # BGR
 
 
-def text(exercise, decided):
+def text(exercise: Exercise, decided: Verdict) -> str:
     """Return the report to print: what was asked, what was seen, the score and its reasons."""
     lines = [f'{exercise.title}: {decided.outcome.upper()}, {decided.score:g} of 100']
     for objection in decided.objections:
@@ -31,7 +37,8 @@ def text(exercise, decided):
     return '\n'.join(lines)
 
 
-def write(folder, exercise, observed, decided, command, seed):
+def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict, command: Sequence[str],
+          seed: int) -> None:
     """Write result.json, junit.xml, path.png and output.txt into a folder; raise OSError when that cannot be."""
     os.makedirs(folder, exist_ok=True)
     result = {'exercise': exercise.name, 'title': exercise.title, 'command': list(command), 'seed': seed,
@@ -40,14 +47,14 @@ def write(folder, exercise, observed, decided, command, seed):
               'exit_code': observed.exit_code}
     write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
     write_whole(os.path.join(folder, 'junit.xml'), junit([(exercise, command, decided, observed.seconds)]))
-    said = ''.join(f'{line.t - observed.begin:8.2f}  {line.text}\n' for line in observed.lines)
+    said = ''.join(f'{line.t - observed.start:8.2f}  {line.text}\n' for line in observed.lines)
     write_whole(os.path.join(folder, 'output.txt'), said)
     encoded, png = cv2.imencode('.png', picture(exercise, observed))
     assert encoded
     write_whole(os.path.join(folder, 'path.png'), png.tobytes())
 
 
-def junit(graded):
+def junit(graded: Sequence[Tuple[Exercise, Sequence[str], Verdict, float]]) -> str:
     """Return the JUnit XML of [(exercise, command, verdict, seconds)]: a testcase each, its reasons as the failure."""
     failures = sum(decided.outcome == scoring.FAILED for _, _, decided, _ in graded)
     errors = sum(decided.outcome == scoring.UNDECIDED for _, _, decided, _ in graded)
@@ -66,37 +73,38 @@ def junit(graded):
     return ElementTree.tostring(suite, encoding='unicode', xml_declaration=True) + '\n'
 
 
-def picture(exercise, observed):
-    """Return a BGR picture (PICTURE, PICTURE, 3): the path, the shape that was asked for, begin and end."""
-    way = np.array([(sample.x, sample.y) for sample in observed.track] or [(0.0, 0.0)])
+def picture(exercise: Exercise, observed: Observed) -> Image:
+    """Return a BGR picture (PICTURE, PICTURE, 3): the path, the shape that was asked for, start and end."""
+    path: Floats = np.array([(sample.x, sample.y) for sample in observed.track] or [(0.0, 0.0)])
     targets = [found.outline for found in _targets(exercise, observed)]
-    origin, scale = _view(exercise, np.vstack([way, *targets]))
+    origin, scale = _view(exercise, np.vstack([path, *targets]))
 
-    def pixels(points):
+    def pixels(points: ArrayLike) -> Integers:
         inside = (np.asarray(points, float).reshape(-1, 2) - origin) * scale + MARGIN
         return np.column_stack([inside[:, 0], PICTURE - inside[:, 1]]).round().astype(np.int32)
     image = np.full((PICTURE, PICTURE, 3), COLOURS['paper'], np.uint8)
     if exercise.simulator == 'turtlesim':
-        cv2.rectangle(image, *map(tuple, pixels([(0, 0), (ARENA_SIZE, ARENA_SIZE)]).tolist()), COLOURS['frame'], 1)
+        low, high = pixels([(0, 0), (ARENA_SIZE, ARENA_SIZE)]).tolist()
+        cv2.rectangle(image, low, high, COLOURS['frame'], 1)
     for outline in targets:
         cv2.polylines(image, [pixels(outline)], False, COLOURS['target'], 7, cv2.LINE_AA)
-    cv2.polylines(image, [pixels(way)], False, COLOURS['path'], 2, cv2.LINE_AA)
-    for name, point in (('begin', way[0]), ('end', way[-1])):
+    cv2.polylines(image, [pixels(path)], False, COLOURS['path'], 2, cv2.LINE_AA)
+    for name, point in (('start', path[0]), ('end', path[-1])):
         cv2.circle(image, tuple(pixels(point)[0].tolist()), 6, COLOURS[name], -1, cv2.LINE_AA)
-    caption = f'{exercise.name}   black: begin   red: end' + ('   green: what was asked' if targets else '')
+    caption = f'{exercise.name}   black: start   red: end' + ('   green: what was asked' if targets else '')
     cv2.putText(image, caption, (10, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.45, COLOURS['text'], 1, cv2.LINE_AA)
     return image
 
 
-def _targets(exercise, observed):
-    """Return the Fits of the shapes that were asked for and can be seen in the way at all."""
-    wanted = [scored.parameters for scored in exercise.checks if scored.name == 'draws']
-    way = observed.drawn(pen_down=True)
-    found = [fits.fit(way, parameters['shape'], parameters['tolerance']) for parameters in wanted]
+def _targets(exercise: Exercise, observed: Observed) -> List[Fit]:
+    """Return the Fits of the shapes that were asked for and can be seen in the path at all."""
+    wanted = [scored.parameters for scored in exercise.rules if scored.name == 'draws']
+    path = observed.drawn(pen_down=True)
+    found = [fits.fit(path, parameters['shape'], parameters['tolerance']) for parameters in wanted]
     return [fit for fit in found if fit.quality > 0.0]
 
 
-def _view(exercise, points):
+def _view(exercise: Exercise, points: Floats) -> Tuple[Floats, float]:
     """Return (lower left corner [m], pixels a metre) of a square view that holds the arena, or all points."""
     low, high = points.min(axis=0), points.max(axis=0)
     if exercise.simulator == 'turtlesim':
@@ -105,6 +113,6 @@ def _view(exercise, points):
     return (low + high - size) / 2.0, (PICTURE - 2 * MARGIN) / size
 
 
-def printable(words):
+def printable(words: str) -> str:
     """Return a text without the control characters that XML forbids."""
     return ''.join(char if char in '\n\t' or char >= ' ' else '?' for char in words)

@@ -12,8 +12,8 @@ import signal
 import time
 
 PR_SET_CHILD_SUBREAPER = 36
-GENTLY = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))  # signal, patience [s]
-WAYS_OUT = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+END_STAGES = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))  # signal, patience [s]
+END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 POLL = 0.02  # [s]
 
 
@@ -25,10 +25,10 @@ def adopt_orphans():
 def make_interruptible():
     """Let all usual ways to end this process raise KeyboardInterrupt, once: the way out is not interrupted again."""
     def interrupt(_number, _frame):
-        for sign in WAYS_OUT:
+        for sign in END_SIGNALS:
             signal.signal(sign, signal.SIG_IGN)
         raise KeyboardInterrupt
-    for sign in WAYS_OUT:
+    for sign in END_SIGNALS:
         signal.signal(sign, interrupt)
 
 
@@ -43,7 +43,7 @@ def guard(clean_up):
     if not guardian:
         try:
             os.setsid()
-            for sign in WAYS_OUT:
+            for sign in END_SIGNALS:
                 signal.signal(sign, signal.SIG_IGN)
             os.close(held)
             if not os.read(watched, 1):  # the other end was closed by nobody but the kernel
@@ -106,7 +106,7 @@ def below(root):
     return found - {root}
 
 
-def end(find, stages=GENTLY):
+def end(find, stages=END_STAGES):
     """End all processes whose ids ``find()`` returns, and those that come up meanwhile; the ``stages`` get rougher."""
     for sign, patience in stages:
         deadline, told = time.monotonic() + patience, set()

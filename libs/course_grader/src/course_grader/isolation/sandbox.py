@@ -16,7 +16,7 @@ import threading
 import uuid
 
 from course_grader.isolation import processes
-from course_grader.rules.observation import Line
+from course_grader.rules.observation import OutputLine
 from kinematic_core.timing.idle_threads import Gone, Threads
 from kinematic_core.timing.stall_free_timer import Patience
 
@@ -24,9 +24,9 @@ MARK = 'TURTLE_ROBOTONT_GRADING'
 FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
 SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown
 POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
-PLACES = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
+FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
-END_TIMEOUTS = processes.GENTLY
+END_STAGES = processes.END_STAGES
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
 ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # what rospy puts before a logged text
 
@@ -42,7 +42,7 @@ class Sandbox:
         """``folder`` becomes home of everything that is written; ``environment`` is added to this process's own."""
         self.folder = str(folder)
         self._mark = uuid.uuid4().hex
-        places = {name: os.path.join(self.folder, place) for name, place in PLACES.items()}
+        places = {name: os.path.join(self.folder, place) for name, place in FOLDERS.items()}
         for place in places.values():
             os.makedirs(place, exist_ok=True)
         self.environment = {**os.environ, **environment, **places, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
@@ -77,10 +77,10 @@ class Sandbox:
         self._off_duty()
 
     def _end_all(self):
-        processes.end(self._alive, END_TIMEOUTS)
+        processes.end(self._alive, END_STAGES)
         for process in self._started:
             process.poll()
-        for folder in PLACES.values():
+        for folder in FOLDERS.values():
             shutil.rmtree(os.path.join(self.folder, folder), ignore_errors=True)
 
     def _alive(self):
@@ -96,7 +96,7 @@ class Sandbox:
 
 
 class Student:
-    """The student's program with its output: ``lines`` (Line), ``dropped`` (lines that were too many)."""
+    """The student's program with its output: ``lines`` (OutputLine), ``dropped`` (lines that were too many)."""
 
     def __init__(self, sandbox, command, now):
         """``now()`` returns the simulated time [s] to book a line with."""
@@ -116,7 +116,7 @@ class Student:
                 continue
             text = ANSI.sub('', raw.decode('utf-8', 'replace')).rstrip('\r\n')
             if text:
-                self.lines.append(Line(self._now(), ROSCONSOLE.sub('', text)))
+                self.lines.append(OutputLine(self._now(), ROSCONSOLE.sub('', text)))
 
     def exit_code(self):
         """Return its exit code, or None while it runs."""

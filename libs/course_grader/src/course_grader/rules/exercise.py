@@ -19,9 +19,10 @@ The points of all checks add up to 100. A check that ``must`` hold fails the exe
 """
 import re
 import sys
-from typing import NamedTuple
+from typing import Any, Dict, List, NamedTuple, Tuple
 
 from course_grader.rules import judging, rules_driving, rules_output
+from course_grader.rules.judging import Kind, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from kinematic_core import documents
 from kinematic_core.validation import shown
@@ -31,8 +32,8 @@ SIMULATORS = ('turtlesim', 'robotont')
 LONGEST = 120.0  # [s] of simulated time
 FASTEST = 20  # times real time: beyond it rospy nodes do not keep up
 ALLOWED = ('teleport', 'reset', 'kill')
-START = {'x': ('span length', None), 'y': ('span length', None), 'theta': ('span angle', (0.0, 0.0))}
-STIMULI = {  # what the grader can do: {parameter: (kind, default)}
+START: Parameters = {'x': ('span length', None), 'y': ('span length', None), 'theta': ('span angle', (0.0, 0.0))}
+STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'drive': {'after': ('time', 0.0), 'linear': ('span speed', (0.5, 1.5)), 'angular': ('span turn speed', (-0.8, 0.8)),
               'for': ('time', ...)},
     'call': {'service': ('text', ...), 'type': ('text', ...), 'request': ('spans', ...), 'times': ('integer', 3),
@@ -40,18 +41,18 @@ STIMULI = {  # what the grader can do: {parameter: (kind, default)}
     'markers': {'topic': ('text', 'ar_pose_marker'), 'rate': ('rate', 2.0), 'most': ('integer', 3),
                 'for': ('time', ...)},
 }
-assert rules_driving and rules_output  # importing them registers their checks
+assert rules_driving and rules_output  # importing them registers their rules
 
 
 class ExerciseError(ValueError):
     """An exercise file is wrong; the text says where, what and what is allowed."""
 
 
-class Scored(NamedTuple):
-    """One check of an exercise: name, parameters, points, and whether it must hold."""
+class ScoredRule(NamedTuple):
+    """A rule of an exercise, one of its ``checks``: name, parameters, points, and whether it must hold."""
 
     name: str
-    parameters: dict
+    parameters: Dict[str, Any]
     points: float
     must: bool
 
@@ -66,18 +67,19 @@ class Exercise(NamedTuple):
     time: float
     speed: float
     pass_score: float
-    start: dict
-    allows: tuple
-    stimuli: list  # (what, {parameter: value})
-    checks: list  # Scored
+    start: Dict[str, Span]
+    allows: Tuple[str, ...]
+    stimuli: List[Tuple[str, Dict[str, Any]]]  # (what, {parameter: value})
+    rules: List[ScoredRule]
 
 
-KEYS = {'title': ('text', ...), 'asks': ('text', ''), 'simulator': (SIMULATORS, 'turtlesim'), 'time': ('time', ...),
-        'speed': ('number', 8.0), 'pass': ('number', 80.0), 'start': ('mapping', {}), 'allows': ('list', []),
-        'stimuli': ('list', []), 'checks': ('list', ...)}
+KEYS: Parameters = {
+    'title': ('text', ...), 'asks': ('text', ''), 'simulator': (SIMULATORS, 'turtlesim'), 'time': ('time', ...),
+    'speed': ('number', 8.0), 'pass': ('number', 80.0), 'start': ('mapping', {}), 'allows': ('list', []),
+    'stimuli': ('list', []), 'checks': ('list', ...)}
 
 
-def load(path):
+def load(path: documents.Path) -> Exercise:
     """Return the Exercise of a file. Raise ExerciseError, or OSError when it cannot be read."""
     try:
         content = documents.read_yaml(path)
@@ -90,7 +92,7 @@ def load(path):
         raise ExerciseError(f'{path}: {error}') from None
 
 
-def parse(content, name='exercise'):
+def parse(content: Any, name: str = 'exercise') -> Exercise:
     """Return the Exercise in what a YAML file holds."""
     values = _fields(content, KEYS, 'the exercise')
     if not 0.0 < values['time'] <= LONGEST:
@@ -106,30 +108,30 @@ def parse(content, name='exercise'):
     for axis in 'xy' if values['simulator'] == 'turtlesim' else '':
         if not 0.0 <= start.get(axis, (0.0,))[0] <= start.get(axis, (0.0,))[-1] <= ARENA_SIZE:
             raise ExerciseError(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
-    checks = [_check(entry, number) for number, entry in enumerate(values['checks'], 1)]
-    points = sum(scored.points for scored in checks)
+    rules = [_rule(entry, number) for number, entry in enumerate(values['checks'], 1)]
+    points = sum(scored.points for scored in rules)
     if abs(points - 100.0) > 1e-6:
         raise ExerciseError(f'the points of the checks add up to {points:g}; they must add up to 100')
     stimuli = [_stimulus(entry, number) for number, entry in enumerate(values['stimuli'], 1)]
     return Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'], values['speed'],
-                    values['pass'], start, tuple(values['allows']), stimuli, checks)
+                    values['pass'], start, tuple(values['allows']), stimuli, rules)
 
 
-def _check(entry, number):
+def _rule(entry: Any, number: int) -> ScoredRule:
     where = f'check {number}'
     entry = dict(_mapping(entry, where))
     name = entry.pop('check', None)
-    if not isinstance(name, str) or name not in judging.CHECKS:
-        raise ExerciseError(f'{where} is {shown(name)}; it must be one of {", ".join(sorted(judging.CHECKS))}')
+    if not isinstance(name, str) or name not in judging.RULES:
+        raise ExerciseError(f'{where} is {shown(name)}; it must be one of {", ".join(sorted(judging.RULES))}')
     where = f'{where} ({name})'
     common = _fields({key: entry.pop(key) for key in ('points', 'must') if key in entry},
                      {'points': ('number', ...), 'must': ('boolean', False)}, where)
     if common['points'] <= 0.0:
         raise ExerciseError(f'{where}: points is {common["points"]:g}; it must be above 0')
-    return Scored(name, _fields(entry, judging.CHECKS[name].parameters, where), common['points'], common['must'])
+    return ScoredRule(name, _fields(entry, judging.RULES[name].parameters, where), common['points'], common['must'])
 
 
-def _stimulus(entry, number):
+def _stimulus(entry: Any, number: int) -> Tuple[str, Dict[str, Any]]:
     where = f'stimulus {number}'
     entry = dict(_mapping(entry, where))
     what = entry.pop('do', None)
@@ -138,13 +140,13 @@ def _stimulus(entry, number):
     return what, _fields(entry, STIMULI[what], f'{where} ({what})')
 
 
-def _mapping(value, where):
+def _mapping(value: Any, where: str) -> Dict[Any, Any]:
     if not isinstance(value, dict):
         raise ExerciseError(f'{where} is {"empty" if value is None else shown(value)}; it must be keys with values')
     return value
 
 
-def _fields(entry, kinds, where):
+def _fields(entry: Any, kinds: Parameters, where: str) -> Dict[str, Any]:
     """Return {key: value} of all ``kinds``, converted; unknown and missing keys are errors."""
     entry = _mapping(entry, where)
     unknown = [key for key in entry if key not in kinds]
@@ -165,11 +167,12 @@ def _fields(entry, kinds, where):
     return values
 
 
-PLAIN = {'text': (str, 'a text'), 'boolean': (bool, 'true or false'), 'integer': (int, 'a whole number'),
-         'number': ((int, float), 'a number'), 'mapping': (dict, 'keys with values'), 'list': (list, 'a list')}
+PLAIN: Dict[str, Tuple[Any, str]] = {
+    'text': (str, 'a text'), 'boolean': (bool, 'true or false'), 'integer': (int, 'a whole number'),
+    'number': ((int, float), 'a number'), 'mapping': (dict, 'keys with values'), 'list': (list, 'a list')}
 
 
-def _convert(value, kind):
+def _convert(value: Any, kind: Kind) -> Any:
     """Return a value of a kind (see judging.py); raise QuantityError."""
     if isinstance(kind, tuple):
         if value not in kind:
@@ -194,7 +197,7 @@ def _convert(value, kind):
     return quantity(value, kind)
 
 
-def _dimension(text):
+def _dimension(text: object) -> str:
     """Return what the unit at the end of a text measures."""
     unit = str(text).split()[-1] if str(text).split() else ''
     if unit not in UNITS:

@@ -1,23 +1,25 @@
-"""How well a way fits a shape of unknown place, size and direction: the shape is found first, then compared.
+"""How well a path fits a shape of unknown place, size and direction: the shape is found first, then compared.
 
-A way is an array of shape (n, 2) of positions [m]. Of its beginning as much is left out as fits best, because many
+A path is an array of shape (n, 2) of positions [m]. As much of its start is left out as fits best, because many
 drive to the shape first; what remains has to lie on the outline, and the outline has to be covered.
 """
 import itertools
 import math
-from typing import NamedTuple
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
+from alvar_core.arrays import ArrayLike, Floats
+
 SHAPES = ('circle', 'square', 'triangle')
 SMALLEST = 5.0  # tolerances: the extent of a shape that can be told from a dot
-SAMPLES = 240  # points on the way and on the outline that are compared
-APPROACHES = np.linspace(0.0, 0.7, 36)  # shares of the way that may lead to the shape
+SAMPLES = 240  # points on the path and on the outline that are compared
+APPROACHES = np.linspace(0.0, 0.7, 36)  # shares of the path that may lead to the shape
 SHARPEST = math.radians(25.0)  # the smallest angle of a triangle that still is one
 COARSEST = {'circle': 0.025, 'square': 0.05, 'triangle': 0.05}  # of the size: wider tolerances mix them up
 CORNERS = 40  # points of a hull among which a triangle's are sought
-FORGIVING = 2.0  # a way this many tolerances off counts as nothing
+FORGIVING = 2.0  # a path this many tolerances off counts as nothing
 
 
 class Fit(NamedTuple):
@@ -25,41 +27,41 @@ class Fit(NamedTuple):
 
     quality: float
     size: float
-    outline: np.ndarray
-    on_outline: float  # of the way, lies on the outline
+    outline: Floats
+    on_outline: float  # of the path, lies on the outline
     covered: float  # of the outline, was drawn
 
 
 NO_FIT = Fit(0.0, 0.0, np.empty((0, 2)), 0.0, 0.0)
 
 
-def way_length(way):
-    """Return the length [m] of a way."""
-    return float(sum(math.dist(a, b) for a, b in zip(way, way[1:])))
+def path_length(path: Sequence[Tuple[float, float]]) -> float:
+    """Return the length [m] of a path."""
+    return float(sum(math.dist(a, b) for a, b in zip(path, path[1:])))
 
 
-def corners(way, tolerance=0.05):
-    """Return the positions [(x, y)] between which a way is straight within ``tolerance`` [m], its ends included."""
-    if len(way) < 2:
-        return list(way)
-    points = np.asarray(way, np.float32).reshape(-1, 1, 2)
+def corners(path: Sequence[Tuple[float, float]], tolerance: float = 0.05) -> List[Tuple[float, float]]:
+    """Return the positions [(x, y)] between which a path is straight within ``tolerance`` [m], its ends included."""
+    if len(path) < 2:
+        return list(path)
+    points = np.asarray(path, np.float32).reshape(-1, 1, 2)
     return [(float(x), float(y)) for x, y in cv2.approxPolyDP(points, tolerance, False).reshape(-1, 2)]
 
 
-def resample(way, samples=SAMPLES):
-    """Return ``samples`` points at equal distances along a way; an empty array for a way without length."""
-    way = np.asarray(way, float).reshape(-1, 2)
-    steps = np.hypot(*np.diff(way, axis=0).T) if len(way) > 1 else np.zeros(0)
+def resample(path: ArrayLike, samples: int = SAMPLES) -> Floats:
+    """Return ``samples`` points at equal distances along a path; an empty array for a path without length."""
+    points = np.asarray(path, float).reshape(-1, 2)
+    steps = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.zeros(0)
     along = np.concatenate(([0.0], np.cumsum(steps)))
     if along[-1] <= 0.0:
         return np.empty((0, 2))
     wanted = np.linspace(0.0, along[-1], samples)
-    return np.column_stack([np.interp(wanted, along, way[:, axis]) for axis in (0, 1)])
+    return np.column_stack([np.interp(wanted, along, points[:, axis]) for axis in (0, 1)])
 
 
-def fit(way, shape, tolerance):
-    """Return the Fit of a way to 'circle', 'square' or 'triangle'; ``tolerance`` [m] still is on the outline."""
-    even = resample(way, 2 * SAMPLES)
+def fit(path: ArrayLike, shape: str, tolerance: float) -> Fit:
+    """Return the Fit of a path to 'circle', 'square' or 'triangle'; ``tolerance`` [m] still is on the outline."""
+    even = resample(path, 2 * SAMPLES)
     best = NO_FIT
     for share in APPROACHES:
         rest = even[int(share * len(even)):]
@@ -72,27 +74,28 @@ def fit(way, shape, tolerance):
     return best
 
 
-def _compare(way, outline, tolerance, size):
-    distances = np.hypot(way[:, None, 0] - outline[None, :, 0], way[:, None, 1] - outline[None, :, 1])
+def _compare(path: Floats, outline: Floats, tolerance: float, size: float) -> Fit:
+    distances = np.hypot(path[:, None, 0] - outline[None, :, 0], path[:, None, 1] - outline[None, :, 1])
     step = np.hypot(*(outline[1] - outline[0])) / 2.0  # between two points of the outline
     on_outline = _shares(distances.min(axis=1) - step, tolerance).mean()
     covered = _shares(distances.min(axis=0) - step, tolerance).mean()
     return Fit(float(on_outline * covered), size, outline, float(on_outline), float(covered))
 
 
-def _shares(distances, tolerance):
+def _shares(distances: Floats, tolerance: float) -> Floats:
     """Return 1 within the tolerance, falling to 0 at FORGIVING times it."""
-    return np.clip((FORGIVING - distances / tolerance) / (FORGIVING - 1.0), 0.0, 1.0)
+    shares: Floats = np.clip((FORGIVING - distances / tolerance) / (FORGIVING - 1.0), 0.0, 1.0)
+    return shares
 
 
-def _outline(points, shape, smallest):
+def _outline(points: Floats, shape: str, smallest: float) -> Tuple[Optional[Floats], float]:
     """Return (closed outline, size) of the shape that the points show, or (None, 0)."""
     if min(np.ptp(points, axis=0)) < smallest:
         return None, 0.0
     return {'circle': _circle, 'square': _square, 'triangle': _triangle}[shape](points)
 
 
-def _circle(points):
+def _circle(points: Floats) -> Tuple[Floats, float]:
     """Least squares of x^2 + y^2 = 2 a x + 2 b y + c (Kasa 1976)."""
     matrix = np.column_stack([2.0 * points, np.ones(len(points))])
     a, b, c = np.linalg.lstsq(matrix, (points ** 2).sum(axis=1), rcond=None)[0]
@@ -101,7 +104,7 @@ def _circle(points):
     return np.column_stack([a + radius * np.cos(angles), b + radius * np.sin(angles)]), 2.0 * radius
 
 
-def _square(points):
+def _square(points: Floats) -> Tuple[Floats, float]:
     """The rectangle of least area around the points, made a square of the same circumference."""
     centre, (width, height), angle = cv2.minAreaRect(points.astype(np.float32))
     side = (width + height) / 2.0
@@ -109,10 +112,10 @@ def _square(points):
     return np.vstack([corners, corners[:1]]), side
 
 
-def _triangle(points):
-    """The largest triangle with corners on the way, unless one of its angles is hardly one.
+def _triangle(points: Floats) -> Tuple[Optional[Floats], float]:
+    """The largest triangle with corners on the path, unless one of its angles is hardly one.
 
-    OpenCV's minEnclosingTriangle is no help: it fails for some ways and never ends for others (5.0).
+    OpenCV's minEnclosingTriangle is no help: it fails for some paths and never ends for others (5.0).
     """
     hull = cv2.convexHull(points.astype(np.float32)).reshape(-1, 2).astype(float)
     hull = hull[np.unique(np.linspace(0, len(hull) - 1, CORNERS).astype(int))] if len(hull) > CORNERS else hull

@@ -1,17 +1,21 @@
-"""What counts: each check looks at what was Observed and says which share of it is right, what was asked and seen.
+"""What counts: each rule looks at what was Observed and says which share of it is right, what was asked and seen.
 
-A check is a function (observed, parameters) -> Result, registered with the parameters that an exercise file may give
-it. The kinds of parameters: a dimension of quantities.py ('length'), a span of one ('span rate'), 'text', 'pattern'
-(a regular expression), 'integer', 'colour' ([r, g, b]), or a tuple of the words that are allowed. ``...`` as default:
-it has to be given.
+A rule is a function (observed, parameters) -> Result, registered with the parameters that an exercise file may give
+it in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), a span of one ('span
+rate'), 'text', 'pattern' (a regular expression), 'integer', 'colour' ([r, g, b]), or a tuple of the words that are
+allowed. ``...`` as default: it has to be given.
 """
 import math
 from types import SimpleNamespace
-from typing import Callable, NamedTuple
+from typing import Any, Callable, Container, Dict, List, Mapping, NamedTuple, Tuple, Union
 
-CHECKS = {}  # name: Check
+from course_grader.rules.observation import Observed
+
+Span = Tuple[float, float]  # lowest, highest
+Kind = Union[str, Tuple[str, ...]]  # of a parameter's value
+Parameters = Mapping[str, Tuple[Kind, Any]]  # {name: (kind, default)}; the default ... stands for none
 ANY = (-math.inf, math.inf)  # the span that everything lies in
-FOULS = {
+SHORTCUTS = {
     'teleport': 'it teleported to ({0:.2f}, {1:.2f}) where the way is to be driven',
     'reset': 'it reset the simulator', 'kill': 'it killed {0}',
     'fake_pose': 'it published poses of its own on {0}', 'fake_clock': 'it published /clock',
@@ -19,50 +23,56 @@ FOULS = {
 
 
 class Result(NamedTuple):
-    """How far one check holds: share 0..1, what was asked, what was seen."""
+    """How far one rule holds: share 0..1, what was asked, what was seen."""
 
     share: float
     asked: str
     seen: str
 
 
-class Check(NamedTuple):
-    """A registered check: the function and {parameter: (kind, default)}."""
-
-    judge: Callable
-    parameters: dict
+Judge = Callable[[Observed, SimpleNamespace], Result]
 
 
-def check(**parameters):
-    """Register a check under its function's name; see the module's text for ``parameters``."""
-    def register(judge):
-        CHECKS[judge.__name__] = Check(judge, parameters)
+class Rule(NamedTuple):
+    """A registered rule: the function and {parameter: (kind, default)}."""
+
+    judge: Judge
+    parameters: Parameters
+
+
+RULES: Dict[str, Rule] = {}
+
+
+def rule(**parameters: Tuple[Kind, Any]) -> Callable[[Judge], Judge]:
+    """Register a rule under its function's name; see the module's text for ``parameters``."""
+    def register(judge: Judge) -> Judge:
+        RULES[judge.__name__] = Rule(judge, parameters)
         return judge
     return register
 
 
-def judge(name, observed, parameters):
-    """Return the Result of the check ``name`` with {parameter: value}, all of them."""
-    return CHECKS[name].judge(observed, SimpleNamespace(**parameters))
+def judge(name: str, observed: Observed, parameters: Mapping[str, Any]) -> Result:
+    """Return the Result of the rule ``name`` with {parameter: value}, all of them."""
+    return RULES[name].judge(observed, SimpleNamespace(**parameters))
 
 
-def fouls(observed, allowed):
+def shortcuts(observed: Observed, allowed: Container[str]) -> List[str]:
     """Return the texts of what no node may do, except the kinds that are ``allowed``; each kind once."""
-    texts = {}
+    texts: Dict[str, str] = {}
     for event in observed.events:
-        if event.kind in FOULS and event.kind not in allowed:
-            texts.setdefault(event.kind, FOULS[event.kind].format(*event.values))
+        if event.kind in SHORTCUTS and event.kind not in allowed:
+            texts.setdefault(event.kind, SHORTCUTS[event.kind].format(*event.values))
     return list(texts.values())
 
 
-def within(value, span):
-    """Return whether a value lies in a span, with a hair's breadth of rounding."""
+def within(value: float, span: Span) -> bool:
+    """Return whether a value lies in a span, up to rounding errors (1e-6 of the value)."""
     low, high = span
     slack = 1e-6 * max(1.0, abs(value))
     return low - slack <= value <= high + slack
 
 
-def written(span, unit):
+def written(span: Span, unit: str) -> str:
     """Return a span as people write it."""
     low, high = span
     if low == high:

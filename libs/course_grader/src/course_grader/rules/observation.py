@@ -1,12 +1,12 @@
 """What was seen of a student's node while it was graded: plain data, times in simulated seconds.
 
-They count from the simulator's first step; the node was there at ``begin``.
+They count from the simulator's first step; the node was there at ``start``.
 
 Positions are in the simulator's frame [m], headings in rad, counter-clockwise; velocities in the robot's frame.
 """
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple, Optional
+from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
 DRIVEN = 1e-3  # [m] a step may be longer than its velocity says: rounding of float32
 
@@ -38,11 +38,11 @@ class Event(NamedTuple):
 
     t: float
     kind: str
-    values: tuple = ()
+    values: Tuple[Any, ...] = ()
     node: str = ''
 
 
-class Line(NamedTuple):
+class OutputLine(NamedTuple):
     """A line that the node printed or logged."""
 
     t: float
@@ -54,72 +54,75 @@ class Call(NamedTuple):
 
     t: float
     service: str
-    request: tuple
+    request: Tuple[float, ...]
     answered: bool
     trouble: str = ''
 
 
-class Shown(NamedTuple):
+class ShownMarkers(NamedTuple):
     """Markers that the grader published: {id: (x, y, z) [m]}, possibly none."""
 
     t: float
-    markers: dict
+    markers: Dict[int, Tuple[float, float, float]]
 
 
 @dataclass
 class Observed:
     """Everything that judging.py may look at."""
 
-    track: list = field(default_factory=list)  # Samples, one a tick
-    commands: list = field(default_factory=list)
-    events: list = field(default_factory=list)
-    lines: list = field(default_factory=list)
-    calls: list = field(default_factory=list)
-    shown: list = field(default_factory=list)
-    connections: set = field(default_factory=set)  # (topic or service, 'publishes' | 'subscribes' | 'serves')
-    begin: float = 0.0
-    seconds: float = 0.0  # how long it was observed, since begin
+    track: List[Sample] = field(default_factory=list)  # one a tick
+    commands: List[Command] = field(default_factory=list)
+    events: List[Event] = field(default_factory=list)
+    lines: List[OutputLine] = field(default_factory=list)
+    calls: List[Call] = field(default_factory=list)
+    shown: List[ShownMarkers] = field(default_factory=list)
+    connections: Set[Tuple[str, str]] = field(default_factory=set)  # (name, 'publishes' | 'subscribes' | 'serves')
+    start: float = 0.0
+    seconds: float = 0.0  # how long it was observed, since start
     timed_out: bool = False  # whether it was observed for as long as the exercise takes at most
     exit_code: Optional[int] = None  # None: it ran until the grader ended it
-    ended_at: Optional[float] = None  # since begin
+    ended_at: Optional[float] = None  # since start
     trouble: str = ''  # why it could not work at all: not executable, a syntax error, an exception, ...
     kept_up: bool = True  # whether simulator and node were as fast as the run asked
 
-    def of_kind(self, *kinds):
+    def of_kind(self, *kinds: str) -> List[Event]:
         """Return the events of these kinds."""
         return [event for event in self.events if event.kind in kinds]
 
-    def pens(self):
+    def pens(self) -> List[Optional[Tuple[int, ...]]]:
         """Return for each sample of the track the values of the last pen event before it, or None."""
-        changes, pens, last = self.of_kind('pen'), [], None
+        changes = self.of_kind('pen')
+        pens: List[Optional[Tuple[int, ...]]] = []
+        last = None
         for sample in self.track:
             while changes and changes[0].t <= sample.t:
                 last = changes.pop(0).values
             pens.append(last)
         return pens
 
-    def drawn(self, pen_down=False):
-        """Return the positions (x, y) [m] of the way from its first movement on, without repeats.
+    def drawn(self, pen_down: bool = False) -> List[Tuple[float, float]]:
+        """Return the positions (x, y) [m] of the path from its first movement on, without repeats.
 
         With ``pen_down`` those where it has drawn alone.
         """
-        way, before = [], None
+        path: List[Tuple[float, float]] = []
+        before = None
         for sample, pen in zip(self.track, self.pens()):
             if not (pen_down and pen and pen[-1]):  # r, g, b, width, off
-                for place in (before or sample, sample):
-                    if not way or math.hypot(place.x - way[-1][0], place.y - way[-1][1]) > DRIVEN:
-                        way.append((place.x, place.y))
+                for point in (before or sample, sample):
+                    if not path or math.hypot(point.x - path[-1][0], point.y - path[-1][1]) > DRIVEN:
+                        path.append((point.x, point.y))
             before = sample
-        return way
+        return path
 
-    def rest(self):
+    def standstill(self) -> float:
         """Return for how long [s] the turtle has not moved or turned at the end."""
         if not self.track:
             return 0.0
         last = self.track[-1]
-        begin = last.t
+        start = last.t
         for sample in reversed(self.track):
             if math.hypot(sample.x - last.x, sample.y - last.y) > DRIVEN or abs(sample.theta - last.theta) > DRIVEN:
                 break
-            begin = sample.t
-        return last.t - begin
+            start = sample.t
+        return last.t - start

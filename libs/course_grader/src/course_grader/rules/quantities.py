@@ -1,6 +1,7 @@
 """Numbers with units, as exercise files have them: ``40 s``, ``0.5 m/s``, ``90 deg``, ``5 %``."""
 import math
 import re
+from typing import Tuple
 
 from kinematic_core.validation import shown
 
@@ -22,12 +23,12 @@ class QuantityError(ValueError):
     """A text is not a number with the right unit; its text says what is allowed."""
 
 
-def units_of(dimension):
+def units_of(dimension: str) -> str:
     """Return the units that measure a dimension, as a text."""
     return ', '.join(unit for unit, (measured, _) in UNITS.items() if measured == dimension)
 
 
-def quantity(text, dimension):
+def quantity(text: object, dimension: str) -> float:
     """Return a text such as ``'90 deg'`` as a float in the SI unit of ``dimension`` (a share: 0..1).
 
     Raises QuantityError. A number alone is refused, except 0: nobody can see what it means.
@@ -45,7 +46,7 @@ def quantity(text, dimension):
     return float(match.group(1)) * UNITS[unit][1]
 
 
-def span(text, dimension):
+def span(text: object, dimension: str) -> Tuple[float, float]:
     """Return a text such as ``'9 to 11 Hz'``, ``'at least 0.1 m/s'``, ``'at most 2 s'`` or ``'2 s'`` as (low, high)."""
     text = text.strip() if isinstance(text, str) else text
     between = re.fullmatch(rf'({NUMBER})\s+to\s+({NUMBER})\s*({UNIT})', text) if isinstance(text, str) else None
@@ -54,9 +55,9 @@ def span(text, dimension):
         if low > high:
             raise QuantityError(f'{shown(text)} begins above its end; it must be like "9 to 11 Hz"')
         return low, high
-    for words, limits in (('at least ', lambda value: (value, math.inf)),
-                          ('at most ', lambda value: (-math.inf, value))):
-        if isinstance(text, str) and text.startswith(words):
-            return limits(quantity(text[len(words):], dimension))
+    if isinstance(text, str) and text.startswith('at least '):
+        return quantity(text[len('at least '):], dimension), math.inf
+    if isinstance(text, str) and text.startswith('at most '):
+        return -math.inf, quantity(text[len('at most '):], dimension)
     exact = quantity(text, dimension)
     return exact, exact

@@ -1,23 +1,26 @@
-"""The checks that look at what was driven and drawn; see judging.py for their form."""
+"""The rules that look at what was driven and drawn; see judging.py for their form."""
 import math
 import statistics
+from types import SimpleNamespace
+from typing import Callable, Dict, List, Tuple
 
 from course_grader.rules import fits
-from course_grader.rules.judging import ANY, Result, check, within, written
+from course_grader.rules.judging import ANY, Result, Span, rule, within, written
+from course_grader.rules.observation import Command, Observed
 from kinematic_core.worlds.turtle_world import PEN_COLOUR, PEN_WIDTH
 
 OPEN, CLOSED = 0.5, 0.95  # shares of an outline: no shape yet, and closed; three sides of four lie between
 MOVING = 0.5  # [s] of rest at most
 
 
-@check(shape=(fits.SHAPES, ...), tolerance=('length', 0.1), size=('span length', ANY))
-def draws(observed, wanted):
-    """The way, or its end, is a closed shape wherever it lies."""
+@rule(shape=(fits.SHAPES, ...), tolerance=('length', 0.1), size=('span length', ANY))
+def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """The path, or its end, is a closed shape wherever it lies."""
     asked = f'a {wanted.shape}, within {wanted.tolerance:g} m'
     asked += '' if wanted.size == ANY else f', size {written(wanted.size, "m")}'
     found = fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance)
     if not found.quality:
-        return Result(0.0, asked, _way(observed) + _unfinished(observed))
+        return Result(0.0, asked, _path_text(observed) + _unfinished(observed))
     seen = (f'{found.on_outline:.0%} of the way lies on a {wanted.shape} of size {found.size:.2f} m, of which '
             f'{found.covered:.0%} was drawn{_unfinished(observed) if found.covered < CLOSED else ""}')
     fits_size = within(found.size, (wanted.size[0] - wanted.tolerance, wanted.size[1] + wanted.tolerance))
@@ -25,15 +28,15 @@ def draws(observed, wanted):
     return Result(found.on_outline * closed * (1.0 if fits_size else 0.5), asked, seen)
 
 
-def _unfinished(observed):
-    """Return words for a way that goes on when the time is over."""
-    going_on = observed.timed_out and observed.exit_code is None and observed.rest() < MOVING
+def _unfinished(observed: Observed) -> str:
+    """Return words for a path that goes on when the time is over."""
+    going_on = observed.timed_out and observed.exit_code is None and observed.standstill() < MOVING
     return f'; still on its way after {observed.seconds:.0f} s, when the time was over' if going_on else ''
 
 
-@check(rate=('span rate', ANY), linear=('span speed', ANY), sideways=('span speed', ANY),
+@rule(rate=('span rate', ANY), linear=('span speed', ANY), sideways=('span speed', ANY),
        angular=('span turn speed', ANY), turning=('span turn speed', ANY))
-def commands(observed, wanted):
+def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
     """Velocity commands come at a rate, with these velocities; a share of the commands may be others.
 
     ``turning``: angular.z to either side, without its sign.
@@ -46,9 +49,9 @@ def commands(observed, wanted):
     given = observed.commands
     if len(given) < 2:
         return Result(0.0, f'velocity commands: {asked}', f'{len(given)} commands')
-    values = {'linear.x': lambda command: command.linear_x, 'linear.y': lambda command: command.linear_y,
-              'angular.z': lambda command: command.angular_z,
-              '|angular.z|': lambda command: abs(command.angular_z)}
+    values: Dict[str, Callable[[Command], float]] = {
+        'linear.x': lambda command: command.linear_x, 'linear.y': lambda command: command.linear_y,
+        'angular.z': lambda command: command.angular_z, '|angular.z|': lambda command: abs(command.angular_z)}
     right = [all(within(values[name](command), span) for name, span, _ in parts) for command in given]
     rate = 1.0 / max(statistics.median(b.t - a.t for a, b in zip(given, given[1:])), 1e-6)
     share = sum(right) / len(right) * _nearness(rate, wanted.rate)
@@ -57,56 +60,56 @@ def commands(observed, wanted):
     return Result(share, f'velocity commands: {asked}', seen)
 
 
-def _nearness(value, span):
+def _nearness(value: float, span: Span) -> float:
     """Return 1 inside a span of positive numbers, outside the quotient of the value and the limit that it breaks."""
     low, high = span
     return 1.0 if within(value, span) else value / low if value < low else high / value
 
 
-@check(length=('length', ...))
-def moves(observed, wanted):
+@rule(length=('length', ...))
+def moves(observed: Observed, wanted: SimpleNamespace) -> Result:
     """The turtle or robot covers some ground, or a part of it."""
-    way = fits.way_length(observed.drawn())
-    return Result(min(1.0, way / wanted.length), f'a way of at least {wanted.length:g} m', f'{way:.2f} m')
+    length = fits.path_length(observed.drawn())
+    return Result(min(1.0, length / wanted.length), f'a way of at least {wanted.length:g} m', f'{length:.2f} m')
 
 
-@check(x=('length', None), y=('length', None), tolerance=('length', 0.05), rest=('time', 1.0), size=('length', 1.0))
-def stops(observed, wanted):
+@rule(x=('length', None), y=('length', None), tolerance=('length', 0.05), rest=('time', 1.0), size=('length', 1.0))
+def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It comes to rest at x, at y or at both; the share falls to 0 at ``size`` from there."""
     goals = {axis: value for axis, value in (('x', wanted.x), ('y', wanted.y)) if value is not None}
     goal = ' and '.join(f'{axis} = {value:g}' for axis, value in goals.items())
     asked = f'at rest at {goal}, within {wanted.tolerance:g} m'
-    way = fits.way_length(observed.drawn())
-    if way < 10.0 * wanted.tolerance:
-        return Result(0.0, asked, _way(observed))
+    length = fits.path_length(observed.drawn())
+    if length < 10.0 * wanted.tolerance:
+        return Result(0.0, asked, _path_text(observed))
     last = observed.track[-1]
-    if observed.rest() < wanted.rest:
+    if observed.standstill() < wanted.rest:
         return Result(0.0, asked, f'still moving at x = {last.x:.2f}, y = {last.y:.2f} when the time was over')
     miss = max((abs(getattr(last, axis) - value) for axis, value in goals.items()), default=0.0)
     share = 1.0 if miss <= wanted.tolerance else max(0.0, 1.0 - miss / wanted.size)
     return Result(share, asked, f'at rest at x = {last.x:.3f}, y = {last.y:.3f}')
 
 
-@check(count=('integer', ...), apart=('length', 0.5), by=(('teleports', 'driving'), 'teleports'))
-def positions(observed, wanted):
+@rule(count=('integer', ...), apart=('length', 0.5), by=(('teleports', 'driving'), 'teleports'))
+def positions(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It goes to a number of different positions, by teleports or by driving there and resting or turning."""
     if wanted.by == 'teleports':
         visited = [event.values[:2] for event in observed.of_kind('teleport')]
     else:
         visited = fits.corners(observed.drawn())
-    different = []
-    for place in visited:
-        if all(math.dist(place, other) >= wanted.apart for other in different):
-            different.append(place)
+    different: List[Tuple[float, ...]] = []
+    for position in visited:
+        if all(math.dist(position, other) >= wanted.apart for other in different):
+            different.append(position)
     listed = ', '.join(f'({x:.1f}, {y:.1f})' for x, y in different[:8]) or 'none'
     return Result(min(1.0, len(different) / wanted.count),
                   f'{wanted.count} positions at least {wanted.apart:g} m apart, by {wanted.by}',
                   f'{len(different)}: {listed}')
 
 
-@check(colour=('colour', ...), width=('span pixels', ANY))
-def pen(observed, wanted):
-    """The way is drawn in a colour: the share of its length, the pen being down."""
+@rule(colour=('colour', ...), width=('span pixels', ANY))
+def pen(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """The path is drawn in a colour: the share of its length, the pen being down."""
     red, green, blue = wanted.colour
     asked = f'the path in the colour ({red}, {green}, {blue})'
     asked += '' if wanted.width == ANY else f', width {written(wanted.width, "px")}'
@@ -123,6 +126,6 @@ def pen(observed, wanted):
                   f'{right / drawn:.0%} of the path as asked; pens: {used}' if drawn else f'no path; pens: {used}')
 
 
-def _way(observed):
-    length = fits.way_length(observed.drawn())
+def _path_text(observed: Observed) -> str:
+    length = fits.path_length(observed.drawn())
     return 'it did not move' if length < 0.01 else f'a way of {length:.2f} m that is none'

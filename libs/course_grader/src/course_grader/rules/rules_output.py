@@ -1,12 +1,15 @@
-"""The checks that look at what a node prints, answers and connects to; see judging.py for their form.
+"""The rules that look at what a node prints, answers and connects to; see judging.py for their form.
 
 A line counts when it holds the right numbers, however it is worded: what is printed round them is the student's. It
 may round them, and a whole message is as good, which rospy prints with a line for each field.
 """
+import itertools
 import re
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import Iterable, List, NamedTuple, Sequence, Set
 
-from course_grader.rules.judging import Result, check
+from course_grader.rules.judging import Result, rule
+from course_grader.rules.observation import Call, Observed, OutputLine, ShownMarkers
 from course_grader.rules.quantities import NUMBER
 
 EARLY = 0.1  # [s] a line may seem to come before what it tells of
@@ -16,26 +19,26 @@ MOST_NUMBERS = 12  # of a line that tells a pose; more are no answer but a choic
 MOST_VALUES = 50  # different numbers told of a marker, likewise: a whole message has about 20
 
 
-class Printed(NamedTuple):
+class PrintedNumber(NamedTuple):
     """A number that was printed, and half of its last digit if it has decimals: so far it may be rounded."""
 
     value: float
     rounded: float
 
-    def is_near(self, value, tolerance):
+    def is_near(self, value: float, tolerance: float) -> bool:
         """Return whether it tells a value, within a tolerance or as far as its digits go."""
         return abs(self.value - value) <= max(tolerance, self.rounded) + 1e-9
 
 
-class Told(NamedTuple):
+class Statement(NamedTuple):
     """What one line, or several that belong together, tell: when, and the numbers."""
 
     t: float
-    numbers: list
+    numbers: List[PrintedNumber]
 
 
-@check(pattern=('pattern', ...), times=('integer', 1), what=('text', ''))
-def prints(observed, wanted):
+@rule(pattern=('pattern', ...), times=('integer', 1), what=('text', ''))
+def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints lines that match."""
     count = sum(bool(re.search(wanted.pattern, line.text)) for line in observed.lines)
     asked = f'{wanted.what or repr(wanted.pattern)}, printed {wanted.times} times'
@@ -43,55 +46,59 @@ def prints(observed, wanted):
     return Result(min(1.0, count / wanted.times), asked, seen)
 
 
-@check(fields=('integer', 2), tolerance=('length', 0.02), share=('share', 0.8), lines=('integer', 20))
-def prints_poses(observed, wanted):
+@rule(fields=('integer', 2), tolerance=('length', 0.02), share=('share', 0.8), lines=('integer', 20))
+def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints where the turtle is while it moves: lines with x and y (with ``fields`` 3 theta, too)."""
     names = ('x', 'y', 'theta')[:wanted.fields]
     asked = f'{wanted.lines} lines with {", ".join(names)} of the turtle, {wanted.share:.0%} of all lines right'
-    numbered = [told for told in _told(observed.lines, wanted.fields) if len(told.numbers) >= wanted.fields]
-    right = [told for told in numbered if _was_there(observed, told, names, wanted.tolerance)]
-    places = {tuple(told.numbers) for told in right}
-    seen = f'{len(right)} of {len(numbered)} lines with numbers are right, at {len(places)} places' + _example(observed)
+    numbered = [statement for statement in _statements(observed.lines, wanted.fields)
+                if len(statement.numbers) >= wanted.fields]
+    right = [statement for statement in numbered if _was_there(observed, statement, names, wanted.tolerance)]
+    positions = {tuple(statement.numbers) for statement in right}
+    seen = (f'{len(right)} of {len(numbered)} lines with numbers are right, at {len(positions)} places'
+            + _example(observed))
     if not numbered:
         seen = f'{len(observed.lines)} lines, none with {wanted.fields} numbers' + _example(observed)
         return Result(0.0, asked, seen)
     correct = min(1.0, len(right) / len(numbered) / wanted.share)
-    return Result(correct * min(1.0, len(places) / wanted.lines), asked, seen)
+    return Result(correct * min(1.0, len(positions) / wanted.lines), asked, seen)
 
 
-def _told(lines, fields):
-    """Return the Tolds of lines: one each, but lines with fewer numbers than ``fields`` are taken together.
+def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
+    """Return the Statements of lines: one each, but lines with fewer numbers than ``fields`` are taken together.
 
     Those belong together that come at once, until what stands before the number comes again, as in ``x: 1``, ``y: 2``.
     """
-    told, labels = [], set()
+    statements: List[Statement] = []
+    labels: Set[str] = set()
     for line in lines:
         numbers = numbers_in(line.text)
         label = re.split(NUMBER, line.text)[0].strip()
         if not numbers:
             continue
-        again = label in labels if label else bool(told) and len(told[-1].numbers) >= fields
-        if len(numbers) >= fields or not labels or again or line.t - told[-1].t > TOGETHER:
-            told.append(Told(line.t, []))
+        again = label in labels if label else bool(statements) and len(statements[-1].numbers) >= fields
+        if len(numbers) >= fields or not labels or again or line.t - statements[-1].t > TOGETHER:
+            statements.append(Statement(line.t, []))
             labels = set()
-        told[-1].numbers.extend(numbers)
+        statements[-1].numbers.extend(numbers)
         if len(numbers) < fields:
             labels.add(label)
-    return told
+    return statements
 
 
-def _was_there(observed, told, names, tolerance):
+def _was_there(observed: Observed, statement: Statement, names: Sequence[str], tolerance: float) -> bool:
     """Return whether consecutive numbers are those of a pose shortly before they were printed."""
-    if len(told.numbers) > MOST_NUMBERS:
+    if len(statement.numbers) > MOST_NUMBERS:
         return False
-    near = [sample for sample in observed.track if -NEAR <= sample.t - told.t <= 0.2 * NEAR]
-    windows = [told.numbers[begin:begin + len(names)] for begin in range(len(told.numbers) - len(names) + 1)]
+    near = [sample for sample in observed.track if -NEAR <= sample.t - statement.t <= 0.2 * NEAR]
+    windows = [statement.numbers[start:start + len(names)]
+               for start in range(len(statement.numbers) - len(names) + 1)]
     return any(all(number.is_near(getattr(sample, name), tolerance) for name, number in zip(names, window))
                for window in windows for sample in near)
 
 
-@check(service=('text', ...), prints=(('request', 'nothing'), 'nothing'), tolerance=('length', 0.01))
-def answers(observed, wanted):
+@rule(service=('text', ...), prints=(('request', 'nothing'), 'nothing'), tolerance=('length', 0.01))
+def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It serves a service, answers every call of the grader and, if asked, prints the request's numbers."""
     calls = [call for call in observed.calls if call.service == wanted.service]
     asked = f'{wanted.service} answers' + (' and prints what was asked of it' if wanted.prints == 'request' else '')
@@ -106,16 +113,16 @@ def answers(observed, wanted):
     return Result(len(good) / len(calls), asked, seen)
 
 
-def _is_printed(lines, call, tolerance):
+def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bool:
     """Return whether as many lines in a row as a request has numbers, or fewer, hold them after the call."""
     after = [numbers_in(line.text) for line in lines if line.t >= call.t - EARLY]
-    rows = [sum(after[begin:begin + len(call.request)], []) for begin in range(len(after))]
+    rows = [list(itertools.chain.from_iterable(after[start:start + len(call.request)])) for start in range(len(after))]
     return any(all(any(number.is_near(value, tolerance) for number in numbers) for value in call.request)
                for numbers in rows)
 
 
-@check(what=(('id', 'x'), ...), tolerance=('length', 0.005))
-def prints_markers(observed, wanted):
+@rule(what=(('id', 'x'), ...), tolerance=('length', 0.005))
+def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints of every marker that is shown the id, or the x of its position."""
     asked = f'a line with the {wanted.what} of each marker that is shown'
     expected = found = 0
@@ -125,33 +132,32 @@ def prints_markers(observed, wanted):
         if len(near) > MOST_VALUES * max(1, len(shown.markers)):
             near = set()
         for marker, position in shown.markers.items():
-            value, tolerance = (marker, 0.0) if wanted.what == 'id' else (position[0], wanted.tolerance)
             expected += 1
-            found += any(abs(number.value - value) <= tolerance if wanted.what == 'id' else
-                         number.is_near(value, tolerance) for number in near)
+            found += any(number.value == marker if wanted.what == 'id' else
+                         number.is_near(position[0], wanted.tolerance) for number in near)
     seen = f'{found} of {expected}' + _example(observed)
     return Result(found / expected if expected else 0.0, asked, seen)
 
 
-@check(pattern=('pattern', '(?i)\\bno\\b'))
-def prints_no_marker(observed, wanted):
+@rule(pattern=('pattern', '(?i)\\bno\\b'))
+def prints_no_marker(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It says so when no marker is seen, and only then."""
     matching = [line.t for line in observed.lines if re.search(wanted.pattern, line.text)]
     empty = [shown.t for shown in observed.shown if not shown.markers]
-    said = sum(any(-EARLY <= t - begin <= NEAR for t in matching) for begin in empty)
-    wrong = sum(not any(-EARLY <= t - begin <= _lasted(begin, observed.shown) for begin in empty) for t in matching)
+    said = sum(any(-EARLY <= t - start <= NEAR for t in matching) for start in empty)
+    wrong = sum(not any(-EARLY <= t - start <= _lasted(start, observed.shown) for start in empty) for t in matching)
     share = said / len(empty) if empty else 0.0
     return Result(share * (1.0 if wrong <= 0.1 * len(matching) else 0.5), 'a line that says so when there is no marker',
                   f'said {said} of {len(empty)} times' + (f', {wrong} times wrongly' if wrong else ''))
 
 
-def _lasted(begin, shown):
-    """Return for how long [s] what was shown at ``begin`` may be told of: until NEAR after the next was shown."""
-    return min((later.t for later in shown if later.t > begin), default=float('inf')) - begin + NEAR
+def _lasted(start: float, shown: Iterable[ShownMarkers]) -> float:
+    """Return for how long [s] what was shown at ``start`` may be told of: until NEAR after the next was shown."""
+    return min((later.t for later in shown if later.t > start), default=float('inf')) - start + NEAR
 
 
-@check(topic=('text', ...), role=(('publishes', 'subscribes', 'serves'), ...))
-def connects(observed, wanted):
+@rule(topic=('text', ...), role=(('publishes', 'subscribes', 'serves'), ...))
+def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It publishes, subscribes or serves a name."""
     there = (wanted.topic, wanted.role) in observed.connections
     others = sorted(name for name, role in observed.connections if role == wanted.role)
@@ -159,8 +165,8 @@ def connects(observed, wanted):
                   'so it does' if there else f'it {wanted.role} {", ".join(others) or "nothing"}')
 
 
-@check(until=(('the end', 'it is done'), 'the end'))
-def runs(observed, wanted):
+@rule(until=(('the end', 'it is done'), 'the end'))
+def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It goes on until it is ended, or ends by itself without a failure."""
     if wanted.until == 'the end':
         seen = 'it ran' if observed.exit_code is None else f'it ended after {observed.ended_at:.1f} s with exit code ' \
@@ -170,12 +176,12 @@ def runs(observed, wanted):
     return Result(float(observed.exit_code == 0), 'the node ends when it is done', seen)
 
 
-def numbers_in(text):
-    """Return the Printed numbers in a text."""
-    return [Printed(float(number), 0.5 * 10.0 ** -len(decimals.group(1)) if decimals else 0.0)
+def numbers_in(text: str) -> List[PrintedNumber]:
+    """Return the PrintedNumbers in a text."""
+    return [PrintedNumber(float(number), 0.5 * 10.0 ** -len(decimals.group(1)) if decimals else 0.0)
             for number in re.findall(rf'(?<![\w.]){NUMBER}', text)
             for decimals in [re.fullmatch(r'[-+]?\d*\.(\d+)', number)]]
 
 
-def _example(observed):
+def _example(observed: Observed) -> str:
     return f', for example {observed.lines[-1].text[:80]!r}' if observed.lines else ''

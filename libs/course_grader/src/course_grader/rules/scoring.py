@@ -1,17 +1,19 @@
 """From what was observed to a score with its reasons."""
-from typing import NamedTuple
+from typing import List, NamedTuple
 
 from course_grader.rules import judging
+from course_grader.rules.exercise import Exercise
+from course_grader.rules.observation import Observed
 
 PASSED, FAILED, UNDECIDED = 'passed', 'failed', 'undecided'
-HALF = 0.5  # share below which a check that must hold fails the exercise
-FULL = 0.97  # share from which a check counts as completely right: nobody draws without an error
+HALF = 0.5  # share below which a rule that must hold fails the exercise
+FULL = 0.97  # share from which a rule counts as completely right: nobody draws without an error
 
 
 class Reason(NamedTuple):
     """One line of the reasons: points given and possible, what was asked and what was seen."""
 
-    check: str
+    check: str  # the name of the rule, as in the exercise file
     points: float
     of: float
     asked: str
@@ -23,20 +25,20 @@ class Verdict(NamedTuple):
 
     outcome: str
     score: float
-    reasons: list
-    objections: list
+    reasons: List[Reason]
+    objections: List[str]
 
 
-def decide(exercise, observed):
+def decide(exercise: Exercise, observed: Observed) -> Verdict:
     """Return the Verdict. A node that could not work at all, or took a shortcut, scores 0."""
     reasons, missing = [], []
-    for scored in exercise.checks:
+    for scored in exercise.rules:
         result = judging.judge(scored.name, observed, scored.parameters)
         share = 1.0 if result.share >= FULL else max(0.0, result.share)
         reasons.append(Reason(scored.name, round(share * scored.points, 1), scored.points, result.asked, result.seen))
         if scored.must and share < HALF:
             missing.append(f'it must be so, but is not: {result.asked}')
-    objections = judging.fouls(observed, exercise.allows)
+    objections = judging.shortcuts(observed, exercise.allows)
     if observed.trouble:
         objections.insert(0, observed.trouble)
     score = 0.0 if objections else round(sum(reason.points for reason in reasons), 1)

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from course_grader.classes import classroom, grade_all, submissions
+from course_grader.classes import class_grader, grade_all, submissions
 from course_grader.formats import class_report
 
 # A grader that does what the file it is to grade says
@@ -57,8 +57,8 @@ def a_class(tmp_path, programs):
 
 def command(tmp_path, grader, *arguments):
     """Return a command that runs grade_all in a process of its own, as ./run grade does."""
-    program = (f'import sys; sys.path[:] = {sys.path!r}\nfrom course_grader.classes import classroom, grade_all\n'
-               'classroom.CLEANING = 0.3\n'
+    program = (f'import sys; sys.path[:] = {sys.path!r}\nfrom course_grader.classes import class_grader, grade_all\n'
+               'class_grader.CLEANING = 0.3\n'
                f'sys.exit(grade_all.main({list(arguments)!r}, {grader!r}, {{"x": {str(tmp_path / "x.yaml")!r}}}))')
     return [sys.executable, '-c', program]
 
@@ -176,7 +176,7 @@ def test_the_page_links_small_pictures_and_survives_any_text(tmp_path):
     folder.mkdir(parents=True)
     cv2.imwrite(str(folder / 'path.png'), np.full((600, 600, 3), 200, np.uint8))
     who = submissions.Submission('anna & co', 'x', ('a.py', '<b>'), '/')
-    graded = classroom.Graded(who, 'failed', 40.0, ('seen: <script>\x00\x1b[31m', 'second'), 1.5, str(folder))
+    graded = class_grader.Graded(who, 'failed', 40.0, ('seen: <script>\x00\x1b[31m', 'second'), 1.5, str(folder))
     page = class_report.as_html('A class', ['anna & co', 'ben'], ['x', 'y'], [graded], str(tmp_path))
     assert 'src="data:image/png;base64,' in page and 'href="anna%20%26%20co/x/path.png"' in page
     assert '<script>' not in page and '\x00' not in page and '\x1b' not in page

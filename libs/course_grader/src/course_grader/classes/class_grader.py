@@ -17,13 +17,14 @@ import tempfile
 import threading
 import time
 import uuid
-from typing import NamedTuple
+from typing import IO, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from course_grader.classes.submissions import Submission
+from course_grader.formats import exit_codes
 from course_grader.isolation import processes
 from course_grader.rules import scoring
 
 MARK = 'TURTLE_ROBOTONT_CLASSROOM'
-EXIT_CODES = {scoring.PASSED: 0, scoring.FAILED: 1, scoring.UNDECIDED: 3}  # of a grader
 RESULTS = ('result.json', 'junit.xml', 'path.png', 'output.txt')  # what a grader writes
 POLL = 0.1  # [s]
 CLEANING = 12.0  # [s] that a grader gets to end what it has started
@@ -35,35 +36,37 @@ LAST_LINES = 3  # of a grader that failed, in the reason
 class Graded(NamedTuple):
     """The grading of one submission: outcome, score 0..100, reasons (texts), wall time [s], folder with the files."""
 
-    submission: tuple  # submissions.Submission
+    submission: Submission
     outcome: str
     score: float
-    reasons: tuple
+    reasons: Tuple[str, ...]
     seconds: float
     folder: str
 
 
-def folder_of(submission, output):
+def folder_of(submission: Submission, output: str) -> str:
     """Return the folder of the results of a submission."""
     return os.path.join(output, submission.student, submission.exercise)
 
 
-def interrupted(submission, output):
+def interrupted(submission: Submission, output: str) -> Graded:
     """Return the Graded of what was never done."""
     return Graded(submission, scoring.UNDECIDED, 0.0, (INTERRUPTED,), 0.0, folder_of(submission, output))
 
 
-class Classroom:
+class ClassGrader:
     """Grades submissions with ``grader``, a command that takes EXERCISE --output DIR -- COMMAND."""
 
-    def __init__(self, grader, exercises, output, limit):
+    def __init__(self, grader: Sequence[str], exercises: Dict[str, str], output: str,
+                 limit: Callable[[str], float]) -> None:
         """``exercises``: {name: path}. ``output``: folder of all results. ``limit(name)``: [s] a grading may take."""
         self._grader, self._exercises, self._output, self._limit = list(grader), exercises, output, limit
-        self._stop, self._graders = threading.Event(), []
+        self._stop = threading.Event()
+        self._graders: List[int] = []  # their process ids
         self._mark = uuid.uuid4().hex
         processes.adopt_orphans()
 
-    def grade(self, found, jobs, done):
+    def grade(self, found: Sequence[Submission], jobs: int, done: Callable[[Graded], None]) -> List[Graded]:
         """Return the list of Graded of ``found``, at most ``jobs`` at a time; ``done(graded)`` is told of each.
 
         However this is left, no child of this process remains.
@@ -82,8 +85,8 @@ class Classroom:
         order = {submission: number for number, submission in enumerate(found)}
         return sorted(results, key=lambda graded: order[graded.submission])
 
-    def _grade(self, submission):
-        begin = time.monotonic()
+    def _grade(self, submission: Submission) -> Graded:
+        start = time.monotonic()
         if self._stop.is_set():
             return interrupted(submission, self._output)
         folder = folder_of(submission, self._output)
@@ -91,9 +94,9 @@ class Classroom:
             outcome, score, reasons = self._judge(submission, folder)
         except OSError as error:
             outcome, score, reasons = scoring.UNDECIDED, 0.0, [f'it could not be graded: {error}']
-        return Graded(submission, outcome, score, tuple(reasons), time.monotonic() - begin, folder)
+        return Graded(submission, outcome, score, tuple(reasons), time.monotonic() - start, folder)
 
-    def _judge(self, submission, folder):
+    def _judge(self, submission: Submission, folder: str) -> Tuple[str, float, List[str]]:
         """Return (outcome, score, reasons); raise OSError when the folder cannot be used."""
         os.makedirs(folder, exist_ok=True)
         for name in RESULTS:  # of an earlier time
@@ -114,7 +117,7 @@ class Classroom:
             return scoring.UNDECIDED, 0.0, [why]
         return _result(folder, code, lines)
 
-    def _run(self, command, folder, output, limit):
+    def _run(self, command: Sequence[str], folder: str, output: IO[bytes], limit: float) -> Optional[int]:
         """Run a grader; return its exit code, or None when it was ended before it was done."""
         mark = f'{MARK}_GRADING={uuid.uuid4().hex}'
         environment = {**os.environ, MARK: self._mark, **dict([mark.split('=')])}
@@ -138,13 +141,13 @@ class Classroom:
             self._graders.remove(grader.pid)
 
 
-def _result(folder, code, lines):
+def _result(folder: str, code: int, lines: Sequence[str]) -> Tuple[str, float, List[str]]:
     """Return (outcome, score, reasons) that a grader has left; its exit code must agree."""
     said = '; '.join(line.strip() for line in [line for line in lines if line.strip()][-LAST_LINES:])
     try:
         with open(os.path.join(folder, 'result.json'), encoding='utf-8') as file:
             result = json.load(file)
-        if EXIT_CODES[result['outcome']] == code:
+        if exit_codes.OF_OUTCOME[result['outcome']] == code:
             reasons = result['objections'] + [
                 f'{reason["points"]:g} of {reason["of"]:g}: asked {reason["asked"]}; seen: {reason["seen"]}'
                 for reason in result['reasons']]
