@@ -153,6 +153,16 @@ print(simtime.init_simtime(), rostime.get_time())
     assert [line.text for line in student.lines] == ['True 7.0']
 
 
+def test_the_distributions_sitecustomize_runs_as_well(tmp_path, monkeypatch):
+    write(tmp_path, 'import sys\nprint("of the distribution", type(sys.meta_path[0]).__name__)\n', 'sitecustomize.py')
+    monkeypatch.setenv('PYTHONPATH', str(tmp_path))
+    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+        student = sandbox.Student(box, [sys.executable, write(tmp_path, 'print("program")\n')], lambda: 0.0)
+        until(lambda: student.exit_code() == 0)
+        student.drain()
+    assert [line.text for line in student.lines] == ['of the distribution Finder', 'program']
+
+
 GOOD = '#!/usr/bin/env python3\nprint(1)\n'
 
 

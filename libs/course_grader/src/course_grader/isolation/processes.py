@@ -10,6 +10,7 @@ import glob
 import os
 import signal
 import time
+from typing import Any, Callable, Collection, Iterable, Set, Tuple
 
 PR_SET_CHILD_SUBREAPER = 36
 END_STAGES = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))  # signal, patience [s]
@@ -17,14 +18,14 @@ END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 POLL = 0.02  # [s]
 
 
-def adopt_orphans():
+def adopt_orphans() -> None:
     """Become the parent of all descendants whose own parent ends."""
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
-def make_interruptible():
+def make_interruptible() -> None:
     """Let all usual ways to end this process raise KeyboardInterrupt, once: the way out is not interrupted again."""
-    def interrupt(_number, _frame):
+    def interrupt(_number: int, _frame: Any) -> None:
         for sign in END_SIGNALS:
             signal.signal(sign, signal.SIG_IGN)
         raise KeyboardInterrupt
@@ -32,7 +33,7 @@ def make_interruptible():
         signal.signal(sign, interrupt)
 
 
-def guard(clean_up):
+def guard(clean_up: Callable[[], None]) -> Tuple[int, Callable[[], None]]:
     """Fork a guardian that calls ``clean_up()`` should this process be killed, by whatever signal.
 
     Return (its process id, a function that takes it off duty and must be called in the end). To be called while this
@@ -52,14 +53,14 @@ def guard(clean_up):
             os._exit(0)
     os.close(watched)
 
-    def off_duty():
+    def off_duty() -> None:
         os.write(held, b'.')
         os.close(held)
         os.waitpid(guardian, 0)
     return guardian, off_duty
 
 
-def related(mark, root, kept=()):
+def related(mark: str, root: int, kept: Collection[int] = ()) -> Set[int]:
     """Return the ids of the processes with ``mark`` (NAME=VALUE) in their environment, and of all below ``root``.
 
     Orphans of this process that have ended are put to rest, but for those ``kept``: somebody waits for their exit code.
@@ -87,16 +88,17 @@ def related(mark, root, kept=()):
         below |= children
 
 
-def processor_time(pid):
+def processor_time(pid: int) -> float:
     """Return the processor time [s] that a process has used so far."""
     with open(f'/proc/{pid}/stat', 'rb') as file:
         fields = file.read().rsplit(b')', 1)[1].split()
     return sum(map(int, fields[11:13])) / os.sysconf('SC_CLK_TCK')  # utime and stime, proc(5)
 
 
-def below(root):
+def below(root: int) -> Set[int]:
     """Return the ids of all processes that descend from ``root``."""
-    found, unseen = set(), {root}
+    found: Set[int] = set()
+    unseen = {root}
     while unseen:
         parent = unseen.pop()
         for path in glob.glob(f'/proc/{parent}/task/*/children'):
@@ -106,7 +108,7 @@ def below(root):
     return found - {root}
 
 
-def end(find, stages=END_STAGES):
+def end(find: Callable[[], Set[int]], stages: Iterable[Tuple[int, float]] = END_STAGES) -> None:
     """End all processes whose ids ``find()`` returns, and those that come up meanwhile; the ``stages`` get rougher."""
     for sign, patience in stages:
         deadline, told = time.monotonic() + patience, set()
@@ -121,7 +123,7 @@ def end(find, stages=END_STAGES):
             time.sleep(POLL)
 
 
-def _reap(pid, parent, kept):
+def _reap(pid: int, parent: int, kept: Collection[int]) -> None:
     """Take the exit code of an orphan that became a child of this process: nobody else will."""
     if parent == os.getpid() and pid not in kept:
         with contextlib.suppress(ChildProcessError):

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 import uuid
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from course_grader.isolation import processes
 from course_grader.rules.observation import OutputLine
@@ -38,28 +39,29 @@ class CommandError(ValueError):
 class Sandbox:
     """Folders, environment and processes of one grading; use it in a with statement."""
 
-    def __init__(self, folder, environment):
+    def __init__(self, folder: str, environment: Mapping[str, str]) -> None:
         """``folder`` becomes home of everything that is written; ``environment`` is added to this process's own."""
         self.folder = str(folder)
         self._mark = uuid.uuid4().hex
-        places = {name: os.path.join(self.folder, place) for name, place in FOLDERS.items()}
-        for place in places.values():
-            os.makedirs(place, exist_ok=True)
-        self.environment = {**os.environ, **environment, **places, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
+        folders = {name: os.path.join(self.folder, subfolder) for name, subfolder in FOLDERS.items()}
+        for path in folders.values():
+            os.makedirs(path, exist_ok=True)
+        self.environment = {**os.environ, **environment, **folders, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
                             'PYTHONDONTWRITEBYTECODE': '1'}
-        self._started = []
+        self._started: List[subprocess.Popen[bytes]] = []
         for name in ('ROSCONSOLE_FORMAT', 'ROSCONSOLE_CONFIG_FILE', 'ROS_NAMESPACE', 'DISPLAY'):
             self.environment.pop(name, None)
-        self._guardian = None  # its own process id
+        self._guardian: Optional[int] = None  # its own process id
         self._guardian, self._off_duty = processes.guard(self._end_all)
         processes.adopt_orphans()
 
-    def start(self, command, log=None, environment=None):
+    def start(self, command: Sequence[str], log: Optional[str] = None,
+              environment: Optional[Mapping[str, str]] = None) -> 'subprocess.Popen[bytes]':
         """Start a command in a session of its own; return its Popen. ``log``: a file for its output, else a pipe.
 
         ``environment``: variables besides the sandbox's own.
         """
-        output = open(os.path.join(self.folder, log), 'wb') if log else subprocess.PIPE
+        output: Any = open(os.path.join(self.folder, log), 'wb') if log else subprocess.PIPE
         try:
             process = subprocess.Popen(command, cwd=self.environment['PWD'],
                                        env={**self.environment, **(environment or {})},
@@ -71,36 +73,37 @@ class Sandbox:
             if log:
                 output.close()
 
-    def close(self):
+    def close(self) -> None:
         """End everything, gently at first; whatever tries to remain is killed."""
         self._end_all()
         self._off_duty()
 
-    def _end_all(self):
+    def _end_all(self) -> None:
         processes.end(self._alive, END_STAGES)
         for process in self._started:
             process.poll()
         for folder in FOLDERS.values():
             shutil.rmtree(os.path.join(self.folder, folder), ignore_errors=True)
 
-    def _alive(self):
+    def _alive(self) -> Set[int]:
         """Return the ids of the processes to end: those with the mark, and all that descend from this one."""
         kept = {process.pid for process in self._started} | {self._guardian}
         return processes.related(f'{MARK}={self._mark}', os.getpid(), kept) - {self._guardian}
 
-    def __enter__(self):
+    def __enter__(self) -> 'Sandbox':
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
 class Student:
     """The student's program with its output: ``lines`` (OutputLine), ``dropped`` (lines that were too many)."""
 
-    def __init__(self, sandbox, command, now):
+    def __init__(self, sandbox: Sandbox, command: Sequence[str], now: Callable[[], float]) -> None:
         """``now()`` returns the simulated time [s] to book a line with."""
-        self.lines, self.dropped, self._now = [], 0, now
+        self.lines: List[OutputLine] = []
+        self.dropped, self._now = 0, now
         path = os.pathsep.join(filter(None, (FIRST_ON_PATH, sandbox.environment.get('PYTHONPATH'))))
         try:
             self.process = sandbox.start(command, environment={'PYTHONPATH': path})
@@ -109,8 +112,10 @@ class Student:
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
 
-    def _read(self):
-        for raw in iter(lambda: self.process.stdout.readline(LONGEST_LINE), b''):
+    def _read(self) -> None:
+        output = self.process.stdout
+        assert output is not None  # a pipe, without a log
+        for raw in iter(lambda: output.readline(LONGEST_LINE), b''):
             if len(self.lines) >= MOST_LINES:
                 self.dropped += 1
                 continue
@@ -118,13 +123,13 @@ class Student:
             if text:
                 self.lines.append(OutputLine(self._now(), ROSCONSOLE.sub('', text)))
 
-    def exit_code(self):
+    def exit_code(self) -> Optional[int]:
         """Return its exit code, or None while it runs."""
         return self.process.poll()
 
-    def runs(self):
+    def runs(self) -> Optional[Dict[Tuple[int, str], int]]:
         """Return {(process, thread): how long it has run [ns]} of it and what it has started; None while one runs."""
-        looked = {}
+        looked: Dict[Tuple[int, str], int] = {}
         for process in processes.below(self.process.pid) | {self.process.pid}:
             threads = Threads(process)
             try:
@@ -138,7 +143,7 @@ class Student:
             looked.update({(process, thread): ran for thread, ran in runs.items()})
         return looked
 
-    def trouble(self):
+    def trouble(self) -> str:
         """Return how it failed, '' while it runs and after a good end.
 
         rospy.signal_shutdown in a callback ends a loop in the main thread by an exception: nothing is wrong with it.
@@ -150,37 +155,39 @@ class Student:
         hint = '; nobody is there to type anything, all values have to be in the program' if 'EOFError' in said else ''
         return f'it ended with exit code {code}: {said}{hint}'
 
-    def drain(self, timeout=1.0):
+    def drain(self, timeout: float = 1.0) -> None:
         """Wait until the output of a program that has ended is read, at most ``timeout`` [s]."""
         self._reader.join(timeout)
 
-    def said_last(self):
+    def said_last(self) -> str:
         """Return what explains its end: the last line of a traceback and where, or the last line."""
         texts = [line.text for line in list(self.lines)]
         last = next((text for text in reversed(texts) if text.strip()), 'nothing was printed')
-        places = [text.strip() for text in texts if re.match(r'\s+File ".*", line \d+', text)]
-        return last + (f' ({places[-1]})' if places and 'Traceback' in ' '.join(texts) else '')
+        positions = [text.strip() for text in texts if re.match(r'\s+File ".*", line \d+', text)]
+        return last + (f' ({positions[-1]})' if positions and 'Traceback' in ' '.join(texts) else '')
 
 
-class Rest:
-    """Tells for how long a Student, with all that it has started, has rested. To be looked at often."""
+class ProgramIdleTimer:
+    """Tells for how long a Student, with all that it has started, has been idle. To be looked at often."""
 
-    def __init__(self, student):
-        self._student, self._looked, self._resting = student, None, Patience()
+    def __init__(self, student: Student) -> None:
+        self._student, self._idle = student, Patience()
+        self._looked: Optional[Dict[Tuple[int, str], int]] = None
 
-    def look(self):
+    def look(self) -> float:
         """Return for how long [s] nothing of it has run, or just to poll."""
-        looked, before, past = self._student.runs(), self._looked, self._resting.waited
+        looked, before, past = self._student.runs(), self._looked, self._idle.waited
         self._looked = looked
         if looked is None or before is None:
-            self._resting = Patience()
-        elif sum(looked.values()) - sum(map(before.get, looked, [0] * len(looked))) > \
-                POLLING * 1e9 * max(self._resting.look() - past, SHORTEST):
-            self._resting = Patience()
-        return self._resting.look()
+            self._idle = Patience()
+        else:
+            ran = sum(total - before.get(thread, 0) for thread, total in looked.items())  # [ns]
+            if ran > POLLING * 1e9 * max(self._idle.look() - past, SHORTEST):
+                self._idle = Patience()
+        return self._idle.look()
 
 
-def runnable(command):
+def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     """Return (command to start, remarks) of what a student typed; raise CommandError when it cannot be run.
 
     A Python file runs with this Python whatever its mode, first line or line ends are; the remarks say what rosrun
@@ -190,7 +197,7 @@ def runnable(command):
         raise CommandError('there is no command: type ./run grade EXERCISE -- COMMAND, such as -- publisher.py')
     program, *arguments = command
     if program.endswith('.launch') and os.path.isfile(program):
-        program, arguments = 'roslaunch', command
+        program, arguments = 'roslaunch', list(command)
     if not os.path.exists(program):
         return _by_name(program, arguments)
     program = os.path.abspath(program)
@@ -210,7 +217,7 @@ def runnable(command):
     return [sys.executable, program, *arguments], _remarks(program, source)
 
 
-def _by_name(program, arguments):
+def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
     """As runnable(), of a program that is no file here."""
     if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
         return runnable(arguments)
@@ -220,7 +227,7 @@ def _by_name(program, arguments):
     raise CommandError(f'{program} does not exist (looked in {os.getcwd()})')
 
 
-def package_of(command):
+def package_of(command: Sequence[str]) -> Optional[str]:
     """Return the folder of the package that a file of a command lies in, or None."""
     for part in command:
         folder = os.path.dirname(os.path.abspath(part)) if os.path.isfile(part) else os.sep
@@ -231,12 +238,12 @@ def package_of(command):
     return None
 
 
-def from_here(program, arguments, folder='.'):
+def from_here(program: str, arguments: Sequence[str], folder: str = '.') -> List[str]:
     """Return the arguments with full paths of those that are files in ``folder``, as they are used in another one.
 
     rosrun's are names below a package; roslaunch's, too, unless the first one is a file.
     """
-    def there(argument):
+    def there(argument: str) -> str:
         path = os.path.join(folder, argument)
         return os.path.abspath(path) if os.path.isfile(path) else argument
     if program == 'rosrun' or (program == 'roslaunch' and arguments and there(arguments[0]) == arguments[0]):
@@ -244,11 +251,11 @@ def from_here(program, arguments, folder='.'):
     return [there(argument) for argument in arguments]
 
 
-def _is_python(source):
+def _is_python(source: bytes) -> bool:
     return source.startswith(b'#!') and b'python' in source.split(b'\n', 1)[0]
 
 
-def _remarks(program, source):
+def _remarks(program: str, source: bytes) -> List[str]:
     """Return what rosrun would object to in a Python file; raise CommandError for what is no Python."""
     try:
         compile(source, program, 'exec')
