@@ -3,7 +3,6 @@
 Threads: rospy calls ``_on_markers`` in a thread of its own, timers the rest; a lock guards what they share. The
 velocity is published by a timer and, once at the end, by rospy's shutdown hook, in whatever thread that is called.
 """
-import math
 import threading
 import time
 
@@ -13,6 +12,7 @@ from geometry_msgs.msg import Twist
 
 from kinematic_core.validation import InvalidInput
 from rospy_support import threads
+from rospy_support.throttle import WallThrottle
 from rospy_support.topic_diagnosis import waiting_text
 from rospy_support.topics import LatestPublisher
 from rospy_support.velocities import to_twist
@@ -31,8 +31,7 @@ class MarkerListener:
     def __init__(self, axes, log_rate, on_sightings=lambda sightings: None):
         """``axes``: one of sightings.AXES; ``log_rate`` [Hz]: at most so many messages printed, 0: every one."""
         self._axes, self._on_sightings = axes, on_sightings
-        self._period = 1.0 / log_rate if log_rate > 0.0 else 0.0
-        self._printed = -math.inf
+        self._throttle = WallThrottle(1.0 / log_rate if log_rate > 0.0 else 0.0)
         self._heard = time.monotonic()
         self._topic = rospy.resolve_name(TOPIC)
         rospy.loginfo('Subscribing to %s', self._topic)
@@ -42,8 +41,7 @@ class MarkerListener:
     def _on_markers(self, message):
         self._heard = time.monotonic()
         places = [self._where(marker, message.header.frame_id) for marker in message.markers]
-        if self._heard - self._printed >= self._period:
-            self._printed = self._heard
+        if self._throttle.due():
             print_markers([marker for marker, place in zip(message.markers, places) if place is not None])
         self._on_sightings([place for place in places if place is not None])
 

@@ -4,13 +4,13 @@ Threads: the publisher works in a timer's thread and stops the turtle from rospy
 that is called; a lock orders the two. The subscriber's callback runs in rospy's thread and shares nothing.
 """
 import threading
-import time
 
 import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
 
 from rospy_support import threads
+from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
 
 
@@ -47,12 +47,9 @@ class PosePrinter:
 
     def __init__(self, topic, rate=0.0):
         """``rate`` [Hz]: at most so many a second; 0: every one."""
-        self._period = 1.0 / rate if rate > 0.0 else 0.0
-        self._printed = -self._period
+        self._throttle = WallThrottle(1.0 / rate if rate > 0.0 else 0.0)
         rospy.Subscriber(topic, Pose, self._on_pose)
 
     def _on_pose(self, pose):
-        now = time.monotonic()
-        if now - self._printed >= self._period:
-            self._printed = now
+        if self._throttle.due():
             rospy.loginfo('Turtle pose: x:%0.6f, y:%0.6f', pose.x, pose.y)

@@ -10,6 +10,7 @@ import traceback
 import rospy
 
 from rospy_support import rospy_internals
+from rospy_support.throttle import WallThrottle
 
 PAUSE = 1.0  # [s] of wall time after an error, before a loop is begun anew
 REMINDER = 10.0  # [s] of wall time between two reports of the same error
@@ -39,19 +40,15 @@ def guarded(function):
 
     Errors of a node that shuts down are none: rospy takes topics and services apart meanwhile.
     """
-    said = {}  # text of an error: when it may be said again [s, monotonic]
+    throttle = WallThrottle(REMINDER)
 
     @functools.wraps(function)
     def call(*arguments):
         try:
             return function(*arguments)
         except Exception as error:
-            if not rospy_internals.shutting_down():
-                text = f'{type(error).__name__}: {error}'
-                now = time.monotonic()
-                if now >= said.get(text, now):
-                    said.clear()
-                    said[text] = now + REMINDER
-                    rospy.logerr('An error in this node, which goes on; please report it:\n%s', traceback.format_exc())
+            text = f'{type(error).__name__}: {error}'
+            if not rospy_internals.shutting_down() and throttle.due(text=text, changed=0.0):
+                rospy.logerr('An error in this node, which goes on; please report it:\n%s', traceback.format_exc())
             return None
     return call

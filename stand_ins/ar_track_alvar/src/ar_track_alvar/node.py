@@ -26,13 +26,14 @@ from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.marker_publisher import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
 from rospy_support import images, parameters, registration, rospy_internals
+from rospy_support.throttle import WallThrottle
 from rospy_support.topic_diagnosis import COMPRESSED, waiting_text
 from rospy_support.topics import LatestPublisher, Publisher
 
 BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once: one of 1280x720 in colour
 SILENCE = 5.0  # [s] without a picture or camera_info before it is said
-THROTTLE = 10.0  # [s] between two warnings of a kind
-NEWS = 1.0  # [s] the same, where the second one names another fault of the input
+WARNING_PERIOD = 10.0  # [s] between two warnings of a kind
+CHANGED_PERIOD = 1.0  # [s] the same, where the second one names another fault of the input
 REPORT = 1.0  # [s] between two reports on /diagnostics
 SLOW = 0.05  # [s] between pictures: from there on each one is searched wholly, the rest of it after the poses are out
 JUMP_BACK = 1.0  # [s] a stamp that is so much older than the last one means that time began anew
@@ -54,7 +55,7 @@ class MarkerNode:
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateLimiter(settings.max_frequency), ErrorFilter()
         self._simulated = not rospy_internals.is_wall_time()
-        self._said = {}  # kind of warning -> (when it was said [s, monotonic], text)
+        self._throttle = WallThrottle(WARNING_PERIOD)
         self._topic = rospy.resolve_name('camera_image')
         self._last_arrival = -math.inf
         self._picture_came = self._info_came = self._reported = time.monotonic()
@@ -179,7 +180,7 @@ class MarkerNode:
         except (CameraError, ImageError, images.ImageError) as error:
             self._statistics.refused += 1
             topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
-            self._complain('input', f'{topic}: {error}', pause=NEWS)
+            self._complain('input', f'{topic}: {error}', changed=CHANGED_PERIOD)
             return
         numbered, others = conversions.numbered(found)
         for content in others:
@@ -241,14 +242,8 @@ class MarkerNode:
         self._diagnostics.publish(self._statistics.report(rospy.get_name(), elapsed, self.settings.enabled,
                                                           rospy.Time.now()))
 
-    def _complain(self, kind, text, more=lambda: '', pause=THROTTLE):
-        """Note a trouble; log it, with more(), unless one of its kind was logged in the last THROTTLE seconds.
-
-        pause [s]: the same for one that differs from the one logged last.
-        """
-        now = time.monotonic()
+    def _complain(self, kind, text, more=lambda: '', changed=None):
+        """Note a trouble; log it, with more(), if it is due: ``kind`` and ``changed`` are those of a WallThrottle."""
         self._statistics.trouble(text)
-        said, before = self._said.get(kind, (-math.inf, ''))
-        if now >= said + (THROTTLE if text == before else pause):
-            self._said[kind] = now, text
+        if self._throttle.due(kind, text, changed):
             rospy.logwarn('%s', '. '.join(filter(None, (text, more()))))

@@ -1,12 +1,11 @@
 """The topics and services of one turtle."""
-import time
-
 import rospy
 from geometry_msgs.msg import Twist
 
 from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.turtle_world import UnknownTurtle
 from rospy_support.rospy_internals import frame
+from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
 from turtlesim.msg import Color, Pose
 from turtlesim.srv import (
@@ -32,7 +31,7 @@ class TurtleInterface:
         self.name = name
         self._shared = shared
         self._published = self._pose_frame = None
-        self._warned = -WARNING_PERIOD  # [s] of time.monotonic
+        self._refusals = WallThrottle(WARNING_PERIOD)
         self._registered = []
         try:
             self._keep(rospy.Subscriber(f'{name}/cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True))
@@ -78,14 +77,8 @@ class TurtleInterface:
         except UnknownTurtle:  # it is being killed
             pass
         except InvalidInput as refusal:
-            self._warn(refusal)
-
-    def _warn(self, refusal):
-        """Log a refused command; rospy's own throttle counts all turtles as one."""
-        now = time.monotonic()
-        if now - self._warned >= WARNING_PERIOD:
-            self._warned = now
-            rospy.logwarn('Ignored a message on %s: %s', rospy.resolve_name(f'{self.name}/cmd_vel'), refusal)
+            self._refusals.warn('velocity', 'Ignored a message on %s: %s', rospy.resolve_name(f'{self.name}/cmd_vel'),
+                                refusal)
 
     def _note(self, request, event, *values):
         self._shared.note(event, *values, turtle=self.name, request=request)

@@ -2,6 +2,7 @@
 
 Threading contract: ``load`` and ``message`` belong to one thread; the service runs in rospy's. The lock orders them.
 """
+import math
 import os
 import threading
 
@@ -10,6 +11,7 @@ import rospy
 from sensor_msgs.msg import CameraInfo, RegionOfInterest
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 
+from rospy_support.throttle import WallThrottle
 from usb_cam.core import calibration
 from usb_cam.core.calibration import Calibration, CalibrationError
 
@@ -26,7 +28,7 @@ class CameraInfos:
         self._name, self._url, self._fov = name, url, horizontal_fov
         self._lock = threading.Lock()
         self._path, self._calibration, self._message = None, None, None
-        self._said = set()  # what was complained of, once: a source may be opened often
+        self._once = WallThrottle(math.inf)  # a source may be opened often
         self._given = False  # by ~set_camera_info: stays, whatever is opened
         rospy.Service('~set_camera_info', SetCameraInfo, self._set)
 
@@ -79,8 +81,7 @@ class CameraInfos:
         return guess
 
     def _say(self, log, text):
-        if text not in self._said:
-            self._said.add(text)
+        if self._once.due(text):
             log('%s', text)
 
     def _instead(self):

@@ -6,7 +6,6 @@ next one is taken, and a subscriber that stopped reading holds up nobody but its
 does not fit into a socket's buffer with the next message: right for small messages, a picture late for large ones.)
 """
 import os
-import time
 
 import cv2
 import rospy
@@ -16,6 +15,7 @@ from std_srvs.srv import Empty, EmptyResponse
 
 from rospy_support import nodes, parameters, rospy_internals
 from rospy_support.images import to_image
+from rospy_support.throttle import WallThrottle
 from rospy_support.topics import Publisher, SubscriptionListener
 from usb_cam.camera_info import CameraInfos
 from usb_cam.core.capture import STOP_TIMEOUT, Capture
@@ -41,8 +41,7 @@ class UsbCamNode:
         self._infos = CameraInfos(self._name, parameters.text('~camera_info_url', ''),
                                   parameters.number('~horizontal_fov', 0.0, 0.0, 179.0, 'degrees'))
         parameters.log_effective()
-        self._trouble, self._trouble_end = None, 0.0
-        self._said = {}  # warning -> when it may be said again [s, monotonic]
+        self._throttle = WallThrottle(REPEAT)
         self._capture = None
         listener = SubscriptionListener(lambda: self._capture and self._capture.wake())
         self._image = Publisher('~image_raw', Image, listener, tcp_nodelay=True, queue_size=1)
@@ -69,19 +68,19 @@ class UsbCamNode:
         rospy.loginfo("Starting '%s' (%s) at %dx%d %s", self._name, self._device, *source.size,
                       f'via mmap ({self._settings.pixel_format}) at {self._settings.framerate:g} FPS' if source.live
                       else f'at {source.rate:g} Hz')
-        self._trouble = None
+        self._throttle.forget('trouble')
         self._infos.load(source.folder)
 
     def picture(self, source):
         """Publish the picture that was grabbed, in all forms that somebody wants."""
         stamp = _stamp(source.age())
         if stamp is None:
-            rospy.logwarn_throttle(REPEAT, 'use_sim_time is set, but no time has come on /clock yet: no pictures until '
-                                           'then.')
+            self._throttle.warn('time', 'use_sim_time is set, but no time has come on /clock yet: no pictures until '
+                                'then.')
             return
         bgr = source.retrieve()
         if bgr is None:
-            rospy.logwarn_throttle(REPEAT, '%s sends broken pictures now and then, which are left out.', self._device)
+            self._throttle.warn('broken', '%s sends broken pictures now and then, which are left out.', self._device)
             return
         height, width = bgr.shape[:2]
         header = Header(stamp=stamp, frame_id=self._frame_id)
@@ -95,9 +94,8 @@ class UsbCamNode:
 
     def trouble(self, text):
         """Say why there are no pictures: at once when it is something new, else from time to time."""
-        if text != self._trouble or time.monotonic() > self._trouble_end:
+        if self._throttle.due('trouble', text, changed=0.0):
             rospy.logerr('%s Trying again until it works.', text)
-            self._trouble, self._trouble_end = text, time.monotonic() + REPEAT
 
     def ended(self):
         """Say that the last picture was shown."""
@@ -105,10 +103,7 @@ class UsbCamNode:
                       rospy.resolve_name('~start_capture'))
 
     def _warn(self, text):
-        now = time.monotonic()
-        if now >= self._said.get(text, 0.0):  # a source that cannot be used is opened again and again
-            self._said[text] = now + REPEAT
-            rospy.logwarn('%s', text)
+        self._throttle.warn(text, '%s', text)  # a source that cannot be used is opened again and again
 
     def _start(self, _):
         self._capture.start()

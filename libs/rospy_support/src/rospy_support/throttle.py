@@ -1,0 +1,43 @@
+"""Log lines that would come again and again: each kind once in a period of wall time.
+
+rospy's own throttle counts ROS time, which a simulator may stop or let run a thousand times as fast, and takes all
+lines that one statement logs as one kind.
+"""
+import math
+import threading
+import time
+
+import rospy
+
+
+class WallThrottle:
+    """Tells whether a line may be logged. May be used from any thread."""
+
+    def __init__(self, period):
+        """``period`` [s] between two lines of a kind; math.inf: only the first one is due."""
+        self._period = period
+        self._lock = threading.Lock()
+        self._logged = {}  # kind: (when its last line was logged [s, monotonic], its text)
+
+    def due(self, kind='', text='', changed=None):
+        """Return whether a line of this kind may be logged now; if so, the next one is due a period later.
+
+        ``changed`` [s]: the period of a line whose ``text`` is not that of the last one; by default the same.
+        """
+        now = time.monotonic()
+        with self._lock:
+            logged, before = self._logged.get(kind, (-math.inf, ''))
+            if now < logged + (self._period if changed is None or text == before else changed):
+                return False
+            self._logged[kind] = now, text
+            return True
+
+    def forget(self, kind):
+        """Let the next line of this kind be due at once."""
+        with self._lock:
+            self._logged.pop(kind, None)
+
+    def warn(self, kind, text, *values):
+        """Log a warning if it is due; ``values`` are formatted into ``text``."""
+        if self.due(kind):
+            rospy.logwarn(text, *values)
