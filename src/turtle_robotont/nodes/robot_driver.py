@@ -5,7 +5,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
-from kinematic_core.timing.stall_free_timer import Patience
+from kinematic_core.timing.stall_free_timer import ActiveTimer
 from rospy_support.topic_diagnosis import waiting_text
 from rospy_support.topics import LatestPublisher, Publisher
 from turtle_robotont.driving.vehicle import ROBOT, VehicleState
@@ -27,7 +27,7 @@ class RobotDriver(Driver):
     def __init__(self):
         super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
                          Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
-        self._stamp, self._since = None, Patience()  # [s] of the last odometry that was taken, and how long ago
+        self._stamp, self._since = None, ActiveTimer()  # [s] of the last odometry that was taken, and how long ago
         self._subscriber = rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
 
     def _on_odometry(self, odometry):
@@ -37,7 +37,7 @@ class RobotDriver(Driver):
             rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after {before:.3f} s, that '
                                         'of the message before; left out. Do two nodes publish it? (rostopic info)')
             return
-        self._stamp, self._since = stamp, Patience()
+        self._stamp, self._since = stamp, ActiveTimer()
         self._take(pose_of(odometry), 0.0 if before is None else step_time(before, stamp, self.pose_timeout))
 
     def _no_pose(self, timeout):

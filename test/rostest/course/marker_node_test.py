@@ -7,7 +7,7 @@ import time
 
 from geometry_msgs.msg import Twist, Vector3
 
-from kinematic_core.timing.stall_free_timer import Patience
+from kinematic_core.timing.stall_free_timer import ActiveTimer
 from rostest_support.common import run, until
 from rostest_support.course import STOP
 from rostest_support.robot import RobotCase
@@ -113,14 +113,14 @@ class FollowTest(RobotCase):
 
     def stopped(self, velocities, keep_on=lambda: None):
         """Wait for the stop; assert that it comes once, at 0.5 s, and nothing after it."""
-        patience, driving = Patience(), len(velocities.messages)
+        timer, driving = ActiveTimer(), len(velocities.messages)
 
         def done():
             keep_on()
-            patience.look()
+            timer.look()
             return velocities.messages[-1] == STOP
         until(done, 'a Twist of zeros')
-        self.assertLess(patience.waited, 0.5 + LOST_TOLERANCE)
+        self.assertLess(timer.waited, 0.5 + LOST_TOLERANCE)
         for _ in range(8):
             keep_on()
             time.sleep(MARKERS_PERIOD)

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import unittest
 
-from kinematic_core.timing.stall_free_timer import Patience
+from kinematic_core.timing.stall_free_timer import ActiveTimer
 from rostest_support.common import Process, run, skip, until
 
 ROBOT, LAPTOP, ELSEWHERE = '10.77.0.1', '10.77.0.2', '10.88.0.9'
@@ -86,9 +86,9 @@ class TwoMachinesCase(unittest.TestCase):
         until(lambda: self.newest(self.position) > start + 0.2, 'a robot that moves')
         self.laptop.do('ip', 'link', 'set', 'cable', 'down')
         self.addCleanup(self.laptop.do, 'ip', 'link', 'set', 'cable', 'up')  # nodes that end look for their master
-        patience = Patience()
-        until(lambda: (patience.look(), self.newest(self.speed))[1] == 0.0, 'a robot that stops')
-        self.assertLess(patience.look(), self.watchdog + MARGIN)
+        timer = ActiveTimer()
+        until(lambda: (timer.look(), self.newest(self.speed))[1] == 0.0, 'a robot that stops')
+        self.assertLess(timer.look(), self.watchdog + MARGIN)
 
     def drive_with_a_wrong_ros_ip(self, *node, connection):
         """rospy says nothing: the robot cannot connect to the laptop's node, and stands."""

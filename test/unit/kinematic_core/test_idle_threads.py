@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from kinematic_core.timing.idle_threads import Gone, Threads
+from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 
 DEADLINE = 10.0  # [s] for a Python to start on a busy machine
 SLEEPER = 'import sys, time, threading; threading.Thread(target=time.sleep, args=(60,), daemon=True).start(); ' \
@@ -42,7 +42,7 @@ def rests(threads):
 
 
 def test_sleeping_threads_are_seen_one_by_one(run):
-    threads = Threads(run(SLEEPER).pid)
+    threads = ProcessThreads(run(SLEEPER).pid)
     until(lambda: rests(threads))
     assert len(threads.runs()) == 2
     threads.close()
@@ -50,7 +50,7 @@ def test_sleeping_threads_are_seen_one_by_one(run):
 
 def test_a_process_that_has_run_and_sleeps_again_is_told_by_its_count(run):
     child = run(SLEEPER)
-    threads = Threads(child.pid)
+    threads = ProcessThreads(child.pid)
     until(lambda: rests(threads))
     before = threads.runs()
     child.stdin.write(b'\n')
@@ -61,7 +61,7 @@ def test_a_process_that_has_run_and_sleeps_again_is_told_by_its_count(run):
 
 
 def test_a_busy_process_never_rests(run):
-    threads = Threads(run(SPINNER).pid)
+    threads = ProcessThreads(run(SPINNER).pid)
     end = time.monotonic() + 0.1
     while time.monotonic() < end:
         assert not rests(threads)
@@ -69,7 +69,7 @@ def test_a_busy_process_never_rests(run):
 
 def test_an_ended_process_is_gone(run):
     child = run(SLEEPER)
-    threads = Threads(child.pid)
+    threads = ProcessThreads(child.pid)
     until(lambda: rests(threads))
     child.kill()
     child.wait()
@@ -80,7 +80,7 @@ def test_an_ended_process_is_gone(run):
 
 
 def test_threads_come_and_go_and_some_do_not_count():
-    threads = Threads('self', without=[threading.get_native_id()])
+    threads = ProcessThreads('self', without=[threading.get_native_id()])
     first = len(threads.runs() or {})
     end = threading.Event()
     more = threading.Thread(target=end.wait)
@@ -95,5 +95,5 @@ def test_threads_come_and_go_and_some_do_not_count():
 
 def test_a_name_with_brackets_does_not_hide_the_state(run):
     program = 'open("/proc/self/comm", "w").write("a) R (b"); ' + SLEEPER
-    threads = Threads(run(program).pid)
+    threads = ProcessThreads(run(program).pid)
     until(lambda: rests(threads))

@@ -70,7 +70,7 @@ class Scene:
         self.own, self.master = Process(self.wall), Process(self.wall)
         self.processes, self.publisher = {}, Publisher()
         monkeypatch.setattr(lockstep, 'time', self.wall)
-        monkeypatch.setattr(lockstep, 'Threads', lambda *_, **__: self.own)
+        monkeypatch.setattr(lockstep, 'ProcessThreads', lambda *_, **__: self.own)
         monkeypatch.setattr(lockstep, '_watch_master', lambda: self.master)
         monkeypatch.setattr(lockstep, '_watch', lambda connection: self.processes[connection.endpoint_id])
         self.books = []

@@ -28,7 +28,7 @@ class Recorded:
     def __init__(self, path, background=BACKGROUND, **world):
         self.path = str(path)
         self.shared = SharedWorld(background, **world)
-        self.shared.record(self.path, background)
+        self.shared.record(self.path)
 
     def do(self, event, *values, turtle=TURTLE, caller='/student'):
         """Change the world and note it, as TurtleInterface and TurtlesimNode do."""
@@ -37,7 +37,7 @@ class Recorded:
             if event == 'spawn':
                 world.spawn(*values, turtle)
             elif event in ('clear', 'reset'):
-                (self.shared.canvas.fill if event == 'clear' else self.shared.reset)(values or BACKGROUND)
+                (self.shared.drawn.canvas.fill if event == 'clear' else self.shared.drawn.reset)(values or BACKGROUND)
             else:
                 getattr(world, method)(turtle, *values)
             self.shared.note(event, *values, turtle=turtle, request=Request(caller))

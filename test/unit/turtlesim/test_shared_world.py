@@ -1,4 +1,4 @@
-"""turtlesim.shared_world: what a change and its refusal do, and that pictures are of one moment."""
+"""turtlesim.shared_world: what a change and its refusal do, and that images are of one moment."""
 import threading
 
 import pytest
@@ -67,10 +67,10 @@ def test_another_failure_passes_through_and_frees_the_lock(shared, errors):
     assert errors == []
 
 
-def test_picture_is_a_copy_of_the_canvas_and_of_every_turtle_in_alphabetical_order(shared):
+def test_image_is_a_copy_of_the_canvas_and_of_every_turtle_in_alphabetical_order(shared):
     with shared.change() as world:
         world.spawn(1.0, 2.0, 0.5, 'a')
-    pixels, turtles = shared.picture()
+    pixels, turtles = shared.image()
     assert pixels == bytes(BACKGROUND) * (500 * 500)
     (a, first) = turtles
     assert a == ('a', 1.0, pytest.approx(ARENA_SIZE - 2.0), 0.5)
@@ -80,11 +80,11 @@ def test_picture_is_a_copy_of_the_canvas_and_of_every_turtle_in_alphabetical_ord
         shared.world.teleport_absolute(T, 9.0, 9.0, 1.0)
     shared.step()
     assert (pixels, turtles) == before
-    assert shared.picture() != before
+    assert shared.image() != before
 
 
-@pytest.mark.parametrize('action', ['picture', 'step'])
-def test_picture_and_step_wait_for_the_lock(shared, action):
+@pytest.mark.parametrize('action', ['image', 'step'])
+def test_image_and_step_wait_for_the_lock(shared, action):
     thread = threading.Thread(target=getattr(shared, action), daemon=True)
     with shared.lock:
         thread.start()
@@ -97,4 +97,4 @@ def test_picture_and_step_wait_for_the_lock(shared, action):
 
 
 def test_background_is_the_one_asked_for():
-    assert SharedWorld((1, 2, 3)).picture()[0] == bytes((1, 2, 3)) * (500 * 500)
+    assert SharedWorld((1, 2, 3)).image()[0] == bytes((1, 2, 3)) * (500 * 500)

@@ -2,7 +2,7 @@
 
 Nothing here waits for a fixed time: ``until`` polls a condition up to a deadline. The deadlines are generous, a
 loaded machine of two cores has to meet them; they only cost time when a test fails. A machine may also stand still
-for a second, all processes at once: what must happen soon is timed by kinematic_core's Patience, which leaves that
+for a second, all processes at once: what must happen soon is timed by kinematic_core's ActiveTimer, which leaves that
 out, and a rate is the median of many (``median_rate``).
 """
 import ast

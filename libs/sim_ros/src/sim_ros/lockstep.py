@@ -12,8 +12,8 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
-from kinematic_core.timing.idle_threads import Gone, Threads
-from kinematic_core.timing.stall_free_timer import Patience
+from kinematic_core.timing.idle_threads import Gone, ProcessThreads
+from kinematic_core.timing.stall_free_timer import ActiveTimer
 from rospy_support import rospy_internals
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
@@ -32,11 +32,11 @@ class Lockstep:
     def __init__(self, publisher, patience, step):
         """``patience`` [s of wall time]: the longest wait for a step. ``step`` [s]: what a step gets after that."""
         self._publisher, self._patience, self._step = publisher, patience, step
-        self._own = Threads(os.getpid(), without=[threading.get_native_id()])
+        self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
         self.watch_master()
         self._settled = {}  # how long [ns] each thread of the master had run at the last rest
         self._connections = ()
-        self._followers = {}  # connection: (name, Threads, or None where it cannot be watched)
+        self._followers = {}  # connection: (name, ProcessThreads, or None where it cannot be watched)
         self.late = 0  # steps that were begun although a node was not at rest
         self.restless = ''  # names of the nodes that were waited for in vain the last time
 
@@ -48,7 +48,7 @@ class Lockstep:
 
     def wait(self):
         """Wait for rest; return whether it came in time."""
-        since, waiting = 0.0, Patience(time.monotonic)
+        since, waiting = 0.0, ActiveTimer(time.monotonic)
         patience = self._step if self.restless else self._patience
         pause, seen, before, needed, asked = FIRST_PAUSE, None, None, 0.0, False
         while not rospy.is_shutdown():
@@ -137,13 +137,13 @@ def _worked(before, after):
 
 
 def _watch(connection):
-    """Return the Threads of a subscriber; None, with a warning, when they are out of sight."""
+    """Return the ProcessThreads of a subscriber; None, with a warning, when they are out of sight."""
     name = connection.endpoint_id
     try:
         here, there = connection.socket.getsockname()[0], connection.socket.getpeername()[0]
         if here != there and not there.startswith('127.'):
             raise OSError(f'it runs on another machine ({there})')
-        threads = Threads(_pid(rosgraph.Master(rospy.get_name()).lookupNode(name)))
+        threads = ProcessThreads(_pid(rosgraph.Master(rospy.get_name()).lookupNode(name)))
         threads.runs()
         return threads
     except (OSError, AttributeError, xmlrpc.client.Error, rosgraph.MasterException, Gone) as error:
@@ -153,12 +153,12 @@ def _watch(connection):
 
 
 def _watch_master():
-    """Return the Threads of a master on this machine, else None."""
+    """Return the ProcessThreads of a master on this machine, else None."""
     try:
         host, _ = rosgraph.network.parse_http_host_and_port(rosgraph.get_master_uri())
         if not rosgraph.network.is_local_address(host):
             return None
-        threads = Threads(_pid(rosgraph.get_master_uri()))
+        threads = ProcessThreads(_pid(rosgraph.get_master_uri()))
         threads.runs()
         return threads
     except (OSError, ValueError, xmlrpc.client.Error, Gone):

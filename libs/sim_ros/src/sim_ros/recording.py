@@ -1,30 +1,95 @@
-"""The file that a simulator's ``~record`` asks for."""
+"""A simulated world that several threads share, with the recording that ``~record`` asks for.
+
+Threading contract: ``lock`` guards the world and its recording; whoever holds it never waits for the master or for
+images.
+"""
+import contextlib
 import os
+import threading
 
 import rospy
 
-from kinematic_core.timing.recorder import ACTIVE
+from kinematic_core.timing.recorder import ACTIVE, Recorder
+from kinematic_core.validation import InvalidInput
 from rospy_support import parameters
+from rospy_support.rospy_internals import caller
 
 
-def begin(make):
-    """Return make(path), a timing.recorder.Recorder, for the path in ``~record``; None where that is empty.
+class RecordedWorld:
+    """A world, its lock, and the recording of what takes effect in its steps, if there is one."""
 
-    Parameters outlive nodes: one that an earlier run has set must neither cost that run's recording nor keep this one
-    from starting.
-    """
-    path = parameters.text('~record', '')
-    if not path:
-        return None
-    name = rospy.resolve_name('~record')
-    try:
-        recorder = make(path)
-    except OSError as error:
-        raise parameters.ParameterError(
-            f'parameter {name} is {path!r}: {error}; it must be a file that can be written, '
-                                    f'empty. To forget it, type: rosparam delete {name}') from None
-    if recorder.path != os.path.abspath(path):
-        rospy.logwarn('%s is %r, which exists and stays as it is: this run is recorded in %s. If no recording is '
-                      'wanted, type: rosparam delete %s', name, path, recorder.path, name)
-    rospy.loginfo('Recording %s, called %s until this node ends.', recorder.path, recorder.path + ACTIVE)
-    return recorder
+    def __init__(self, world, columns, fields, log_refusal):
+        """``world`` counts its ``steps``.
+
+        ``columns``: of the recording; ``fields(result)`` returns what stands in them after a step with that result.
+        ``log_refusal(error)`` logs an InvalidInput that fails a service call.
+        """
+        self.world = world
+        self.lock = threading.Lock()
+        self._columns, self._fields = columns, fields
+        self._log_refusal = log_refusal
+        self._recorder = None
+
+    @contextlib.contextmanager
+    def change(self):
+        """Hold the lock and hand out the world; what it refuses becomes the failure of a service call.
+
+        Who changes something calls ``note``, too.
+        """
+        try:
+            with self.lock:
+                yield self.world
+        except InvalidInput as refusal:
+            self._log_refusal(refusal)
+            raise rospy.ServiceException(str(refusal)) from None
+
+    def record_if_asked(self):
+        """Record into the file of ``~record``, unless that is empty. Raise ParameterError when that is not possible.
+
+        Parameters outlive nodes: one that an earlier run has set must neither cost that run's recording nor keep this
+        one from starting.
+        """
+        path = parameters.text('~record', '')
+        if not path:
+            return
+        name = rospy.resolve_name('~record')
+        try:
+            recorder = self.record(path)
+        except OSError as error:
+            raise parameters.ParameterError(
+                f'parameter {name} is {path!r}: {error}; it must be a file that can be written, or empty. To forget '
+                f'it, type: rosparam delete {name}') from None
+        if recorder.path != os.path.abspath(path):
+            rospy.logwarn('%s is %r, which exists and stays as it is: this run is recorded in %s. If no recording is '
+                          'wanted, type: rosparam delete %s', name, path, recorder.path, name)
+        rospy.loginfo('Recording %s, called %s until this node ends.', recorder.path, recorder.path + ACTIVE)
+
+    def record(self, path):
+        """Record from the next step on; return the Recorder. Raise OSError when the file cannot be written."""
+        self._recorder = Recorder(path, self._columns)
+        return self._recorder
+
+    def note(self, event, *values, request=None):
+        """Record an event that takes effect now or in the next step; the lock is held.
+
+        ``request`` is the message or service request that asked for it.
+        """
+        if self._recorder is not None:
+            self._recorder.note(event, *values, caller=caller(request))
+
+    def record_step(self, result):
+        """Record the step that was just made; the lock is held. A disk that is full ends the recording alone."""
+        if self._recorder is None:
+            return
+        try:
+            self._recorder.tick(self.world.steps - 1, self._fields(result))
+        except OSError as error:
+            rospy.logerr('The recording ends here, after %d ticks: %s', self.world.steps - 1, error)
+            self._recorder = None
+
+    def end_recording(self):
+        """Close the recording, if there is one."""
+        with self.lock:
+            if self._recorder is not None:
+                self._recorder.close()
+                self._recorder = None

@@ -1,13 +1,10 @@
 """The node robotont_gazebo: one Robotont in its world, stepped by a SimulatorClock.
 
 Threading contract: the main thread steps, publishes and answers services; cmd_vel comes in rospy's threads and reaches
-the world through ``_lock``. The camera is a node of its own (camera_node.py): pictures would hold up the steps.
+the world through the lock of ``_shared``. The camera is a node of its own (camera_node.py): images would hold up the
+steps.
 """
-import contextlib
-import math
 import os
-import threading
-import time
 
 import rospkg
 import rospy
@@ -17,7 +14,6 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from kinematic_core.timing.recorder import Recorder
 from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
@@ -28,10 +24,10 @@ from robotont_gazebo.core.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
 from rospy_support import parameters, reachability
-from rospy_support.rospy_internals import caller
+from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, Publisher
-from sim_ros import recording
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
+from sim_ros.recording import RecordedWorld
 
 NAME = 'robotont_gazebo'
 MODELS = ('robotont_gazebo_nuc', 'robotont_gazebo_lidar', 'robotont_gazebo_basic')
@@ -40,6 +36,7 @@ ODOMETRY_STEPS = 4  # 30 Hz
 SCAN_STEPS = 3  # 40 Hz
 FARTHEST = 1000.0  # [m]
 WARNING_PERIOD = 1.0  # [s] of wall time between two warnings about refused velocities
+RECORDED = ('x', 'y', 'theta')  # columns of a recording: the robot's true pose
 NEVER, NONE = 'never', 'none'
 
 
@@ -49,13 +46,15 @@ class RobotontNode:
     def __init__(self):
         """Read the parameters and register everything; ``init_simulator`` has been called."""
         self._clock = SimulatorClock(DT)
-        self._lock = threading.Lock()
-        self._warned, self._stamp, self._told_of_watchdog = -math.inf, rospy.Time(), False
+        self._refusals = WallThrottle(WARNING_PERIOD)
+        self._stamp, self._told_of_watchdog = rospy.Time(), False
         model = parameters.text('~model', MODELS[0], MODELS)
         self._frames = frames(parameters.text('~frame_prefix', ''))
         numbers = seeded_random()
         self._world = _read_world(numbers.getrandbits(64))
-        self._recorder = recording.begin(lambda path: Recorder(path, Pose2D._fields[:2] + ('theta',)))
+        self._shared = RecordedWorld(self._world, RECORDED, lambda pose: [f'{value:.9g}' for value in pose],
+                                     lambda refusal: rospy.logwarn('Refused a service call: %s', refusal))
+        self._shared.record_if_asked()
         self._scanner = None
         if model == LIDAR_MODEL:
             from kinematic_core.worlds import rays  # numpy is loaded only where it is needed
@@ -79,16 +78,13 @@ class RobotontNode:
         try:
             self._clock.run(self._step)
         finally:
-            with self._lock:
-                if self._recorder:
-                    self._recorder.close()
-                    self._recorder = None
+            self._shared.end_recording()
 
     def _step(self):
-        with self._lock:
+        with self._shared.lock:
             world = self._world
             world.step()
-            self._record()
+            self._shared.record_step(world.pose)
             self._look_at_time()
             if world.timed_out and not self._told_of_watchdog:
                 self._told_of_watchdog = True
@@ -100,19 +96,6 @@ class RobotontNode:
             if self._scanner and world.steps % SCAN_STEPS == 0 and self._scan.wanted():
                 ranges = self._scanner.scan(*ahead(world.pose, LIDAR_X), world.pose.yaw)
                 self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
-
-    def _note(self, event, *values, request):
-        """Record what takes effect now; the lock is held."""
-        if self._recorder:
-            self._recorder.note(event, *values, caller=caller(request))
-
-    def _record(self):
-        if self._recorder:
-            try:
-                self._recorder.tick(self._world.steps - 1, [f'{value:.9g}' for value in self._world.pose])
-            except OSError as error:
-                rospy.logerr('The recording ends here, after %d ticks: %s', self._world.steps - 1, error)
-                self._recorder = None
 
     def _look_at_time(self):
         """Take the stamp of this step; where time jumps back, the robot stops: its commands were of another time."""
@@ -137,41 +120,28 @@ class RobotontNode:
         if self._joints.wanted():
             self._joints.publish(messages.joint_states(stamp, frame.joints, world.wheel_angles, world.wheel_speeds))
 
-    @contextlib.contextmanager
-    def _change(self):
-        """Lock the world; what it refuses fails the service call with the reason."""
-        try:
-            with self._lock:
-                yield
-        except InvalidInput as refusal:
-            rospy.logwarn('Refused a service call: %s', refusal)
-            raise rospy.ServiceException(str(refusal)) from None
-
     def _command(self, twist):
         try:
-            with self._lock:
+            with self._shared.lock:
                 velocity = twist.linear.x, twist.linear.y, twist.angular.z
                 self._world.command(*velocity)
-                self._note('cmd', *velocity, request=twist)
+                self._shared.note('cmd', *velocity, request=twist)
         except InvalidInput as refusal:
-            now = time.monotonic()  # rospy's throttle counts ROS time
-            if now - self._warned >= WARNING_PERIOD:
-                self._warned = now
-                rospy.logwarn('Ignored a message on %s, and the robot stops: %s', rospy.resolve_name('cmd_vel'),
-                              refusal)
+            self._refusals.warn('velocity', 'Ignored a message on %s, and the robot stops: %s',
+                                rospy.resolve_name('cmd_vel'), refusal)
 
     def _set_pose(self, request):
-        with self._change():
-            self._world.place(request.x, request.y, request.yaw)
-            self._note('teleport_absolute', request.x, request.y, request.yaw, request=request)
+        with self._shared.change() as world:
+            world.place(request.x, request.y, request.yaw)
+            self._shared.note('teleport_absolute', request.x, request.y, request.yaw, request=request)
         return SetPoseResponse()
 
     def _move_marker(self, request):
-        with self._change():
-            self._world.move_panel(request.name, request.x, request.y, request.yaw)
+        with self._shared.change() as world:
+            world.move_panel(request.name, request.x, request.y, request.yaw)
             if self._scanner:
-                self._scanner.set_plan(self._world.plan)
-            self._plan.publish(worlds.to_json(self._world.plan))
+                self._scanner.set_plan(world.plan)
+            self._plan.publish(worlds.to_json(world.plan))
         return MoveMarkerResponse()
 
 

@@ -12,7 +12,6 @@ from std_srvs.srv import Empty, EmptyResponse
 from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
 from rospy_support import parameters, reachability, registration, rospy_internals
 from rospy_support.master import Master, NoMaster
-from sim_ros import recording
 from sim_ros.clock import SimulatorClock, init_simulator
 from turtlesim.names import TurtleNames
 from turtlesim.picture import PictureServer
@@ -33,7 +32,7 @@ class TurtlesimNode:
         self._background = BACKGROUND
         self._set_background()
         self._shared = SharedWorld(self._initial_background(), _start())
-        self._record()
+        self._shared.record_if_asked()
         self._master = Master()
         self._wall_turn = 0
         for name, service, handler in (('clear', Empty, self._clear), ('reset', Empty, self._reset),
@@ -71,14 +70,11 @@ class TurtlesimNode:
         self._wall_turn += 1
         rospy.logwarn('Oh no! I hit the wall! (Clamping from [x=%f, y=%f])', *at_wall[self._wall_turn % len(at_wall)])
 
-    def _record(self):
-        recording.begin(lambda path: self._shared.record(path, self._background))
-
     def _clear(self, request):
         rospy.loginfo('Clearing turtlesim.')
         background = yield self._ask_background
         with self._shared.lock:
-            self._shared.canvas.fill(background)
+            self._shared.drawn.canvas.fill(background)
             self._shared.note('clear', *background, request=request)
         return EmptyResponse()
 
@@ -95,7 +91,7 @@ class TurtlesimNode:
         if gone:
             yield lambda: self._disconnect(gone)
         with self._shared.lock:
-            self._shared.reset(background)
+            self._shared.drawn.reset(background)
             self._shared.note('reset', *background, request=request)
         self._interfaces, self._names = {FIRST: first}, TurtleNames([FIRST])
         _log_spawn(FIRST, *self._shared.world.start)

@@ -88,7 +88,7 @@ class PictureServer:
 
         from turtlesim.core import sprites
         with self._frame_lock:
-            state = self._shared.picture()
+            state = self._shared.image()
             if state != self._frame_state:
                 pixels, turtles = state
                 canvas = numpy.frombuffer(pixels, numpy.uint8).reshape(CANVAS_SIZE, CANVAS_SIZE, 3)

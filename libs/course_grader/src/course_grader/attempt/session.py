@@ -30,7 +30,7 @@ from course_grader.rules import judging, scoring
 from course_grader.rules.observation import Event, Observed
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
-from kinematic_core.timing.stall_free_timer import Patience
+from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds import robot_world, turtle_world
 from rospy_support import ports, servers
 
@@ -182,13 +182,13 @@ class Session:
 
     def _wait_for_student(self, student, step, reader):
         """Let time stand, or nearly, until a node is there and, of several processes, all are."""
-        waiting, rest = Patience(), sandbox.ProgramIdleTimer(student)
+        waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (not self._student_is_there() and student.exit_code() is None and rest.look() < START_PATIENCE
                and waiting.look() < LONGEST_START):
             step(1)  # whoever waits for a time gets it
             reader.read()
             time.sleep(POLL)
-        waiting, rest = Patience(), sandbox.ProgramIdleTimer(student)
+        waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (self.lockstep and processes.below(student.process.pid) and student.exit_code() is None
                and rest.look() < COMPLETE and waiting.look() < LONGEST_COMPLETION):
             time.sleep(POLL)
@@ -205,7 +205,7 @@ class Session:
 
     def _watch(self, reader, student, simulator, stimuli):
         """Follow the run until the time is over, or more of it would change nothing."""
-        watching, limit = Patience(), 3.0 * self.exercise.time / self.speed + SLACK
+        watching, limit = ActiveTimer(), 3.0 * self.exercise.time / self.speed + SLACK
         used, stood = processes.processor_time(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()

@@ -18,8 +18,8 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Set, 
 
 from course_grader.isolation import processes
 from course_grader.rules.observation import OutputLine
-from kinematic_core.timing.idle_threads import Gone, Threads
-from kinematic_core.timing.stall_free_timer import Patience
+from kinematic_core.timing.idle_threads import Gone, ProcessThreads
+from kinematic_core.timing.stall_free_timer import ActiveTimer
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
 FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
@@ -131,7 +131,7 @@ class Student:
         """Return {(process, thread): how long it has run [ns]} of it and what it has started; None while one runs."""
         looked: Dict[Tuple[int, str], int] = {}
         for process in processes.below(self.process.pid) | {self.process.pid}:
-            threads = Threads(process)
+            threads = ProcessThreads(process)
             try:
                 runs = threads.runs()
             except Gone:
@@ -171,7 +171,7 @@ class ProgramIdleTimer:
     """Tells for how long a Student, with all that it has started, has been idle. To be looked at often."""
 
     def __init__(self, student: Student) -> None:
-        self._student, self._idle = student, Patience()
+        self._student, self._idle = student, ActiveTimer()
         self._looked: Optional[Dict[Tuple[int, str], int]] = None
 
     def look(self) -> float:
@@ -179,11 +179,11 @@ class ProgramIdleTimer:
         looked, before, past = self._student.runs(), self._looked, self._idle.waited
         self._looked = looked
         if looked is None or before is None:
-            self._idle = Patience()
+            self._idle = ActiveTimer()
         else:
             ran = sum(total - before.get(thread, 0) for thread, total in looked.items())  # [ns]
             if ran > POLLING * 1e9 * max(self._idle.look() - past, SHORTEST):
-                self._idle = Patience()
+                self._idle = ActiveTimer()
         return self._idle.look()
 
 

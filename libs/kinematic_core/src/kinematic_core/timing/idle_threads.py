@@ -8,6 +8,7 @@ Two things escape: what sleeps in wall time (``time.sleep``) is at rest as well,
 better; and what the kernel holds back (TCP's delayed acknowledgement, for 40 ms) wakes a thread later.
 """
 import os
+from typing import Dict, Iterable, Optional, Set, Tuple, Union
 
 PROC = '/proc'
 ASLEEP = b'SIZX'  # states: waiting (also idle), or ended
@@ -17,23 +18,23 @@ class Gone(Exception):
     """A process has ended, or Linux does not show its threads."""
 
 
-class Threads:
+class ProcessThreads:
     """The threads of one process, read through files that stay open."""
 
-    def __init__(self, pid, without=()):
-        """``without``: ids of threads that do not count."""
+    def __init__(self, pid: Union[int, str], without: Iterable[int] = ()) -> None:
+        """``pid``: id of the process, or 'self'; ``without``: ids of threads that do not count."""
         self._folder = f'{PROC}/{pid}/task'
         self._without = set(map(str, without))
-        self._files = {}  # thread: (stat, schedstat), file descriptors
+        self._files: Dict[str, Tuple[int, int]] = {}  # thread: file descriptors of its stat and schedstat
 
-    def close(self):
+    def close(self) -> None:
         """Close the files."""
         for files in self._files.values():
             for file in files:
                 os.close(file)
         self._files = {}
 
-    def runs(self):
+    def runs(self) -> Optional[Dict[str, int]]:
         """Return {thread: how long it has run [ns]}; None when one runs or is about to. Raise Gone."""
         times = {}
         for thread in self.ids() - self._without:
@@ -51,14 +52,14 @@ class Threads:
                     raise Gone(f'{self._folder}/{thread} cannot be read: {error}') from None
         return times
 
-    def ids(self):
+    def ids(self) -> Set[str]:
         """Return the ids of all threads, as texts. Raise Gone."""
         try:
             return set(os.listdir(self._folder))
         except OSError as error:
             raise Gone(str(error)) from None
 
-    def _open(self, thread):
+    def _open(self, thread: str) -> Tuple[int, int]:
         files = []
         try:
             for name in ('stat', 'schedstat'):
@@ -67,9 +68,9 @@ class Threads:
             for file in files:
                 os.close(file)
             raise
-        self._files[thread] = tuple(files)
+        self._files[thread] = files[0], files[1]
         return self._files[thread]
 
-    def _forget(self, thread):
+    def _forget(self, thread: str) -> None:
         for file in self._files.pop(thread, ()):
             os.close(file)

@@ -18,6 +18,7 @@ import collections
 import math
 import threading
 import time
+from typing import Callable, Deque, Optional
 
 BEGIN = 1_000_000_000  # [ns] simulated time before the first step; ROS takes 0 for 'no time yet'
 LONGEST_CATCH_UP = 5.0  # [s] of wall time that is made up for; a longer gap was a suspended machine
@@ -34,15 +35,16 @@ class StepRequest:
     they were given up because of ``resume`` or ``close``.
     """
 
-    def __init__(self, steps, last):
-        self.steps, self.last, self.made = steps, last, None
+    def __init__(self, steps: int, last: int) -> None:
+        self.steps, self.last = steps, last
+        self.made: Optional[bool] = None
         self._answered = threading.Event()
 
-    def wait(self, longest):
+    def wait(self, longest: float) -> bool:
         """Wait for the answer, at most ``longest`` [s] of wall time; return whether there is one."""
         return self._answered.wait(longest)
 
-    def answer(self, made):
+    def answer(self, made: bool) -> None:
         """Set the answer."""
         self.made = made
         self._answered.set()
@@ -51,7 +53,9 @@ class StepRequest:
 class Pacer:
     """Waits for the steps of one simulator."""
 
-    def __init__(self, step, rate=1.0, bounded=False, *, paused=False, monotonic=time.monotonic, sleep=None):
+    def __init__(self, step: float, rate: float = 1.0, bounded: bool = False, *, paused: bool = False,
+                 monotonic: Callable[[], float] = time.monotonic,
+                 sleep: Optional[Callable[[float], object]] = None) -> None:
         """``step`` [s] of simulated time; ``rate``: simulated seconds a wall second, math.inf: no waiting at all.
 
         ``monotonic`` [s] is the wall clock; ``sleep`` waits in it, until something has changed or so many seconds
@@ -60,50 +64,52 @@ class Pacer:
         self.step, self.bounded = step, bounded
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
-        self._monotonic, self._sleep = monotonic, sleep or self._changed.wait
+        self._monotonic = monotonic
+        self._sleep: Callable[[float], object] = sleep or self._changed.wait
         self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
         self._steps = 0  # begun so far
         self._stepping = False  # the last of them is being made
         self._requested = 0  # steps by hand that are still to be made
-        self._requests = collections.deque()  # StepRequests without an answer, the first to be made first
+        self._requests: Deque[StepRequest] = collections.deque()  # without an answer, the first to be made first
         self._closed = self._woken = False
-        self._due = None  # [s] wall time of the next step; in a pause, as it was when the pause began
+        self._due = math.nan  # [s] wall time of the next step, from the first wait on; in a pause, as it was before
         self._last = -math.inf  # [s] wall time of the last one
-        self._paused, self._paused_at = paused, None  # and [s] wall time since when
+        self._paused = paused
+        self._paused_at = math.nan  # [s] wall time of the start of the pause, if there is one
         self._set_period(rate)
 
     @property
-    def rate(self):
+    def rate(self) -> float:
         """Return how many simulated seconds a wall second is to have."""
         return self._rate
 
     @property
-    def paused(self):
+    def paused(self) -> bool:
         """Return whether steps are made by hand only."""
         return self._paused
 
     @property
-    def steps(self):
+    def steps(self) -> int:
         """Return how many steps were begun."""
         return self._steps
 
     @property
-    def nanoseconds(self):
+    def nanoseconds(self) -> int:
         """Return the simulated time [ns] at the end of the step begun last."""
         return self.nanoseconds_after(self._steps)
 
-    def nanoseconds_after(self, steps):
+    def nanoseconds_after(self, steps: int) -> int:
         """Return the simulated time [ns] after so many steps."""
         return BEGIN + steps * round(self.step * 1e9)
 
-    def pause(self):
+    def pause(self) -> StepRequest:
         """Make no step any more until ``resume``, but those of ``request``; return a StepRequest of no steps.
 
         It is answered when no step is being made and all that were requested before are made.
         """
         return self.request(0)
 
-    def request(self, steps):
+    def request(self, steps: int) -> StepRequest:
         """Pause, and make ``steps`` steps without waiting for wall time; return their StepRequest."""
         with self._lock:
             if not self._paused:
@@ -115,25 +121,24 @@ class Pacer:
             self.wake()
             return request
 
-    def resume(self):
+    def resume(self) -> int:
         """Go on from here; the time of the pause is not made up for, steps by hand not begun yet are forgotten.
 
         Return how many steps were begun until then.
         """
         with self._lock:
             if self._paused:
-                if self._due is not None:
-                    self._due += self._monotonic() - self._paused_at
+                self._due += self._monotonic() - self._paused_at
                 self._paused, self._requested = False, 0
                 while self._requests and (self._requests[-1].last > self._steps or not self._requests[-1].steps):
                     self._requests.pop().answer(False)
                 self.wake()
             return self._steps
 
-    def set_rate(self, rate):
+    def set_rate(self, rate: float) -> None:
         """Go on at another rate; what is left of the time until the next step, and late steps, are kept."""
         with self._lock:
-            if self._due is not None:
+            if not math.isnan(self._due):
                 now, old = self._paused_at if self._paused else self._monotonic(), self._period
                 self._set_period(rate)
                 self._due = now + ((self._due - now) / old * self._period if old else self._period)
@@ -141,24 +146,24 @@ class Pacer:
                 self._set_period(rate)
             self.wake()
 
-    def _set_period(self, rate):
+    def _set_period(self, rate: float) -> None:
         self._rate, self._period = rate, self.step / rate  # [s] of wall time; 0 at math.inf
         self._closest = self._period / (FASTER_BOUNDED if self.bounded else FASTER)
 
-    def wake(self):
+    def wake(self) -> None:
         """Let ``wait`` return at once, the present call or else the next one."""
         with self._lock:
             self._woken = True
             self._changed.notify_all()
 
-    def close(self):
+    def close(self) -> None:
         """Let ``wait`` return None from now on; requested steps are given up."""
         with self._lock:
             self._closed = True
             self._answer_requests()
             self.wake()
 
-    def wait(self, longest=LONGEST_SLEEP):
+    def wait(self, longest: float = LONGEST_SLEEP) -> Optional[float]:
         """Wait until a step is due and begin it: ``steps`` counts up. The step begun before is done now.
 
         Return the wall time [s] that was too late to be made up for and given up, nearly always 0.0; None when there
@@ -169,7 +174,7 @@ class Pacer:
             self._answer_requests()
             now = self._monotonic()
             end = now + longest
-            if self._due is None:
+            if math.isnan(self._due):
                 self._due, self._paused_at = now + self._period, now
             try:
                 while not self._closed:
@@ -183,15 +188,16 @@ class Pacer:
                         return None
                     self._sleep(min(due, end) - now)
                     now = self._monotonic()
+                return None
             finally:
                 self._woken = False
 
-    def _begin(self, given_up=0.0):
+    def _begin(self, given_up: float = 0.0) -> float:
         self._steps += 1
         self._stepping = True
         return given_up
 
-    def _begin_due(self, now):
+    def _begin_due(self, now: float) -> float:
         """Begin a step that is due; say when the next one is."""
         late, self._last = now - self._due, now
         if not self._period:
@@ -203,6 +209,6 @@ class Pacer:
             self._due += self._period
         return self._begin()
 
-    def _answer_requests(self):
+    def _answer_requests(self) -> None:
         while self._requests and (self._closed or self._requests[0].last <= self._steps - self._stepping):
             self._requests.popleft().answer(not self._closed)

@@ -13,10 +13,14 @@ import errno
 import io
 import itertools
 import os
+from typing import IO, Iterable, Iterator, List, Optional, Tuple, Union
 
 from kinematic_core import files
 
+Value = Union[float, str]  # of an event; floats are written to the last bit
+
 ACTIVE = '.active'  # suffix of a recording that grows
+CLOSED = -1  # in place of a file descriptor
 
 
 class Recorder:
@@ -25,25 +29,24 @@ class Recorder:
     ``path``: the name that the recording gets when it is closed. Devices and pipes are written to as they are.
     """
 
-    def __init__(self, path, columns):
+    def __init__(self, path: Union[str, 'os.PathLike[str]'], columns: Iterable[str]) -> None:
         """Begin the file; ``columns``: names of the simulator's own. Raise OSError when that cannot be."""
-        path = os.path.abspath(path)
-        if files.is_special(path):
-            self.path, self._growing = path, path
-            self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC)
+        self.path = self._growing = os.path.abspath(path)
+        if files.is_special(self.path):
+            self._file = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC)  # CLOSED once it is closed
         else:
-            self.path, self._growing, self._file = _create(path)
+            self.path, self._growing, self._file = _create(self.path)
         self._size = 0  # [bytes] of whole rows
-        self._events = []  # [name, values, caller] since the last tick
+        self._events: List[Tuple[str, Tuple[Value, ...], str]] = []  # name, values, caller; since the last tick
         self._write(('tick', 'event', *columns, 'callers'))
 
-    def note(self, event, *values, caller=''):
+    def note(self, event: str, *values: Value, caller: str = '') -> None:
         """Keep an event for the next tick. Of commands in a row only the last counts."""
         if event.rpartition('/')[2] == 'cmd' and self._events and self._events[-1][0] == event:
             self._events.pop()
-        self._events.append([event, values, caller])
+        self._events.append((event, values, caller))
 
-    def tick(self, number, fields):
+    def tick(self, number: int, fields: Iterable[object]) -> None:
         """Write the row of a tick with the simulator's fields.
 
         When it cannot be written, the recording is closed without it and OSError is raised.
@@ -53,11 +56,11 @@ class Recorder:
         self._events = []
         self._write((number, events, *fields, callers))
 
-    def close(self):
+    def close(self) -> None:
         """End the file and give it its name."""
-        if self._file is None:
+        if self._file == CLOSED:
             return
-        file, self._file = self._file, None
+        file, self._file = self._file, CLOSED
         with contextlib.suppress(OSError):
             os.close(file)
         for free in () if self._growing == self.path else _names(self.path):
@@ -69,7 +72,7 @@ class Recorder:
                     continue
             break
 
-    def _write(self, row):
+    def _write(self, row: Iterable[object]) -> None:
         line = io.StringIO()
         csv.writer(line, lineterminator='\n').writerow(row)
         data = line.getvalue().encode('utf-8')
@@ -87,7 +90,7 @@ class Recorder:
         self._size += len(data)
 
 
-def open_growing(path):
+def open_growing(path: str) -> Optional[IO[str]]:
     """Return a recording opened for reading, while it grows or when it is closed; None when there is none yet."""
     for name in (path + ACTIVE, path):  # in this order it cannot slip through
         with contextlib.suppress(FileNotFoundError):
@@ -95,7 +98,7 @@ def open_growing(path):
     return None
 
 
-def _names(path):
+def _names(path: str) -> Iterator[str]:
     """Yield ``path`` and its numbered variants."""
     stem, extension = os.path.splitext(path)
     yield path
@@ -103,16 +106,18 @@ def _names(path):
         yield f'{stem}_{number}{extension}'
 
 
-def _create(path):
+def _create(path: str) -> Tuple[str, str, int]:
     """Return (name, name while it grows, file descriptor) of a new file with the next free name."""
     if os.path.isdir(path):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)
-    for free in _names(path):
+    names = _names(path)
+    while True:
+        free = next(names)
         if not os.path.lexists(free):
             with contextlib.suppress(FileExistsError):
                 return free, free + ACTIVE, os.open(free + ACTIVE, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND
                                                     | os.O_CLOEXEC, 0o666)
 
 
-def _text(value):
+def _text(value: Value) -> str:
     return repr(value) if isinstance(value, float) else str(value)

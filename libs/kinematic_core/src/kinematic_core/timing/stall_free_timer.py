@@ -5,19 +5,20 @@ could have answered. Counted is only the time in which this process ran: it look
 looks counts no more than ``LONGEST_GAP``.
 """
 import time
+from typing import Callable
 
 LONGEST_GAP = 0.1  # [s]
 
 
-class Patience:
+class ActiveTimer:
     """Counts the time since it was made: ``waited`` [s] while this process ran, ``lost`` [s] while it stood still."""
 
-    def __init__(self, monotonic=time.monotonic):
+    def __init__(self, monotonic: Callable[[], float] = time.monotonic) -> None:
         """``monotonic`` [s] is the wall clock."""
         self.waited = self.lost = 0.0
         self._monotonic, self._last = monotonic, monotonic()
 
-    def look(self):
+    def look(self) -> float:
         """Return ``waited``; to be called more often than every LONGEST_GAP."""
         now = self._monotonic()
         gap, self._last = now - self._last, now

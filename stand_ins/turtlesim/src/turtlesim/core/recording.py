@@ -1,4 +1,4 @@
-"""Records what a simulator does in the form that replay.py reads: what took effect in which tick, and the poses.
+"""What a recording of turtlesim holds: what took effect in which tick, and the poses. replay.py reads it.
 
 A recording is a CSV file, one row a tick: ``tick, event, x, y, theta, linear_velocity, angular_velocity, r, g, b``
 and here ``callers``. Pose and colour sensor are those of turtle1 after the tick, empty while there is no turtle1.
@@ -6,30 +6,33 @@ and here ``callers``. Pose and colour sensor are those of turtle1 after the tick
 units of turtlesim's messages; events of other turtles begin with their name: ``turtle2/cmd 1 0 0``. ``callers`` are
 the nodes that asked for the events, in the same order.
 """
-from kinematic_core.timing import recorder
+from typing import Callable, Dict, Iterable, Sequence
+
 from kinematic_core.worlds.turtle_world import BACKGROUND, TurtlePose, float32
+from turtlesim.core.drawn_world import DrawnWorld, Reading
 
 TURTLE = 'turtle1'
 COLOUR = ('r', 'g', 'b')
-EMPTY = ('',) * (len(TurtlePose._fields) + len(COLOUR))
+COLUMNS = (*TurtlePose._fields, *COLOUR)
+EMPTY = ('',) * len(COLUMNS)
 
 
-def _clear(drawn, _, *colour):
+def _clear(drawn: DrawnWorld, _: str, *colour: float) -> None:
     r, g, b = map(int, colour or BACKGROUND)
     drawn.canvas.fill((r, g, b))
 
 
-def _reset(drawn, turtle, *colour):
+def _reset(drawn: DrawnWorld, turtle: str, *colour: float) -> None:
     drawn.reset()
     _clear(drawn, turtle, *colour)
 
 
-def _start(drawn, _, x, y, theta):
+def _start(drawn: DrawnWorld, _: str, x: float, y: float, theta: float) -> None:
     drawn.world.start = x, y, theta
     drawn.world.reset()
 
 
-EVENTS = {  # name: what it does to (DrawnWorld, turtle, its values)
+EVENTS: Dict[str, Callable[..., object]] = {  # name: what it does to (DrawnWorld, turtle, its values)
     'cmd': lambda drawn, turtle, vx, vy, wz: drawn.world.command(turtle, vx, vy, wz),
     'pen': lambda drawn, turtle, r, g, b, width, off: drawn.world.set_pen(turtle, *map(int, (r, g, b, width, off))),
     'teleport_absolute': lambda drawn, turtle, x, y, theta: drawn.world.teleport_absolute(turtle, x, y, theta),
@@ -37,25 +40,20 @@ EVENTS = {  # name: what it does to (DrawnWorld, turtle, its values)
     'timeout': lambda drawn, turtle: drawn.world.turtles[turtle].stop(),
     'clear': _clear,  # to the colour r, g, b, or to turtlesim's own
     'reset': _reset,  # likewise
-    'start': _start,  # where turtle1 begins, x, y, theta; from a new world on
+    'start': _start,  # where turtle1 starts, x, y, theta; from a new world on
     'spawn': lambda drawn, turtle, x, y, theta: drawn.world.spawn(x, y, theta, turtle),
     'kill': lambda drawn, turtle: drawn.world.kill(turtle),
 }
 
 
-class Recorder(recorder.Recorder):
-    """Writes the recording of a DrawnWorld."""
+def event_name(event: str, turtle: str) -> str:
+    """Return how an event of EVENTS is called in a recording when it is this turtle's."""
+    return event if turtle == TURTLE else f'{turtle}/{event}'
 
-    def __init__(self, path):
-        """Begin the file; raise OSError when that cannot be."""
-        super().__init__(path, (*TurtlePose._fields, *COLOUR))
 
-    def note(self, event, *values, turtle=TURTLE, caller=''):
-        """Keep an event, of EVENTS, for the next tick."""
-        super().note(event if turtle == TURTLE else f'{turtle}/{event}', *values, caller=caller)
-
-    def tick(self, number, readings):
-        """Write the row of a tick from what DrawnWorld.step returned; raise OSError when it cannot be written."""
-        reading = next((reading for reading in readings if reading[0].name == TURTLE), None)
-        pose = () if reading is None else [f'{float32(value):.9g}' for value in reading[0].pose()]
-        super().tick(number, EMPTY if reading is None else (*pose, *reading[1]))
+def fields(readings: Iterable[Reading]) -> Sequence[object]:
+    """Return what a row has in COLUMNS, from what DrawnWorld.step returned."""
+    for turtle, colour, _ in readings:
+        if turtle.name == TURTLE:
+            return (*(f'{float32(value):.9g}' for value in turtle.pose()), *colour)
+    return EMPTY

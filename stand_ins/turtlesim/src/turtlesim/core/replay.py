@@ -13,10 +13,12 @@ import math
 import os
 import struct
 import sys
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from kinematic_core.worlds.turtle_world import CANVAS_SIZE, WATCHDOG_STEPS, TurtlePose
+from kinematic_core.worlds.turtle_world import CANVAS_SIZE, WATCHDOG_STEPS, Colour, TurtlePose
+from turtlesim.core.canvas import Canvas
 from turtlesim.core.drawn_world import DrawnWorld
-from turtlesim.core.recording import COLOUR, EMPTY, EVENTS, TURTLE
+from turtlesim.core.recording import COLUMNS, EMPTY, EVENTS, TURTLE
 
 LONGEST_GAP = 100_000  # [ticks] that nobody recorded: 27 minutes
 UNSEEN = ('pen', 'clear')  # events that leave no trace in the pose
@@ -26,67 +28,81 @@ class RecordingError(ValueError):
     """A file is no recording; the text says which, where and why."""
 
 
+class Event(NamedTuple):
+    """Something that took effect in a tick; ``name`` is of EVENTS, behind `TURTLE/` when it is another turtle's."""
+
+    name: str
+    values: Tuple[float, ...]
+
+
+class Row(NamedTuple):
+    """A row of a recording. Pose and colour are None where there is no turtle1."""
+
+    tick: int
+    events: List[Event]
+    pose: Optional[TurtlePose]
+    colour: Optional[Colour]
+
+
 class Comparison:
     """What the replay of one recording showed."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.ticks = 0
         self.different_poses = 0
-        self.first_difference = None  # text
-        self.different_colours = []  # ticks
+        self.first_difference: Optional[str] = None
+        self.different_colours: List[int] = []  # ticks
         self.booked_different_colours = 0  # their number with every event in the tick in which it is booked
         self.moved_events = 0
-        self.equal_pixels = None  # share, 0..1, or None without a picture
+        self.equal_pixels: Optional[float] = None  # share, 0..1, or None without a picture
 
 
-def replay(path):
+def replay(path: str) -> Comparison:
     """Replay a recording; return its Comparison. Raise RecordingError or OSError when it cannot be read."""
     rows = _read(path)
     result, canvas = _run(rows, path)
     booked, moved = len(result.different_colours), 0
     for number, row in enumerate(rows[:-1]):
-        near = range(row['tick'], row['tick'] + 3)
-        if any(event[0] in UNSEEN for event in row['events']) and any(t in near for t in result.different_colours):
+        near = range(row.tick, row.tick + 3)
+        if any(event.name in UNSEEN for event in row.events) and any(t in near for t in result.different_colours):
             later = _one_tick_later(rows, number)
             other, other_canvas = _run(later, path)
             if len(other.different_colours) < len(result.different_colours):
                 rows, result, canvas, moved = later, other, other_canvas, moved + 1
     result.booked_different_colours, result.moved_events = booked, moved
-    picture = os.path.splitext(path)[0] + '.png'
-    if os.path.exists(picture):
-        result.equal_pixels = _equal_pixels(canvas, picture)
+    image = os.path.splitext(path)[0] + '.png'
+    if os.path.exists(image):
+        result.equal_pixels = _equal_pixels(canvas, image)
     return result
 
 
-def _one_tick_later(rows, number):
+def _one_tick_later(rows: List[Row], number: int) -> List[Row]:
     """Return the rows with the unseen events of the row ``number`` moved to the next one."""
-    events = rows[number]['events']
-    rows = list(rows)
-    rows[number] = dict(rows[number], events=[event for event in events if event[0] not in UNSEEN])
-    rows[number + 1] = dict(rows[number + 1], events=[event for event in events if event[0] in UNSEEN]
-                            + rows[number + 1]['events'])
-    return rows
+    row, after = rows[number:number + 2]
+    kept = [event for event in row.events if event.name not in UNSEEN]
+    moved = [event for event in row.events if event.name in UNSEEN]
+    return [*rows[:number], row._replace(events=kept), after._replace(events=moved + after.events), *rows[number + 2:]]
 
 
-def _run(rows, path):
+def _run(rows: List[Row], path: str) -> Tuple[Comparison, Canvas]:
     # a recording that says when the watchdog struck was taken in wall time: its events count, not our own
-    timed = any(event[0] == 'timeout' for row in rows for event in row['events'])
+    timed = any(event.name == 'timeout' for row in rows for event in row.events)
     drawn = DrawnWorld(watchdog_steps=math.inf if timed else WATCHDOG_STEPS)
     result = Comparison()
-    tick = rows[0]['tick'] - 1
+    tick = rows[0].tick - 1
     for row in rows:
-        if row['tick'] - tick > LONGEST_GAP:
-            raise RecordingError(f'{path}: tick {row["tick"]} follows tick {tick}; a gap may have {LONGEST_GAP} ticks')
-        for _ in range(tick + 1, row['tick']):  # ticks that nobody recorded
+        if row.tick - tick > LONGEST_GAP:
+            raise RecordingError(f'{path}: tick {row.tick} follows tick {tick}; a gap may have {LONGEST_GAP} ticks')
+        for _ in range(tick + 1, row.tick):  # ticks that nobody recorded
             drawn.step()
-        tick = row['tick']
+        tick = row.tick
         _apply(drawn, row, path)
-        readings = [(turtle.pose(), colour) for turtle, colour, _ in drawn.step() if turtle.name == TURTLE]
-        _compare(result, row, *(readings or [(None, None)])[0])
+        reading = next((reading for reading in drawn.step() if reading.turtle.name == TURTLE), None)
+        _compare(result, row, reading and reading.turtle.pose(), reading and reading.colour)
     return result, drawn.canvas
 
 
-def _read(path):
+def _read(path: str) -> List[Row]:
     with open(path, 'rb') as file:
         content, end, cut = file.read().rpartition(b'\n')
     try:
@@ -97,7 +113,7 @@ def _read(path):
         rows = [_parse(row) for row in reader]
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, csv.Error) as error:
         raise RecordingError(f'{path}: line {reader.line_num}: not a row of a recording of turtlesim: {error!r}; '
-                             f'the columns are {", ".join(("tick", "event", *TurtlePose._fields, *COLOUR))}') from None
+                             f'the columns are {", ".join(("tick", "event", *COLUMNS))}') from None
     if not rows:
         raise RecordingError(f'{path}: holds no ticks')
     if cut:
@@ -105,59 +121,60 @@ def _read(path):
     return rows
 
 
-def _parse(row):
+def _parse(row: Dict[str, str]) -> Row:
     events = [event.split() for event in row['event'].split(';') if event.strip()]
-    fields = [row[field] for field in (*TurtlePose._fields, *COLOUR)]
-    pose = colour = None  # there is no turtle
+    fields = [row[field] for field in COLUMNS]
+    pose, colour = None, None  # there is no turtle1
     if tuple(fields) != EMPTY:
         pose = TurtlePose(*map(float, fields[:len(TurtlePose._fields)]))
         _bits(pose)  # refuses what is no float32
-        colour = tuple(map(int, fields[len(TurtlePose._fields):]))
-    return {'tick': int(row['tick']), 'pose': pose, 'colour': colour,
-            'events': [(name, *map(float, values)) for name, *values in events]}
+        r, g, b = map(int, fields[len(TurtlePose._fields):])
+        colour = r, g, b
+    return Row(int(row['tick']), [Event(name, tuple(map(float, values))) for name, *values in events], pose, colour)
 
 
-def _apply(drawn, row, path):
-    for called, *values in row['events']:
+def _apply(drawn: DrawnWorld, row: Row, path: str) -> None:
+    for called, values in row.events:
         turtle, _, name = called.rpartition('/')
         try:
             EVENTS[name](drawn, turtle or TURTLE, *values)
         except KeyError:
-            raise RecordingError(f'{path}: tick {row["tick"]}: unknown event {name!r}; known are: '
+            raise RecordingError(f'{path}: tick {row.tick}: unknown event {name!r}; known are: '
                                  f'{", ".join(EVENTS)}') from None
         except (TypeError, ValueError, OverflowError) as error:  # InvalidInput is a ValueError
-            raise RecordingError(f'{path}: tick {row["tick"]}: event {name} {values}: {error}') from None
+            raise RecordingError(f'{path}: tick {row.tick}: event {name} {list(values)}: {error}') from None
 
 
-def _bits(pose):
+def _bits(pose: Optional[TurtlePose]) -> Optional[bytes]:
     return None if pose is None else struct.pack('<5f', *pose)
 
 
-def _text(pose):
+def _text(pose: Optional[TurtlePose]) -> str:
     return 'no turtle1' if pose is None else ', '.join(f'{name}={value!r}' for name, value in pose._asdict().items())
 
 
-def _compare(result, row, pose, colour):
+def _compare(result: Comparison, row: Row, pose: Optional[TurtlePose], colour: Optional[Colour]) -> None:
     result.ticks += 1
-    if _bits(pose) != _bits(row['pose']):
+    bits = _bits(pose)
+    if bits != _bits(row.pose):
         result.different_poses += 1
         if result.first_difference is None:
-            ours = pose and TurtlePose(*struct.unpack('<5f', _bits(pose)))
-            result.first_difference = f'tick {row["tick"]}: recorded {_text(row["pose"])}; here {_text(ours)}'
-    if colour != row['colour']:
-        result.different_colours.append(row['tick'])
+            ours = None if bits is None else TurtlePose(*struct.unpack('<5f', bits))
+            result.first_difference = f'tick {row.tick}: recorded {_text(row.pose)}; here {_text(ours)}'
+    if colour != row.colour:
+        result.different_colours.append(row.tick)
 
 
-def _equal_pixels(canvas, path):
+def _equal_pixels(canvas: Canvas, path: str) -> float:
     import cv2
-    picture = cv2.imread(path, cv2.IMREAD_COLOR)
-    if picture is None or picture.shape != (CANVAS_SIZE, CANVAS_SIZE, 3):
+    image = cv2.imread(path, cv2.IMREAD_COLOR)
+    if image is None or image.shape != (CANVAS_SIZE, CANVAS_SIZE, 3):
         raise RecordingError(f'{path}: not a picture of {CANVAS_SIZE} x {CANVAS_SIZE} pixels')
-    return float((picture[:, :, ::-1] == canvas.array()).all(axis=2).mean())
+    return float((image[:, :, ::-1] == canvas.array()).all(axis=2).mean())
 
 
-def _report(path, result):
-    def share(different):
+def _report(path: str, result: Comparison) -> None:
+    def share(different: int) -> str:
         return f'{100.0 * (1.0 - different / result.ticks):.2f} %'
     moved = '' if not result.moved_events else (f' (with {result.moved_events} pen or clear events one tick later than '
                                                 f'booked; {share(result.booked_different_colours)} as booked)')
@@ -168,7 +185,7 @@ def _report(path, result):
         print(f'  first difference: {result.first_difference}')
 
 
-def main(arguments=None):
+def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Replay the files of the command line; return 1 when a pose differs, 2 when a file cannot be replayed."""
     parser = argparse.ArgumentParser(prog='./run replay', description='Replay recordings of the real turtlesim.')
     parser.add_argument('files', nargs='+', metavar='FILE.csv', help='recordings, each with or without a PNG beside it')
