@@ -4,25 +4,28 @@ import rospy
 
 from kinematic_core.worlds.planar import Twist2D
 from rospy_support import nodes, parameters, reachability
+from rospy_support.parameters import Computed, Integer, Number, Table, Text
 from turtle_robotont.driving.following import Follower
-from turtle_robotont.markers.sightings import AXES
 from turtle_robotont.nodes import node_params
 from turtle_robotont.nodes.ar_control import Forward, MarkerDriver, MarkerListener
 
 RATES = {'forward': 1.0, 'follow': 10.0}  # [Hz] the course's, and one that a robot follows smoothly
+PARAMETERS = Table(
+    Text('~mode', 'print', ('print', *RATES)), node_params.FRAME_AXES, node_params.log_rate(0.0),
+    Number('~rate', Computed(', '.join(f'{mode} {rate}' for mode, rate in RATES.items())), 0.1, 100.0, 'Hz'),
+    Number('~linear', 0.2, -1.0, 1.0, 'm/s'), Number('~lateral', 0.0, -1.0, 1.0, 'm/s'),
+    Number('~angular', 0.0, -3.0, 3.0, 'rad/s'), Integer('~marker_id', 1, 0), node_params.following(distance=0.5))
 
 
 def main():
-    nodes.init_node('ar_control')
-    mode = parameters.text('~mode', 'print', choices=('print', 'forward', 'follow'))
-    axes = parameters.text('~frame_axes', 'auto', choices=AXES)
-    log_rate = parameters.number('~log_rate', 0.0, minimum=0.0, maximum=1000.0, unit='Hz')
+    nodes.init_node('ar_control', PARAMETERS)
+    mode, axes, log_rate = PARAMETERS.read('~mode', '~frame_axes', '~log_rate')
     if mode == 'print':
         parameters.log_effective()
         nodes.end_when_unread()
         MarkerListener(axes, log_rate)
     else:
-        rate = parameters.number('~rate', RATES[mode], minimum=0.1, maximum=100.0, unit='Hz')
+        rate = PARAMETERS['~rate'].read(RATES[mode])
         behaviour = forward() if mode == 'forward' else follower()
         parameters.log_effective()
         MarkerListener(axes, log_rate, MarkerDriver(behaviour, rate).see)
@@ -31,14 +34,12 @@ def main():
 
 
 def forward():
-    return Forward(Twist2D(linear_x=parameters.number('~linear', 0.2, minimum=-1.0, maximum=1.0, unit='m/s'),
-                           linear_y=parameters.number('~lateral', 0.0, minimum=-1.0, maximum=1.0, unit='m/s'),
-                           angular_z=parameters.number('~angular', 0.0, minimum=-3.0, maximum=3.0, unit='rad/s')))
+    linear, lateral, angular = PARAMETERS.read('~linear', '~lateral', '~angular')
+    return Forward(Twist2D(linear_x=linear, linear_y=lateral, angular_z=angular))
 
 
 def follower():
-    marker_id = parameters.integer('~marker_id', 1, minimum=0)
-    return Follower(marker_id, node_params.follow_settings(distance=0.5))
+    return Follower(PARAMETERS['~marker_id'].read(), node_params.follow_settings(PARAMETERS))
 
 
 if __name__ == '__main__':

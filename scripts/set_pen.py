@@ -3,16 +3,17 @@
 import rospy
 
 from rospy_support import nodes, parameters
+from rospy_support.parameters import Boolean, Integer, Table
 from turtle_robotont.nodes.driver import run
 from turtle_robotont.nodes.turtle_tasks import set_pen
 
+PARAMETERS = Table(Integer('~r', 0, 0, 255), Integer('~g', 0, 0, 255), Integer('~b', 255, 0, 255),
+                   Integer('~width', 5, 0, 255, 'px'), Boolean('~off', False))
+
 
 def main():
-    nodes.init_node('set_pen')
-    r, g, b = (parameters.integer(name, default, minimum=0, maximum=255)
-               for name, default in (('~r', 0), ('~g', 0), ('~b', 255)))
-    width = parameters.integer('~width', 5, minimum=0, maximum=255, unit='px')
-    off = parameters.boolean('~off', False)
+    nodes.init_node('set_pen', PARAMETERS)
+    r, g, b, width, off = PARAMETERS.read('~r', '~g', '~b', '~width', '~off')
     parameters.log_effective()
     set_pen('turtle1/set_pen', r, g, b, width, off)
     rospy.loginfo('Pen off' if off else f'Pen set to r: {r} g: {g} b: {b}, {width} px wide')

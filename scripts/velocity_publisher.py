@@ -3,15 +3,16 @@
 import rospy
 
 from rospy_support import nodes, parameters, reachability
+from rospy_support.parameters import Number, Table
 from turtle_robotont.nodes.course_nodes import VelocityPublisher
+
+PARAMETERS = Table(Number('~linear', 0.5, unit='m/s'), Number('~angular', 0.2, unit='rad/s'),
+                   Number('~rate', 10.0, 0.1, 1000.0, 'Hz'))
 
 
 def main():
-    nodes.init_node('velocity_publisher', anonymous=True)
-    VelocityPublisher('turtle1/cmd_vel',
-                      linear=parameters.number('~linear', 0.5, unit='m/s'),
-                      angular=parameters.number('~angular', 0.2, unit='rad/s'),
-                      rate=parameters.number('~rate', 10.0, minimum=0.1, maximum=1000.0, unit='Hz'))
+    nodes.init_node('velocity_publisher', PARAMETERS, anonymous=True)
+    VelocityPublisher('turtle1/cmd_vel', *PARAMETERS.read('~linear', '~angular', '~rate'))
     parameters.log_effective()
     reachability.watch()
     rospy.spin()

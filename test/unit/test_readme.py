@@ -2,80 +2,60 @@
 
 The nodes of the course are described in docs/nodes.md, its launch files in docs/course.md; a stand-in describes itself.
 """
-import math
+import importlib.machinery
+import importlib.util
 import pathlib
 import re
 import subprocess
 
 import pytest
 
-from unit_support.node_source import UNKNOWN, Node
+from rospy_support.parameters import Boolean, Computed, Integer, Number, Numbers, Table, Text
+from rostest_support.node_pages import NAME_COLUMNS, PAGES, PARAMETER_COLUMNS, names, page_of, sections, table
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
 LAUNCH_PAGE = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
-NODE_PAGES = {REPOSITORY: (REPOSITORY / 'docs' / 'nodes.md').read_text(encoding='utf-8'),
-              **{path.parent: path.read_text(encoding='utf-8') for path in sorted(REPOSITORY.glob('*/*/README.md'))}}
+NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
 OF_RUN = 'demo.py', 'grade.py'  # ./run demo and ./run grade
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
                  for path in folder.iterdir() if path.is_file() and path.name not in OF_RUN)
 LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch')])
-PARAMETER_COLUMNS = ['parameter', 'type', 'default', 'range', 'meaning']
-NAME_COLUMNS = ['name', 'kind', 'type', 'meaning']
 
 
-def sections(readme):
-    """Return {heading: text below it} of the headings ### of README."""
-    return dict(re.findall(r'^### (\S+)\n(.*?)(?=^#{1,3} |\Z)', readme, re.MULTILINE | re.DOTALL))
-
-
-def table(text, columns):
-    """Return the rows of the tables with these columns, each as {column: cell}."""
-    rows, inside = [], False
-    for line in text.splitlines():
-        cells = [cell.strip() for cell in line.strip().strip('|').split('|')] if line.startswith('|') else []
-        if inside and cells and not set(line) <= set('|-: '):
-            rows.append(dict(zip(columns, cells)))
-        inside = bool(cells) and (inside or cells == columns)
-    return rows
+def parameters_of(script):
+    """Return the parameters that a script's node declares, beside its main(); none of a script that is no node."""
+    loader = importlib.machinery.SourceFileLoader(f'script_{script.stem}', str(script))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
+    loader.exec_module(module)
+    return module.main.__globals__.get('PARAMETERS', ())
 
 
 def expected_cells(parameter):
-    """Return {column: what it must say}; where the code has no literal, any text will do."""
-    cells = {}
-    if parameter.choices:
-        cells['range'] = ', '.join(parameter.choices)
-    elif parameter.type == 'bool':
-        cells['range'] = 'true, false'
-    elif parameter.minimum is not None:
-        cells['range'] = ', '.join(filter(None, (interval(parameter.minimum, parameter.maximum), parameter.infinite)))
-    if parameter.default is not UNKNOWN:
-        cells['default'] = str(parameter.default).lower() if parameter.type == 'bool' else str(parameter.default)
+    """Return {column: what it must say}; where only words can say it, any will do."""
+    cells = {'range': parameter.range} if parameter.range else {}
+    words = isinstance(parameter.default, list) and parameter.default and isinstance(parameter.default[0], list)
+    if not words:
+        default = str(parameter.default)
+        cells['default'] = default.lower() if isinstance(parameter.default, bool) else default
     return cells
 
 
-def interval(low, high):
-    """Return how README writes a range."""
-    if low == -math.inf:
-        return 'finite' if high == math.inf else f'{high:g} or less'
-    return f'{low:g} or more' if high == math.inf else f'{low:g} to {high:g}'
-
-
-def parameter_differences(node, text):
+def parameter_differences(parameters, text):
     """Return what the parameter tables of a section say wrong."""
     rows = {row['parameter'].strip('`'): row for row in table(text, PARAMETER_COLUMNS)}
-    private = {name for name in node.parameters if name.startswith('~')}
+    declared = {parameter.name: parameter for parameter in parameters}
+    private = {name for name in declared if name.startswith('~')}
     wrong = [f'{name} is missing' for name in sorted(private - set(rows))]
     wrong += [f'{name} is not in the code' for name in sorted(set(rows) - private)]
-    wrong += [f'{name} is not mentioned' for name in sorted(set(node.parameters) - private) if f'`{name}`' not in text]
+    wrong += [f'{name} is not mentioned' for name in sorted(set(declared) - private) if f'`{name}`' not in text]
     for name in sorted(private & set(rows)):
-        parameter, row = node.parameters[name], rows[name]
-        for column, cell in expected_cells(parameter).items():
-            if not same(row[column], cell) and not (cell.startswith('[[') and not row[column].startswith('[')):
-                wrong.append(f'{name}: {column} is {row[column]!r}, in the code {cell!r}')
-        kind = ('name', 'text') if parameter.type == 'text' else (parameter.type,)
+        parameter, row = declared[name], rows[name]
+        wrong += [f'{name}: {column} is {row[column]!r}, in the code {cell!r}'
+                  for column, cell in expected_cells(parameter).items() if not same(row[column], cell)]
+        kind = ('name', 'text') if parameter.kind == 'text' else (parameter.kind,)
         if not row['type'].startswith(kind) or not row['type'].endswith(parameter.unit) or not row['meaning']:
-            wrong.append(f'{name}: type is {row["type"]!r}, in the code {parameter.type} {parameter.unit}')
+            wrong.append(f'{name}: type is {row["type"]!r}, in the code {parameter.kind} {parameter.unit}')
     return wrong
 
 
@@ -84,23 +64,6 @@ def same(cell, expected):
     def parts(text):
         return [float(part) if re.fullmatch(r'-?[\d.]+(e[+-]?\d+)?', part) else part for part in re.split(r'\s+', text)]
     return parts(cell) == parts(expected)
-
-
-def name_differences(node, text, readme):
-    """Return what the tables of topics and services say wrong; a section without one leaves them to others."""
-    rows = {(row['name'].strip('`'), row['kind'], row['type']) for row in table(text, NAME_COLUMNS)}
-    if not rows:
-        return [f'{name} is not mentioned' for name, _, _ in sorted(node.names) if f'`{name}`' not in readme]
-    return ([f'{" ".join(name)} is missing' for name in sorted(node.names - rows)]
-            + [f'{" ".join(name)} is not in the code' for name in sorted(rows - node.names)])
-
-
-def differences(script, readme):
-    """Return all that README says wrong about a script."""
-    if script.name not in sections(readme):
-        return [f'there is no heading "### {script.name}"']
-    node, text = Node(script), sections(readme)[script.name]
-    return parameter_differences(node, text) + name_differences(node, text, readme)
 
 
 def package_of(path):
@@ -112,8 +75,21 @@ each_package = pytest.mark.parametrize('package', list(NODE_PAGES), ids=lambda f
 
 
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)
-def test_node_is_described_as_it_is(script):
-    assert differences(script, NODE_PAGES.get(package_of(script), '')) == []
+def test_parameters_of_a_node_are_described_as_they_are(script):
+    assert parameter_differences(parameters_of(script), sections(page_of(script))[script.name]) == []
+
+
+@pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)
+def test_services_that_a_node_calls_are_there(script):
+    """What a node publishes, subscribes to and serves is compared with the running node: nodes_pages.test."""
+    served = {(name, service) for page in NODE_PAGES.values() for name, kind, service in names(page)
+              if kind == 'serves'}
+    called = {(name, service) for name, kind, service in names(sections(page_of(script))[script.name])
+              if kind == 'calls'}
+    source = '\n'.join(path.read_text(encoding='utf-8') for folder in ('scripts', 'src')
+                       for path in (package_of(script) / folder).rglob('*.py'))
+    assert called <= served
+    assert {name for name, _ in called if f"{name.split('/')[-1]}'" not in source} == set()
 
 
 @each_package
@@ -143,36 +119,19 @@ def test_commands_are_described():
     assert set(re.findall(r'\./run ([a-z]+)', README)) <= commands
 
 
-SAMPLE_NODE = '''import rospy
-from std_msgs.msg import Empty
-from rospy_support import parameters
-SIZE = 2.0
-def main():
-    parameters.number('~size', SIZE, minimum=0.5, unit='m')
-    for channel, default in (('r', 1), ('g', 2)):
-        parameters.integer(f'~{channel}', default, 0, 255)
-    parameters.text('~shape', 'square', choices=('square', 'dot'))
-    Helper(parameters.boolean('~off', False))
-class Helper:
-    def __init__(self, off):
-        rospy.Publisher('begin', Empty, queue_size=1)
-        self.later = lambda turtle: rospy.Service(f'{turtle}/end', Empty, None)
-'''
+SAMPLE = Table(Number('~size', 2.0, minimum=0.5, unit='m'), Integer('~r', 1, 0, 255), Integer('~g', 2, 0, 255),
+               Text('~shape', 'square', ('square', 'dot')), Table(Boolean('~off', False), Number('scale', 1.0)),
+               Numbers('~corners', [[1, 2]], unit='m'), Text('~folder', Computed('the working directory')))
 SAMPLE_README = '''
-### sample.py
 | parameter | type | default | range | meaning |
 |---|---|---|---|---|
-| `~size` | float, m | 2.0 | 0.5 or more | side |
+| `~size` | float, m | 2.0 | 0.5 or more | side; `scale` |
 | `~r` | int | 1 | 0 to 255 | red |
 | `~g` | int | 2 | 0 to 255 | green |
 | `~shape` | text | square | square, dot | what |
 | `~off` | bool | false | true, false | off |
-
-| name | kind | type | meaning |
-|---|---|---|---|
-| `begin` | publishes | std_msgs/Empty | it begins |
-| `turtle1/end` | serves | std_msgs/Empty | it ends |
-## Next
+| `~corners` | list of [x, y], m | a square | inside the arena | where |
+| `~folder` | text | the working directory | a folder | where files go |
 '''
 
 
@@ -180,23 +139,18 @@ SAMPLE_README = '''
     ('', '', []),
     ('| `~g` | int | 2 | 0 to 255 | green |\n', '', ['~g is missing']),
     ('`~off`', '`~on`', ['~off is missing', '~on is not in the code']),
+    ('`scale`', '', ['scale is not mentioned']),
     ('| 2.0 |', '| 2.5 |', ["~size: default is '2.5', in the code '2.0'"]),
     ('| 2.0 |', '| 2 |', []),
     ('| square |', '| dot |', ["~shape: default is 'dot', in the code 'square'"]),
     ('| false |', '| true |', ["~off: default is 'true', in the code 'false'"]),
+    ('| the working directory |', '| ~/.ros |', ["~folder: default is '~/.ros', in the code 'the working directory'"]),
     ('0.5 or more', '0.1 to 1', ["~size: range is '0.1 to 1', in the code '0.5 or more'"]),
     ('square, dot', 'square', ["~shape: range is 'square', in the code 'square, dot'"]),
     ('float, m', 'float, km/h', ["~size: type is 'float, km/h', in the code float m"]),
     ('| `~r` | int', '| `~r` | text', ["~r: type is 'text', in the code int "]),
-    ('| `begin` | publishes | std_msgs/Empty | it begins |\n', '', ['begin publishes std_msgs/Empty is missing']),
-    ('serves', 'calls', ['turtle1/end serves std_msgs/Empty is missing',
-                         'turtle1/end calls std_msgs/Empty is not in the code']),
-    ('std_msgs/Empty | it b', 'Empty | it b', ['begin publishes std_msgs/Empty is missing',
-                                               'begin publishes Empty is not in the code']),
-    ('sample.py', 'other.py', ['there is no heading "### sample.py"']),
+    ('[x, y], m', '[x, y]', ["~corners: type is 'list of [x, y]', in the code list of m"]),
 ])
-def test_every_difference_is_found(right, wrong, said, tmp_path):
-    script = tmp_path / 'sample.py'
-    script.write_text(SAMPLE_NODE, encoding='utf-8')
+def test_every_difference_is_found(right, wrong, said):
     assert right in SAMPLE_README
-    assert differences(script, SAMPLE_README.replace(right, wrong, 1)) == said
+    assert parameter_differences(SAMPLE, SAMPLE_README.replace(right, wrong, 1)) == said

@@ -127,7 +127,7 @@ def test_rays_agree_with_the_slow_way(some_boxes, some_posts, x, y, yaw):
 def test_scanner_is_the_facts_pages():
     scan = LaserScanner(FloorPlan(), HEIGHT, noise=0.0).scan(0.0, 0.0, 0.0)
     assert scan.shape == (720,) and np.all(np.isinf(scan))
-    assert (rays.FIRST_ANGLE, rays.LAST_ANGLE, rays.NEAREST, rays.FARTHEST, rays.NOISE) == (
+    assert (rays.FIRST_ANGLE, rays.LAST_ANGLE, rays.NEAREST, rays.FARTHEST, rays.SCAN_NOISE) == (
         -math.pi, math.pi, 0.1, 30.0, 0.01)
 
 

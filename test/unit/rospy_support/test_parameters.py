@@ -6,6 +6,7 @@ import pytest
 import rospy
 
 from rospy_support import parameters
+from rospy_support.parameters import Boolean, Computed, Integer, Number, Numbers, Table, Text
 
 NODE = '/sim/node'
 HUGE = 2 ** 31 - 1  # the largest whole number that the parameter server carries
@@ -24,9 +25,9 @@ def server(monkeypatch):
     return values
 
 
-def refusal(reader, *args, **kwds):
+def refusal(kind, *args, **kwds):
     with pytest.raises(parameters.ParameterError) as error:
-        reader(*args, **kwds)
+        kind(*args, **kwds).read()
     return str(error.value)
 
 
@@ -45,14 +46,14 @@ LIMITS = {'minimum': 0.5, 'maximum': 20}
 ])
 def test_number_takes_whole_and_broken_numbers_up_to_the_limits(server, value, limits, expected):
     server[f'{NODE}/rate'] = value
-    same(parameters.number('~rate', 1.0, **limits), expected)
+    same(Number('~rate', 1.0, **limits).read(), expected)
 
 
 @pytest.mark.parametrize('value', [True, False, '10', '', 'fast', math.nan, math.inf, -math.inf, None, [], [1.0],
                                    {'a': 1}, 0.49, 20.01, -3, HUGE])
 def test_number_refuses_the_rest(server, value):
     server[f'{NODE}/rate'] = value
-    assert refusal(parameters.number, '~rate', 10.0, unit='Hz', **LIMITS) == (
+    assert refusal(Number, '~rate', 10.0, unit='Hz', **LIMITS) == (
         f'parameter /sim/node/rate is {value!r}; it must be a number from 0.5 to 20 Hz. '
         'Set it with _rate:=10.0 on the command line or rosparam set /sim/node/rate 10.0')
 
@@ -62,7 +63,7 @@ def test_number_that_clamps_takes_the_nearest_allowed_and_says_so(server, monkey
     said = []
     monkeypatch.setattr(rospy, 'logwarn', lambda text, *arguments: said.append(text % arguments))
     server[f'{NODE}/rate'] = value
-    same(parameters.number('~rate', 1.0, unit='Hz', clamp=True, **LIMITS), expected)
+    same(Number('~rate', 1.0, unit='Hz', clamp=True, **LIMITS).read(), expected)
     assert said == ([] if value == expected else [
         f'parameter /sim/node/rate is {value}; it can be from 0.5 to 20 Hz and counts as {expected:g}'])
     assert parameters._effective == {f'{NODE}/rate': f'{expected} Hz'}
@@ -71,7 +72,7 @@ def test_number_that_clamps_takes_the_nearest_allowed_and_says_so(server, monkey
 @pytest.mark.parametrize('value', [math.nan, math.inf, 'fast', True])
 def test_number_that_clamps_still_refuses_what_is_no_number(server, value):
     server[f'{NODE}/rate'] = value
-    assert 'it must be a number from 0.5 to 20' in refusal(parameters.number, '~rate', 1.0, clamp=True, **LIMITS)
+    assert 'it must be a number from 0.5 to 20' in refusal(Number, '~rate', 1.0, clamp=True, **LIMITS)
 
 
 @pytest.mark.parametrize('limits, allowed', [
@@ -84,27 +85,27 @@ def test_number_that_clamps_still_refuses_what_is_no_number(server, value):
 ])
 def test_refusal_of_a_number_names_the_limits_that_there_are(server, limits, allowed):
     server[f'{NODE}/x'] = 'much'
-    text = refusal(parameters.number, '~x', 0.0, **limits)
+    text = refusal(Number, '~x', 0.0, **limits)
     assert f"parameter /sim/node/x is 'much'; it must be {allowed} Set it" in text
 
 
 @pytest.mark.parametrize('value, expected', [(3, 3), (0, 0), (255, 255), (3.0, 3), (0.0, 0), (255.0, 255)])
 def test_integer_takes_whole_numbers_up_to_the_limits(server, value, expected):
     server[f'{NODE}/width'] = value
-    same(parameters.integer('~width', 7, 0, 255), expected)
+    same(Integer('~width', 7, 0, 255).read(), expected)
 
 
 @pytest.mark.parametrize('value', [-7, HUGE, -HUGE])
 def test_integer_without_limits_takes_any(server, value):
     server[f'{NODE}/count'] = value
-    same(parameters.integer('~count', 7), value)
+    same(Integer('~count', 7).read(), value)
 
 
 @pytest.mark.parametrize('value', [-1, 256, -1.0, 256.0, 2.5, 1e300, math.nan, math.inf, True, False, '3', '',
                                    None, [3]])
 def test_integer_refuses_the_rest(server, value):
     server[f'{NODE}/width'] = value
-    assert refusal(parameters.integer, '~width', 3, minimum=0, maximum=255, unit='px') == (
+    assert refusal(Integer, '~width', 3, minimum=0, maximum=255, unit='px') == (
         f'parameter /sim/node/width is {value!r}; it must be a whole number from 0 to 255 px. '
         'Set it with _width:=3 on the command line or rosparam set /sim/node/width 3')
 
@@ -112,20 +113,20 @@ def test_integer_refuses_the_rest(server, value):
 @pytest.mark.parametrize('value', [True, False])
 def test_boolean_takes_true_and_false(server, value):
     server[f'{NODE}/window'] = value
-    assert parameters.boolean('~window', not value) is value
+    assert Boolean('~window', not value).read() is value
 
 
 @pytest.mark.parametrize('value', [0, 1, 1.0, 'true', 'false', '', None, []])
 def test_boolean_refuses_the_rest(server, value):
     server[f'{NODE}/window'] = value
-    text = refusal(parameters.boolean, '~window', False)
+    text = refusal(Boolean, '~window', False)
     assert f'parameter /sim/node/window is {value!r}; it must be true or false. Set it with _window:=' in text
 
 
 @pytest.mark.parametrize('value, choices', [('circle', ('square', 'circle')), ('anything', ()), ('', ()), ('ä b', ())])
 def test_text_takes_the_choices_or_any_text(server, value, choices):
     server[f'{NODE}/shape'] = value
-    same(parameters.text('~shape', 'square', choices=choices), value)
+    same(Text('~shape', 'square', choices=choices).read(), value)
 
 
 @pytest.mark.parametrize('value, choices, allowed', [
@@ -137,7 +138,7 @@ def test_text_takes_the_choices_or_any_text(server, value, choices):
 ])
 def test_text_refuses_the_rest(server, value, choices, allowed):
     server[f'{NODE}/shape'] = value
-    assert refusal(parameters.text, '~shape', 'square', choices=choices) == (
+    assert refusal(Text, '~shape', 'square', choices=choices) == (
         f'parameter /sim/node/shape is {value!r}; it must be {allowed}. '
         'Set it with _shape:=square on the command line or rosparam set /sim/node/shape square')
 
@@ -145,7 +146,7 @@ def test_text_refuses_the_rest(server, value, choices, allowed):
 @pytest.mark.parametrize('default', ['', None])
 def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, default):
     server['/sim/node/path'] = 5
-    assert '_path:=TEXT on the command line' in refusal(parameters.text, '~path', default)
+    assert '_path:=TEXT on the command line' in refusal(Text, '~path', default)
 
 
 @pytest.mark.parametrize('value, length, expected', [
@@ -157,7 +158,7 @@ def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, d
 ])
 def test_numbers_takes_lists_of_numbers_and_lists_of_such(server, value, length, expected):
     server[f'{NODE}/corners'] = value
-    result = parameters.numbers('~corners', [9.0], length)
+    result = Numbers('~corners', [9.0], length).read()
     assert result == expected
     assert all(type(entry) is float for entry in flat(result))
 
@@ -170,23 +171,23 @@ def flat(values):
                                    [math.inf], [1.0, -math.inf], [None], [[1.0, 'x']], [[math.nan]], [{}]])
 def test_numbers_refuses_the_rest(server, value):
     server[f'{NODE}/corners'] = value
-    text = refusal(parameters.numbers, '~corners', [1.0], unit='m')
+    text = refusal(Numbers, '~corners', [1.0], unit='m')
     assert text.startswith(f'parameter /sim/node/corners is {value!r}; it must be a list of finite numbers m. ')
 
 
 @pytest.mark.parametrize('value', [[], [1, 2], [1, 2, 3, 4]])
 def test_numbers_refuses_another_length(server, value):
     server[f'{NODE}/colour'] = value
-    text = refusal(parameters.numbers, '~colour', [1, 2, 3], length=3)
+    text = refusal(Numbers, '~colour', [1, 2, 3], length=3)
     assert f'is {value!r}; it must be a list of 3 numbers.' in text
 
 
 @pytest.mark.parametrize('read, expected', [
-    (lambda: parameters.number('~a', 2), 2.0),
-    (lambda: parameters.integer('~a', 2), 2),
-    (lambda: parameters.boolean('~a', True), True),
-    (lambda: parameters.text('~a', 'b', ('b', 'c')), 'b'),
-    (lambda: parameters.numbers('~a', (1, 2)), [1.0, 2.0]),
+    (lambda: Number('~a', 2).read(), 2.0),
+    (lambda: Integer('~a', 2).read(), 2),
+    (lambda: Boolean('~a', True).read(), True),
+    (lambda: Text('~a', 'b', ('b', 'c')).read(), 'b'),
+    (lambda: Numbers('~a', (1, 2)).read(), [1.0, 2.0]),
 ])
 def test_parameter_that_is_not_set_has_its_default(server, read, expected):
     same(read(), expected)
@@ -196,7 +197,7 @@ def test_parameter_that_is_not_set_has_its_default(server, read, expected):
                                             ('relative', '/sim/relative')])
 def test_refusal_names_the_resolved_parameter(server, name, resolved):
     server[resolved] = 'bad'
-    text = refusal(parameters.number, name, 1.0)
+    text = refusal(Number, name, 1.0)
     assert text.startswith(f'parameter {resolved} is ')
     assert text.endswith(f'rosparam set {resolved} 1.0')
 
@@ -209,12 +210,12 @@ def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_read
     lines = []
     monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
     server.update({f'{NODE}/rate': 5, f'{NODE}/corners': [1, 2], f'{NODE}/bad': 'x'})
-    parameters.number('~rate', 10.0, unit='Hz')
-    parameters.text('~shape', 'square')
-    parameters.numbers('~corners', [], unit='m')
-    parameters.integer('~width', 3, unit='px')
-    refusal(parameters.number, '~bad', 1.0)
-    parameters.boolean('~window', False)
+    Number('~rate', 10.0, unit='Hz').read()
+    Text('~shape', 'square').read()
+    Numbers('~corners', [], unit='m').read()
+    Integer('~width', 3, unit='px').read()
+    refusal(Number, '~bad', 1.0)
+    Boolean('~window', False).read()
     parameters.log_effective()
     assert lines == ['Parameters: /sim/node/rate=5.0 Hz, /sim/node/shape=square, /sim/node/corners=[1.0, 2.0] m, '
                      '/sim/node/width=3 px, /sim/node/window=False']
@@ -223,21 +224,21 @@ def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_read
 def test_a_parameter_read_again_is_logged_with_its_latest_value(server, monkeypatch):
     lines = []
     monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
-    parameters.number('~rate', 10.0)
+    Number('~rate', 10.0).read()
     server[f'{NODE}/rate'] = 20
-    parameters.number('~rate', 10.0)
+    Number('~rate', 10.0).read()
     parameters.log_effective()
     assert lines == ['Parameters: /sim/node/rate=20.0']
 
 
 def test_refusal_of_a_list_quotes_its_example_for_the_shell(server):
     server[f'{NODE}/corners'] = 5
-    assert '_corners:="[1.0, 2.0]" on the command line' in refusal(parameters.numbers, '~corners', [1.0, 2.0])
+    assert '_corners:="[1.0, 2.0]" on the command line' in refusal(Numbers, '~corners', [1.0, 2.0])
 
 
 def test_refusal_of_a_public_parameter_suggests_no_private_one(server):
     server['/sim/scale'] = 'fast'
-    text = refusal(parameters.number, 'scale', 2.0)
+    text = refusal(Number, 'scale', 2.0)
     assert ':=' not in text and 'rosparam set' in text
 
 
@@ -248,4 +249,62 @@ def test_a_master_that_does_not_answer_is_told(monkeypatch, error):
     monkeypatch.setattr(rospy, 'get_param', get_param)
     monkeypatch.setattr(rospy, 'resolve_name', lambda name: name.replace('~', '/sim/node/'))
     with pytest.raises(parameters.MasterAway, match=f'/sim/node/rate cannot be read.*{error}.*roscore'):
-        parameters.number('~rate', 1.0)
+        Number('~rate', 1.0).read()
+
+
+SHARED = Table(Boolean('~strafe', False))
+TABLE = Table(Number('~rate', 10.0), SHARED, Text('~folder', Computed('the working directory')))
+
+
+def test_table_has_its_own_and_shared_parameters():
+    assert [parameter.name for parameter in TABLE] == ['~rate', '~strafe', '~folder']
+    assert TABLE['~rate'].default == 10.0
+
+
+def test_table_reads_in_the_order_that_is_asked_for(server):
+    server[f'{NODE}/rate'] = 5.0
+    assert TABLE.read('~strafe', '~rate') == [False, 5.0]
+    assert SHARED.read() == [False]
+
+
+def test_table_has_each_name_once():
+    with pytest.raises(ValueError, match='~strafe is declared twice'):
+        Table(SHARED, Boolean('~strafe', True))
+
+
+def test_default_that_is_computed_has_to_be_given(server):
+    with pytest.raises(TypeError, match='default of ~folder, the working directory, has to be given'):
+        TABLE.read('~folder')
+    assert TABLE['~folder'].read('/tmp') == '/tmp'
+    server[f'{NODE}/folder'] = 5
+    assert refusal(Text, '~folder', '/tmp') in refused(TABLE['~folder'], '/tmp')
+
+
+def refused(parameter, default):
+    with pytest.raises(parameters.ParameterError) as error:
+        parameter.read(default)
+    return str(error.value)
+
+
+def test_values_that_were_read_before_take_the_place_of_the_server(server):
+    server[f'{NODE}/width'] = 7
+    assert Integer('~width', 3).read(values={f'{NODE}/width': 5}) == 5
+    assert Integer('~width', 3).read(values={}) == 3
+
+
+def test_node_reads_only_what_it_declares(server, monkeypatch):
+    monkeypatch.setattr(parameters, '_declared', None)
+    parameters.declare(TABLE)
+    assert TABLE['~rate'].read() == 10.0
+    with pytest.raises(LookupError, match='~speed is not in the table'):
+        Number('~speed', 1.0).read()
+
+
+@pytest.mark.parametrize('parameter, text', [
+    (Number('~a', 1.0), 'finite'), (Number('~a', 1.0, 0.5), '0.5 or more'), (Number('~a', 1.0, maximum=2), '2 or less'),
+    (Number('~a', 1.0, -1e6, 1e6, infinite='max'), '-1e+06 to 1e+06, max'), (Integer('~a', 1, 0, 255), '0 to 255'),
+    (Boolean('~a', True), 'true, false'), (Text('~a', 'b', ('b', 'c')), 'b, c'), (Text('~a', ''), ''),
+    (Numbers('~a', [1.0]), ''),
+])
+def test_range_as_pages_write_it(parameter, text):
+    assert parameter.range == text

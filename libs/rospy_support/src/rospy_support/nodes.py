@@ -3,7 +3,7 @@
 A node's script::
 
     def main():
-        nodes.init_node('my_node')    # instead of rospy.init_node
+        nodes.init_node('my_node', PARAMETERS)    # instead of rospy.init_node; a parameters.Table
         ...
         rospy.spin()
 
@@ -32,7 +32,7 @@ import traceback
 import rosgraph
 import rospy
 
-from rospy_support import console, registration, rospy_internals, servers
+from rospy_support import console, parameters, registration, rospy_internals, servers
 from rospy_support.parameters import MasterAway, ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
@@ -43,11 +43,12 @@ LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; 
 _begun = threading.Event()  # the end
 
 
-def init_node(name, argv=None, **options):
-    """Initialise rospy; ``options`` as those of rospy.init_node.
+def init_node(name, declared=(), argv=None, **options):
+    """Initialise rospy; ``declared``: the Parameters that the node may read; ``options`` as those of rospy.init_node.
 
     Raises rospy.exceptions.ROSInitException when it was ended before a master answered.
     """
+    parameters.declare(declared)
     servers.protect()
     with console.log_file_guarded():
         rospy.init_node(name, argv=argv, disable_signals=True, **options)

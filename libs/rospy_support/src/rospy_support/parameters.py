@@ -1,8 +1,17 @@
-"""Parameters of a node: read in one place, with default, type and range; refused with a text that helps.
+"""Parameters of a node: declared as data, read with default, type and range, refused with a text that helps.
 
-Every reader takes the parameter's name, usually private (``'~rate'``), and its default, and raises
-ParameterError when the parameter is set to something else than it may be. rospy must be initialised.
+A node declares all its parameters in one table, which the page that describes the node is compared with::
+
+    PARAMETERS = Table(Number('~rate', 10.0, 0.1, 1000.0, 'Hz'), Boolean('~strafe', False))
+
+    def main():
+        nodes.init_node('my_node', PARAMETERS)
+        rate, strafe = PARAMETERS.read('~rate', '~strafe')
+
+A parameter has a name, usually private (``'~rate'``), a default, and mostly a range and a unit. Reading raises
+ParameterError where the parameter is set to something else than it may be. rospy must be initialised.
 """
+import dataclasses
 import http.client
 import math
 import xmlrpc.client
@@ -11,6 +20,7 @@ import rosgraph
 import rospy
 
 _effective = {}  # resolved name -> text of the value, in the order of reading
+_declared = None  # names that this node may read; None: any, as in tests of a part of a node
 
 
 class ParameterError(ValueError):
@@ -21,74 +31,202 @@ class MasterAway(ParameterError):
     """A parameter could not be read because no master answers."""
 
 
-def number(name, default, minimum=-math.inf, maximum=math.inf, unit='', infinite='', clamp=False):
-    """Return a parameter as a finite float within [minimum, maximum], in ``unit``; the word ``infinite``: math.inf.
+class Computed(str):
+    """Stands in a table for a default that the node works out when it runs; the text is what the page says of it."""
+
+
+class Parameter:
+    """What all kinds have in common; their fields ``name`` and ``default`` come first.
+
+    ``kind``: the type as the pages call it; ``allowed``: what a value has to be, for refusals; ``range``: the same
+    for the pages, empty where only words can say it.
+    """
+
+    unit = kind = allowed = range = ''
+
+    def convert(self, value):
+        """Return the value of the parameter server as the node uses it; raises ValueError where it is not allowed."""
+        raise NotImplementedError
+
+    def read(self, default=None, values=None):
+        """Return the parameter's value; ``default`` takes the place of the table's, which it must if that is Computed.
+
+        ``values``: {resolved name: value} of the parameters that are set, where they have been read already.
+        """
+        if _declared is not None and self.name not in _declared:
+            raise LookupError(f'{self.name} is not in the table of parameters that this node was initialised with')
+        default = self.default if default is None else default
+        if isinstance(default, Computed):
+            raise TypeError(f'the default of {self.name}, {default}, has to be given')
+        resolved = rospy.resolve_name(self.name)
+        value = _value(self.name, resolved, default) if values is None else values.get(resolved, default)
+        unit = f' {self.unit}' if self.unit else ''
+        try:
+            converted = self.convert(value)
+        except ValueError:
+            raise ParameterError(f'parameter {resolved} is {value!r}; it must be {self.allowed}{unit}. '
+                                 f'Set it with {_typed(self.name, resolved, default)}') from None
+        _effective[resolved] = f'{converted}{unit}'
+        return converted
+
+
+class _Ranged(Parameter):
+    """A parameter between a minimum and a maximum."""
+
+    article = ''
+
+    @property
+    def allowed(self):
+        word = f', or {self.infinite}' if self.infinite else ''
+        return f'{self.article}{_range(self.minimum, self.maximum)}{word}'
+
+    @property
+    def range(self):
+        low, high = self.minimum, self.maximum
+        if low == -math.inf:
+            text = 'finite' if high == math.inf else f'{high:g} or less'
+        else:
+            text = f'{low:g} or more' if high == math.inf else f'{low:g} to {high:g}'
+        return ', '.join(filter(None, (text, self.infinite)))
+
+
+@dataclasses.dataclass(frozen=True)
+class Number(_Ranged):
+    """A finite float within [minimum, maximum], in ``unit``; the word ``infinite`` stands for math.inf.
 
     ``clamp``: a value outside counts as the nearest one inside, with a warning, as dynamic_reconfigure has it.
     """
-    def convert(value):
-        if infinite and value == infinite:
+
+    name: str
+    default: float
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    unit: str = ''
+    infinite: str = ''
+    clamp: bool = False
+    kind, article = 'float', 'a number'
+
+    def convert(self, value):
+        if self.infinite and value == self.infinite:
             return math.inf
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise ValueError
-        if minimum <= value <= maximum:
-            return float(value)
-        if not clamp:
-            raise ValueError
-        nearest = float(min(max(value, minimum), maximum))
-        rospy.logwarn('parameter %s is %g; it can be%s %s and counts as %g', rospy.resolve_name(name), value,
-                      _range(minimum, maximum), unit, nearest)
+        _require_finite(value)
+        nearest = float(min(max(value, self.minimum), self.maximum))
+        if nearest != value:
+            if not self.clamp:
+                raise ValueError
+            rospy.logwarn('parameter %s is %g; it can be%s %s and counts as %g', rospy.resolve_name(self.name), value,
+                          _range(self.minimum, self.maximum), self.unit, nearest)
         return nearest
-    word = f', or {infinite}' if infinite else ''
-    return _read(name, default, convert, f'a number{_range(minimum, maximum)}{word}', unit)
 
 
-def integer(name, default, minimum=-math.inf, maximum=math.inf, unit='', values=None):
-    """Return a parameter as an int within [minimum, maximum], in ``unit``.
+@dataclasses.dataclass(frozen=True)
+class Integer(_Ranged):
+    """An int within [minimum, maximum], in ``unit``."""
 
-    ``values``: {resolved name: value} of the parameters that are set, where they have been read already.
-    """
-    def convert(value):
+    name: str
+    default: int
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    unit: str = ''
+    kind, article, infinite = 'int', 'a whole number', ''
+
+    def convert(self, value):
         if isinstance(value, float) and value.is_integer():  # rosparam keeps 3.0 as a float
             value = int(value)
-        if isinstance(value, bool) or not isinstance(value, int) or not minimum <= value <= maximum:
+        if isinstance(value, bool) or not isinstance(value, int) or not self.minimum <= value <= self.maximum:
             raise ValueError
         return value
-    return _read(name, default, convert, f'a whole number{_range(minimum, maximum)}', unit, values)
 
 
-def boolean(name, default):
-    """Return a parameter as a bool."""
-    def convert(value):
+@dataclasses.dataclass(frozen=True)
+class Boolean(Parameter):
+    """A bool."""
+
+    name: str
+    default: bool
+    kind, allowed, range = 'bool', 'true or false', 'true, false'
+
+    def convert(self, value):
         if not isinstance(value, bool):
             raise ValueError
         return value
-    return _read(name, default, convert, 'true or false')
 
 
-def text(name, default, choices=()):
-    """Return a parameter as a string, one of ``choices`` where there are any."""
-    def convert(value):
-        if not isinstance(value, str) or (choices and value not in choices):
+@dataclasses.dataclass(frozen=True)
+class Text(Parameter):
+    """A string, one of ``choices`` where there are any."""
+
+    name: str
+    default: str
+    choices: tuple = ()
+    kind = 'text'
+
+    @property
+    def allowed(self):
+        return f'one of {self.range}' if self.choices else 'a text'
+
+    @property
+    def range(self):
+        return ', '.join(self.choices)
+
+    def convert(self, value):
+        if not isinstance(value, str) or (self.choices and value not in self.choices):
             raise ValueError
         return value
-    return _read(name, default, convert, 'one of ' + ', '.join(choices) if choices else 'a text')
 
 
-def numbers(name, default, length=None, unit=''):
-    """Return a parameter as a list of finite floats (or of such lists), of ``length`` entries where it is given."""
-    def convert(value):
-        if not isinstance(value, (list, tuple)) or (length is not None and len(value) != length):
+@dataclasses.dataclass(frozen=True)
+class Numbers(Parameter):
+    """A list of finite floats (or of such lists), of ``length`` entries where it is given, in ``unit``."""
+
+    name: str
+    default: list
+    length: int = None
+    unit: str = ''
+    kind = 'list of'
+
+    @property
+    def allowed(self):
+        return f'a list of {self.length if self.length is not None else "finite"} numbers'
+
+    def convert(self, value):
+        if not isinstance(value, (list, tuple)) or (self.length is not None and len(value) != self.length):
             raise ValueError
-        return [convert_entry(entry) for entry in value]
+        return [self._entry(entry) for entry in value]
 
-    def convert_entry(entry):
+    def _entry(self, entry):
         if isinstance(entry, (list, tuple)):
-            return [convert_entry(inner) for inner in entry]
-        if isinstance(entry, bool) or not isinstance(entry, (int, float)) or not math.isfinite(entry):
-            raise ValueError
+            return [self._entry(inner) for inner in entry]
+        _require_finite(entry)
         return float(entry)
-    return _read(name, default, convert, f'a list of {length if length is not None else "finite"} numbers', unit)
+
+
+class Table:
+    """The parameters of a node: Parameters, and Tables of parameters that it shares with other nodes."""
+
+    def __init__(self, *parts):
+        self._parameters = {}
+        for part in parts:
+            for parameter in part if isinstance(part, Table) else [part]:
+                if parameter.name in self._parameters:
+                    raise ValueError(f'{parameter.name} is declared twice')
+                self._parameters[parameter.name] = parameter
+
+    def __iter__(self):
+        return iter(self._parameters.values())
+
+    def __getitem__(self, name):
+        return self._parameters[name]
+
+    def read(self, *names):
+        """Return the values of the parameters with these names as a list, of all if there is no name."""
+        return [self._parameters[name].read() for name in names or self._parameters]
+
+
+def declare(parameters):
+    """Let the node read these Parameters (mostly a Table) and no others; nodes.init_node does that."""
+    global _declared
+    _declared = {parameter.name for parameter in parameters}
 
 
 def log_effective():
@@ -106,20 +244,17 @@ def _range(minimum, maximum):
     return f' from {minimum:g} to {maximum:g}'
 
 
-def _read(name, default, convert, allowed, unit='', values=None):
-    resolved = rospy.resolve_name(name)
+def _require_finite(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ValueError
+
+
+def _value(name, resolved, default):
     try:
-        value = rospy.get_param(name, default) if values is None else values.get(resolved, default)
+        return rospy.get_param(name, default)
     except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
         raise MasterAway(f'parameter {resolved} cannot be read: the ROS master at {rosgraph.get_master_uri()} does not '
                          f'answer ({error}); start roscore and try again') from None
-    try:
-        converted = convert(value)
-    except ValueError:
-        raise ParameterError(f'parameter {resolved} is {value!r}; it must be {allowed}{" " + unit if unit else ""}. '
-                             f'Set it with {_typed(name, resolved, default)}') from None
-    _effective[resolved] = f'{converted} {unit}'.rstrip()
-    return converted
 
 
 def _typed(name, resolved, default):

@@ -3,7 +3,7 @@
 For a simulator's author::
 
     def main():
-        init_simulator('my_simulator')       # instead of rospy.init_node
+        init_simulator('my_simulator', PARAMETERS)  # instead of rospy.init_node; with the parameters below
         clock = SimulatorClock(STEP)         # [s]; reads the parameters below, offers the services
         clock.services.add(...)              # services that change the world: answered at the start of the next step
         ...                                  # topics
@@ -37,6 +37,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.timing.pacing import Pacer
 from rospy_support import nodes, parameters, registration, rospy_internals
+from rospy_support.parameters import Boolean, Computed, Integer, Number, Table
 from rospy_support.rospy_internals import frame
 from rospy_support.topics import LatestPublisher, Publisher
 from sim_ros import subscriber_backlog
@@ -45,7 +46,12 @@ from sim_ros.lockstep import Lockstep
 from sim_ros.msg import ClockStatus
 from sim_ros.srv import Step, StepResponse
 
-SLOWEST, FASTEST = 0.01, 1000.0  # simulated seconds a second that ~rate may ask for
+REAL_TIME = 1.0  # simulated seconds per second of wall time
+PARAMETERS = Table(Number('~rate', REAL_TIME, 0.01, 1000.0, infinite='max'),
+                   Boolean('~clock', Computed('true where `~rate` is not 1')), Boolean('~paused', False),
+                   Boolean('~lockstep', Computed('true where `~rate` is max')),
+                   Number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s'))
+SEED = Integer('~seed', 0, 0)
 MOST_STEPS = 1_000_000  # of one call of ~step
 ENOUGH = 0.9  # share of the pace that was asked for, below which a warning says so
 STATUS_PERIOD = 1.0  # [s] of wall time
@@ -57,14 +63,17 @@ ANSWER_POLL = 0.5  # [s] between two looks whether an answer can still be waited
 USE_SIM_TIME = '/use_sim_time'
 
 
-def init_simulator(name):
-    """Initialise rospy for a simulator: the source of /clock must not wait for it. Call SimulatorClock next."""
-    nodes.init_node(name, disable_rostime=True)
+def init_simulator(name, declared):
+    """Initialise rospy for a simulator: the source of /clock must not wait for it. Call SimulatorClock next.
+
+    ``declared``: the parameters.Table of the simulator.
+    """
+    nodes.init_node(name, declared, disable_rostime=True)
 
 
 def seeded_random():
     """Return a random.Random of the parameter ``~seed``; the same seed gives the same numbers."""
-    return random.Random(parameters.integer('~seed', 0, 0))
+    return random.Random(SEED.read())
 
 
 class SimulatorClock:
@@ -72,15 +81,13 @@ class SimulatorClock:
 
     def __init__(self, step):
         """Read the parameters, register services and topics; ``step`` [s] is the simulated time of one step."""
-        rate = parameters.number('~rate', 1.0, SLOWEST, FASTEST, infinite='max')
-        self._publishes = parameters.boolean('~clock', rate != 1.0)
-        lockstep = parameters.boolean('~lockstep', self._publishes and rate == math.inf)
-        self._patience = parameters.number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s')
+        rate, self._patience, paused = PARAMETERS.read('~rate', '~lockstep_wait', '~paused')
+        self._publishes = PARAMETERS['~clock'].read(rate != REAL_TIME)
+        lockstep = PARAMETERS['~lockstep'].read(self._publishes and rate == math.inf)
         if lockstep and not self._publishes:
             raise parameters.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
                                         'nobody follows the steps; set ~clock to true as well')
-        self._pacer = Pacer(step, rate, bounded=self._publishes and rate > 1.0,
-                            paused=parameters.boolean('~paused', False))
+        self._pacer = Pacer(step, rate, bounded=self._publishes and rate > REAL_TIME, paused=paused)
         self._sets_sim_time = False
         self._lockstep = None
         self._behind, self._late, self._lag_due = '', 0, 0.0  # nodes that were, in how many looks, and the next look

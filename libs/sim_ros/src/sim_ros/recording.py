@@ -14,6 +14,8 @@ from kinematic_core.validation import InvalidInput
 from rospy_support import parameters
 from rospy_support.rospy_internals import caller
 
+RECORD = parameters.Text('~record', '')
+
 
 class RecordedWorld:
     """A world, its lock, and the recording of what takes effect in its steps, if there is one."""
@@ -49,10 +51,10 @@ class RecordedWorld:
         Parameters outlive nodes: one that an earlier run has set must neither cost that run's recording nor keep this
         one from starting.
         """
-        path = parameters.text('~record', '')
+        path = RECORD.read()
         if not path:
             return
-        name = rospy.resolve_name('~record')
+        name = rospy.resolve_name(RECORD.name)
         try:
             recorder = self.record(path)
         except OSError as error:

@@ -16,6 +16,9 @@ MASTER, OTHERS = ('main_shapes', (1.0, 0.0, 0.0, 1.0)), ('basic_shapes', (0.0, 1
 ODD_PICTURES = 5  # in a row in which a marker contradicts its bundle, before it is said
 EXAMPLE = f'{command_line.EXAMPLE} _bundle_files:="FILE.xml OTHER.xml"'
 
+BUNDLE_FILES = parameters.Text('~bundle_files', '')
+PARAMETERS = parameters.Table(BUNDLE_FILES, settings.PARAMETERS)
+
 
 class BundleNode(MarkerNode):
     """Publishes the poses of bundles under the ids of their masters; the markers themselves are for rviz alone."""
@@ -91,11 +94,12 @@ def _note_shared(known):
 
 
 def _wrong(text):
-    return parameters.ParameterError(f'parameter {rospy.resolve_name("~bundle_files")} {text}')
+    return parameters.ParameterError(f'parameter {rospy.resolve_name(BUNDLE_FILES.name)} {text}')
 
 
 def main():
     """Run findMarkerBundlesNoKinect."""
-    start.init_node('findMarkerBundlesNoKinect', command_line.BUNDLE_USAGE, command_line.bundle_arguments, EXAMPLE)
-    known = read_bundles(parameters.text('~bundle_files', ''))
+    start.init_node('findMarkerBundlesNoKinect', PARAMETERS, command_line.BUNDLE_USAGE, command_line.bundle_arguments,
+                    EXAMPLE)
+    known = read_bundles(BUNDLE_FILES.read())
     BundleNode(settings.read(), known).run()

@@ -2,8 +2,10 @@
 from ar_track_alvar import settings, start
 from ar_track_alvar.node import MarkerNode
 
+PARAMETERS = settings.PARAMETERS
+
 
 def main():
     """Run individualMarkersNoKinect."""
-    start.init_node('individualMarkersNoKinect')
+    start.init_node('individualMarkersNoKinect', PARAMETERS)
     MarkerNode(settings.read()).run()

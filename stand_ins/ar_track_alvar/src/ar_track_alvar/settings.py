@@ -6,9 +6,27 @@ import rospy
 from alvar_core.code import MAX_RESOLUTION, MIN_RESOLUTION, CodeError, check_resolution
 from ar_track_alvar.cfg import ParamsConfig
 from rospy_support import parameters
+from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 
 RAW, RECTIFIED, AUTO = 'raw', 'rectified', 'auto'
 DEFAULT, LOW, HIGH = ParamsConfig.defaults, ParamsConfig.min, ParamsConfig.max  # of cfg/Params.cfg
+
+
+def _changeable(name, unit='', clamp=True):
+    """Return a parameter that can be changed while the tracker runs, with the default and range of that setting.
+
+    ``clamp``: the original takes values beyond the range, too: launch files with 60 Hz are about.
+    """
+    return Number(f'~{name}', DEFAULT[name], LOW[name], HIGH[name], unit, clamp=clamp)
+
+
+PARAMETERS = Table(
+    Boolean('~enabled', DEFAULT['enabled']), _changeable('max_frequency', 'Hz'),
+    _changeable('marker_size', 'cm', clamp=False), _changeable('max_new_marker_error'), _changeable('max_track_error'),
+    Integer('~marker_resolution', 5, MIN_RESOLUTION, MAX_RESOLUTION, 'cells'),
+    Integer('~marker_margin', 2, 1, 10, 'cells'), Text('~output_frame', ''),
+    Text('~image_transport', 'raw', ('raw', 'compressed')), Text('~image_geometry', AUTO, (AUTO, RAW, RECTIFIED)),
+    Number('~transform_tolerance', 0.1, 0.0, 10.0, 's'))
 
 
 @dataclass
@@ -30,19 +48,8 @@ class Settings:
 
 def read():
     """Return the Settings; raises params.ParameterError."""
-    settings = Settings(
-        enabled=parameters.boolean('~enabled', DEFAULT['enabled']),
-        max_frequency=_clamped('max_frequency', unit='Hz'),
-        marker_size=parameters.number('~marker_size', DEFAULT['marker_size'], LOW['marker_size'], HIGH['marker_size'],
-                                  unit='cm'),
-        max_new_marker_error=_clamped('max_new_marker_error'),
-        max_track_error=_clamped('max_track_error'),
-        marker_resolution=parameters.integer('~marker_resolution', 5, MIN_RESOLUTION, MAX_RESOLUTION, unit='cells'),
-        marker_margin=parameters.integer('~marker_margin', 2, 1, 10, unit='cells'),
-        output_frame=parameters.text('~output_frame', '').lstrip('/'),
-        image_transport=parameters.text('~image_transport', 'raw', choices=('raw', 'compressed')),
-        image_geometry=parameters.text('~image_geometry', AUTO, choices=(AUTO, RAW, RECTIFIED)),
-        transform_tolerance=parameters.number('~transform_tolerance', 0.1, 0.0, 10.0, unit='s'))
+    settings = Settings(**{parameter.name[1:]: parameter.read() for parameter in PARAMETERS})
+    settings.output_frame = settings.output_frame.lstrip('/')
     if not settings.output_frame:
         raise parameters.ParameterError(
             f'parameter {rospy.resolve_name("~output_frame")} has to be set: the tf frame in '
@@ -53,8 +60,3 @@ def read():
     except CodeError as error:
         raise parameters.ParameterError(f'parameter {rospy.resolve_name("~marker_resolution")}: {error}') from None
     return settings
-
-
-def _clamped(name, unit=''):
-    """Return a parameter that the original takes beyond its range, too: launch files with 60 Hz are about."""
-    return parameters.number(f'~{name}', DEFAULT[name], LOW[name], HIGH[name], unit=unit, clamp=True)

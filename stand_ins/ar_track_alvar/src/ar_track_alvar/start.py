@@ -8,12 +8,15 @@ from ar_track_alvar.core.command_line import EXAMPLE, USAGE, UsageError, ros_arg
 from rospy_support import nodes
 
 
-def init_node(program, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):
-    """Initialise rospy, with the positional arguments of this process if it has any; exits where they are wrong."""
+def init_node(program, declared, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):
+    """Initialise rospy, with the positional arguments of this process if it has any; exits where they are wrong.
+
+    ``program``: its name; ``declared``: the parameters.Table of the node.
+    """
     cv2.setNumThreads(1)  # the pictures are small: more threads only take more time
     words = rospy.myargv()[1:]
     try:
-        nodes.init_node('marker_detect', argv=sys.argv + (arguments_of(words) if words else []))
+        nodes.init_node('marker_detect', declared, argv=sys.argv + (arguments_of(words) if words else []))
     except UsageError as error:
         sys.exit(f'{program}: {error}\nUsage: {program} {usage}\n'
                  f'or, better, parameters and remappings: {program} {example}')

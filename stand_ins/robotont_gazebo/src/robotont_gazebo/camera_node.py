@@ -20,11 +20,16 @@ from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
+from rospy_support.parameters import Integer, Number, Table, Text
 from rospy_support.topics import Publisher
 
 NAME = 'robotont_camera'
 SIMULATOR = 'robotont_gazebo'
 TRUTH_RATE = 30.0  # [Hz] of the simulator's ground_truth
+PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, 'px'),
+                   Integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, 'px'),
+                   Number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST, 'rad'),
+                   Number('~rate', TRUTH_RATE, 0.1, TRUTH_RATE, 'Hz'), Text('~frame_prefix', ''))
 FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(('x', 'y', 'z', 'rgb'))]
 
 
@@ -33,13 +38,9 @@ class CameraNode:
 
     def __init__(self):
         """Read the parameters and register everything."""
-        self._size = (parameters.integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, unit='px'),
-                      parameters.integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, unit='px'))
-        self._fov = parameters.number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST,
-                                      unit='rad')
-        rate = parameters.number('~rate', TRUTH_RATE, 0.1, TRUTH_RATE, unit='Hz')
+        *self._size, self._fov, rate = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate')
         self._every = max(1, round(TRUTH_RATE / rate))
-        self._frame = frames(parameters.text('~frame_prefix', '')).camera
+        self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
         self._received = 0
         self._renderer = None
         self._plan = self._rendered_plan = None  # until the simulator has told what stands where
@@ -132,7 +133,7 @@ def main():
     """Run robotont_camera."""
     require_alone(NAME, 'camera/color/image_raw')
     cv2.setNumThreads(1)  # with more a picture takes more of the processor, and hardly less time
-    nodes.init_node(NAME)
+    nodes.init_node(NAME, PARAMETERS)
     reachability.watch()
     CameraNode()
     rospy.spin()

@@ -17,15 +17,17 @@ from tf2_msgs.msg import TFMessage
 from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
-from kinematic_core.worlds.robot_world import DT, RobotWorld
+from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
 from robotont_gazebo import messages
 from robotont_gazebo.core import worlds
 from robotont_gazebo.core.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
 from rospy_support import parameters, reachability
+from rospy_support.parameters import Number, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, Publisher
+from sim_ros import clock, recording
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
 from sim_ros.recording import RecordedWorld
 
@@ -38,6 +40,18 @@ FARTHEST = 1000.0  # [m]
 WARNING_PERIOD = 1.0  # [s] of wall time between two warnings about refused velocities
 RECORDED = ('x', 'y', 'theta')  # columns of a recording: the robot's true pose
 NEVER, NONE = 'never', 'none'
+LIMITS = [Number('~max_speed', NONE, 0.01, 10.0, 'm/s', NONE),
+          Number('~max_turn_speed', NONE, 0.01, 50.0, 'rad/s', NONE),
+          Number('~max_wheel_speed', NONE, 0.1, 1000.0, 'rad/s', NONE),
+          Number('~max_acceleration', NONE, 0.01, 1000.0, 'm/s^2', NONE),
+          Number('~max_turn_acceleration', NONE, 0.01, 1000.0, 'rad/s^2', NONE),
+          Number('~max_wheel_acceleration', NONE, 0.1, 10000.0, 'rad/s^2', NONE)]  # as in omni.Limits
+PARAMETERS = Table(
+    Text('~world', 'empty'), Text('~model', MODELS[0], MODELS), Number('~x', 0.0, -FARTHEST, FARTHEST, 'm'),
+    Number('~y', 0.0, -FARTHEST, FARTHEST, 'm'), Number('~yaw', 0.0, -FARTHEST, FARTHEST, 'rad'),
+    Text('~frame_prefix', ''), Number('~watchdog', WATCHDOG, 0.05, 3600.0, 's', NEVER), *LIMITS,
+    Number('~odom_slip', 0.0, 0.0, 0.9), Number('~odom_noise', 0.0, 0.0, 1.0, 'm'),
+    Number('~scan_noise', SCAN_NOISE, 0.0, 1.0, 'm'), clock.SEED, recording.RECORD, clock.PARAMETERS)
 
 
 class RobotontNode:
@@ -48,8 +62,8 @@ class RobotontNode:
         self._clock = SimulatorClock(DT)
         self._refusals = WallThrottle(WARNING_PERIOD)
         self._stamp, self._told_of_watchdog = rospy.Time(), False
-        model = parameters.text('~model', MODELS[0], MODELS)
-        self._frames = frames(parameters.text('~frame_prefix', ''))
+        model, prefix = PARAMETERS.read('~model', '~frame_prefix')
+        self._frames = frames(prefix)
         numbers = seeded_random()
         self._world = _read_world(numbers.getrandbits(64))
         self._shared = RecordedWorld(self._world, RECORDED, lambda pose: [f'{value:.9g}' for value in pose],
@@ -59,7 +73,7 @@ class RobotontNode:
         if model == LIDAR_MODEL:
             from kinematic_core.worlds import rays  # numpy is loaded only where it is needed
             self._rays = rays
-            noise = parameters.number('~scan_noise', rays.NOISE, 0.0, 1.0, unit='m')
+            noise = PARAMETERS['~scan_noise'].read()
             self._scanner = rays.LaserScanner(self._world.plan, LIDAR_Z, noise, numbers.getrandbits(64))
             self._scan = LatestPublisher('scan', LaserScan)
         self._odometry = LatestPublisher('odom', Odometry)
@@ -147,19 +161,9 @@ class RobotontNode:
 
 def _read_world(seed):
     """Return the RobotWorld that the parameters describe."""
-    name = parameters.text('~world', 'empty')
-    start = Pose2D(parameters.number('~x', 0.0, -FARTHEST, FARTHEST, unit='m'),
-                   parameters.number('~y', 0.0, -FARTHEST, FARTHEST, unit='m'),
-                   parameters.number('~yaw', 0.0, -FARTHEST, FARTHEST, unit='rad'))
-    limits = Limits(parameters.number('~max_speed', NONE, 0.01, 10.0, unit='m/s', infinite=NONE),
-                    parameters.number('~max_turn_speed', NONE, 0.01, 50.0, unit='rad/s', infinite=NONE),
-                    parameters.number('~max_wheel_speed', NONE, 0.1, 1000.0, unit='rad/s', infinite=NONE),
-                    parameters.number('~max_acceleration', NONE, 0.01, 1000.0, unit='m/s^2', infinite=NONE),
-                    parameters.number('~max_turn_acceleration', NONE, 0.01, 1000.0, unit='rad/s^2', infinite=NONE),
-                    parameters.number('~max_wheel_acceleration', NONE, 0.1, 10000.0, unit='rad/s^2', infinite=NONE))
-    watchdog = parameters.number('~watchdog', 0.5, 0.05, 3600.0, unit='s', infinite=NEVER)
-    slip = parameters.number('~odom_slip', 0.0, 0.0, 0.9)
-    noise = parameters.number('~odom_noise', 0.0, 0.0, 1.0, unit='m')
+    name, x, y, yaw, watchdog, slip, noise = PARAMETERS.read('~world', '~x', '~y', '~yaw', '~watchdog', '~odom_slip',
+                                                             '~odom_noise')
+    start, limits = Pose2D(x, y, yaw), Limits(*(limit.read() for limit in LIMITS))
     folder = os.path.join(rospkg.RosPack().get_path(NAME), 'worlds')
     try:
         plan, warnings = worlds.load_world(name, folder)
@@ -178,6 +182,6 @@ def _read_world(seed):
 def main():
     """Run robotont_gazebo."""
     require_alone(NAME, 'odom')
-    init_simulator(NAME)
+    init_simulator(NAME, PARAMETERS)
     reachability.watch()
     RobotontNode().run()

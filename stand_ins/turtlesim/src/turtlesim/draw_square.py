@@ -17,6 +17,7 @@ from kinematic_core.validation import InvalidInput, require_sane
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import STILL, Twist2D
 from rospy_support import nodes, parameters
+from rospy_support.parameters import Integer, Number, Table
 from rospy_support.topics import LatestPublisher
 from rospy_support.velocities import to_twist
 from turtlesim.msg import Pose
@@ -30,8 +31,9 @@ HEADING_TOLERANCE = 0.002  # [rad] 4 mm at the end of a side of 2 m, before stee
 CORNER_TOLERANCE = 0.02  # [m] farther off, a corner is driven to again
 LOOK_AHEAD = 0.2  # [m] shortest distance to steer by: the direction of a nearby point means nothing
 
-DEFAULT_SIDE = 2.0  # [m] turtlesim's
 LARGEST_SIDE = 5.5  # [m] from the middle of the arena, where reset puts the turtle, to its edge
+PARAMETERS = Table(Number('~side', 2.0, 0.1, LARGEST_SIDE, 'm'),  # 2 m: turtlesim's
+                   Integer('~laps', 0, 0))
 
 PATIENCE = 5.0  # [s] without a pose, or between two lines that say the same
 RETRY_PERIOD = 1.0  # [s]
@@ -114,8 +116,7 @@ class DrawSquareNode:
 
     def __init__(self):
         """Read the parameters, register what is published."""
-        self._side = parameters.number('~side', DEFAULT_SIDE, 0.1, LARGEST_SIDE, 'm')
-        self._laps = parameters.integer('~laps', 0, minimum=0)
+        self._side, self._laps = PARAMETERS.read('~side', '~laps')
         parameters.log_effective()
         self._pose = None
         self._ended = False
@@ -200,5 +201,5 @@ def _log_target(driver):
 
 def main():
     """Run draw_square."""
-    nodes.init_node('draw_square')
+    nodes.init_node('draw_square', PARAMETERS)
     DrawSquareNode().run()

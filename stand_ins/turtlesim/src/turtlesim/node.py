@@ -12,7 +12,10 @@ from std_srvs.srv import Empty, EmptyResponse
 from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
 from rospy_support import parameters, reachability, registration, rospy_internals
 from rospy_support.master import Master, NoMaster
+from rospy_support.parameters import Computed, Integer, Numbers, Table
+from sim_ros import clock, recording
 from sim_ros.clock import SimulatorClock, init_simulator
+from turtlesim import picture
 from turtlesim.names import TurtleNames
 from turtlesim.picture import PictureServer
 from turtlesim.shared_world import SharedWorld
@@ -20,7 +23,11 @@ from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
-BACKGROUND_PARAMETERS = '~background_r', '~background_g', '~background_b'
+BACKGROUND_PARAMETERS = [Integer(f'~background_{channel}', default, 0, 255)
+                         for channel, default in zip('rgb', BACKGROUND)]
+START_PARAMETER = Numbers('~start', Computed('by `~seed`'), length=3, unit='m, m, rad')
+PARAMETERS = Table(*BACKGROUND_PARAMETERS, clock.PARAMETERS, clock.SEED, START_PARAMETER, recording.RECORD,
+                   picture.PARAMETERS)
 
 
 class TurtlesimNode:
@@ -126,8 +133,7 @@ class TurtlesimNode:
         ``values``: of the parameters, where they have been read already.
         """
         try:
-            self._background = tuple(parameters.integer(name, default, 0, 255, values=values)
-                                     for name, default in zip(BACKGROUND_PARAMETERS, BACKGROUND))
+            self._background = tuple(parameter.read(values=values) for parameter in BACKGROUND_PARAMETERS)
             return self._background
         except parameters.MasterAway:
             return self._background  # there is nobody to have set another one
@@ -138,15 +144,15 @@ class TurtlesimNode:
     def _ask_background(self):
         """As _read_background, in one request, and without waiting for ever for a master that does not answer."""
         try:
-            return self._read_background(self._master.parameters(BACKGROUND_PARAMETERS))
+            return self._read_background(self._master.parameters([each.name for each in BACKGROUND_PARAMETERS]))
         except NoMaster:
             return self._background  # there is nobody to have set another one
 
     def _set_background(self):
         """Set the parameters that are absent: at the start, and on a new master, which has none."""
-        for name, value in zip(BACKGROUND_PARAMETERS, self._background):
-            if not rospy.has_param(name):
-                rospy.set_param(name, value)
+        for parameter, value in zip(BACKGROUND_PARAMETERS, self._background):
+            if not rospy.has_param(parameter.name):
+                rospy.set_param(parameter.name, value)
 
     def _initial_background(self):
         try:
@@ -182,8 +188,8 @@ class TurtlesimNode:
 
 def _start():
     """Return where turtle1 begins: in the middle like the original, where ~seed draws it, or where ~start says."""
-    seed = parameters.integer('~seed', 0, 0)
-    start = parameters.numbers('~start', list(random_start(seed) if seed else START), length=3, unit='m, m, rad')
+    seed = clock.SEED.read()
+    start = START_PARAMETER.read(list(random_start(seed) if seed else START))
     if not (0.0 <= start[0] <= ARENA_SIZE and 0.0 <= start[1] <= ARENA_SIZE and abs(start[2]) <= math.pi):
         raise parameters.ParameterError(
             f'parameter {rospy.resolve_name("~start")} is {start}; it must be x, y from 0 to '
@@ -197,6 +203,6 @@ def _log_spawn(name, x, y, theta):
 
 def main():
     """Run turtlesim_node."""
-    init_simulator('turtlesim')
+    init_simulator('turtlesim', PARAMETERS)
     reachability.watch()
     TurtlesimNode().run()

@@ -13,10 +13,13 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.files import create_numbered
 from kinematic_core.worlds.turtle_world import CANVAS_SIZE
-from rospy_support import parameters, threads
+from rospy_support import threads
+from rospy_support.parameters import Boolean, Computed, Number, Table, Text
 from rospy_support.topics import Publisher, SubscriptionListener
 
 FRAME_ID = 'turtlesim_canvas'
+PARAMETERS = Table(Boolean('~window', True), Number('~image_rate', 25.0, 0.1, 62.5, 'Hz'),
+                   Text('~snapshot_dir', Computed('the working directory')))
 
 
 class PictureServer:
@@ -25,7 +28,7 @@ class PictureServer:
     def __init__(self, shared):
         """Read the parameters, register, open the window where there is a display."""
         self._shared = shared
-        self._period = 1.0 / parameters.number('~image_rate', 25.0, minimum=0.1, maximum=62.5, unit='Hz')
+        self._period = 1.0 / PARAMETERS['~image_rate'].read()
         self._frame_lock = threading.Lock()
         self._frame_state = self._last_frame = None
         self._wanted = threading.Event()
@@ -34,7 +37,7 @@ class PictureServer:
         self._image = Publisher('~image_raw', Image, listener, queue_size=1)
         self._compressed = Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
         self._window, self._window_failed = None, False
-        if parameters.boolean('~window', True) and os.environ.get('DISPLAY'):
+        if PARAMETERS['~window'].read() and os.environ.get('DISPLAY'):
             from turtlesim.window import Window
             self._window = Window('TurtleSim', self._window_fails)
             self._wanted.set()
@@ -99,7 +102,7 @@ class PictureServer:
         from turtlesim.core import sprites
         frame = self._frame()
         stem = rospy.get_name().strip('/').replace('/', '_')
-        directory = parameters.text('~snapshot_dir', os.getcwd())
+        directory = PARAMETERS['~snapshot_dir'].read(os.getcwd())
         with self._frame_lock:
             try:
                 path = create_numbered(directory, stem, '.png', sprites.encode_png(frame))

@@ -16,14 +16,17 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from kinematic_core.validation import ABSURD
-from rospy_support import nodes, parameters
+from rospy_support import nodes
+from rospy_support.parameters import Number, Table
 from rospy_support.topics import LatestPublisher, SubscriptionListener
 
 TOPIC = 'turtle1/cmd_vel'
-DEFAULT_SCALE = 2.0  # [m/s] and [rad/s], turtlesim's
 LISTENERS_DEADLINE = 3.0  # [s] for the listeners that the master knows to connect, once one has
 QUIT = 'quit'
 DIRECTIONS = {'up': (1, 0), 'down': (-1, 0), 'left': (0, 1), 'right': (0, -1)}  # key: (forward, counter-clockwise)
+SCALES = [Number(f'{prefix}scale_{kind}', 2.0, -ABSURD, ABSURD, unit)  # turtlesim's
+          for kind, unit in (('linear', 'm/s'), ('angular', 'rad/s')) for prefix in ('~', '')]
+PARAMETERS = Table(*SCALES)
 
 HELP = """\
 The arrow keys drive a turtle, by way of {topic}:
@@ -135,8 +138,8 @@ class TeleopNode:
 
     def __init__(self):
         """Read the parameters, register the topic."""
-        self._linear = _scale('scale_linear', 'm/s')
-        self._angular = _scale('scale_angular', 'rad/s')
+        self._linear = _scale('scale_linear')
+        self._angular = _scale('scale_angular')
         self._listened = threading.Event()
         self._publisher = LatestPublisher(TOPIC, Twist, SubscriptionListener(self._listened.set))
         self._wake, wake_writer = os.pipe()
@@ -177,15 +180,13 @@ class TeleopNode:
                 self._listened.wait(deadline - time.monotonic())
 
 
-def _scale(name, unit):
+def _scale(name):
     """Return the private parameter, else the one beside the node, which is where turtlesim looks for it."""
-    default = DEFAULT_SCALE
-    if not rospy.has_param('~' + name):
-        default = parameters.number(name, DEFAULT_SCALE, -ABSURD, ABSURD, unit)
-    return parameters.number('~' + name, default, -ABSURD, ABSURD, unit)
+    private = PARAMETERS['~' + name]
+    return private.read(None if rospy.has_param(private.name) else PARAMETERS[name].read())
 
 
 def main():
     """Run turtle_teleop_key on the standard input."""
-    nodes.init_node('teleop_turtle')
+    nodes.init_node('teleop_turtle', PARAMETERS)
     TeleopNode().run(sys.stdin.fileno())

@@ -15,6 +15,7 @@ from std_srvs.srv import Empty, EmptyResponse
 
 from rospy_support import nodes, parameters, rospy_internals
 from rospy_support.images import to_image
+from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import Publisher, SubscriptionListener
 from usb_cam.camera_info import CameraInfos
@@ -24,6 +25,22 @@ from usb_cam.core.sources import PIXEL_FORMATS, Settings, open_source
 MONOCHROME = ('grey', 'yuvmono10')  # pixel formats that are published as mono8
 REPEAT = 30.0  # [s] between two reports of the same trouble
 AUTO_EXPOSURE_OFF = 1  # V4L2_EXPOSURE_MANUAL
+LEVELS = 'brightness', 'contrast', 'saturation', 'sharpness', 'gain'  # in the webcam's own units
+PARAMETERS = Table(
+    Text('~video_device', '/dev/video0'),
+    Integer('~image_width', 640, 1, 100000, 'px'), Integer('~image_height', 480, 1, 100000, 'px'),
+    Integer('~framerate', 30, 1, 1000, 'Hz'), Text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
+    Text('~io_method', 'mmap', ('mmap', 'read', 'userptr')),  # OpenCV chooses itself, as it does colours
+    Text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p')),
+    Number('~rate', 0.0, 0.0, 1000.0, 'Hz'), Boolean('~loop', True),
+    *(Integer(f'~{name}', -1, -1) for name in LEVELS),
+    Boolean('~auto_white_balance', True), Integer('~white_balance', 4000, 0, 100000, 'K'),
+    Boolean('~autoexposure', True), Integer('~exposure', 100, 0, 1000000),
+    Boolean('~autofocus', False), Integer('~focus', -1, -1),
+    Text('~image_raw/compressed/format', 'jpeg', ('jpeg', 'png')),
+    Integer('~image_raw/compressed/jpeg_quality', 80, 1, 100, '%'),
+    Text('~camera_frame_id', 'head_camera'), Text('~camera_name', 'head_camera'), Text('~camera_info_url', ''),
+    Number('~horizontal_fov', 0.0, 0.0, 179.0, 'degrees'))
 
 
 class UsbCamNode:
@@ -31,15 +48,12 @@ class UsbCamNode:
 
     def __init__(self):
         """Read the parameters and register everything; rospy is initialised."""
-        self._device = parameters.text('~video_device', '/dev/video0')
+        self._device, self._frame_id, self._name = PARAMETERS.read('~video_device', '~camera_frame_id', '~camera_name')
         self._settings = _settings()
         self._mono = self._settings.pixel_format in MONOCHROME
-        self._format = parameters.text('~image_raw/compressed/format', 'jpeg', ('jpeg', 'png'))
-        self._quality = parameters.integer('~image_raw/compressed/jpeg_quality', 80, 1, 100, '%')
-        self._frame_id = parameters.text('~camera_frame_id', 'head_camera')
-        self._name = parameters.text('~camera_name', 'head_camera')
-        self._infos = CameraInfos(self._name, parameters.text('~camera_info_url', ''),
-                                  parameters.number('~horizontal_fov', 0.0, 0.0, 179.0, 'degrees'))
+        self._format, self._quality = PARAMETERS.read('~image_raw/compressed/format',
+                                                      '~image_raw/compressed/jpeg_quality')
+        self._infos = CameraInfos(self._name, *PARAMETERS.read('~camera_info_url', '~horizontal_fov'))
         parameters.log_effective()
         self._throttle = WallThrottle(REPEAT)
         self._capture = None
@@ -132,33 +146,26 @@ def compressed(bgr, header, mono, kind, quality):
 
 def _settings():
     """Read what a source is asked for."""
-    parameters.text('~io_method', 'mmap', ('mmap', 'read', 'userptr'))  # OpenCV chooses itself, as it does colours
-    parameters.text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p'))
-    return Settings(
-        width=parameters.integer('~image_width', 640, 1, 100000, 'px'),
-        height=parameters.integer('~image_height', 480, 1, 100000, 'px'),
-        framerate=parameters.integer('~framerate', 30, 1, 1000, 'Hz'),
-        pixel_format=parameters.text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
-        controls=_controls(),
-        rate=parameters.number('~rate', 0.0, 0.0, 1000.0, 'Hz'),
-        loop=parameters.boolean('~loop', True))
+    PARAMETERS.read('~io_method', '~color_format')  # only checked
+    width, height, framerate, pixel_format, rate, loop = PARAMETERS.read(
+        '~image_width', '~image_height', '~framerate', '~pixel_format', '~rate', '~loop')
+    return Settings(width=width, height=height, framerate=framerate, pixel_format=pixel_format, controls=_controls(),
+                    rate=rate, loop=loop)
 
 
 def _controls():
     """Return the webcam's controls to set, [(name, OpenCV property, value)], in usb_cam's order; none for -1."""
-    values = [(name, parameters.integer(f'~{name}', -1, -1))
-              for name in ('brightness', 'contrast', 'saturation', 'sharpness', 'gain')]
+    values = [(name, PARAMETERS[f'~{name}'].read()) for name in LEVELS]
     controls = [(name, getattr(cv2, f'CAP_PROP_{name.upper()}'), value) for name, value in values if value >= 0]
-    auto_white_balance = parameters.boolean('~auto_white_balance', True)
-    white_balance = parameters.integer('~white_balance', 4000, 0, 100000, 'K')
+    auto_white_balance, white_balance = PARAMETERS.read('~auto_white_balance', '~white_balance')
     controls.append(('auto_white_balance', cv2.CAP_PROP_AUTO_WB, int(auto_white_balance)))
     if not auto_white_balance:
         controls.append(('white_balance', cv2.CAP_PROP_WB_TEMPERATURE, white_balance))
-    autoexposure, exposure = parameters.boolean('~autoexposure', True), parameters.integer('~exposure', 100, 0, 1000000)
+    autoexposure, exposure = PARAMETERS.read('~autoexposure', '~exposure')
     if not autoexposure:
         controls += [('autoexposure', cv2.CAP_PROP_AUTO_EXPOSURE, AUTO_EXPOSURE_OFF),
                      ('exposure', cv2.CAP_PROP_EXPOSURE, exposure)]
-    autofocus, focus = parameters.boolean('~autofocus', False), parameters.integer('~focus', -1, -1)
+    autofocus, focus = PARAMETERS.read('~autofocus', '~focus')
     controls.append(('autofocus', cv2.CAP_PROP_AUTOFOCUS, int(autofocus)))
     if not autofocus and focus >= 0:
         controls.append(('focus', cv2.CAP_PROP_FOCUS, focus))
@@ -178,5 +185,5 @@ def main():
     os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: what is wrong is said here, once
     os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] a webcam may hang; below STOP_TIMEOUT
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    nodes.init_node('usb_cam')
+    nodes.init_node('usb_cam', PARAMETERS)
     UsbCamNode().run()

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan
+from kinematic_core.worlds.robot_world import SCAN_NOISE
 
 RAYS = 720
 FIRST_ANGLE = -math.pi  # [rad] of the first ray, from the scanner's x axis; the last one points the same way
 LAST_ANGLE = math.pi
 NEAREST = 0.10  # [m]
 FARTHEST = 30.0  # [m]
-NOISE = 0.01  # [m] standard deviation
 _JOINED = 1.0 - 1e-9  # sides are a little longer than they are, so that no ray gets through between two
 
 
@@ -98,7 +98,7 @@ def _sides(out: np.ndarray, half_depth: np.ndarray, along: np.ndarray, half_widt
 class LaserScanner:
     """A scanner of RAYS rays all around, with gaussian noise from a generator of its own."""
 
-    def __init__(self, plan: FloorPlan, height: float, noise: float = NOISE, seed: int = 0) -> None:
+    def __init__(self, plan: FloorPlan, height: float, noise: float = SCAN_NOISE, seed: int = 0) -> None:
         """Scan ``plan`` at ``height`` [m]; ``noise`` [m] is the standard deviation of each range."""
         self._height, self._noise = height, noise
         self._random = np.random.default_rng(seed)

@@ -25,6 +25,7 @@ from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance
 
 DT = 1.0 / 120.0  # [s] a step: odometry and camera (30 Hz) are due every fourth, the scanner (40 Hz) every third
 WATCHDOG = 0.5  # [s] without a command after which the robot stops
+SCAN_NOISE = 0.01  # [m] standard deviation of each range of its laser scanner (rays.py)
 ROBOT_RADIUS = 0.18  # [m]
 ROBOT_HEIGHT = 0.25  # [m] with the camera
 FASTEST_COMMAND = 10.0  # [m/s] several times what any Robotont does
