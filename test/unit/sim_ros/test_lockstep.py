@@ -9,7 +9,7 @@ from kinematic_core.timing.idle_threads import Gone
 from sim_ros import lockstep
 from sim_ros.lockstep import LONGEST_PAUSE, SETTLING, Lockstep
 
-PATIENCE, STEP = 2.0, 0.016  # [s]
+TIMEOUT, STEP = 2.0, 0.016  # [s]
 
 
 class Wall:
@@ -73,13 +73,13 @@ class Scene:
         monkeypatch.setattr(lockstep, 'ProcessThreads', lambda *_, **__: self.own)
         monkeypatch.setattr(lockstep, '_watch_master', lambda: self.master)
         monkeypatch.setattr(lockstep, '_watch', lambda connection: self.processes[connection.endpoint_id])
-        self.books = []
-        monkeypatch.setattr(lockstep, '_books', lambda: list(self.books))
+        self.registrations = []
+        monkeypatch.setattr(lockstep, '_registrations', lambda: list(self.registrations))
         monkeypatch.setattr(rospy, 'is_shutdown', lambda: False)
         self.parameters = {}
         monkeypatch.setattr(rospy, 'has_param', self.parameters.__contains__)
         monkeypatch.setattr(rospy, 'set_param', self.parameters.__setitem__)
-        self.lockstep = Lockstep(self.publisher, PATIENCE, STEP)
+        self.lockstep = Lockstep(self.publisher, TIMEOUT, STEP)
         self.wait()  # the master settles
 
     def node(self, name):
@@ -89,22 +89,22 @@ class Scene:
         return self.processes[name]
 
     def wait(self):
-        """Return (whether rest came, how long [s] it took)."""
+        """Return (whether all were idle in time, how long [s] it took)."""
         begin = self.wall.now
         return self.lockstep.wait(), self.wall.now - begin
 
 
 def test_without_nodes_a_step_begins_at_once(scene):
-    rest, took = scene.wait()
-    assert rest and took < 1e-4
+    idle, took = scene.wait()
+    assert idle and took < 1e-4
 
 
 def test_a_step_waits_for_every_node_and_for_the_simulator_itself(scene):
     one, two = scene.node('/one'), scene.node('/two')
     for process, other in itertools.permutations((one, two, scene.own), 2):
         process.busy_until, other.busy_until = scene.wall.now + 0.2, scene.wall.now + 0.1
-        rest, took = scene.wait()
-        assert rest and 0.2 <= took < 0.2 + 2.0 * LONGEST_PAUSE
+        idle, took = scene.wait()
+        assert idle and 0.2 <= took < 0.2 + 2.0 * LONGEST_PAUSE
     assert scene.lockstep.late == 0
 
 
@@ -117,17 +117,17 @@ def test_two_looks_must_see_the_same(scene, monkeypatch):
 
 
 def test_a_registration_is_given_time_to_settle_once(scene):
-    scene.master.worked, scene.books = 1, ['/one publishes /turtle1/cmd_vel']
-    rest, took = scene.wait()
-    assert rest and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
+    scene.master.worked, scene.registrations = 1, ['/one publishes /turtle1/cmd_vel']
+    idle, took = scene.wait()
+    assert idle and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
     assert scene.wait()[1] < 1e-4
 
 
 def test_a_master_that_polls_settles_all_the_same(scene, monkeypatch):
     monkeypatch.setattr(scene.master, 'runs', lambda: {'1': 60_000 * int(scene.wall.now / 0.1), '2': 1_000_000})
-    scene.books = ['/one publishes /turtle1/cmd_vel']
-    rest, took = scene.wait()
-    assert rest and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
+    scene.registrations = ['/one publishes /turtle1/cmd_vel']
+    idle, took = scene.wait()
+    assert idle and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
 
 
 def test_a_master_that_only_answers_holds_nobody_up(scene):
@@ -137,7 +137,7 @@ def test_a_master_that_only_answers_holds_nobody_up(scene):
 
 
 def test_a_master_that_polls_is_not_even_asked(scene, monkeypatch):
-    monkeypatch.setattr(lockstep, '_books', lambda: pytest.fail('asked'))
+    monkeypatch.setattr(lockstep, '_registrations', lambda: pytest.fail('asked'))
     scene.master.worked += 0.05  # 50 us
     assert scene.wait()[0]
 
@@ -145,23 +145,23 @@ def test_a_master_that_polls_is_not_even_asked(scene, monkeypatch):
 def test_a_node_that_never_rests_is_named_counted_and_gets_real_time_from_then_on(scene):
     hog, good = scene.node('/hog'), scene.node('/good')
     hog.busy_until = scene.wall.now + 1e6
-    rest, took = scene.wait()
-    assert not rest and PATIENCE <= took < PATIENCE + 2.0 * LONGEST_PAUSE
-    assert (scene.lockstep.late, scene.lockstep.restless) == (1, '/hog')
-    rest, took = scene.wait()
-    assert not rest and STEP <= took < STEP + 2.0 * LONGEST_PAUSE
+    idle, took = scene.wait()
+    assert not idle and TIMEOUT <= took < TIMEOUT + 2.0 * LONGEST_PAUSE
+    assert (scene.lockstep.late, scene.lockstep.busy) == (1, '/hog')
+    idle, took = scene.wait()
+    assert not idle and STEP <= took < STEP + 2.0 * LONGEST_PAUSE
     assert scene.lockstep.late == 2
     hog.busy_until = 0.0
     assert scene.wait()[0]
-    assert (scene.lockstep.late, scene.lockstep.restless) == (2, '')
+    assert (scene.lockstep.late, scene.lockstep.busy) == (2, '')
     good.busy_until = scene.wall.now + 1.5
-    assert scene.wait()[0]  # the whole patience again
+    assert scene.wait()[0]  # the whole timeout again
 
 
 def test_the_simulator_itself_can_be_what_is_busy(scene):
     scene.own.busy_until = scene.wall.now + 1e6
     assert not scene.wait()[0]
-    assert 'the simulator itself' in scene.lockstep.restless
+    assert 'the simulator itself' in scene.lockstep.busy
 
 
 def test_a_node_that_ends_is_not_waited_for(scene):

@@ -8,6 +8,7 @@ import socket
 import threading
 import time
 import xmlrpc.client
+from typing import Dict, NamedTuple, Optional, Tuple
 
 import rosgraph
 import rospy
@@ -18,7 +19,7 @@ from rospy_support import rospy_internals
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
 LONGEST_PAUSE = 1e-3  # [s]
-SETTLING = 0.12  # [s] of rest asked for after a registration: the master's threads that tell others look every 0.1 s
+SETTLING = 0.12  # [s] without work after a registration: the master's threads that tell others look every 0.1 s
 WORK = 100_000  # [ns] that a thread runs at least for a registration; threads that poll run less between two looks
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # rospy asks the master for it at every line that it logs
 NOBODY = 'the simulator itself, or connections that are being made'  # where no node is busy
@@ -26,81 +27,100 @@ NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
 TRIES = 3  # to ask it: a machine that stands still lets that time pass
 
 
-class Lockstep:
-    """Waits until the followers of a publisher of /clock are at rest."""
+class Snapshot(NamedTuple):
+    """How long each thread of each process had run at one look, in which none ran: {thread id: run time [ns]}."""
 
-    def __init__(self, publisher, patience, step):
-        """``patience`` [s of wall time]: the longest wait for a step. ``step`` [s]: what a step gets after that."""
-        self._publisher, self._patience, self._step = publisher, patience, step
+    master: Dict[str, int]  # empty where it cannot be watched
+    own: Dict[str, int]
+    followers: Tuple[Optional[Dict[str, int]], ...]  # None where one cannot be watched
+
+    def run_times(self):
+        """Return {thread id: run time [ns]} of all processes."""
+        processes = (self.master, self.own, *self.followers)
+        return {thread: ran for runs in processes for thread, ran in (runs or {}).items()}
+
+
+class Lockstep:
+    """Waits until the followers of a publisher of /clock are idle."""
+
+    def __init__(self, publisher, timeout, step):
+        """``timeout`` [s of wall time]: the longest wait; ``step`` [s]: that for the next step once a node was late."""
+        self._publisher = publisher
+        self._timeout = timeout
+        self._step = step
         self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
         self.watch_master()
-        self._settled = {}  # how long [ns] each thread of the master had run at the last rest
+        self._settled = {}  # {thread: run time [ns]} of the master when all were idle the last time
         self._connections = ()
         self._followers = {}  # connection: (name, ProcessThreads, or None where it cannot be watched)
-        self.late = 0  # steps that were begun although a node was not at rest
-        self.restless = ''  # names of the nodes that were waited for in vain the last time
+        self.late = 0  # steps that were begun although a node was not idle
+        self.busy = ''  # names of the nodes that were waited for in vain the last time
 
     def watch_master(self):
         """Look for the master; again when it was started anew."""
         if not rospy.has_param(LOG_PARAMETER):
             rospy.set_param(LOG_PARAMETER, False)  # its default; a node that logs asks for it until it is set
-        self._master, self._books = _watch_master(), _books()  # and what was registered at the last rest
+        self._master = _watch_master()
+        self._registrations = _registrations()  # when all were idle the last time
 
     def wait(self):
-        """Wait for rest; return whether it came in time."""
-        since, waiting = 0.0, ActiveTimer(time.monotonic)
-        patience = self._step if self.restless else self._patience
-        pause, seen, before, needed, asked = FIRST_PAUSE, None, None, 0.0, False
+        """Wait until all are idle; return whether they were in time."""
+        timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
+        timeout = self._step if self.busy else self._timeout
+        settling = _Settling()
+        before = None  # the Snapshot of the last look
         while not rospy.is_shutdown():
-            looked, now = self._look(), waiting.look()
-            if looked and needed:  # who polls in wall time wakes up now and then, for nothing
-                if before is None or _worked(_flat(before), _flat(looked)):
-                    since = now
-                before = looked
-            at_rest = looked and seen and looked[1:] == seen[1:] and not _worked(seen[0], looked[0])
-            if at_rest and now - since >= needed:
-                if asked or self.restless or not _worked(self._settled, looked[0]):
-                    self._settled, self.restless = looked[0], ''
+            snapshot, now = self._look(), timer.look()
+            settling.observe(snapshot, now)
+            if _all_idle(before, snapshot) and settling.is_over(now):
+                if self._master_settled(snapshot, settling, now):
                     return True
-                asked, looked = True, None
-                if self._registered():
-                    needed, since = SETTLING, now
-            seen = looked
-            if now >= patience:
+                snapshot = None  # the question has woken the master: two more looks
+            before = snapshot
+            if now >= timeout:
                 self.late += 1
-                self.restless = self._names() or self.restless or NOBODY
+                self.busy = self._busy_names() or self.busy or NOBODY
                 return False
-            if seen is None or pause > FIRST_PAUSE or needed:
+            if before is None or pause > FIRST_PAUSE or settling.needed:
                 time.sleep(pause)
                 pause = min(2.0 * pause, LONGEST_PAUSE)
         return True
 
     def _look(self):
-        """Return how long each thread has run, the master's first; None when one runs."""
-        self._update()
+        """Return a Snapshot; None when a thread runs, and when a follower has ended just now."""
+        self._update_followers()
         try:
             master = self._master.runs() if self._master else {}
         except Gone:
             self._master, master = None, {}
         if master is None:
             return None
-        looked = [master, self._own.runs()]
+        own, followers = self._own.runs(), []
         for connection, (name, threads) in self._followers.items():
             try:
-                looked.append(threads and threads.runs())
+                followers.append(threads and threads.runs())
             except Gone:  # the node has ended; its connection follows
                 self._followers[connection] = name, None
                 return None
-            if threads and looked[-1] is None:
+            if threads and followers[-1] is None:
                 return None
-        return None if looked[1] is None else looked
+        return None if own is None else Snapshot(master, own, tuple(followers))
 
-    def _registered(self):
-        """Return whether anything was registered or unregistered since the last rest."""
-        before, self._books = self._books, _books()
-        return before != self._books
+    def _master_settled(self, snapshot, settling, now):
+        """Return whether the master has told all nodes what was registered; all have been idle up to ``snapshot``.
 
-    def _names(self):
+        What the master was asked by then has woken its threads, so that this is asked once in a wait at most.
+        """
+        if settling.asked or self.busy or not _worked(self._settled, snapshot.master):
+            self._settled, self.busy = snapshot.master, ''
+            return True
+        settling.asked = True
+        before, self._registrations = self._registrations, _registrations()
+        if before != self._registrations:
+            settling.start(now)
+        return False
+
+    def _busy_names(self):
         """Return the names of the nodes that are busy just now."""
         busy = set()
         for name, threads in self._followers.values():
@@ -111,7 +131,7 @@ class Lockstep:
                 pass
         return ', '.join(sorted(busy))
 
-    def _update(self):
+    def _update_followers(self):
         """Take in who has come and who has gone."""
         connections = tuple(rospy_internals.connections(self._publisher))
         if connections == self._connections:
@@ -126,9 +146,36 @@ class Lockstep:
         self._connections = connections
 
 
-def _flat(looked):
-    """Return {thread: how long it has run [ns]} of all processes in a look."""
-    return {thread: ran for runs in looked for thread, ran in (runs or {}).items()}
+class _Settling:
+    """Within one wait: whether the time that the master needs after a registration has passed."""
+
+    def __init__(self):
+        self.asked = False  # whether the master was asked what is registered
+        self.needed = 0.0  # [s] in which nobody may do any work
+        self._since = 0.0  # [s] in the wait, when the last work was seen
+        self._ran = None  # {thread: run time [ns]} at the last look
+
+    def start(self, now):
+        """Ask for SETTLING from ``now`` [s] on."""
+        self.needed, self._since = SETTLING, now
+
+    def observe(self, snapshot, now):
+        """Take in a look; who polls in wall time wakes up now and then, for nothing."""
+        if snapshot and self.needed:
+            ran = snapshot.run_times()
+            if self._ran is None or _worked(self._ran, ran):
+                self._since = now
+            self._ran = ran
+
+    def is_over(self, now):
+        """Return whether nobody has worked for as long as is needed."""
+        return now - self._since >= self.needed
+
+
+def _all_idle(before, after):
+    """Return whether no thread has run between two looks; only the master's may have polled. None: one ran."""
+    return (before is not None and after is not None and after.own == before.own
+            and after.followers == before.followers and not _worked(before.master, after.master))
 
 
 def _worked(before, after):
@@ -165,7 +212,7 @@ def _watch_master():
         return None
 
 
-def _books():
+def _registrations():
     """Return what is registered with the master, or None."""
     try:
         return _proxy(rosgraph.get_master_uri()).getSystemState(rospy.get_name())[2]
