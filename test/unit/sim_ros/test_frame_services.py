@@ -170,7 +170,7 @@ def test_a_slow_master_holds_up_neither_the_step_nor_other_calls_but_those_that_
     assert log[2:] == [('answer', 'slow', 'slow known'), ('answer', 'asks too', 'asks too known')]
 
 
-def test_with_patience_the_step_waits_for_the_master(services, log, master):
+def test_with_a_longer_timeout_the_step_waits_for_the_master(services, log, master):
     threading.Timer(MOMENT, master.answers.set).start()
     services.put(Call('slow', log), asking(master))
     services.put(Call('quick', log), double)
@@ -234,4 +234,4 @@ def test_what_waited_for_others_is_waited_for_in_its_turn(services, log, master)
 
 
 def test_a_step_waits_for_the_master_less_than_a_gap_in_the_poses_may_last():
-    assert frame_services.PATIENCE < 0.06
+    assert frame_services.MASTER_TIMEOUT < 0.06

@@ -39,12 +39,13 @@ from kinematic_core.timing.pacing import Pacer
 from rospy_support import nodes, parameters, registration, rospy_internals
 from rospy_support.parameters import Boolean, Computed, Integer, Number, Table
 from rospy_support.rospy_internals import frame
-from rospy_support.topics import LatestPublisher, Publisher
-from sim_ros import subscriber_backlog
-from sim_ros.frame_services import PATIENCE, FrameServices
+from rospy_support.throttle import WallThrottle
+from rospy_support.topics import LatestPublisher
+from sim_ros.frame_services import MASTER_TIMEOUT, FrameServices
 from sim_ros.lockstep import Lockstep
-from sim_ros.msg import ClockStatus
 from sim_ros.srv import Step, StepResponse
+from sim_ros.status_reporter import StatusReporter
+from sim_ros.subscriber_backlog import LagMonitor
 
 REAL_TIME = 1.0  # simulated seconds per second of wall time
 PARAMETERS = Table(Number('~rate', REAL_TIME, 0.01, 1000.0, infinite='max'),
@@ -53,10 +54,6 @@ PARAMETERS = Table(Number('~rate', REAL_TIME, 0.01, 1000.0, infinite='max'),
                    Number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s'))
 SEED = Integer('~seed', 0, 0)
 MOST_STEPS = 1_000_000  # of one call of ~step
-ENOUGH = 0.9  # share of the pace that was asked for, below which a warning says so
-STATUS_PERIOD = 1.0  # [s] of wall time
-LONGEST_LAG = 0.2  # [s] of simulated time that a node may be behind /clock without lockstep, before it is said
-LAG_PERIOD = 0.1  # [s] of wall time between two looks for that
 CLOCK_SIZE = len(frame(Clock()))  # [bytes]
 WARNING_PERIOD = 10.0  # [s] of wall time between two warnings of one kind
 ANSWER_POLL = 0.5  # [s] between two looks whether an answer can still be waited for
@@ -81,27 +78,23 @@ class SimulatorClock:
 
     def __init__(self, step):
         """Read the parameters, register services and topics; ``step`` [s] is the simulated time of one step."""
-        rate, self._patience, paused = PARAMETERS.read('~rate', '~lockstep_wait', '~paused')
+        rate, self._lockstep_timeout, paused = PARAMETERS.read('~rate', '~lockstep_wait', '~paused')
         self._publishes = PARAMETERS['~clock'].read(rate != REAL_TIME)
         lockstep = PARAMETERS['~lockstep'].read(self._publishes and rate == math.inf)
         if lockstep and not self._publishes:
             raise parameters.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
-                                        'nobody follows the steps; set ~clock to true as well')
+                                            'nobody follows the steps; set ~clock to true as well')
         self._pacer = Pacer(step, rate, bounded=self._publishes and rate > REAL_TIME, paused=paused)
-        self._sets_sim_time = False
-        self._lockstep = None
-        self._behind, self._late, self._lag_due = '', 0, 0.0  # nodes that were, in how many looks, and the next look
-        self._status = Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
-        self._status_due, self._reported = 0.0, None
-        self._measured = time.monotonic(), 0  # wall time and steps at the last status
-        self._warned = {}  # kind of warning: when [s, monotonic]
+        self._throttle = WallThrottle(WARNING_PERIOD)
+        self._status = StatusReporter(self._pacer, lockstep, self._publishes, self._throttle)
+        self._clock = None  # the publisher of /clock
+        self._lockstep = None  # waits for the nodes that follow
+        self._lag = None  # in place of that: looks for nodes that cannot follow
+        self._sets_sim_time = False  # and has to take it back
         if self._publishes:
-            self._clock = LatestPublisher('/clock', Clock)
-            self._lead()
-            if lockstep:
-                self._lockstep = Lockstep(self._clock, self._patience, step)
+            self._own_clock(step, lockstep)
         else:
-            self._follow()
+            self._use_other_clock()
         self.services = FrameServices(self._call_came, by_name=self._lockstep is not None)
         rospy.Service('~pause', Trigger, self._pause)
         rospy.Service('~resume', Trigger, self._resume)
@@ -115,28 +108,32 @@ class SimulatorClock:
         while not rospy.is_shutdown():
             given_up = self._pacer.wait()
             if given_up is None:
-                self._rest()
+                self._no_step_due()
                 continue
             if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
                 time.sleep(self._pacer.step)  # nobody follows yet: years would pass before a node has started
             if given_up and not self._lockstep:
                 rospy.logwarn('The simulator stood still for %.1f s (a suspended machine?); it goes on from here.',
                               given_up)
-            if self._lockstep:
-                self._wait_for_nodes()
             if self._publishes:
-                now = self._set_time()
-                self._answer()
-                step()
-                if self._lockstep:  # else chance would say which a node takes first, these messages or /clock
-                    self._wait_for_nodes()
-                self._clock.publish(now)
-                if not self._lockstep:
-                    self._look_who_is_behind()
-                self._report()
+                self._step_and_publish(step)
             else:
                 self._answer()
                 step()
+
+    def _step_and_publish(self, step):
+        """Make a step, then publish its time; in lockstep, before and after it, wait until all nodes are idle."""
+        if self._lockstep:
+            self._wait_for_nodes()
+        now = self._set_time()
+        self._answer()
+        step()
+        if self._lockstep:  # else chance would say which a node takes first, these messages or /clock
+            self._wait_for_nodes()
+        self._clock.publish(now)
+        if self._lag:
+            self._look_for_lag()
+        self._report()
 
     def _restore(self):
         """Set anew what a master that was started anew does not know."""
@@ -146,7 +143,7 @@ class SimulatorClock:
             rospy.set_param(USE_SIM_TIME, True)
 
     def _set_time(self):
-        """Let this process's rospy know the time, without the way through the topic; return it."""
+        """Let this process's rospy know the time, without the detour through the topic; return it."""
         now = rospy.Time(*divmod(self._pacer.nanoseconds, 1_000_000_000))
         rospy_internals.set_time(now)
         return now
@@ -154,8 +151,8 @@ class SimulatorClock:
     def _clock_wanted(self):
         return not self._publishes or self._clock.wanted()
 
-    def _rest(self):
-        """There is no step to make: say so, and to late-comers what time it is."""
+    def _no_step_due(self):
+        """Do what may not wait for the next step: answer in a pause, tell late-comers what time it is."""
         if self._pacer.paused:
             self.services.answer()
         if self._publishes:
@@ -169,56 +166,36 @@ class SimulatorClock:
 
     def _answer(self):
         """Answer calls at the start of a step; in lockstep no call may be late, which chance would decide."""
-        self.services.answer(max(PATIENCE, self._patience) if self._lockstep else PATIENCE)
+        self.services.answer(max(MASTER_TIMEOUT, self._lockstep_timeout) if self._lockstep else MASTER_TIMEOUT)
 
     def _wait_for_nodes(self):
         if not self._lockstep.wait():
-            self._warn('late', 'Lockstep: a step began after %g s although this was still busy: %s. The result may '
-                       'depend on the machine; ~clock_status counts such steps.',
-                       self._patience, self._lockstep.restless)
+            self._throttle.warn('late', 'Lockstep: a step began after %g s although this was still busy: %s. The '
+                                'result may depend on the machine; ~clock_status counts such steps.',
+                                self._lockstep_timeout, self._lockstep.busy)
 
-    def _look_who_is_behind(self):
-        """Count and name nodes that have not read /clock for too long."""
-        now = time.monotonic()
-        if now < self._lag_due:
-            return
-        self._lag_due = now + LAG_PERIOD
-        most = LONGEST_LAG / self._pacer.step
-        unread = subscriber_backlog.unread(self._clock, CLOCK_SIZE)
-        behind = {node: number for node, number in unread.items() if number > most}
+    def _look_for_lag(self):
+        behind = self._lag.look()
         if behind:
-            self._late, self._behind = self._late + 1, ', '.join(sorted(behind))
-            self._warn('behind', '%s cannot follow: %.1f s of simulated time behind /clock. The result may depend on '
-                       'the machine; _lockstep:=true waits for nodes, ~clock_status counts this in late_steps.',
-                       self._behind, max(behind.values()) * self._pacer.step)
-
-    def _warn(self, kind, text, *values):
-        """Log a warning, each kind at most once in WARNING_PERIOD of wall time; rospy's throttle counts ROS time."""
-        now = time.monotonic()
-        if now >= self._warned.get(kind, -math.inf) + WARNING_PERIOD:
-            self._warned[kind] = now
-            rospy.logwarn(text, *values)
+            self._throttle.warn('behind', '%s cannot follow: %.1f s of simulated time behind /clock. The result may '
+                                'depend on the machine; _lockstep:=true waits for nodes, ~clock_status counts this in '
+                                'late_steps.', self._lag.busy, behind)
 
     def _report(self):
-        """Publish the status when something has changed, or when it is due."""
-        now, pacer = time.monotonic(), self._pacer
-        late, busy = (self._lockstep.late, self._lockstep.restless) if self._lockstep else (self._late, self._behind)
-        changed = (pacer.paused, late > 0) != self._reported
-        if not changed and (not self._publishes or now < self._status_due):
-            return
-        since, steps = self._measured
-        pace = (pacer.steps - steps) * pacer.step / max(now - since, 1e-9)
-        whole = not changed and now - since >= STATUS_PERIOD  # nothing but time has passed
-        if whole and not pacer.paused and not self._lockstep and pace < ENOUGH * pacer.rate < math.inf:
-            self._warn('slow', 'Time passes %.1f times as fast as the wall clock, ~rate asks for %g; nodes that follow '
-                       '/clock notice nothing of that.', pace, pacer.rate)
-        self._measured, self._status_due = (now, pacer.steps), now + STATUS_PERIOD
-        self._reported = pacer.paused, late > 0
-        self._status.publish(pacer.steps, pacer.nanoseconds / 1e9, pacer.rate, pace, pacer.paused,
-                             self._lockstep is not None, late, busy)
+        watch = self._lockstep or self._lag
+        self._status.report(*((watch.late, watch.busy) if watch else (0, '')))
 
-    def _lead(self):
-        """Make sure that nodes follow /clock, as Gazebo does, and that there is one /clock."""
+    def _own_clock(self, step, lockstep):
+        """Publish /clock, and see to it that nodes follow it, as Gazebo does, and that there is one."""
+        self._clock = LatestPublisher('/clock', Clock)
+        self._set_use_sim_time()
+        if lockstep:
+            self._lockstep = Lockstep(self._clock, self._lockstep_timeout, step)
+        else:
+            self._lag = LagMonitor(self._clock, CLOCK_SIZE, step)
+
+    def _set_use_sim_time(self):
+        """Set /use_sim_time where nobody has; say what speaks against it."""
         others = _other_clocks()
         if others:
             rospy.logwarn('%s publishes /clock as well: time will jump. Start this node with _clock:=false.',
@@ -226,13 +203,13 @@ class SimulatorClock:
         if not rospy.has_param(USE_SIM_TIME):
             rospy.set_param(USE_SIM_TIME, True)
             self._sets_sim_time = True
-            rospy.on_shutdown(self._stop_leading)
+            rospy.on_shutdown(self._unset_use_sim_time)
             rospy.loginfo('Set %s to true: nodes that start from now on follow /clock.', USE_SIM_TIME)
         elif not rospy.get_param(USE_SIM_TIME):
             rospy.logwarn('%s is false: nodes keep wall time, although this simulator publishes /clock. Type: '
                           'rosparam set %s true, before the other nodes start.', USE_SIM_TIME, USE_SIM_TIME)
 
-    def _follow(self):
+    def _use_other_clock(self):
         """Do what disable_rostime left out: somebody else may publish /clock."""
         if not rospy_internals.follow_time():
             raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
@@ -240,7 +217,7 @@ class SimulatorClock:
             rospy.logwarn('%s is true, but nobody publishes /clock: nodes wait for it for ever. Start this simulator '
                           'with _clock:=true, or type: rosparam set %s false', USE_SIM_TIME, USE_SIM_TIME)
 
-    def _stop_leading(self):
+    def _unset_use_sim_time(self):
         """Take back what would let every later node wait for ever for a /clock that is gone."""
         try:
             rospy.delete_param(USE_SIM_TIME)

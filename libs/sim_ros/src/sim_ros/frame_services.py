@@ -21,7 +21,7 @@ import rospy
 
 from rospy_support.rospy_internals import QueuedService, caller
 
-PATIENCE = 0.04  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
+MASTER_TIMEOUT = 0.04  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
 
 
 class FrameServices:
@@ -36,7 +36,7 @@ class FrameServices:
         self._on_call, self._by_name = on_call, by_name
         self._lock = threading.Lock()
         self._queued = []  # (ServiceCall, its handler) since the last step
-        self._begun = []  # _Answers that wait for the master, and those that wait for them
+        self._unfinished = []  # _Answers that wait for the master, and those that wait for them
         self._worker = _Worker(on_call)
 
     def add(self, name, service_class, handler):
@@ -49,23 +49,23 @@ class FrameServices:
             self._queued.append((call, handler))
         self._on_call()
 
-    def answer(self, patience=PATIENCE):
-        """Answer what was queued before now; wait for the master ``patience`` [s of wall time] at most.
+    def answer(self, timeout=MASTER_TIMEOUT):
+        """Answer what was queued before now; wait for the master ``timeout`` [s of wall time] at most.
 
         Steps do not wait again for what took longer.
         """
-        if not self._queued and not self._begun:
+        if not self._queued and not self._unfinished:
             return
         with self._lock:
             queued, self._queued = self._queued, []
         if self._by_name:
             queued.sort(key=lambda each: (caller(each[0].request), each[0].service.resolved_name))
-        answers = self._begun + [_Answer(call, handler, self._worker) for call, handler in queued]
-        self._begun = []
-        end = time.monotonic() + patience
+        answers = self._unfinished + [_Answer(call, handler, self._worker) for call, handler in queued]
+        self._unfinished = []
+        end = time.monotonic() + timeout
         for answer in answers:
-            if (self._begun and answer.asks_master) or not answer.proceed(-math.inf if answer.late else end):
-                self._begun.append(answer)
+            if (self._unfinished and answer.asks_master) or not answer.proceed(-math.inf if answer.late else end):
+                self._unfinished.append(answer)
 
 
 class _Answer:

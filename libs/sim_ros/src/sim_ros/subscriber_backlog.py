@@ -3,9 +3,40 @@
 A node that gets no processor time does not read. How much waits for it is in the tables of TCP sockets (proc(5),
 /proc/net/tcp), in the row of the node's end of the connection.
 """
+import time
+
 from rospy_support import rospy_internals
 
+LONGEST_LAG = 0.2  # [s] of simulated time that a node may be behind /clock
+LOOK_PERIOD = 0.1  # [s] of wall time between two looks
 TABLES = '/proc/net/tcp', '/proc/net/tcp6'
+
+
+class LagMonitor:
+    """Looks now and then which nodes are too far behind /clock: for a simulator that does not wait for them."""
+
+    def __init__(self, clock, size, step):
+        """``clock``: its publisher; ``size`` [bytes] of its messages; ``step`` [s] of simulated time between two."""
+        self._clock = clock
+        self._size = size
+        self._step = step
+        self._next_look = 0.0  # [s, monotonic]
+        self.late = 0  # looks that found a node behind
+        self.busy = ''  # the nodes that were, in the last of them
+
+    def look(self):
+        """Return how far [s of simulated time] the slowest node is behind; 0.0 where none is, or no look is due."""
+        now = time.monotonic()
+        if now < self._next_look:
+            return 0.0
+        self._next_look = now + LOOK_PERIOD
+        most = LONGEST_LAG / self._step
+        behind = {node: number for node, number in unread(self._clock, self._size).items() if number > most}
+        if not behind:
+            return 0.0
+        self.late += 1
+        self.busy = ', '.join(sorted(behind))
+        return max(behind.values()) * self._step
 
 
 def unread(publisher, size):
