@@ -1,1 +1,9 @@
-"""Planar motion of simulated robots in fixed time steps: no clock, no ROS, no random numbers but seeded ones."""
+"""Simulated robots in the plane, without ROS: their worlds, the timing of their steps, and files from outside.
+
+* ``worlds``: turtles and Robotonts in fixed time steps. A world knows no clock; the same steps with the same commands
+  and seed give the same numbers.
+* ``timing``: when steps are due by wall time, timers, whether processes are idle, recordings.
+* ``validation``, ``documents``, ``encoded_images`` check what comes from outside; ``files`` writes whole files.
+
+The standard library does nearly all of it: only ``worlds.rays`` uses numpy, only ``documents`` PyYAML.
+"""

@@ -1,1 +1,1 @@
-"""Simulated time under ROS: /clock, pause and step, lockstep, services answered in the simulator's frame."""
+"""Simulated time under ROS: /clock, pause and step, lockstep, services answered in the next step, recorded worlds."""

@@ -18,13 +18,14 @@ Private parameters: ``~rate``, ``~clock``, ``~paused``, ``~lockstep``, ``~lockst
 ``~resume`` (std_srvs/Trigger), ``~step`` (sim_ros/Step); topic ``~clock_status`` (sim_ros/ClockStatus,
 latched).
 
-Lockstep (see kinematic_core.timing.idle_threads): no step begins before every node of this machine that follows /clock
-has as long as it waits in ROS time and not in wall time (time.sleep, rospy.wait_for_message polling).
+Lockstep (see sim_ros.lockstep): no step starts before every node of this machine that follows /clock is idle. A node
+that waits in wall time (time.sleep; rospy.wait_for_message polls) counts as idle.
 
 /use_sim_time: a simulator that publishes /clock sets it to true where nobody has set it, and takes it back when it
 ends; nodes that started before keep wall time. A launch file should set it first.
 
-Threading contract: ``run`` is called in one thread; the services come in rospy's.
+Threading contract: ``run`` is called in one thread, which also answers ``services``; ~pause, ~resume and ~step come in
+rospy's threads.
 """
 import math
 import random

@@ -1,8 +1,8 @@
 """The node robotont_gazebo: one Robotont in its world, stepped by a SimulatorClock.
 
-Threading contract: the main thread steps, publishes and answers services; cmd_vel comes in rospy's threads and reaches
-the world through the lock of ``_shared``. The camera is a node of its own (camera_node.py): images would hold up the
-steps.
+Threading contract: the main thread steps: it answers all services that were called since the last step, moves the robot
+and publishes; cmd_vel comes in rospy's threads and reaches the world through the lock of ``_shared``. The camera is a
+node of its own (camera_node.py): images would hold up the steps.
 """
 import os
 

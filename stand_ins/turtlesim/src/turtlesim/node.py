@@ -1,8 +1,9 @@
 """The node turtlesim_node: turtlesim's interface on a SharedWorld, stepped by a SimulatorClock.
 
-Threading contract: the main thread steps, publishes and answers services (frame_services); what they have to ask the
-master is asked on a thread of its own, which changes neither the world nor ``_interfaces``; subscribers run in rospy's
-threads and reach the world through SharedWorld's lock; pictures are made by a thread of their own (picture.py).
+Threading contract: the main thread steps: it answers all services that were called since the last step, moves the
+turtles and publishes (frame_services). What a service has to ask the master is asked on a thread of its own, which
+changes neither the world nor ``_interfaces``; subscribers run in rospy's threads and reach the world through
+SharedWorld's lock; images are made by a thread of their own (picture.py).
 """
 import math
 

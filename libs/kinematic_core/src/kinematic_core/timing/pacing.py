@@ -7,9 +7,9 @@ Two policies for steps that come late, because the machine was busy:
 * simulated time *is* wall time for everybody else (``bounded`` false): late steps are made up for soon, so that no
   ground is lost; not in one burst, for after a stall of the whole machine a robot would drive blindly, and its watchdog
   strike, before a node had its turn;
-* the simulator publishes its time, which is faster, and everybody follows it (``bounded`` true): so many late steps
-  would leave the followers behind, so they are made up for at little more than the pace, and only as long as that is
-  soon.
+* the simulator publishes its time, which is faster, and everybody follows it (``bounded`` true): catching up quickly
+  would leave the followers behind, so late steps are caught up at FASTER_BOUNDED times the pace, and a backlog of more
+  than LONGEST_BOUNDED_CATCH_UP is dropped.
 
 Threading contract: one thread calls ``wait`` and does each step between two calls; everything else may come from any
 thread. What several threads touch is changed and read under one lock.
