@@ -154,7 +154,7 @@ class SocketWatch:
 
         ``deadline`` [s] from now. The socket belongs to the callback then, and does not block.
         """
-        def begin():
+        def start():
             waiting = _Waiting(reader, deadline, done, failed)
             try:
                 self._selector.register(connection, selectors.EVENT_READ, waiting)
@@ -166,7 +166,7 @@ class SocketWatch:
                 self._deadlines += 1
             self._waiting[connection] = waiting
         connection.setblocking(False)
-        self._do(begin)
+        self._do(start)
 
     def make_room(self):
         """There are no file descriptors left: drop connections that have waited longest, of those with a deadline."""

@@ -52,8 +52,8 @@ class Master:
         time where there are thousands.
         """
         answers = []
-        for begin in range(0, len(calls), MOST_CALLS):
-            answers += self._request(calls[begin:begin + MOST_CALLS], unread)
+        for start in range(0, len(calls), MOST_CALLS):
+            answers += self._request(calls[start:start + MOST_CALLS], unread)
         return answers
 
     def _request(self, calls, unread):

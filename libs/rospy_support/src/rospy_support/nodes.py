@@ -40,7 +40,7 @@ REGISTERING = 0.5  # [s] for a registration that has begun
 LONGEST_CALL = 2.0  # [s] for the master to take note of the end
 LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
 
-_begun = threading.Event()  # the end
+_ending = threading.Event()  # set once the node shuts down
 
 
 def init_node(name, declared=(), argv=None, **options):
@@ -90,7 +90,7 @@ def outcome(main):
     except (rospy.ROSInterruptException, KeyboardInterrupt):
         return 0
     except Exception as error:
-        if _begun.is_set() or rospy.is_shutdown():  # topics were closed under its hands
+        if _ending.is_set() or rospy.is_shutdown():  # topics were closed under its hands
             rospy.logdebug('main() ended with %r', error)
             return 0
         traceback.print_exc()
@@ -117,8 +117,8 @@ def shut_down(reason):
 
 def _limit_the_end():
     """See to it that the process ends in time, even if a master that stands, or a lock, holds the end up."""
-    if not _begun.is_set():
-        _begun.set()
+    if not _ending.is_set():
+        _ending.set()
         rospy_internals.limit_calls_of_master(LONGEST_CALL)
         timer = threading.Timer(LONGEST_END, _give_up)
         timer.daemon = True
@@ -157,7 +157,7 @@ def _await_signals(reader):
 
 def _thread_failed(failure):
     """Log what ended a thread; while the node ends that is nothing to tell."""
-    if not (_begun.is_set() or rospy.is_shutdown()):
+    if not (_ending.is_set() or rospy.is_shutdown()):
         said = ''.join(traceback.format_exception(failure.exc_type, failure.exc_value, failure.exc_traceback))
         rospy.logerr('The thread %s of this node has ended by an error; please report it:\n%s',
                      failure.thread.name if failure.thread else '?', said)

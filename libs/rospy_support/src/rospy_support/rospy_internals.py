@@ -448,13 +448,13 @@ class _LimitedTransport(xmlrpc.client.Transport):
             raise xmlrpc.client.ProtocolError(host, 0, str(error), {}) from None
 
 
-def end_registering(patience):
-    """Let a registration with a master that is away end, for the shutdown; one that lasts longer than ``patience`` [s].
+def end_registering(timeout):
+    """Let a registration with a master that is away end, for the shutdown; one that lasts longer than ``timeout`` [s].
 
     rospy tries it again and again until it shuts down, and holds the lock meanwhile that its shutdown needs.
     """
     for manager in (get_topic_manager(), get_service_manager()):
-        if manager.lock.acquire(timeout=patience):
+        if manager.lock.acquire(timeout=timeout):
             manager.lock.release()
         else:
             rospy.core._shutdown_flag = True

@@ -31,9 +31,9 @@ class ServiceConnection:
         self._wait(connection, FrameReader(SIZE_LIMIT), None if self._persistent else FIRST_DEADLINE)
 
     def _wait(self, connection, reader, deadline):
-        self._watch.read(connection, reader, self._begin, self._failed, deadline)
+        self._watch.read(connection, reader, self._start_answer, self._failed, deadline)
 
-    def _begin(self, connection, request):
+    def _start_answer(self, connection, request):
         threading.Thread(target=self._serve, args=(connection, request), daemon=True).start()
 
     def _failed(self, connection, error):

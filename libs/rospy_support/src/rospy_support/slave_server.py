@@ -40,10 +40,10 @@ class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
         self._wait(connection, address, FIRST_DEADLINE)
 
     def _wait(self, connection, address, deadline):
-        self._watch.read(connection, HttpReader(BODY_LIMIT), functools.partial(self._begin, address),
+        self._watch.read(connection, HttpReader(BODY_LIMIT), functools.partial(self._start_answer, address),
                          functools.partial(self._failed, address), deadline)
 
-    def _begin(self, address, connection, request):
+    def _start_answer(self, address, connection, request):
         threading.Thread(target=self._answer, args=(connection, address, request), daemon=True).start()
 
     def _failed(self, address, connection, error):

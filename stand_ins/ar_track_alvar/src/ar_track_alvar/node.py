@@ -19,7 +19,7 @@ from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
 from ar_track_alvar import conversions
 from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
-from ar_track_alvar.core import debug_picture
+from ar_track_alvar.core import debug_image
 from ar_track_alvar.core.filters import ErrorFilter, RateLimiter
 from ar_track_alvar.diagnostics import Statistics
 from ar_track_alvar.live_settings import LiveSettings
@@ -51,14 +51,14 @@ class MarkerNode:
         self.settings, self._sizes = settings, dict(sizes or {})
         self._condition = threading.Condition()
         self.camera = None  # Camera of the picture that is searched
-        self._picture = None  # (arrival [s, monotonic], message): the newest one, until it is searched
+        self._image = None  # (arrival [s, monotonic], message): the newest one, until it is searched
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateLimiter(settings.max_frequency), ErrorFilter()
         self._simulated = not rospy_internals.is_wall_time()
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._topic = rospy.resolve_name('camera_image')
         self._last_arrival = -math.inf
-        self._picture_came = self._info_came = self._reported = time.monotonic()
+        self._image_came = self._info_came = self._reported = time.monotonic()
         self._reconfigured = True
         self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self._complain)
         self._debug = LatestPublisher('~debug_image', Image)
@@ -94,15 +94,15 @@ class MarkerNode:
 
     # ------------------------------------------------------------------------------------------- rospy's threads
 
-    def _take_picture(self, message):
+    def _take_image(self, message):
         now = time.monotonic()
         with self._condition:
-            self._picture_came = now
+            self._image_came = now
             if not self._rate.accept(self._simulated and rospy.get_time() or now):
                 self._statistics.skipped += 1
                 return
-            self._statistics.dropped += self._picture is not None
-            self._picture = now, message
+            self._statistics.dropped += self._image is not None
+            self._image = now, message
             self._condition.notify()
 
     def _take_info(self, message):
@@ -130,20 +130,20 @@ class MarkerNode:
     def _turn(self):
         """Wait for something to do, and do it."""
         with self._condition:
-            if self._picture is None and not self._reconfigured:
+            if self._image is None and not self._reconfigured:
                 rest = self._reported + REPORT - time.monotonic()
                 self._condition.wait(max(0.0, self._report.retry or rest))
-            picture, self._picture, info = self._picture, None, self._info
+            image, self._image, info = self._image, None, self._info
             reconfigured, self._reconfigured = self._reconfigured, False
         if reconfigured:
             self._apply_settings()
-        if picture is not None and self._subscriber is not None:
-            self._search(*picture, info)
+        if image is not None and self._subscriber is not None:
+            self._search(*image, info)
         self._report.flush()
         if time.monotonic() >= self._reported + REPORT:
             self._look_after()
-        if picture is not None and self._tracker is not None:
-            self._use_spare_time(picture[0])
+        if image is not None and self._tracker is not None:
+            self._use_spare_time(image[0])
 
     def _apply_settings(self):
         settings = self.settings
@@ -153,7 +153,7 @@ class MarkerNode:
             # With simulated time what is found must not depend on how much time there is: all of each picture at once.
             self._tracker = Tracker(detector) if rospy_internals.is_wall_time() else Tracker(detector, full_every=1)
         if settings.enabled and self._subscriber is None:
-            self._picture_came = time.monotonic()
+            self._image_came = time.monotonic()
             self._start_anew()
             self._subscriber = self._subscribe()
         elif not settings.enabled and self._subscriber is not None:
@@ -162,9 +162,9 @@ class MarkerNode:
 
     def _subscribe(self):
         if self.settings.image_transport == 'compressed':
-            return rospy.Subscriber(self._topic + COMPRESSED, CompressedImage, self._take_picture, queue_size=1,
+            return rospy.Subscriber(self._topic + COMPRESSED, CompressedImage, self._take_image, queue_size=1,
                                     buff_size=BUFFER, tcp_nodelay=True)
-        return rospy.Subscriber('camera_image', Image, self._take_picture, queue_size=1, buff_size=BUFFER,
+        return rospy.Subscriber('camera_image', Image, self._take_image, queue_size=1, buff_size=BUFFER,
                                 tcp_nodelay=True)
 
     def _search(self, arrival, message, info):
@@ -191,13 +191,13 @@ class MarkerNode:
         self._statistics.searched(time.perf_counter() - begun, detections)
         self._report.publish(arrival, message.header, self.to_publish(detections))
         if self._debug.wanted():
-            picture = debug_picture.draw(images.bgr(message).copy(), camera, found, detections, self.size_of)
-            self._debug.publish(images.to_image(picture, header=message.header))
+            drawn = debug_image.draw(images.bgr(message).copy(), camera, found, detections, self.size_of)
+            self._debug.publish(images.to_image(drawn, header=message.header))
 
     def _use_spare_time(self, arrival):
         """Search the rest of the picture that came at ``arrival`` [s] if others come rarely and none waits."""
         apart, self._last_arrival = arrival - self._last_arrival, arrival
-        if apart > SLOW and self._picture is None:
+        if apart > SLOW and self._image is None:
             self._tracker.search_rest()
 
     def _camera_for(self, info, grey):
@@ -231,7 +231,7 @@ class MarkerNode:
         now = time.monotonic()
         if self._subscriber is not None:
             with self._condition:
-                info, info_came, picture_came = self._info, self._info_came, self._picture_came
+                info, info_came, picture_came = self._info, self._info_came, self._image_came
             if now - picture_came > SILENCE:
                 self._complain('picture', f'no picture has come for {now - picture_came:.0f} s',
                                lambda: waiting_text(self._subscriber, 'camera_image'))

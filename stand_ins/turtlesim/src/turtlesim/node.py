@@ -3,7 +3,7 @@
 Threading contract: the main thread steps: it answers all services that were called since the last step, moves the
 turtles and publishes (frame_services). What a service has to ask the master is asked on a thread of its own, which
 changes neither the world nor ``_interfaces``; subscribers run in rospy's threads and reach the world through
-SharedWorld's lock; images are made by a thread of their own (picture.py).
+SharedWorld's lock; images are made by a thread of their own (image_server.py).
 """
 import math
 
@@ -16,9 +16,9 @@ from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import Computed, Integer, Numbers, Table
 from sim_ros import clock, recording
 from sim_ros.clock import SimulatorClock, init_simulator
-from turtlesim import picture
+from turtlesim import image_server
+from turtlesim.image_server import ImageServer
 from turtlesim.names import TurtleNames
-from turtlesim.picture import PictureServer
 from turtlesim.shared_world import SharedWorld
 from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
@@ -28,7 +28,7 @@ BACKGROUND_PARAMETERS = [Integer(f'~background_{channel}', default, 0, 255)
                          for channel, default in zip('rgb', BACKGROUND)]
 START_PARAMETER = Numbers('~start', Computed('by `~seed`'), length=3, unit='m, m, rad')
 PARAMETERS = Table(*BACKGROUND_PARAMETERS, clock.PARAMETERS, clock.SEED, START_PARAMETER, recording.RECORD,
-                   picture.PARAMETERS)
+                   image_server.PARAMETERS)
 
 
 class TurtlesimNode:
@@ -50,7 +50,7 @@ class TurtlesimNode:
         self._interfaces = {FIRST: TurtleInterface(FIRST, self._shared, self._clock.services)}
         self._names = TurtleNames([FIRST])
         _log_spawn(FIRST, *self._shared.world.start)
-        self._pictures = PictureServer(self._shared)
+        self._image_server = ImageServer(self._shared)
         registration.on_return(self._set_background)
 
     def run(self):
@@ -59,7 +59,7 @@ class TurtlesimNode:
             self._clock.run(self._step)
         finally:
             self._shared.end_recording()
-        self._pictures.close()
+        self._image_server.close()
 
     def _step(self):
         readings = self._shared.step()

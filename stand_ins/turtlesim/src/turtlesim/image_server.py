@@ -22,7 +22,7 @@ PARAMETERS = Table(Boolean('~window', True), Number('~image_rate', 25.0, 0.1, 62
                    Text('~snapshot_dir', Computed('the working directory')))
 
 
-class PictureServer:
+class ImageServer:
     """Serves ``~image_raw`` (rgb8), ``~image_raw/compressed`` (PNG), ``~snapshot`` and the window of a SharedWorld."""
 
     def __init__(self, shared):

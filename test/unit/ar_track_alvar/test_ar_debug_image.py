@@ -1,4 +1,4 @@
-"""ar_track_alvar.core.debug_picture: outline, id and axes are where the marker is."""
+"""ar_track_alvar.core.debug_image: outline, id and axes are where the marker is."""
 from dataclasses import replace
 
 import cv2
@@ -8,7 +8,7 @@ import pytest
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
-from ar_track_alvar.core import debug_picture
+from ar_track_alvar.core import debug_image
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
 SIZE = 0.1  # [m]
@@ -26,7 +26,7 @@ def seen():
 def drawn(seen, detection, published=True):
     camera, picture, _ = seen
     bgr = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
-    debug_picture.draw(bgr, camera, [detection], [detection] if published else [], lambda _: SIZE)
+    debug_image.draw(bgr, camera, [detection], [detection] if published else [], lambda _: SIZE)
     return bgr
 
 
@@ -41,8 +41,8 @@ def test_outline_and_axes(seen):
     camera, _, detection = seen
     picture = drawn(seen, detection)
     for start, end in zip(detection.corners, np.roll(detection.corners, -1, 0)):
-        assert has(picture, debug_picture.SURE, (start + end) / 2)
-    for axis, colour in zip(np.eye(3), debug_picture.AXES):
+        assert has(picture, debug_image.SURE, (start + end) / 2)
+    for axis, colour in zip(np.eye(3), debug_image.AXES):
         middle = drawing.project(camera, detection.rotation, detection.position, axis[None] * SIZE / 3)[0]
         assert has(picture, colour, middle)
 
@@ -50,9 +50,9 @@ def test_outline_and_axes(seen):
 def test_colours_tell_what_is_sure_ambiguous_and_left_out(seen):
     detection = seen[2]
     middle = detection.corners[:2].mean(0)
-    assert has(drawn(seen, replace(detection, ambiguous=True)), debug_picture.AMBIGUOUS, middle)
+    assert has(drawn(seen, replace(detection, ambiguous=True)), debug_image.AMBIGUOUS, middle)
     left_out = drawn(seen, detection, published=False)
-    assert has(left_out, debug_picture.LEFT_OUT, middle) and not (left_out == debug_picture.AXES[0]).all(2).any()
+    assert has(left_out, debug_image.LEFT_OUT, middle) and not (left_out == debug_image.AXES[0]).all(2).any()
 
 
 def test_the_id_stands_below_also_at_the_rim_of_the_picture(seen):
@@ -62,4 +62,4 @@ def test_the_id_stands_below_also_at_the_rim_of_the_picture(seen):
         moved = replace(detection, corners=detection.corners + move)
         assert drawn(seen, moved).shape == (*shape, 3)
     below = slice(int(detection.corners[:, 1].max()) + 4, None)
-    assert (drawn(seen, detection)[below] == debug_picture.SURE).all(2).any()
+    assert (drawn(seen, detection)[below] == debug_image.SURE).all(2).any()
