@@ -59,6 +59,7 @@ class RecordingTest(SimulatorCase):
         return lines
 
     def test_turtlesim_recordings(self):
+        """Recordings are kept, whole, and end alone on a full disk."""
         self.check('turtlesim', 'turtlesim_node')
 
     def test_robotont_recordings(self):

@@ -329,12 +329,19 @@ class AttackTest(unittest.TestCase):
         return Peer(kind.node, master.lookupNode(kind.node))
 
     def test_attack_simulators(self):
+        """Simulators, camera, trackers, usb_cam and draw_square: attacked on their ports, they answer others all the
+        while.
+        """
         self.attack('simulators')
 
     def test_attack_servers(self):
+        """The course's service server, nodes that drive, teleop and the grader's helper: attacked on their ports, they
+        answer others all the while.
+        """
         self.attack('servers')
 
     def test_attack_followers(self):
+        """Nodes that follow a topic: attacked on their ports, they answer others all the while."""
         self.attack('followers')
 
 

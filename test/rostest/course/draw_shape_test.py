@@ -44,6 +44,7 @@ class DrawShapeTest(CourseCase):
         self.assertAlmostEqual(gap, answer.closing_error, delta=MEASURED_TOLERANCE)
 
     def test_draw_shape_square(self):
+        """A square by service."""
         poses = self.poses()
         answer = self.draw('square', 1.0, speed=4.0)
         end = MIDDLE + 1.0

@@ -61,6 +61,7 @@ class DriveRobotTest(RobotCase):
         self.assertLess(max(abs(theta - START[2]) for _, _, theta in track), HEADING_TOLERANCE)
 
     def test_drive_robot_circle_strafing(self):
+        """A circle by strafing."""
         track, centre = self.draw('_shape:=circle', '_strafe:=true'), ahead_and_left(0.0, SIDE / 2.0)
         for x, y, _ in track:
             self.assertAlmostEqual(SIDE / 2.0, math.dist(centre, (x, y)), delta=CORNER_TOLERANCE)

@@ -38,6 +38,7 @@ class ShutdownTest(CourseCase):
         self.drive_and_end(process, lambda: process.process.send_signal(signal.SIGTERM))
 
     def test_drive_shutdown_by_rosnode_kill(self):
+        """A node that is ended by rosnode kill while it drives."""
         process = self.start('stop_at_x.py', f'_speed:={SPEED}')
         self.drive_and_end(process, lambda: subprocess.run(
             ['rosnode', 'kill', '/stop_at_x'], stdout=subprocess.DEVNULL, timeout=DEADLINE, check=True))

@@ -16,6 +16,7 @@ STOPPED = 'No message on /cmd_vel for 0.5 s: the robot stops, .*'
 class DrivingTest(RobotontCase):
 
     def test_robotont_drives_for_half_a_second(self):
+        """One command lasts half a second, to the step."""
         # an arc of v = (0.4, 0.2) m/s and w = 2 rad/s over 0.5 s, which is 1 rad: in the robot's first frame
         # x = (vx sin 1 - vy (1 - cos 1)) / w, y = (vy sin 1 + vx (1 - cos 1)) / w
         sin, cos = math.sin(1.0), 1.0 - math.cos(1.0)
@@ -25,6 +26,7 @@ class DrivingTest(RobotontCase):
         self.assert_at(self.odometry(), x, y, 1.0)
 
     def test_robotont_says_once_that_it_stops(self):
+        """The watchdog stops the robot each time and says so the first time."""
         log = NodeLog('/robotont_gazebo')
         first = self.drive_once(0.4)
         log.wait(Log.WARN, STOPPED)
@@ -49,6 +51,7 @@ class DrivingTest(RobotontCase):
         self.assertGreater(place(odometry.messages[-1])[1], 0.01, 'it slides along the box')
 
     def test_robotont_ignores_nonsense_and_stands(self):
+        """NaN, infinite and enormous commands stop the robot; each is named."""
         log, drive = NodeLog('/robotont_gazebo'), self.driver()
         truth = self.collected('~ground_truth', Odometry)
         for bad, said in (((math.nan, 0.0, 0.0), 'linear.x is nan; it must be a finite number'),
@@ -66,6 +69,7 @@ class DrivingTest(RobotontCase):
             self.assertTrue(all(map(math.isfinite, place(truth.messages[-1]))))
 
     def test_robotont_warns_of_nonsense_once_a_second(self):
+        """A flood of nonsense does not flood the log."""
         log, drive = NodeLog('/robotont_gazebo'), self.driver()
         truth = self.collected('~ground_truth', Odometry)
         start, begin = len(truth.messages), time.monotonic()

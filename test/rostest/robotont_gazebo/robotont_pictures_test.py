@@ -33,6 +33,7 @@ class PicturesTest(RobotontCase):
         return Detector(MARKER_SIZE).detect(self.pixels(image, np.uint8, 3)[..., ::-1], Camera(info.K, info.D))
 
     def test_robotont_camera_sees_a_marker_where_it_is(self):
+        """The marker in the picture is found where the panel is."""
         distance = self.face_marker_1()
         truth = self.collected('~ground_truth', Odometry)
         info = self.message('camera/color/camera_info', CameraInfo)
@@ -48,6 +49,7 @@ class PicturesTest(RobotontCase):
         self.assertLess(np.linalg.norm(marker.position - [0.0, CAMERA_HEIGHT - 0.25, distance]), 0.01 * distance)
 
     def test_robotont_camera_follows_a_marker_that_moves(self):
+        """A moved panel is seen in its new place."""
         self.face_marker_1()
         images = self.collected('camera/color/image_raw', Image)
         info = self.message('camera/color/camera_info', CameraInfo)
@@ -60,6 +62,7 @@ class PicturesTest(RobotontCase):
         until(there, 'a picture with the marker in its new place')
 
     def test_robotont_depth_and_points(self):
+        """Depth picture and points show the distances of panel and floor."""
         distance = self.face_marker_1()
         depth = self.message('camera/depth/image_rect_raw', Image)
         self.assertEqual(('32FC1', 1280, 720), (depth.encoding, depth.width, depth.height))
@@ -90,6 +93,7 @@ class PicturesTest(RobotontCase):
         self.assertNotIn('/clock', registered_names('/robot_state_publisher')[1])
 
     def test_robotont_camera_rests_without_subscribers(self):
+        """Nothing is rendered that nobody sees."""
         images = self.collected('camera/color/image_raw', Image)
         images.more(3)
         images.subscriber.unregister()

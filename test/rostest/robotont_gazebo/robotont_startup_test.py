@@ -30,6 +30,7 @@ class StartupTest(RobotontCase):
         return file.name
 
     def test_robotont_refuses_what_cannot_be(self):
+        """A start in a wall, bad worlds and parameters end the node with the file, the key and what is allowed."""
         bad = self.world_file('boxes: [{name: a, x: 0, y: 0, yaw: 0, length: 0, width: 1, height: 1}]', '.yaml')
         starts = [
             (('_world:=minimaze', '_x:=1.0'),
@@ -47,12 +48,14 @@ class StartupTest(RobotontCase):
             self.assertIn(said, self.ended(process, 2))
 
     def test_robotont_reads_a_gazebo_world(self):
+        """A box of a .world file stops the robot; the mesh that cannot be read is named."""
         process = self.start(f'_world:={self.world_file(WORLD, ".world")}')
         process.wait_for_output(r'\[WARN\].*tree/l: <mesh> model://oak.dae is left out')
         odometry = self.collected('odom', Odometry)
         self.drive_until(lambda: abs(place(odometry.messages[-1])[0] - (1.0 - RADIUS)) < 1e-6, 'the crate', 2.0)
 
     def test_robotont_second_one_is_told_and_the_first_drives_on(self):
+        """Two robots in one namespace."""
         first = self.start()
         odometry = self.collected('odom', Odometry)
         for arguments, said in (((), '/robotont_gazebo has this name already'),
@@ -65,6 +68,7 @@ class StartupTest(RobotontCase):
         self.assertTrue(first.runs(), first.output())
 
     def test_robotont_takes_the_place_of_one_that_was_killed(self):
+        """What a killed simulator left registered does not stop the next one."""
         first = self.start()
         self.message('odom', Odometry)
         first.process.kill()
@@ -74,6 +78,7 @@ class StartupTest(RobotontCase):
         self.drive_until(lambda: place(odometry.messages[-1])[0] > 0.1, 'a robot that drives', 0.5)
 
     def test_robotont_starts_within_a_second(self):
+        """From the start of the process to the first odometry."""
         odometry = Collected('/odom', Odometry)
         times = []
         while len(times) < ATTEMPTS and min(times, default=FIRST_ODOMETRY) >= FIRST_ODOMETRY:
@@ -86,6 +91,7 @@ class StartupTest(RobotontCase):
         self.assertLess(min(times), FIRST_ODOMETRY, times)
 
     def test_robotont_stops_where_time_jumps_back(self):
+        """Somebody else publishes /clock and goes back."""
         rospy.set_param('/use_sim_time', True)
         self.addCleanup(rospy.delete_param, '/use_sim_time')
         clock = rospy.Publisher('/clock', Clock, queue_size=10, latch=True)
@@ -122,6 +128,7 @@ class StartupTest(RobotontCase):
                 [place(message) for message in truth.messages[start:start + 15]])
 
     def test_robotont_same_seed_same_run(self):
+        """The same seed and commands give the same bits."""
         first, again, other = (self.run_by_steps(f'_seed:={seed}') for seed in (5, 5, 6))
         self.assertEqual(first, again)
         self.assertNotEqual(first[0], other[0])

@@ -25,6 +25,7 @@ class DrawSquareTest(SimulatorCase):
         return process
 
     def test_draw_square_visits_the_corners(self):
+        """One lap meets the four corners in order and keeps to the sides."""
         poses = self.poses()
         process = self.start('_laps:=1')
         process.wait_for_output('Driving')  # reset is done
@@ -42,11 +43,13 @@ class DrawSquareTest(SimulatorCase):
             self.assertLess(off, PATH_TOLERANCE, f'away from the outline: {pose}')
 
     def test_draw_square_goes_on_after_a_lap(self):
+        """For ever, unless told otherwise."""
         process = self.start('_side:=0.2')
         until(lambda: process.output().count('Corner reached') >= 5, 'five corners', LAP_DEADLINE)
         self.assertTrue(process.runs())
 
     def test_draw_square_resets_first(self):
+        """Reset: one turtle, starting in the middle."""
         self.call('spawn', 2.0, 2.0, 0.0, 'turtle2')
         self.call('turtle1/teleport_absolute', 1.0, 1.0, 1.0)
         poses = self.poses()
@@ -57,6 +60,7 @@ class DrawSquareTest(SimulatorCase):
         self.assertIn(f'x={MIDDLE + 2:.3f}, y={MIDDLE:.3f}', process.output())
 
     def test_draw_square_stops_the_turtle_when_it_ends(self):
+        """Ctrl-C: the turtle stops at once."""
         poses, commands = self.poses(), Collected('turtle1/cmd_vel', Twist)
         process = self.start()
         poses.next(lambda pose: pose.linear_velocity > 0.9, 'the turtle at full speed')
@@ -69,12 +73,14 @@ class DrawSquareTest(SimulatorCase):
         poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle at rest')
 
     def test_draw_square_waits_for_a_simulator(self):
+        """Started before its simulator."""
         process = self.start('__ns:=later')
         process.wait_for_output('Waiting for the service /later/reset')
         with own_simulator('__ns:=later'):
             process.wait_for_output('Corner reached at', 2 * DEADLINE)
 
     def test_draw_square_resets_again_after_a_failure(self):
+        """Reset fails at first."""
         answers = []
 
         def reset(_):
@@ -91,6 +97,7 @@ class DrawSquareTest(SimulatorCase):
         self.assertTrue(process.runs())
 
     def test_draw_square_refuses_a_side_that_does_not_fit(self):
+        """A bad parameter: exit code 2 and a text."""
         process = self.start('_side:=9.0')
         process.wait_for_output('/draw_square/side is 9.0; it must be a number from 0.1 to 5.5 m')
         self.assertEqual(2, process.process.wait(DEADLINE))

@@ -51,15 +51,18 @@ class MimicTest(SimulatorCase):
             self.assertEqual((0.0, 0.0, 0.0, 0.0), others)
 
     def test_mimic_copies_speeds(self):
+        """One Twist a pose, with its speeds."""
         self.start()
         self.assert_copies()
 
     def test_mimic_remapped_by_namespace(self):
+        """input:= and output:=, in a namespace."""
         self.start('input:=a/turtle1', 'output:=/b/turtle7', '__ns:=space',
                    source='/space/a/turtle1/pose', target='/b/turtle7/cmd_vel')
         self.assert_copies()
 
     def test_mimic_remapped_by_topic(self):
+        """input/pose:= and output/cmd_vel:=."""
         self.start('input/pose:=leader/pose', 'output/cmd_vel:=follower/cmd_vel',
                    source='/leader/pose', target='/follower/cmd_vel')
         self.assert_copies()
@@ -69,6 +72,7 @@ class MimicTest(SimulatorCase):
         self.assert_copies()
 
     def test_mimic_leaves_out_what_is_no_speed(self):
+        """NaN, infinity, absurd values: nothing sent, one warning."""
         process = self.start()
         self.poses_out.publish(Pose(linear_velocity=math.nan))
         process.wait_for_output('Ignored a message on /input/pose: pose: linear_velocity is nan; it must be')
@@ -80,6 +84,7 @@ class MimicTest(SimulatorCase):
         self.assertEqual(1, process.output().count('Ignored'), process.output())
 
     def test_mimic_stops_the_turtle_when_it_ends(self):
+        """A last Twist of zeros."""
         process = self.start()
         self.assertEqual((0.5, 0.25), self.send(0.5, 0.25))
         process.stop()

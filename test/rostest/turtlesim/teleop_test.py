@@ -114,6 +114,7 @@ class TeleopTest(unittest.TestCase):
         self.assertEqual(list(twists), self.received.messages)
 
     def test_teleop_sends_one_twist_a_key_press(self):
+        """Each arrow key sends its Twist at once, other keys nothing; q ends it."""
         with Terminal() as terminal:
             self.ready(terminal)
             expected = []
@@ -129,6 +130,7 @@ class TeleopTest(unittest.TestCase):
             self.assert_received(*expected, twist(0.0, 2.0))
 
     def test_teleop_says_what_the_keys_do(self):
+        """The help names keys, topic and speeds; keys are not echoed."""
         with Terminal('_scale_linear:=1.5', '_scale_angular:=0.5') as terminal:
             self.ready(terminal)
             for text in ('arrow keys', '/turtle1/cmd_vel', '1.5 m/s', '0.5 rad/s', 'q  ', 'Ctrl-C', 'terminal'):
@@ -138,12 +140,14 @@ class TeleopTest(unittest.TestCase):
             self.assertNotIn('z', terminal.printed().split('the focus')[1])  # keys are not shown
 
     def test_teleop_reads_a_pipe_to_its_end_and_loses_nothing(self):
+        """Input from a pipe: all keys are sent, its end ends the node."""
         for _ in range(3):
             self.received.messages.clear()
             self.assertEqual(0, self.piped(UP + RIGHT + b'x' + DOWN))
             self.assert_received(twist(2.0), twist(0.0, -2.0), twist(-2.0))
 
     def test_teleop_scales(self):
+        """scale_linear and scale_angular beside the node, private ones before them."""
         self.addCleanup(rospy.delete_param, '/scale_linear')
         self.addCleanup(rospy.delete_param, '/scale_angular')
         rospy.set_param('/scale_linear', 3)  # beside the node, where turtlesim reads it
@@ -154,11 +158,13 @@ class TeleopTest(unittest.TestCase):
         self.assert_received(twist(3.0), twist(0.0, 0.5), twist(-1.0), twist(0.0, 0.5))
 
     def test_teleop_refuses_a_scale_that_is_no_number(self):
+        """A bad parameter: exit code 2 and a text."""
         with Process(TELEOP, '_scale_linear:=fast', '__name:=wrong') as teleop:
             teleop.wait_for_output(r"/wrong/scale_linear is 'fast'; it must be a number")
             self.assertEqual(2, teleop.process.wait(DEADLINE))
 
     def test_teleop_puts_the_terminal_back_however_it_ends(self):
+        """q, Ctrl-C, Ctrl-backslash, Ctrl-D, SIGTERM, SIGHUP, rosnode kill."""
         ends = {'q': lambda terminal: terminal.press(b'q'),
                 'Ctrl-C': lambda terminal: terminal.press(b'\x03'),
                 'Ctrl-\\': lambda terminal: terminal.press(b'\x1c'),
@@ -176,6 +182,7 @@ class TeleopTest(unittest.TestCase):
                 self.assertNotIn('Traceback', terminal.printed(), name)
 
     def test_teleop_ends_well_when_the_master_is_gone(self):
+        """Without a master: q still ends it and the terminal is put back."""
         with socket.socket() as free:
             free.bind(('localhost', 0))
             port = free.getsockname()[1]

@@ -34,14 +34,17 @@ class BadInputTest(SimulatorCase):
         self.call(name, *good, *rest)
 
     def test_turtlesim_bad_teleport_absolute(self):
+        """teleport_absolute with numbers that are not finite or absurd."""
         self.refuses_numbers('turtle1/teleport_absolute', (1.0, 2.0, 3.0))
         self.assert_pose(self.pose(), 1.0, 2.0, 3.0)
 
     def test_turtlesim_bad_teleport_relative(self):
+        """teleport_relative with numbers that are not finite or absurd."""
         self.refuses_numbers('turtle1/teleport_relative', (1.0, 0.0))
         self.assert_pose(self.pose(), MIDDLE + 1.0, MIDDLE, 0.0)
 
     def test_turtlesim_bad_spawn(self):
+        """Spawn with numbers that are not finite or absurd."""
         self.refuses_numbers('spawn', (1.0, 2.0, 3.0), 'anna')
         self.assertEqual({'turtle1', 'anna'}, self.turtles())
         self.refused('spawn', NAN, 0.0, 0.0, '')
@@ -96,13 +99,18 @@ class BadInputTest(SimulatorCase):
     def test_turtlesim_bad_velocity_throttled(self):
         """Many bad commands give one warning a second."""
         log, publisher = NodeLog('/turtlesim'), self.publisher()
-        begin = time.monotonic()
-        for twist in [twist for twist, _, _ in self.bad_twists()] * 5:
-            publisher.publish(twist)
+        start = time.monotonic()
+
+        def flood():
+            for twist, _, _ in self.bad_twists():
+                publisher.publish(twist)
+            return log.texts(Log.WARN)
+        for _ in range(5):
+            flood()
         publisher.publish(Twist(Vector3(1.0, 0.0, 0.0), Vector3()))
         until(lambda: self.pose().x > MIDDLE, 'a turtle that obeys the good command after the bad ones')
-        until(lambda: log.texts(Log.WARN), 'a warning')
-        self.assertLessEqual(len(log.texts(Log.WARN)), 1 + (time.monotonic() - begin) / WARNING_PERIOD)
+        until(flood, 'a warning')
+        self.assertLessEqual(len(log.texts(Log.WARN)), 1 + (time.monotonic() - start) / WARNING_PERIOD)
 
     def test_turtlesim_bad_names(self):
         """Names that ROS forbids."""
@@ -117,6 +125,7 @@ class BadInputTest(SimulatorCase):
             self.call('kill', name)
 
     def test_turtlesim_bad_long_name(self):
+        """Spawn with a very long name."""
         before = self.state()
         said = self.refused('spawn', 1.0, 1.0, 0.0, LONG)
         self.assert_says(said, str(len(LONG)), '200')
@@ -173,7 +182,9 @@ class BadInputTest(SimulatorCase):
     def test_turtlesim_background_deleted(self):
         """Deleted background parameters mean the defaults."""
         for channel in 'rgb':
-            rospy.delete_param(f'/turtlesim/background_{channel}')
+            name = f'/turtlesim/background_{channel}'
+            self.addCleanup(rospy.set_param, name, rospy.get_param(name))
+            rospy.delete_param(name)
         self.call('clear')
         self.assertEqual((69, 86, 255), self.color())
         self.assertTrue(registered_names('/turtlesim')[2])

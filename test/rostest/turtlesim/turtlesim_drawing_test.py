@@ -34,6 +34,7 @@ class DrawingTest(SimulatorCase):
         self.assertEqual(BACKGROUND, self.color_at(4.0, 2.0))
 
     def test_turtlesim_clear_reads_background(self):
+        """Clear takes the private background parameters."""
         for red, green, blue in ((0, 0, 0), (255, 255, 255), (10, 20, 30)):
             for channel, value in zip('rgb', (red, green, blue)):
                 self.set_parameter(f'background_{channel}', value)
@@ -73,6 +74,7 @@ class DrawingTest(SimulatorCase):
         self.assertEqual([RED, BACKGROUND, BACKGROUND], [self.color_at(4.0, y) for y in (2.0, 2.05, 1.95)])
 
     def test_turtlesim_set_pen_widest(self):
+        """set_pen: the widest pen, 255 px."""
         self.line(*GREEN, 255, 0)
         self.assertEqual([GREEN, BACKGROUND], [self.color_at(4.0, y) for y in (4.8, 4.9)])
 
@@ -99,6 +101,7 @@ class DrawingTest(SimulatorCase):
         self.assertEqual(BACKGROUND, self.color_at(8.0, 8.0))
 
     def test_turtlesim_teleport_wraps_heading(self):
+        """teleport_absolute: headings are brought into [-pi, pi)."""
         self.call('turtle1/teleport_absolute', 2.0, 3.0, 4.0)
         self.assert_pose(self.pose(), 2.0, 3.0, 4.0 - 2.0 * math.pi)
         self.call('turtle1/teleport_absolute', 2.0, 3.0, -100.0)

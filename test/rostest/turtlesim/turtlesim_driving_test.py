@@ -30,6 +30,7 @@ class DrivingTest(SimulatorCase):
         self.assertAlmostEqual(STEPS, amount / (speed * DT), delta=STEP_TOLERANCE)
 
     def test_turtlesim_drives_forward(self):
+        """linear.x: the way is speed times steps."""
         poses = self.drive(x=2.0)
         self.steps(poses[-1].x - poses[0].x, 2.0)
         self.assert_pose(poses[-1], poses[-1].x, MIDDLE, 0.0)
@@ -37,11 +38,13 @@ class DrivingTest(SimulatorCase):
         self.assertEqual({(2.0, 0.0)}, {(pose.linear_velocity, pose.angular_velocity) for pose in moving})
 
     def test_turtlesim_drives_backward(self):
+        """linear.x below 0: backwards, and the published speed is not negative."""
         poses = self.drive(x=-2.0)
         self.steps(poses[-1].x - poses[0].x, -2.0)
         self.assertEqual({0.0, 2.0}, {pose.linear_velocity for pose in poses}, 'the speed is never negative')
 
     def test_turtlesim_drives_sideways(self):
+        """linear.y counts: the turtle is holonomic."""
         heading = 0.5
         self.jump(MIDDLE, MIDDLE, heading)
         poses = self.drive(y=1.5)
@@ -50,6 +53,7 @@ class DrivingTest(SimulatorCase):
         self.assert_pose(poses[-1], MIDDLE - math.sin(heading) * way, MIDDLE + math.cos(heading) * way, heading)
 
     def test_turtlesim_turns(self):
+        """angular.z: the heading, brought into [-pi, pi)."""
         poses = self.drive(turn=4.0)
         # 63 steps of 0.064 rad are 4.032 rad, which is beyond pi and so shown as 4.032 - 2 pi
         self.steps(poses[-1].theta + 2.0 * math.pi, 4.0)
@@ -57,6 +61,7 @@ class DrivingTest(SimulatorCase):
         self.assertTrue(all(-math.pi <= pose.theta < math.pi for pose in poses))
 
     def test_turtlesim_drives_a_circle(self):
+        """linear.x with angular.z: heading first, then the position along the new heading."""
         poses = self.drive(x=2.0, turn=2.0)
         # steps of 0.032 m, each after a turn of 0.032 rad: the corners of a polygon whose circumscribed circle has
         # this radius; the middle lies perpendicular to the edge from the first corner to the second
@@ -67,6 +72,7 @@ class DrivingTest(SimulatorCase):
         self.steps(poses[-1].theta, 2.0)
 
     def test_turtlesim_obeys_the_last_command(self):
+        """Of several commands the last counts."""
         poses, drive = self.poses(), self.driver()
         for speed in (1.0, 2.0, 3.0):
             drive(x=speed)
@@ -76,6 +82,7 @@ class DrivingTest(SimulatorCase):
         self.assertEqual(stopped.x, poses.more(10)[-1].x)
 
     def test_turtlesim_stops_after_a_second(self):
+        """Motion goes on for a second after the last command, then stops."""
         poses, drive = self.poses(), self.driver()
         for speed in (0.4, 0.5, 0.6, 0.7):  # a command within the second renews it: 4 x 25 steps without a stop
             drive(x=speed)
@@ -87,6 +94,7 @@ class DrivingTest(SimulatorCase):
         self.assertEqual(end.x, poses.some(stopped, 10)[-1].x)
 
     def test_turtlesim_wall(self):
+        """At the wall the turtle is clamped to the arena, and each step warns in turtlesim's words."""
         log, poses = NodeLog('/turtlesim'), self.poses()
         self.driver()(x=100.0)
         # steps of 1.6 m from 5.544444 m: 7.1, 8.7, 10.3, then 11.944444, beyond the arena's 11.088889; then from there
@@ -110,6 +118,7 @@ class DrivingTest(SimulatorCase):
         self.assert_pose(self.pose(), 0.0, 0.0, 0.0)
 
     def test_turtlesim_color_sensor(self):
+        """color_sensor reads the background, then what the pen has drawn."""
         self.assertEqual(BACKGROUND, self.color())
         self.call('turtle1/set_pen', 255, 128, 0, 5, 0)
         self.driver()(x=0.5)  # 0.36 px a step: the turtle stands on what it has just drawn

@@ -32,11 +32,13 @@ SERVICES = {
 class InterfaceTest(SimulatorCase):
 
     def test_turtlesim_topic_types(self):
+        """Types and md5 sums of a turtle's topics, as a subscriber is told them."""
         for topic, (kind, md5) in TOPICS.items():
             header = rospy.wait_for_message(topic, rospy.AnyMsg, 20.0)._connection_header
             self.assertEqual((kind, md5, '/turtlesim'), (header['type'], header['md5sum'], header['callerid']), topic)
 
     def test_turtlesim_topic_names(self):
+        """The node's topics: these and no others."""
         self.pose()
         published, subscribed, _ = registered_names('/turtlesim')
         more = {f'/turtlesim/{topic}' for topic in ('clock_status', 'image_raw', 'image_raw/compressed')}
@@ -45,16 +47,19 @@ class InterfaceTest(SimulatorCase):
         self.assertIn([COMMAND, 'geometry_msgs/Twist'], rosgraph.Master('/test').getTopicTypes())
 
     def test_turtlesim_service_list(self):
+        """The node's services with one turtle: these and no others."""
         until(lambda: registered_names('/turtlesim')[2] >= set(SERVICES), f'the services {sorted(SERVICES)}')
         self.assertEqual(set(SERVICES), registered_names('/turtlesim')[2])
 
     def test_turtlesim_service_types(self):
+        """Types and md5 sums of the services."""
         for service, (kind, md5) in SERVICES.items():
             rospy.wait_for_service(service, 20.0)
             header = rosservice.get_service_headers(service, rosservice.get_service_uri(service))
             self.assertEqual((kind, md5), (header['type'], header['md5sum']), service)
 
     def test_turtlesim_first_pose(self):
+        """turtle1 begins in the middle, at rest."""
         pose = self.pose()
         self.assert_pose(pose, MIDDLE, MIDDLE, 0.0, tolerance=0.0)
         self.assertEqual((0.0, 0.0), (pose.linear_velocity, pose.angular_velocity))

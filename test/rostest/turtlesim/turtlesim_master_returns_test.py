@@ -26,7 +26,7 @@ class MasterTest(SimulatorCase):
     def setUp(self):
         """Start a simulator with the master of this test, in a state that is not the first."""
         self.addCleanup(own_simulator(f'_background_r:={RED}', '_clock:=true').stop)
-        super().setUp()
+        self.wait_for_turtle1()
         self.jump(2.0, 3.0, 1.0)
         self.call('spawn', 7.0, 8.0, 0.5, 'anna')
 

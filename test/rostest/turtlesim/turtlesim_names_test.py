@@ -98,7 +98,7 @@ class TwoSimulatorsTest(SimulatorCase):
         self.addCleanup(first.doCleanups)
         self.addCleanup(second.doCleanups)
         for simulator in (first, second):
-            simulator.setUp()
+            simulator.wait_for_turtle1()
         before = second.state()
         poses = first.poses()
         first.driver()(x=1.0)

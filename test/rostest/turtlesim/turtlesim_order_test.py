@@ -281,7 +281,7 @@ class StartOrderTest(SimulatorCase):
         """Who has an answer finds the line of its call in the log, in front of the lines of what it did."""
         simulator = own_simulator()
         self.addCleanup(simulator.stop)
-        super().setUp()
+        self.wait_for_turtle1()
         for name, values, last in (('spawn', (1.0, 1.0, 0.0, 'anna'), r'Spawning turtle \[anna\]'),
                                    ('clear', (), 'Clearing'), ('reset', (), r'Resetting turtlesim\.(.|\n)*'
                                                                             r'Spawning turtle \[turtle1\]')):
@@ -296,7 +296,7 @@ class StartOrderTest(SimulatorCase):
         """A call that fails prints what rosservice prints of every failure, and the reason."""
         simulator = own_simulator()
         self.addCleanup(simulator.stop)
-        super().setUp()
+        self.wait_for_turtle1()
         log = NodeLog('/turtlesim')
         with Process('rosservice', 'call', '/kill', 'nobody') as call:
             call.wait_for_output(r"ERROR: service \[/kill\] responded with an error: .*Tried to kill turtle \[nobody\]")

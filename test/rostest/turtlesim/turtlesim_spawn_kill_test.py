@@ -25,6 +25,7 @@ class SpawnKillTest(SimulatorCase):
         collected.next(what='a pose')
 
     def test_turtlesim_spawn(self):
+        """Spawn puts a turtle of its own where it is asked to."""
         self.assertEqual('LLCROS', self.call('spawn', 3.0, 4.0, 1.57, 'LLCROS').name)
         self.assert_pose(self.pose('LLCROS'), 3.0, 4.0, 1.57)
         self.assert_pose(self.pose('turtle1'), MIDDLE, MIDDLE, 0.0)
@@ -34,6 +35,7 @@ class SpawnKillTest(SimulatorCase):
         self.assert_pose(self.pose('turtle1'), MIDDLE, MIDDLE, 0.0)
 
     def test_turtlesim_spawn_auto_names(self):
+        """Turtles spawned without a name are numbered."""
         names = [self.call('spawn', 1.0, 1.0, 0.0, name).name for name in ('', 'turtle4', '', '', '')]
         self.assertEqual(['turtle2', 'turtle4', 'turtle3', 'turtle5', 'turtle6'], names)
         self.call('kill', 'turtle3')
@@ -49,6 +51,7 @@ class SpawnKillTest(SimulatorCase):
                 0, 0, 0, 1, 0)
 
     def test_turtlesim_spawn_duplicate(self):
+        """A name that is taken is refused, in turtlesim's words."""
         log = NodeLog('/turtlesim')
         self.call('spawn', 2.0, 2.0, 0.0, 'anna')
         before = self.state()
@@ -59,6 +62,7 @@ class SpawnKillTest(SimulatorCase):
         self.assert_unchanged(before)
 
     def test_turtlesim_kill(self):
+        """Kill takes all that the turtle had registered."""
         self.call('spawn', 2.0, 2.0, 0.0, 'anna')
         self.assertEqual({*SERVICES, *TOPICS}, self.names_of('anna'))
         self.call('kill', 'anna')
@@ -74,6 +78,7 @@ class SpawnKillTest(SimulatorCase):
         self.assert_pose(self.pose('turtle1'), MIDDLE, MIDDLE, 0.0)
 
     def test_turtlesim_kill_unknown(self):
+        """Kill of a turtle that does not exist is refused, in turtlesim's words."""
         log = NodeLog('/turtlesim')
         before = self.state()
         for name in ('nobody', ''):
@@ -82,6 +87,7 @@ class SpawnKillTest(SimulatorCase):
         self.assert_unchanged(before)
 
     def test_turtlesim_respawn_same_name(self):
+        """A killed turtle's name is free again."""
         for x in (1.0, 2.0, 3.0):
             self.assertEqual('anna', self.call('spawn', x, 2.0, 0.0, 'anna').name)
             self.assert_pose(self.pose('anna'), x, 2.0, 0.0)
@@ -131,6 +137,7 @@ class SpawnKillTest(SimulatorCase):
         self.assertEqual((179, 184, 255), self.color())
 
     def test_turtlesim_reset_keeps_subscribers(self):
+        """Who subscribes and publishes before a reset does so after it."""
         poses, drive = self.poses(), self.driver()
         self.jump(1.0, 1.0)
         for _ in range(3):

@@ -33,7 +33,7 @@ class StartupTest(SimulatorCase):
         """Start a simulator; return its Process when turtle1's services are there."""
         simulator = own_simulator(*arguments, **environment)
         self.addCleanup(simulator.stop)
-        SimulatorCase.setUp(self)
+        self.wait_for_turtle1()
         return simulator
 
     def background(self):
@@ -41,12 +41,14 @@ class StartupTest(SimulatorCase):
         return tuple(rospy.get_param(f'{self.simulator}/background_{channel}') for channel in 'rgb')
 
     def test_turtlesim_log_at_start(self):
+        """The lines that turtlesim logs at start."""
         simulator = self.start()
         simulator.wait_for_output(r'(?m)^\[INFO\].*: Starting turtlesim with node name /turtlesim$')
         simulator.wait_for_output(r'(?m)^\[INFO\].*: Spawning turtle \[turtle1\] at '
                                   r'x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]$')
 
     def test_turtlesim_log_of_services(self):
+        """The lines that turtlesim logs for spawn, clear and reset."""
         self.start()
         log = NodeLog('/turtlesim')
         self.call('spawn', 3.0, 4.5, 1.57, 'anna')
@@ -100,7 +102,7 @@ class StartupTest(SimulatorCase):
         """More turtles than the usual limit of open files allows at three a turtle: the simulator raises the limit."""
         limited = Process('bash', '-c', f'ulimit -Sn {FEW_FILES}; exec "$0"', SIMULATOR)
         self.addCleanup(limited.stop)
-        SimulatorCase.setUp(self)
+        self.wait_for_turtle1()
         for _ in range(FEW_FILES // 2):
             last = self.call('spawn', 2.0, 3.0, 1.0, '').name
         self.assert_pose(self.pose(last), 2.0, 3.0, 1.0)

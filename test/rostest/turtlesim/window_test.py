@@ -34,6 +34,7 @@ class WindowTest(SimulatorCase):
         return until(lambda: screen.windows(TITLE), f'a window {TITLE!r}')[0]
 
     def test_window_shows_the_picture(self):
+        """Background, turtle and lines are on the screen."""
         screen = self.screen()
         self.simulator_on(screen.name)
         self.assertEqual((500, 500), screen.size(self.window(screen)))
@@ -44,6 +45,7 @@ class WindowTest(SimulatorCase):
         until(lambda: screen.pixel(350, 149) == RED, 'the line from the middle to the upper right corner')
 
     def test_window_closed_by_the_user_ends_the_simulator(self):
+        """Closing the window ends the simulator."""
         screen = self.screen()
         simulator = self.simulator_on(screen.name)
         screen.ask_to_close(self.window(screen))

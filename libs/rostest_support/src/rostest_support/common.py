@@ -7,6 +7,7 @@ out, and a rate is the median of many (``median_rate``).
 """
 import ast
 import os
+import pathlib
 import re
 import shutil
 import signal
@@ -21,6 +22,7 @@ from xml.etree import ElementTree
 
 import rosgraph
 import roslib.packages
+import rosnode
 import rospy
 from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Log
@@ -44,11 +46,39 @@ FLOAT32_TOLERANCE = 1e-5  # [m, rad] what float32 fields and sums of them may be
 
 
 def run(*cases):
-    """Run one method of the TestCases as a rostest node: the one that args= in the .test file names."""
-    method = sys.argv[1]
-    case = next((case for case in cases if hasattr(case, method)), cases[0])
-    rospy.init_node(method)
-    rostest.rosrun(PACKAGE, method, f'__main__.{case.__name__}.{method}')
+    """Run as a rostest node the methods of the TestCases that args= in the .test file names; without any, run all."""
+    owners = {method: case for case in reversed(cases) for method in unittest.getTestCaseNames(case, 'test_')}
+    methods = _methods() or list(owners)
+    if not owners.keys() >= set(methods):
+        raise SystemExit(f'{sys.argv[0]} has no {", ".join(sorted(set(methods) - owners.keys()))}')
+    suite = (_TestsApart if len(methods) > 1 else unittest.TestSuite)(owners[method](method) for method in methods)
+    sys.modules['__main__'].chosen_tests = lambda: suite
+    rospy.init_node(_name())
+    rostest.rosrun(PACKAGE, _name(), '__main__.chosen_tests')
+
+
+class _TestsApart(unittest.TestSuite):
+    """Tests that leave no parameters behind but those of nodes that still run."""
+
+    def run(self, result, debug=False):
+        for test in self:
+            before = rospy.get_param('/')
+            test(result)
+            running = rosnode.get_node_names()
+            for name in rospy.get_param('/').keys() - before.keys():
+                if f'/{name}' not in running:
+                    rospy.delete_param(f'/{name}')
+        return result
+
+
+def _methods():
+    return [argument for argument in sys.argv[1:] if argument.startswith('test_')]
+
+
+def _name():
+    """Return the name of the method that is run, or that of the script where it runs several."""
+    methods = _methods()
+    return methods[0] if len(methods) == 1 else pathlib.Path(sys.argv[0]).stem
 
 
 def skip(reason):
@@ -57,8 +87,8 @@ def skip(reason):
     results = [argument[len(rostest.XML_OUTPUT_FLAG):] for argument in sys.argv
                if argument.startswith(rostest.XML_OUTPUT_FLAG)]
     for path in results:
-        suite = ElementTree.Element('testsuite', name=sys.argv[1], tests='1', failures='0', errors='0', time='0')
-        case = ElementTree.SubElement(suite, 'testcase', classname='skipped', name=sys.argv[1], time='0')
+        suite = ElementTree.Element('testsuite', name=_name(), tests='1', failures='0', errors='0', time='0')
+        case = ElementTree.SubElement(suite, 'testcase', classname='skipped', name=_name(), time='0')
         ElementTree.SubElement(case, 'skipped', message=reason)
         os.makedirs(os.path.dirname(path), exist_ok=True)
         ElementTree.ElementTree(suite).write(path)
@@ -91,6 +121,14 @@ def proxy(name, service):
     """Return the proxy of a service that exists or is about to."""
     rospy.wait_for_service(name, DEADLINE)
     return rospy.ServiceProxy(name, service)
+
+
+def restore_parameter(name, value):
+    """Set a parameter to what it was; delete it where it was None, not set."""
+    if value is not None:
+        rospy.set_param(name, value)
+    elif rospy.has_param(name):
+        rospy.delete_param(name)
 
 
 def node_api(node):
@@ -169,10 +207,20 @@ class SimulatorCase(unittest.TestCase):
     simulator = '/turtlesim'
     space = '/'
 
+    _used = set()  # simulators that an earlier test has left as it liked
+
     def setUp(self):
-        """Wait for turtle1; without ``simulator`` the test starts simulators itself."""
+        """Wait for turtle1, and undo what an earlier test has done; without ``simulator`` the test starts its own."""
         if self.simulator:
-            rospy.wait_for_service(f'{self.space}turtle1/teleport_relative', DEADLINE)
+            if self.simulator in self._used:
+                proxy(f'{self.simulator}/resume', Trigger)()
+                self.call('reset')
+            self.wait_for_turtle1()
+            self._used.add(self.simulator)
+
+    def wait_for_turtle1(self):
+        """Wait until turtle1 can be called."""
+        rospy.wait_for_service(f'{self.space}turtle1/teleport_relative', DEADLINE)
 
     def poses(self, turtle='turtle1'):
         """Return the Collected poses of a turtle, of which there is one already."""
@@ -222,8 +270,10 @@ class SimulatorCase(unittest.TestCase):
         self.call(f'{turtle}/set_pen', *PEN, 3, 0)
 
     def set_parameter(self, name, value):
-        """Set a private parameter of the simulator."""
-        rospy.set_param(f'{self.simulator}/{name}', value)
+        """Set a private parameter of the simulator until the end of the test."""
+        name = f'{self.simulator}/{name}'
+        self.addCleanup(restore_parameter, name, rospy.get_param(name, None))
+        rospy.set_param(name, value)
 
     def temporary_directory(self):
         """Return a directory that is removed after the test."""
