@@ -4,38 +4,19 @@ A measurement yields samples under keys (`{'tick_rate': [62.5]}`); those of all 
 how the pool of one key becomes one number and what that number has to reach.
 """
 
-import math
+import statistics
 from dataclasses import dataclass
+from statistics import median
 from typing import Optional
 
 OURS = 'ours'
 PEER = 'peer'
 
 
-def percentile(samples, share):
-    """Value below which `share` (0..1) of the samples lie, linearly interpolated between neighbours.
-
-    Raises ValueError on no samples or a share outside 0..1.
-    """
-    if not samples:
-        raise ValueError('percentile of no samples: give at least one')
-    if not 0.0 <= share <= 1.0:
-        raise ValueError(f'share is {share}, allowed are 0 to 1')
-    ordered = sorted(samples)
-    position = share * (len(ordered) - 1)
-    low = math.floor(position)
-    high = min(low + 1, len(ordered) - 1)
-    return ordered[low] + (ordered[high] - ordered[low]) * (position - low)
-
-
-def median(samples):
-    """Middle value of the samples; ValueError on none."""
-    return percentile(samples, 0.5)
-
-
 def p95(samples):
-    """Value that 95 % of the samples do not exceed; ValueError on none."""
-    return percentile(samples, 0.95)
+    """Value that 95 % of the samples do not exceed, linearly interpolated; ValueError on none."""
+    samples = list(samples)
+    return statistics.quantiles(samples, n=20, method='inclusive')[-1] if len(samples) > 1 else statistics.mean(samples)
 
 
 def intervals(stamps):
@@ -69,14 +50,6 @@ def rate_in_window(stamps, window, edge):
     if len(stamps) < 2:
         return 0.0
     return (len(stamps) - 1) / max(stamps[-1] - stamps[0], window - edge)
-
-
-def deviation(samples):
-    """Standard deviation (of the sample, n - 1) in the samples' unit; ValueError on fewer than two."""
-    if len(samples) < 2:
-        raise ValueError(f'{len(samples)} samples give no deviation: at least two')
-    mean = math.fsum(samples) / len(samples)
-    return math.sqrt(math.fsum((sample - mean) ** 2 for sample in samples) / (len(samples) - 1))
 
 
 def stratified_phases(count, rng):

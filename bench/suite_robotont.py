@@ -4,8 +4,9 @@ The same form as suite_turtlesim.py. "Times real time" is simulated seconds a se
 """
 
 import time
+from statistics import stdev
 
-from figures import Figure, Target, deviation, intervals, mean_rate, median
+from figures import Figure, Target, intervals, mean_rate, median
 from processes import cpu_between, tree_cpu, tree_memory
 from session import answer, find_node
 from suite_turtlesim import COME_UP, FULL, QUICK, SETTLE, Measurement
@@ -42,7 +43,7 @@ def rates(subject, scale):
                 stamps = answer(probe, COME_UP + scale.window, [node])['stamps']
             found[f'{topic}_cpu'] = [used]
             found[f'{topic}_rate'] = [mean_rate(stamps)]
-            found[f'{topic}_jitter'] = [1e3 * deviation(intervals(stamps))]
+            found[f'{topic}_jitter'] = [1e3 * stdev(intervals(stamps))]
         found['memory'] = [tree_memory(node.pid)[0]]
     return found
 

@@ -8,8 +8,9 @@ MEASUREMENTS: {name: Measurement}. `Measurement.run(subject, scale)` starts what
 import os
 import time
 from dataclasses import dataclass
+from statistics import stdev
 
-from figures import Figure, Target, deviation, intervals, mean_rate, median, p95
+from figures import Figure, Target, intervals, mean_rate, median, p95
 from processes import cpu_between, process_tree, tree_cpu, tree_memory
 from session import answer
 
@@ -77,7 +78,7 @@ def tick_rate(subject, scale):
     """Rate and regularity of one turtle's poses."""
     with subject.node() as node:
         stamps = _asked(subject, node, scale.window, 'rate', '--seconds', scale.window)['stamps']
-    return {'rate': [mean_rate(stamps)], 'jitter': [1e3 * deviation(intervals(stamps))]}
+    return {'rate': [mean_rate(stamps)], 'jitter': [1e3 * stdev(intervals(stamps))]}
 
 
 def cmd_vel(subject, scale):

@@ -6,6 +6,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from kinematic_core.timing.stall_free_timer import ActiveTimer
+from rospy_support.rotations import yaw_of
 from rospy_support.topic_diagnosis import waiting_text
 from rospy_support.topics import LatestPublisher, Publisher
 from turtle_robotont.driving.vehicle import ROBOT, VehicleState
@@ -53,8 +54,7 @@ def step_time(before, stamp, longest):
 def pose_of(odometry):
     """Return the VehicleState of a nav_msgs/Odometry; its theta is NaN when the orientation is not a rotation."""
     q, twist = odometry.pose.pose.orientation, odometry.twist.twist
-    theta = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-    if not abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < UNIT_TOLERANCE:
-        theta = math.nan
+    is_unit = abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < UNIT_TOLERANCE
+    theta = yaw_of(q) if is_unit else math.nan
     position = odometry.pose.pose.position
     return VehicleState(position.x, position.y, theta, math.hypot(twist.linear.x, twist.linear.y), twist.angular.z)

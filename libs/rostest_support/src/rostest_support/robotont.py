@@ -14,6 +14,7 @@ from nav_msgs.msg import Odometry
 from robotont_gazebo.srv import MoveMarker, SetPose
 from std_msgs.msg import String
 
+from rospy_support.rotations import yaw_of
 from rostest_support.common import DEADLINE, Collected, Process, proxy, until
 
 SIMULATOR = roslib.packages.find_node('robotont_gazebo', 'robotont_gazebo')[0]
@@ -125,7 +126,7 @@ class RobotontCase(unittest.TestCase):
 def place(odometry):
     """Return (x, y, yaw) [m, m, rad] of a nav_msgs/Odometry."""
     pose = odometry.pose.pose
-    return pose.position.x, pose.position.y, 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+    return pose.position.x, pose.position.y, yaw_of(pose.orientation)
 
 
 def stands(odometry):

@@ -8,6 +8,7 @@ from tf2_msgs.msg import TFMessage
 
 from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE
 from robotont_gazebo.core.frames import AXLE_HEIGHT
+from rospy_support.rotations import to_quaternion
 
 POSE_VARIANCE = 1e-5  # [m^2] of x and y where the odometry makes no errors, as Gazebo's plugin has it
 YAW_VARIANCE = 1e-3  # [rad^2]
@@ -19,7 +20,8 @@ def odometry(stamp, frame, child, pose, twist, variances=(0.0, 0.0)):
     """Return an Odometry of a Pose2D and a Twist2D with the variances of x and y [m^2] and of yaw [rad^2]."""
     message = Odometry(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, frame
-    _set_pose(message.pose.pose.position, message.pose.pose.orientation, pose)
+    message.pose.pose.position.x, message.pose.pose.position.y = pose.x, pose.y
+    message.pose.pose.orientation = to_quaternion(0.0, 0.0, pose.yaw)
     message.twist.twist.linear.x, message.twist.twist.linear.y = twist.linear_x, twist.linear_y
     message.twist.twist.angular.z = twist.angular_z
     place, yaw = variances
@@ -37,7 +39,8 @@ def transforms(stamp, frames, pose, angles):
     """Return a TFMessage of a frames.Frames: the base at a Pose2D in odom, the wheels turned by ``angles`` [rad]."""
     base = TransformStamped(child_frame_id=frames.footprint)
     base.header.stamp, base.header.frame_id = stamp, frames.odom
-    _set_pose(base.transform.translation, base.transform.rotation, pose)
+    base.transform.translation.x, base.transform.translation.y = pose.x, pose.y
+    base.transform.rotation = to_quaternion(0.0, 0.0, pose.yaw)
     return TFMessage([base, *(_wheel(stamp, frames.base, name, *wheel)
                               for name, *wheel in zip(frames.wheels, WHEEL_ANGLES, angles))])
 
@@ -50,12 +53,10 @@ def _wheel(stamp, frame, child, place, angle):
     """
     message = TransformStamped(child_frame_id=child)
     message.header.stamp, message.header.frame_id = stamp, frame
-    translation, rotation = message.transform.translation, message.transform.rotation
+    translation = message.transform.translation
     translation.x, translation.y = WHEEL_DISTANCE * math.cos(place), WHEEL_DISTANCE * math.sin(place)
     translation.z = AXLE_HEIGHT
-    half, half_angle, scale = 0.5 * place - 0.25 * math.pi, 0.5 * angle, math.sqrt(0.5)
-    rotation.w, rotation.x = scale * math.cos(half + half_angle), scale * math.cos(half - half_angle)
-    rotation.y, rotation.z = scale * math.sin(half - half_angle), scale * math.sin(half + half_angle)
+    message.transform.rotation = to_quaternion(place - 0.5 * math.pi, 0.5 * math.pi, angle, axes='rzxz')
     return message
 
 
@@ -74,11 +75,6 @@ def laser_scan(stamp, frame, scanner, ranges):
                         ranges=ranges.tolist())
     message.header.stamp, message.header.frame_id = stamp, frame
     return message
-
-
-def _set_pose(position, orientation, pose):
-    position.x, position.y = pose.x, pose.y
-    orientation.z, orientation.w = math.sin(0.5 * pose.yaw), math.cos(0.5 * pose.yaw)
 
 
 def _diagonal(*variances):

@@ -1,0 +1,17 @@
+"""Headings as messages and back, by tf.transformations.
+
+alvar_core.rotations does the same for cores and for the tracker, where a marker takes three conversions: between a
+matrix and a quaternion tf.transformations needs 7 us, alvar_core 3 to 5 us.
+"""
+from geometry_msgs.msg import Quaternion
+from tf.transformations import euler_from_quaternion, quaternion_from_euler
+
+
+def to_quaternion(*angles, axes='sxyz'):
+    """Return the Quaternion of three angles [rad] about axes as in tf.transformations; sxyz: roll, pitch, yaw."""
+    return Quaternion(*quaternion_from_euler(*angles, axes=axes))
+
+
+def yaw_of(quaternion):
+    """Return the heading [rad], -pi to pi, of a Quaternion of any length above 0."""
+    return euler_from_quaternion((quaternion.x, quaternion.y, quaternion.z, quaternion.w))[2]
