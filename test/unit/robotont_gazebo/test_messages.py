@@ -88,16 +88,6 @@ def test_camera_info_is_that_of_90_degrees():
     assert list(info.R) == np.eye(3).ravel().tolist() and list(info.D) == [0.0] * 5
 
 
-@pytest.mark.parametrize('encoding, pixels, step', [
-    ('rgb8', np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3), 9),
-    ('32FC1', np.arange(6, dtype=np.float32).reshape(2, 3), 12),
-])
-def test_image(encoding, pixels, step):
-    message = camera_node.image(rospy.Header(), encoding, pixels)
-    assert (message.height, message.width, message.encoding, message.step) == (2, 3, encoding, step)
-    assert np.array_equal(np.frombuffer(message.data, pixels.dtype), pixels.ravel()) and not message.is_bigendian
-
-
 def test_cloud_has_points_and_colours():
     points = np.arange(18, dtype=np.float32).reshape(2, 3, 3)
     colour = np.zeros((2, 3, 3), np.uint8)

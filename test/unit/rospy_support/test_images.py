@@ -136,7 +136,18 @@ def test_an_array_becomes_a_message_and_comes_back(array, encoding, expected):
     assert (images.pixels(received) == array[:, ::-1]).all()
 
 
+@pytest.mark.parametrize('encoding, array, step', [
+    ('rgb8', np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3), 9),
+    (images.DEPTH, np.arange(6, dtype=np.float32).reshape(2, 3), 12),
+])
+def test_fields_of_an_image(encoding, array, step):
+    message = images.to_image(array, encoding)
+    assert (message.height, message.width, message.encoding, message.step) == (2, 3, encoding, step)
+    assert np.array_equal(np.frombuffer(message.data, array.dtype), array.ravel()) and not message.is_bigendian
+
+
 @pytest.mark.parametrize('array, encoding', [
+    (np.zeros((3, 4), np.uint8), images.DEPTH),
     (np.zeros((3, 4)), None), (np.zeros((3, 4, 2), np.uint8), None), (np.zeros(3, np.uint8), None),
     (np.zeros((3, 4), np.uint8), 'bgr8'), (np.zeros((3, 4, 3), np.uint8), 'rgb9'),
     (np.zeros((3, 4, 3), np.uint16), 'bgr8'),
@@ -153,6 +164,20 @@ def test_compressed_pictures(kind, tolerance):
     assert message.format == f'bgr8; {kind} compressed bgr8'
     assert np.abs(images.bgr(message).astype(int) - ORANGE).max() <= tolerance
     assert np.abs(images.grey(message) - ORANGE_GREY).max() <= tolerance + ROUNDED
+
+
+def test_compressed_picture_is_described_as_image_transport_does():
+    colour, grey = np.zeros((4, 5, 3), np.uint8), np.zeros((4, 5), np.uint8)
+    header = Header(frame_id='camera')
+    assert images.to_compressed(colour, 'png', header, 'rgb8').format == 'rgb8; png compressed bgr8'
+    assert images.to_compressed(grey, 'jpeg', header).format == 'mono8; jpeg compressed '
+    assert images.to_compressed(grey, 'jpeg', header).header is header
+
+
+def test_quality_of_a_jpeg():
+    noise = np.random.default_rng(1).integers(0, 255, (40, 50)).astype(np.uint8)
+    sizes = [len(images.to_compressed(noise, options=(cv2.IMWRITE_JPEG_QUALITY, quality)).data) for quality in (20, 90)]
+    assert sizes[0] < 0.5 * sizes[1]
 
 
 def test_a_compressed_picture_is_not_turned_by_what_exif_says():

@@ -4,9 +4,10 @@ TRAILER = 1024  # [bytes] that a camera may add after the end mark
 END_MARKS = {b'\xff\xd8': b'\xff\xd9', b'\x89PNG': b'IEND'}  # first bytes of JPEG and PNG: end mark
 
 
-def is_truncated(start: bytes, end: bytes) -> bool:
+def is_truncated(data: bytes) -> bool:
     """Return whether a JPEG or PNG lacks its end mark; OpenCV would fill such an image up with grey.
 
-    start: its first bytes, at least 4; end: its last TRAILER bytes. Other formats are never truncated.
+    Other formats are never truncated.
     """
-    return any(start.startswith(mark) and end_mark not in end for mark, end_mark in END_MARKS.items())
+    end = bytes(data[-TRAILER:])
+    return any(data[:len(mark)] == mark and end_mark not in end for mark, end_mark in END_MARKS.items())

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import CompressedImage, Image
 
-from kinematic_core.encoded_images import TRAILER, is_truncated
+from kinematic_core.encoded_images import is_truncated
 
 
 class ImageError(ValueError):
@@ -43,6 +43,7 @@ _BAYER = {f'bayer_{pattern}{bits}': Encoding(kind, 1, getattr(cv2, f'COLOR_BAYER
                                              getattr(cv2, f'COLOR_BAYER_{opencv}2BGR'))
           for bits, kind in ((8, np.uint8), (16, np.uint16))
           for pattern, opencv in (('rggb', 'BG'), ('bggr', 'RG'), ('gbrg', 'GR'), ('grbg', 'GB'))}
+DEPTH = '32FC1'  # [m], float32; can be made, but is no picture to read here
 ENCODINGS = {**_PLAIN, **_COLOUR, **_BAYER}
 _KINDS = {(np.dtype(np.uint8), 1): 'mono8', (np.dtype(np.uint16), 1): 'mono16', (np.dtype(np.uint8), 3): 'bgr8',
           (np.dtype(np.uint8), 4): 'bgra8'}
@@ -93,7 +94,7 @@ def to_image(array, encoding=None, header=None):
     array = np.asarray(array)
     channels = array.shape[2] if array.ndim == 3 else 1
     encoding = encoding or _KINDS.get((array.dtype, channels))
-    known = ENCODINGS.get(encoding)
+    known = Encoding(np.float32, 1, None, None) if encoding == DEPTH else ENCODINGS.get(encoding)
     if known is None or array.ndim not in (2, 3) or (array.dtype, channels) != (known.type, known.channels):
         raise ImageError(f'an array of {array.dtype} {array.shape} is no picture in {encoding}')
     image = Image(height=array.shape[0], width=array.shape[1], encoding=encoding,
@@ -104,12 +105,16 @@ def to_image(array, encoding=None, header=None):
     return image
 
 
-def to_compressed(array, kind='jpeg', header=None):
-    """Return the CompressedImage, 'jpeg' or 'png', of a grey, BGR or BGRA array."""
-    _, data = cv2.imencode(f'.{kind}', array)
-    channels = 1 if array.ndim == 2 else array.shape[2]
-    name = _KINDS[array.dtype, channels]
-    image = CompressedImage(format=f'{name}; {kind} compressed {name}', data=data.tobytes())
+def to_compressed(array, kind='jpeg', header=None, encoding=None, options=()):
+    """Return the CompressedImage, 'jpeg' or 'png', of a grey, BGR or BGRA array, described as by image_transport.
+
+    ``encoding``: that of the Image of the same picture, by default the array's; ``options``: those of cv2.imencode.
+    """
+    array = np.ascontiguousarray(array)
+    name = _KINDS[array.dtype, 1 if array.ndim == 2 else array.shape[2]]
+    data = cv2.imencode(f'.{kind}', array, list(options))[1].tobytes()
+    stored = '' if array.ndim == 2 else name
+    image = CompressedImage(format=f'{encoding or name}; {kind} compressed {stored}', data=data)
     if header is not None:
         image.header = header
     return image
@@ -125,7 +130,7 @@ def _eight_bits(array):
 
 def _decoded(image, flags):
     data = np.frombuffer(image.data, np.uint8)
-    cut = is_truncated(bytes(image.data[:8]), bytes(image.data[-TRAILER:]))
+    cut = is_truncated(image.data)
     array = cv2.imdecode(data, flags | _AS_STORED) if data.size and not cut else None
     if array is None:
         why = 'it is cut off' if cut else 'it is no picture that OpenCV knows'

@@ -4,7 +4,6 @@ It follows the simulator's ``ground_truth`` and ``world`` and renders only what 
 contract: everything is made in the thread of the subscription to ``ground_truth``, which has room for one message: a
 slow machine leaves pictures out instead of falling behind. Only the world comes in another thread, as one assignment.
 """
-import math
 
 import cv2
 import numpy as np
@@ -20,7 +19,9 @@ from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
+from rospy_support.images import DEPTH, to_image
 from rospy_support.parameters import Integer, Number, Table, Text
+from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
 
 NAME = 'robotont_camera'
@@ -78,10 +79,10 @@ class CameraNode:
         renderer, place = self._current_renderer(), camera_place(truth.pose.pose)
         colour = renderer.render(place) if wants_colour or wants_points else None
         if wants_colour:
-            self._colour.publish(image(self._info.header, 'rgb8', colour))
+            self._colour.publish(to_image(colour, 'rgb8', self._info.header))
         if wants_depth or wants_points:
             depth = renderer.depth(place)
-            message = image(self._info.header, '32FC1', depth)
+            message = to_image(depth, DEPTH, self._info.header)
             for publisher in filter(_wanted, self._depths):
                 publisher.publish(message)
             if wants_points:
@@ -100,7 +101,7 @@ def _wanted(publisher):
 
 def camera_place(pose):
     """Return the camera's (x, y, z, yaw) [m, rad] of a robot's geometry_msgs/Pose."""
-    yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
+    yaw = yaw_of(pose.orientation)
     return (*ahead(Pose2D(pose.position.x, pose.position.y, yaw), CAMERA_X), CAMERA_Z, yaw)
 
 
@@ -111,13 +112,6 @@ def camera_info(frame, pinhole):
                       P=pinhole.projection())
     info.header.frame_id = frame
     return info
-
-
-def image(header, encoding, pixels):
-    """Return an Image of an array (height, width, ...) that the encoding fits."""
-    height, width = pixels.shape[:2]
-    return Image(header=header, height=height, width=width, encoding=encoding, step=pixels.strides[0],
-                 data=pixels.tobytes())
 
 
 def cloud(header, points, colour):

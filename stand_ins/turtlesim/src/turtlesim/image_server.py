@@ -9,6 +9,7 @@ import time
 
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.files import create_numbered
@@ -73,15 +74,12 @@ class ImageServer:
         rospy.logwarn('%s', reason)
 
     def _show(self, frame):
-        stamp = rospy.Time.now()
+        from rospy_support import images
+        header = Header(stamp=rospy.Time.now(), frame_id=FRAME_ID)
         if self._image.get_num_connections():
-            image = Image(height=CANVAS_SIZE, width=CANVAS_SIZE, encoding='rgb8', step=3 * CANVAS_SIZE,
-                          data=frame.tobytes())
-            _publish(self._image, image, stamp)
+            self._image.publish(images.to_image(frame, 'rgb8', header))
         if self._compressed.get_num_connections():
-            from turtlesim.core import sprites
-            _publish(self._compressed, CompressedImage(format='rgb8; png compressed bgr8',
-                                                       data=sprites.encode_png(frame)), stamp)
+            self._compressed.publish(images.to_compressed(frame[:, :, ::-1], 'png', header, 'rgb8'))
         if self._window:
             self._window.show(frame)
 
@@ -111,8 +109,3 @@ class ImageServer:
                                               f'rosparam set {rospy.resolve_name("~snapshot_dir")} FOLDER')
         rospy.loginfo('Saved %s', path)
         return TriggerResponse(True, path)
-
-
-def _publish(publisher, message, stamp):
-    message.header.stamp, message.header.frame_id = stamp, FRAME_ID
-    publisher.publish(message)

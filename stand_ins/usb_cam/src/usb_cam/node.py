@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyResponse
 
 from rospy_support import nodes, parameters, rospy_internals
-from rospy_support.images import to_image
+from rospy_support.images import to_compressed, to_image
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import Publisher, SubscriptionListener
@@ -22,6 +22,7 @@ from usb_cam.camera_info import CameraInfos
 from usb_cam.core.capture import STOP_TIMEOUT, Capture
 from usb_cam.core.sources import PIXEL_FORMATS, Settings, open_source
 
+PNG_OPTIONS = cv2.IMWRITE_PNG_COMPRESSION, 1  # fast
 MONOCHROME = ('grey', 'yuvmono10')  # pixel formats that are published as mono8
 REPEAT = 30.0  # [s] between two reports of the same trouble
 AUTO_EXPOSURE_OFF = 1  # V4L2_EXPOSURE_MANUAL
@@ -100,10 +101,14 @@ class UsbCamNode:
         header = Header(stamp=stamp, frame_id=self._frame_id)
         info = self._infos.message(width, height)
         info.header = header
+        encoding = 'mono8' if self._mono else 'rgb8'
         if self._image.get_num_connections():
-            self._image.publish(image(bgr, header, self._mono))
+            pixels = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY if self._mono else cv2.COLOR_BGR2RGB)
+            self._image.publish(to_image(pixels, encoding, header))
         if self._compressed.get_num_connections():
-            self._compressed.publish(compressed(bgr, header, self._mono, self._format, self._quality))
+            pixels = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY) if self._mono else bgr
+            options = (cv2.IMWRITE_JPEG_QUALITY, self._quality) if self._format == 'jpeg' else PNG_OPTIONS
+            self._compressed.publish(to_compressed(pixels, self._format, header, encoding, options))
         self._info.publish(info)
 
     def trouble(self, text):
@@ -128,20 +133,6 @@ class UsbCamNode:
             raise rospy.ServiceException(f'{self._device} does not answer; it is let go of as soon as it does '
                                          f'({STOP_TIMEOUT:g} s were not enough)')
         return EmptyResponse()
-
-
-def image(bgr, header, mono):
-    """Return a picture, (height, width, 3) uint8 BGR, as rgb8 or mono8 Image."""
-    pixels = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY if mono else cv2.COLOR_BGR2RGB)
-    return to_image(pixels, 'mono8' if mono else 'rgb8', header)
-
-
-def compressed(bgr, header, mono, kind, quality):
-    """Return the same as CompressedImage of the kind jpeg or png, described as compressed_image_transport does."""
-    pixels = cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY) if mono else bgr
-    options = [cv2.IMWRITE_JPEG_QUALITY, quality] if kind == 'jpeg' else [cv2.IMWRITE_PNG_COMPRESSION, 1]
-    data = cv2.imencode(f'.{kind}', pixels, options)[1].tobytes()
-    return CompressedImage(header, f'mono8; {kind} compressed ' if mono else f'rgb8; {kind} compressed bgr8', data)
 
 
 def _settings():

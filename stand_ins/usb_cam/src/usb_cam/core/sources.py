@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, List, Optional, Tuple
 import cv2
 import numpy as np
 
-from kinematic_core.encoded_images import TRAILER, is_truncated
+from kinematic_core.encoded_images import is_truncated
 from usb_cam.core import devices
 
 FOURCC = {'yuyv': 'YUYV', 'uyvy': 'UYVY', 'mjpeg': 'MJPG', 'yuvmono10': 'Y10 ', 'rgb24': 'RGB3', 'bgr24': 'BGR3',
@@ -309,8 +309,7 @@ class Images(_File):
             data = file.read()
         if not data:
             raise ValueError('the file is empty.')
-        truncated = is_truncated(data[:8], data[-TRAILER:])
-        image = None if truncated else cv2.imdecode(np.frombuffer(data, np.uint8), DECODE)
+        image = None if is_truncated(data) else cv2.imdecode(np.frombuffer(data, np.uint8), DECODE)
         if image is None:
             raise ValueError('the file is cut off or not an image.')
         height, width = image.shape[:2]
