@@ -9,7 +9,7 @@ import pytest
 
 import turtlesim.window
 from rostest_support.virtual_display import MISSING, VirtualDisplay
-from turtlesim.window import PictureReader, Window
+from turtlesim.window import ImageReader, Window
 
 SIZE = 500  # [px] width and height
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (69, 86, 255)
@@ -32,30 +32,30 @@ def ppm(width, height, colour, header=b'P6 %d %d 255\n'):
     return header % (width, height) + bytes(colour) * (width * height)
 
 
-class TestPictureReader:
+class TestImageReader:
 
     def test_returns_a_picture_when_it_is_complete(self):
-        reader, picture = PictureReader(), ppm(3, 2, RED)
+        reader, picture = ImageReader(), ppm(3, 2, RED)
         assert [reader.feed(picture[i:i + 1]) for i in range(len(picture))] == [None] * (len(picture) - 1) + [picture]
 
     def test_returns_the_newest_of_several_and_keeps_what_is_begun(self):
-        reader = PictureReader()
+        reader = ImageReader()
         assert reader.feed(ppm(3, 2, RED) + ppm(3, 2, GREEN) + ppm(3, 2, BLUE)[:10]) == ppm(3, 2, GREEN)
         assert reader.feed(ppm(3, 2, BLUE)[10:]) == ppm(3, 2, BLUE)
 
     def test_a_picture_whose_colours_look_like_a_header_is_one_picture(self):
         picture = b'P6 2 4 255\n' + b'P6 1 1 255\n   P6 1 1 255'[:24]
-        assert PictureReader().feed(picture) == picture
+        assert ImageReader().feed(picture) == picture
 
     @pytest.mark.parametrize('header', [b'P6\n%d %d\n255\n', b'P6 %d\n%d 255 '])
     def test_header_forms(self, header):
         picture = ppm(3, 2, RED, header)
-        assert PictureReader().feed(picture) == picture
+        assert ImageReader().feed(picture) == picture
 
     @pytest.mark.parametrize('beginning', [b'\x89PNG\r\n', b'P6 500 500 65535\n', b'P5 9 9 255\n'])
     def test_refuses_what_is_no_such_picture(self, beginning):
         with pytest.raises(ValueError, match='is no PPM picture'):
-            PictureReader().feed(beginning + bytes(40))
+            ImageReader().feed(beginning + bytes(40))
 
 
 @pytest.fixture

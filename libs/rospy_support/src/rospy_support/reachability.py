@@ -16,6 +16,7 @@ import rosgraph.network
 import rospy
 
 from rospy_support import rospy_internals, threads
+from rospy_support.throttle import WallThrottle
 
 PERIOD = 3.0  # [s] between two looks; a connection takes far less
 LOG_TOPIC = '/rosout'
@@ -27,7 +28,7 @@ def watch(period=PERIOD):
     wrong = wrong_address()
     if wrong:
         rospy.logwarn('%s', wrong)
-    ended = threading.Event()
+    ended, reminders = threading.Event(), WallThrottle(REMINDER)
     rospy.on_shutdown(ended.set)
 
     def look():
@@ -38,7 +39,7 @@ def watch(period=PERIOD):
             except (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException):
                 continue  # without a master there is nothing to compare with
             for topic, others in sorted(now & before):  # twice in a row: not just about to connect
-                rospy.logwarn_throttle_identical(REMINDER, _silence(topic, others))
+                reminders.warn((topic, others), '%s', _silence(topic, others))
             before = now
     return threads.keep_running('reachability', look)
 

@@ -9,6 +9,7 @@ from geometry_msgs.msg import Twist
 
 from kinematic_core.validation import InvalidInput, require_sane
 from rospy_support import nodes
+from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
 from turtlesim.msg import Pose
 
@@ -45,6 +46,7 @@ class MimicNode:
         self._publisher = LatestPublisher(topic_below('output', 'cmd_vel'), Twist)
         source = topic_below('input', 'pose')
         self._input = rospy.resolve_name(source)
+        self._refusals = WallThrottle(WARNING_PERIOD)
         rospy.on_shutdown(self._stop)
         rospy.loginfo('The speeds of %s go to %s (choose turtles with input:=turtle1 output:=turtle2)',
                       self._input, self._publisher.resolved_name)
@@ -54,7 +56,7 @@ class MimicNode:
         try:
             twist = twist_from_pose(pose)
         except InvalidInput as refusal:
-            rospy.logwarn_throttle(WARNING_PERIOD, f'Ignored a message on {self._input}: {refusal}')
+            self._refusals.warn('pose', 'Ignored a message on %s: %s', self._input, refusal)
             return
         with self._lock:
             if not self._ended:

@@ -19,7 +19,7 @@ from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
 TITLE = 'TurtleSim'
 SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two pictures shown; pictures in between are left out
 REDRAW_DELAY = 5  # [ms] of Tk after a picture came in, so that only the newest of several is drawn
-PATIENCE = 1.0  # [s] that the window's process is given to end by itself
+END_TIMEOUT = 1.0  # [s] that the window's process is given to end by itself
 READ_SIZE = 1 << 20  # [bytes]
 
 _HEADER = re.compile(rb'P6\s+(\d{1,5})\s+(\d{1,5})\s+255\s')
@@ -76,10 +76,10 @@ class Window:
         for end in (None, signal.SIGTERM, signal.SIGKILL):
             if end is not None:
                 self._process.send_signal(end)
-            self._watcher.join(PATIENCE)
+            self._watcher.join(END_TIMEOUT)
             if not self._watcher.is_alive():
                 break
-        self._writer.join(PATIENCE)
+        self._writer.join(END_TIMEOUT)
 
     def _write(self):
         """Send the newest picture, then wait until it may be replaced."""
@@ -121,7 +121,7 @@ def _send(pipe, picture):
         data = data[pipe.write(data):]
 
 
-class PictureReader:
+class ImageReader:
     """Finds the newest complete picture in a stream of binary PPM files of 8 bit that follow one another."""
 
     def __init__(self):
@@ -151,7 +151,7 @@ class _Viewer:
     """The window itself; everything happens in Tk's main loop."""
 
     def __init__(self, tkinter, title, descriptor):
-        self._pictures = PictureReader()
+        self._images = ImageReader()
         self._newest = None
         self._descriptor = descriptor
         self._root = tkinter.Tk(className=title)
@@ -175,7 +175,7 @@ class _Viewer:
         if not data:
             self._root.destroy()
             return
-        picture = self._pictures.feed(data)
+        picture = self._images.feed(data)
         if picture:
             if self._newest is None:
                 self._root.after(REDRAW_DELAY, self._draw)
