@@ -33,7 +33,9 @@ WAYS = ('SIGINT', 'SIGTERM', 'rosnode kill', 'master gone')
 
 def keys_of(subject, small):
     """The kinds that are tried one after the other."""
-    return ('turtlesim',) if subject.side != 'ours' else SMALL_KINDS if small else KINDS
+    if subject.side != 'ours':
+        return ('turtlesim',)
+    return SMALL_KINDS if small else KINDS
 
 
 def merged(parts):

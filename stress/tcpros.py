@@ -143,10 +143,6 @@ class Caller:
         """Send the bytes of a request."""
         send(self._socket, framed(request))
 
-    def send_raw(self, data):
-        """Send bytes as they are."""
-        send(self._socket, data)
-
     def answer(self):
         """(accepted, bytes of the response or of the error's text)."""
         accepted = receive(self._socket, 1) == b'\x01'

@@ -192,7 +192,7 @@ def serialized(message):
 def ground_truth(data):
     """(x, y, z, quaternion) of an Odometry's bytes."""
     offset = 12  # header: seq, stamp
-    for _ in '12':  # frame_id and child_frame_id
+    for _ in range(2):  # frame_id and child_frame_id
         offset += TEXT_LENGTH.size + TEXT_LENGTH.unpack_from(data, offset)[0]
     return ODOMETRY_POSE.unpack_from(data, offset)
 

@@ -6,6 +6,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
 from kinematic_core.timing.stall_free_timer import ActiveTimer
+from kinematic_core.worlds.robot_world import WATCHDOG
 from rospy_support.rotations import yaw_of
 from rospy_support.topic_diagnosis import waiting_text
 from rospy_support.topics import LatestPublisher, Publisher
@@ -23,7 +24,7 @@ class RobotDriver(Driver):
     the time in which this process stood still.
     """
 
-    pose_timeout = 0.5  # [s] the time after which a Robotont itself stops without commands
+    pose_timeout = WATCHDOG  # [s] after which a Robotont without commands stops by itself
 
     def __init__(self):
         super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),

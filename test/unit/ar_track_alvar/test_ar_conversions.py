@@ -16,6 +16,7 @@ from alvar_core.detection.detector import Detection
 from alvar_core.fisheye import FisheyeCamera
 from ar_track_alvar import conversions
 from ar_track_alvar.conversions import MarkerPose
+from kinematic_core.validation import LARGEST_MARKER_ID
 
 K = [500.0, 0, 320.0, 0, 510.0, 240.0, 0, 0, 1]
 P = [450.0, 0, 310.0, 0, 0, 460.0, 230.0, 0, 0, 0, 1, 0]
@@ -188,7 +189,7 @@ def test_a_transform_becomes_a_matrix_also_when_its_quaternion_is_not_of_length_
 
 
 def test_the_largest_ids_fit_into_the_messages():
-    marker = MarkerPose(conversions.LARGEST_ID, np.eye(3), np.zeros(3), 98, 0.05)
+    marker = MarkerPose(LARGEST_MARKER_ID, np.eye(3), np.zeros(3), 98, 0.05)
     for message in (conversions.rviz_marker_of(marker, HEADER),
                     AlvarMarkers(HEADER, [conversions.alvar_marker_of(marker, HEADER, np.eye(3), np.zeros(3))])):
         message.serialize(io.BytesIO())

@@ -1,4 +1,5 @@
 """kinematic_core.timing.pacing: pause, resume, steps and changes of the rate, in any order, from many threads."""
+import itertools
 import math
 import threading
 import time
@@ -99,7 +100,7 @@ def test_many_threads_at_once_get_what_they_ask_for(lists):
         thread.start()
     for thread in clients:
         thread.join(30.0)
-    assert len(answered) == sum(operation[0] in ('pause', 'request') for operation in sum(lists, []))
+    assert len(answered) == sum(operation[0] in ('pause', 'request') for operation in itertools.chain(*lists))
     assert {reached for made, reached in answered if made} <= {True}
     pause = paced.pause()
     assert pause.wait(10.0) and pause.made

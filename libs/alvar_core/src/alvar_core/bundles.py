@@ -24,7 +24,7 @@ import numpy as np
 from alvar_core import code
 from alvar_core.arrays import ArrayLike, Floats
 from kinematic_core import documents
-from kinematic_core.validation import shown
+from kinematic_core.validation import LARGEST_MARKER_ID, shown
 
 METRES = 0.01  # a unit of the files
 FROM_FILE = [3, 2, 1, 0]  # top left, top right, bottom right, bottom left of a file's corners, and back
@@ -117,7 +117,7 @@ class _Reader:
 
     def marker(self, marker: Element, number: int) -> tuple[int, Floats | None]:
         where = f'marker {number}'
-        index = self.whole(marker, 'index', where, 0, code.MAX_NUMBER)
+        index = self.whole(marker, 'index', where, 0, LARGEST_MARKER_ID)
         where += f' (index {index})'
         if self.whole(marker, 'status', where, 0) == 0:
             return index, None

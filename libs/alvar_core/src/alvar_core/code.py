@@ -23,11 +23,12 @@ from typing import Iterable, Sequence, Tuple, Union
 import numpy as np
 
 from alvar_core.arrays import ArrayLike, Bools
+from kinematic_core.validation import LARGEST_MARKER_ID
 
 NUMBER, STRING, FILE, HTTP = range(4)
 KINDS = ('number', 'string', 'file', 'http')
 MIN_RESOLUTION, MAX_RESOLUTION = 5, 31
-MAX_NUMBER = 2 ** 32 - 1  # the largest id
+MARGIN, MAX_MARGIN = 2, 10  # cells of the black rim: as ALVAR prints them by default, and the most
 LETTERS = ":abcdefghijklmnopqrstuvwxyz0123456789+-*/()$= ,.#[]%\"_!&'?<>@\\^;"
 HEADER_BITS = 8
 
@@ -180,8 +181,8 @@ def _from_bits(bits: Iterable[int]) -> int:
 
 
 def _number_word(number: float, strong: bool, resolution: int | None) -> Word:
-    if isinstance(number, bool) or int(number) != number or not 0 <= number <= MAX_NUMBER:
-        raise CodeError(f'marker id {number!r}: a whole number from 0 to {MAX_NUMBER} is needed')
+    if isinstance(number, bool) or int(number) != number or not 0 <= number <= LARGEST_MARKER_ID:
+        raise CodeError(f'marker id {number!r}: a whole number from 0 to {LARGEST_MARKER_ID} is needed')
     number = int(number)
     n, block = _smallest(max(1, number.bit_length()), 5, strong, resolution)
     cells = payload_cells(n, block)
@@ -254,7 +255,7 @@ def decode_upright(cells: ArrayLike, max_fixed_errors: int = 0) -> Content | Non
         letters = [LETTERS[_from_bits(data[start:start + 6])] for start in range(0, len(data) - 5, 6)]
         return Content(kind, ''.join(letters).rstrip(' '), wrong + corrected)
     number = _from_bits(data)
-    return Content(kind, number, wrong + corrected) if number <= MAX_NUMBER else None
+    return Content(kind, number, wrong + corrected) if number <= LARGEST_MARKER_ID else None
 
 
 def decode(cells: ArrayLike, max_wrong: int = 1) -> Content | None:

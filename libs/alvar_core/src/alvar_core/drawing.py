@@ -18,13 +18,13 @@ def object_corners(size: float) -> Floats:
     return UNIT_CORNERS * size
 
 
-def marker_image(value: int | str, side: int, margin: int = 2, resolution: int | None = None,
+def marker_image(value: int | str, side: int, margin: int = code.MARGIN, resolution: int | None = None,
                  strong: bool = False) -> Image:
     """uint8 image (side, side) of a marker's black square, no white around; value: id or text; side in px."""
     return image_of_cells(code.encode(value, strong=strong, resolution=resolution), side, margin)
 
 
-def image_of_cells(cells: Bools, side: int, margin: int = 2) -> Image:
+def image_of_cells(cells: Bools, side: int, margin: int = code.MARGIN) -> Image:
     """As marker_image(), of data cells (n, n) bool, true is white."""
     count = len(cells) + 2 * margin
     if side < count:

@@ -2,6 +2,7 @@
 import math
 import reprlib
 
+LARGEST_MARKER_ID = 2 ** 32 - 1  # of ALVAR; AlvarMarker.id, a uint32, holds no larger number either
 ABSURD = 1e6  # [m, m/s, rad or rad/s] far beyond any course, and small enough that float32 and angles stay meaningful
 
 

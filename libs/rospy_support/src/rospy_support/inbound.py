@@ -168,10 +168,6 @@ class SocketWatch:
         connection.setblocking(False)
         self._do(start)
 
-    def make_room(self):
-        """There are no file descriptors left: drop connections that have waited longest, of those with a deadline."""
-        self._do(self._drop_oldest)
-
     def _do(self, command):
         """Run a command in the watch's thread."""
         if threading.current_thread() is self._thread:

@@ -21,7 +21,6 @@ FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up
 LONGEST_PAUSE = 1e-3  # [s]
 SETTLING = 0.12  # [s] without work after a registration: the master's threads that tell others look every 0.1 s
 WORK = 100_000  # [ns] that a thread runs at least for a registration; threads that poll run less between two looks
-LOG_PARAMETER = '/rosout_disable_topics_generation'  # rospy asks the master for it at every line that it logs
 NOBODY = 'the simulator itself, or connections that are being made'  # where no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
 TRIES = 3  # to ask it: a machine that stands still lets that time pass
@@ -58,8 +57,9 @@ class Lockstep:
 
     def watch_master(self):
         """Look for the master; again when it was started anew."""
-        if not rospy.has_param(LOG_PARAMETER):
-            rospy.set_param(LOG_PARAMETER, False)  # its default; a node that logs asks for it until it is set
+        if not rospy.has_param(rospy_internals.LOG_PARAMETER):
+            # its default; a node that logs asks the master for it at every line until it is set
+            rospy.set_param(rospy_internals.LOG_PARAMETER, False)
         self._master = _watch_master()
         self._registrations = _registrations()  # when all were idle the last time
 

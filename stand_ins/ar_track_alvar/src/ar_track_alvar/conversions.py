@@ -8,11 +8,11 @@ from geometry_msgs.msg import Point, Pose, Quaternion, TransformStamped, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from alvar_core import code, rotations
+from alvar_core import rotations
 from alvar_core.camera import Camera, CameraError
 from alvar_core.fisheye import FisheyeCamera
+from kinematic_core.validation import LARGEST_MARKER_ID
 
-LARGEST_ID = code.MAX_NUMBER  # AlvarMarker.id, a uint32, holds no larger number either
 MARKER_FRAME = 'ar_marker_'  # and the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz
 THICKNESS = 0.2  # of a cube, in parts of its width
@@ -48,7 +48,7 @@ def confidence(detection):
 
 def numbered(detections):
     """Return the Detections whose id AlvarMarker.id can hold, in the order of their ids, and the other ones' ids."""
-    fit = [d for d in detections if isinstance(d.id, int) and 0 <= d.id <= LARGEST_ID]
+    fit = [d for d in detections if isinstance(d.id, int) and 0 <= d.id <= LARGEST_MARKER_ID]
     others = [d.id for d in detections if not any(d is one for one in fit)]
     return sorted(fit, key=lambda d: d.id), others
 

@@ -18,13 +18,14 @@ from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
 from ar_track_alvar import conversions
-from ar_track_alvar.conversions import LARGEST_ID, MarkerPose
+from ar_track_alvar.conversions import MarkerPose
 from ar_track_alvar.core import debug_image
 from ar_track_alvar.core.filters import ErrorFilter, RateLimiter
 from ar_track_alvar.diagnostics import Statistics
 from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.marker_publisher import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
+from kinematic_core.validation import LARGEST_MARKER_ID
 from rospy_support import images, parameters, registration, rospy_internals
 from rospy_support.throttle import WallThrottle
 from rospy_support.topic_diagnosis import COMPRESSED, waiting_text
@@ -185,7 +186,7 @@ class MarkerNode:
         numbered, others = conversions.numbered(found)
         for content in others:
             self._complain('content', f'A marker with the content {content!r} is in sight; it is not published: '
-                           f'AlvarMarker.id holds numbers up to {LARGEST_ID} only.')
+                           f'AlvarMarker.id holds numbers up to {LARGEST_MARKER_ID} only.')
         detections = self._errors.accepted(numbered, self.settings.max_new_marker_error,
                                            self.settings.max_track_error)
         self._statistics.searched(time.perf_counter() - begun, detections)

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import rospy
 
-from alvar_core.code import MAX_RESOLUTION, MIN_RESOLUTION, CodeError, check_resolution
+from alvar_core.code import MARGIN, MAX_MARGIN, MAX_RESOLUTION, MIN_RESOLUTION, CodeError, check_resolution
 from ar_track_alvar.cfg import ParamsConfig
 from rospy_support import parameters
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
@@ -23,8 +23,8 @@ def _changeable(name, unit='', clamp=True):
 PARAMETERS = Table(
     Boolean('~enabled', DEFAULT['enabled']), _changeable('max_frequency', 'Hz'),
     _changeable('marker_size', 'cm', clamp=False), _changeable('max_new_marker_error'), _changeable('max_track_error'),
-    Integer('~marker_resolution', 5, MIN_RESOLUTION, MAX_RESOLUTION, 'cells'),
-    Integer('~marker_margin', 2, 1, 10, 'cells'), Text('~output_frame', ''),
+    Integer('~marker_resolution', MIN_RESOLUTION, MIN_RESOLUTION, MAX_RESOLUTION, 'cells'),
+    Integer('~marker_margin', MARGIN, 1, MAX_MARGIN, 'cells'), Text('~output_frame', ''),
     Text('~image_transport', 'raw', ('raw', 'compressed')), Text('~image_geometry', AUTO, (AUTO, RAW, RECTIFIED)),
     Number('~transform_tolerance', 0.1, 0.0, 10.0, 's'))
 

@@ -17,6 +17,7 @@ from kinematic_core.worlds.planar import Pose2D
 from robotont_gazebo.core import camera, worlds
 from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from robotont_gazebo.core.renderer import Renderer
+from robotont_gazebo.messages import ODOMETRY_RATE
 from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
 from rospy_support.images import DEPTH, to_image
@@ -26,11 +27,10 @@ from rospy_support.topics import Publisher
 
 NAME = 'robotont_camera'
 SIMULATOR = 'robotont_gazebo'
-TRUTH_RATE = 30.0  # [Hz] of the simulator's ground_truth
 PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, 'px'),
                    Integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, 'px'),
                    Number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST, 'rad'),
-                   Number('~rate', TRUTH_RATE, 0.1, TRUTH_RATE, 'Hz'), Text('~frame_prefix', ''))
+                   Number('~rate', ODOMETRY_RATE, 0.1, ODOMETRY_RATE, 'Hz'), Text('~frame_prefix', ''))
 FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(('x', 'y', 'z', 'rgb'))]
 
 
@@ -40,7 +40,7 @@ class CameraNode:
     def __init__(self):
         """Read the parameters and register everything."""
         *self._size, self._fov, rate = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate')
-        self._every = max(1, round(TRUTH_RATE / rate))
+        self._every = max(1, round(ODOMETRY_RATE / rate))
         self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
         self._received = 0
         self._renderer = None

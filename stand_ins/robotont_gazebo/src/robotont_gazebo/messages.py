@@ -13,7 +13,7 @@ from rospy_support.rotations import to_quaternion
 POSE_VARIANCE = 1e-5  # [m^2] of x and y where the odometry makes no errors, as Gazebo's plugin has it
 YAW_VARIANCE = 1e-3  # [rad^2]
 UNKNOWN = 1e12  # variance of what an odometry in the plane cannot tell: z, roll, pitch
-SCAN_PERIOD = 1.0 / 40.0  # [s]
+ODOMETRY_RATE, SCAN_RATE = 30.0, 40.0  # [Hz] of simulated time
 
 
 def odometry(stamp, frame, child, pose, twist, variances=(0.0, 0.0)):
@@ -71,7 +71,7 @@ def laser_scan(stamp, frame, scanner, ranges):
     """Return a LaserScan of what a module like kinematic_core.worlds.rays, ``scanner``, describes."""
     increment = (scanner.LAST_ANGLE - scanner.FIRST_ANGLE) / (scanner.RAYS - 1)
     message = LaserScan(angle_min=scanner.FIRST_ANGLE, angle_max=scanner.LAST_ANGLE, angle_increment=increment,
-                        scan_time=SCAN_PERIOD, range_min=scanner.NEAREST, range_max=scanner.FARTHEST,
+                        scan_time=1.0 / SCAN_RATE, range_min=scanner.NEAREST, range_max=scanner.FARTHEST,
                         ranges=ranges.tolist())
     message.header.stamp, message.header.frame_id = stamp, frame
     return message

@@ -34,8 +34,8 @@ from sim_ros.recording import RecordedWorld
 NAME = 'robotont_gazebo'
 MODELS = ('robotont_gazebo_nuc', 'robotont_gazebo_lidar', 'robotont_gazebo_basic')
 LIDAR_MODEL = 'robotont_gazebo_lidar'
-ODOMETRY_STEPS = 4  # 30 Hz
-SCAN_STEPS = 3  # 40 Hz
+ODOMETRY_STEPS = round(1.0 / (messages.ODOMETRY_RATE * DT))  # 4
+SCAN_STEPS = round(1.0 / (messages.SCAN_RATE * DT))  # 3
 FARTHEST = 1000.0  # [m]
 WARNING_PERIOD = 1.0  # [s] of wall time between two warnings about refused velocities
 RECORDED = ('x', 'y', 'theta')  # columns of a recording: the robot's true pose

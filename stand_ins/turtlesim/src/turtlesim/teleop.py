@@ -36,7 +36,6 @@ The arrow keys drive a turtle, by way of {topic}:
 A press lasts one second; keep a key pressed to go on. The keys go to whatever has the focus:
 click on this terminal, not on the turtle's window."""
 
-_ESCAPE = 0x1b
 _ARROWS = {b'A': 'up', b'B': 'down', b'C': 'right', b'D': 'left'}
 _PLAIN = {ord('q'): QUIT, ord('Q'): QUIT, 0x03: QUIT, 0x04: QUIT}  # the last two: Ctrl-C and Ctrl-D as bytes
 _SEQUENCE = re.compile(rb'\x1b(?:\[(?P<parameters>[0-?]{0,30})[ -/]{0,2}|O)(?P<final>[@-~])')

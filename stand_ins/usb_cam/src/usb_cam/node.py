@@ -19,8 +19,9 @@ from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import Publisher, SubscriptionListener
 from usb_cam.camera_info import CameraInfos
+from usb_cam.core.calibration import LARGEST_SIDE
 from usb_cam.core.capture import STOP_TIMEOUT, Capture
-from usb_cam.core.sources import PIXEL_FORMATS, Settings, open_source
+from usb_cam.core.sources import FASTEST, PIXEL_FORMATS, Settings, open_source
 
 PNG_OPTIONS = cv2.IMWRITE_PNG_COMPRESSION, 1  # fast
 MONOCHROME = ('grey', 'yuvmono10')  # pixel formats that are published as mono8
@@ -29,11 +30,11 @@ AUTO_EXPOSURE_OFF = 1  # V4L2_EXPOSURE_MANUAL
 LEVELS = 'brightness', 'contrast', 'saturation', 'sharpness', 'gain'  # in the webcam's own units
 PARAMETERS = Table(
     Text('~video_device', '/dev/video0'),
-    Integer('~image_width', 640, 1, 100000, 'px'), Integer('~image_height', 480, 1, 100000, 'px'),
-    Integer('~framerate', 30, 1, 1000, 'Hz'), Text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
+    Integer('~image_width', 640, 1, LARGEST_SIDE, 'px'), Integer('~image_height', 480, 1, LARGEST_SIDE, 'px'),
+    Integer('~framerate', 30, 1, int(FASTEST), 'Hz'), Text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
     Text('~io_method', 'mmap', ('mmap', 'read', 'userptr')),  # OpenCV chooses itself, as it does colours
     Text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p')),
-    Number('~rate', 0.0, 0.0, 1000.0, 'Hz'), Boolean('~loop', True),
+    Number('~rate', 0.0, 0.0, FASTEST, 'Hz'), Boolean('~loop', True),
     *(Integer(f'~{name}', -1, -1) for name in LEVELS),
     Boolean('~auto_white_balance', True), Integer('~white_balance', 4000, 0, 100000, 'K'),
     Boolean('~autoexposure', True), Integer('~exposure', 100, 0, 1000000),

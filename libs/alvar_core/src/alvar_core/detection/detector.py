@@ -74,7 +74,7 @@ class Detector:
     Not thread safe: one thread uses a Detector at a time.
     """
 
-    def __init__(self, size: float, resolution: int = 5, margin: int = 2,
+    def __init__(self, size: float, resolution: int = code.MIN_RESOLUTION, margin: int = code.MARGIN,
                  sizes: Mapping[int | str, float] | None = None) -> None:
         self.buffers = ImageBuffers()
         self.size, self.sizes = size, {value: checked_size(each) for value, each in (sizes or {}).items()}

@@ -150,7 +150,7 @@ class CoarseDecoder:
 class Reader:
     """Reads aligned markers of one resolution and margin (both in cells); `grid` is that of the aligned values."""
 
-    def __init__(self, grid: Grid, resolution: int = 5, margin: int = 2) -> None:
+    def __init__(self, grid: Grid, resolution: int = code.MIN_RESOLUTION, margin: int = code.MARGIN) -> None:
         self.resolution, self.margin, self.grid = resolution, margin, grid
         reach = self.resolution / 2 + min(0.5, margin / 2)
         self._inside = np.abs(self.grid.line) < reach

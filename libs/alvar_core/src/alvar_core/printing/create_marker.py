@@ -11,13 +11,12 @@ from typing import Any, Callable, Iterator, Sequence, TypeVar
 
 from alvar_core import code
 from alvar_core.printing import marker_files
-from alvar_core.printing.marker_files import DPI, CreateError, Marker
+from alvar_core.printing.marker_files import DPI, PAGES, CreateError, Marker
 from kinematic_core.files import write_whole
 
 CM, INCH = DPI / 2.54, DPI  # pixels a unit
 SIDE = 9.0  # units
-MARGIN, MAX_MARGIN = 2, 10  # cells
-PAGES = ('a4', 'letter')
+PAGE = 'a4'
 Answer = TypeVar('Answer')
 Read = Callable[[str], str]  # gives the next argument; what it is, is named if there is none
 
@@ -29,7 +28,7 @@ Draws ALVAR markers for ar_track_alvar: for each ID, MarkerData_ID.png in the cu
   -1 "hello world"    a marker with a text; -2 catalog.xml: with a file name; -3 www.vtt.fi: with a URL
   -s 5.0              width and height of the black square, in units (default {SIDE:g})
   -ucm, -uin, -u 96   unit: centimetres (default), inches, or a number of pixels ({DPI:g} pixels are an inch)
-  -m 2                cells of the black rim (default {MARGIN})
+  -m 2                cells of the black rim (default {code.MARGIN})
   -r 7                data cells a row (odd, {code.MIN_RESOLUTION} to {code.MAX_RESOLUTION}; default: as few as needed)
   -f                  the stronger code (Hamming(8,4)) for what does not fit on 5x5 cells
   -xy 14 0            puts the next markers that far right of and below the origin; all markers go into one image
@@ -38,7 +37,7 @@ Draws ALVAR markers for ar_track_alvar: for each ID, MarkerData_ID.png in the cu
   -p                  asks for ids and places; so does createMarker without arguments
   -ar                 asks for an array of markers
   --pdf OUT.pdf       a sheet to print instead of images: true sizes, ids, cut lines, and a ruler to check the print
-  --page a4|letter    paper of the sheet (default {PAGES[0]})
+  --page a4|letter    paper of the sheet (default {PAGE})
   -h, --help          this text
 
 An option applies to what comes after it: createMarker -s 4.4 -xy 0 0 8 -xy 14 0 9
@@ -54,9 +53,9 @@ class CommandLine:
     def __init__(self, arguments: Sequence[str] = ()) -> None:
         self.markers: list[Marker] = []
         self.pdf: str | None = None
-        self.page = PAGES[0]
+        self.page = PAGE
         self.prompt, self.array, self.help = not arguments, False, False
-        self.kind, self.strong, self.margin = code.NUMBER, False, MARGIN
+        self.kind, self.strong, self.margin = code.NUMBER, False, code.MARGIN
         self.resolution: int | None = None
         self.at: tuple[float, float] | None = None
         self.unit, self.side = CM, SIDE
@@ -87,10 +86,10 @@ class CommandLine:
 
     def set_margin(self, read: Read) -> None:
         """-m"""
-        value = number(read('a number of cells'), '-m: margin', 0, MAX_MARGIN)
+        value = number(read('a number of cells'), '-m: margin', 0, code.MAX_MARGIN)
         if value != int(value):
             raise CreateError(f'-m: margin {value:g}: a whole number of cells is needed; ar_track_alvar reads no other')
-        self.margin = int(value) or MARGIN
+        self.margin = int(value) or code.MARGIN
 
     def set_resolution(self, read: Read) -> None:
         """-r"""

@@ -14,6 +14,7 @@ from alvar_core.arrays import Bools, Floats, Image
 from alvar_core.code import Value
 
 DPI = 96.0  # pixels per inch of the images, as in the original
+PAGES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}  # mm
 MAX_PIXELS = 20000  # of an image's side
 LETTERS_IN_NAME = 9  # of a text, in a file's name
 IDS_IN_NAME = 64  # letters: a file's name of this length gets no more ids

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Sequence, Tuple
 
 from alvar_core import bundles
 from alvar_core.printing import marker_files
-from alvar_core.printing.marker_files import CreateError, File, Marker
+from alvar_core.printing.marker_files import PAGES, CreateError, File, Marker
 
 if TYPE_CHECKING:
     import cairo
 
 Box = Tuple[float, float, float, float]  # left, top, right, bottom, mm
 
-PAGES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}  # mm
 EDGE, FOOT = 12.0, 22.0  # mm: what printers leave white, room for the ruler below
 LABEL, GAP = 4.0, 4.0  # mm: height of a label, between markers
 RULER = 100  # mm
+TICKS = (10, 5.0), (5, 3.5), (1, 2.0)  # [mm] of the ruler: every so many, how long
 POINTS = 72 / 25.4  # PDF's unit, points a mm
 GREY = 0.55
 
@@ -191,7 +191,7 @@ def _ruler(context: cairo.Context, page: str, note: str) -> None:
     context.set_source_rgb(0, 0, 0)
     context.set_line_width(0.2)
     for millimetre in range(RULER + 1):
-        length = 5.0 if millimetre % 10 == 0 else 3.5 if millimetre % 5 == 0 else 2.0
+        length = next(length for step, length in TICKS if millimetre % step == 0)
         context.move_to(left + millimetre, line)
         context.line_to(left + millimetre, line - length)
     context.move_to(left, line)

@@ -31,11 +31,14 @@ def looks_at_the_wall_clock(command):
     if tool in COMMANDS:
         return tool
     if tool in SHELLS:
-        return next(filter(None, (_shell(part) if os.path.isfile(part) else _lines([part])
-                                  for part in command[1:])), '')
+        return _first(_shell(part) if os.path.isfile(part) else _lines([part]) for part in command[1:])
     read = set()
-    return next(filter(None, (_shell(path) if _begins(path, SHELL) else _python(path, read)
-                              for path in _programs(command))), '')
+    return _first(_shell(path) if _begins(path, SHELL) else _python(path, read) for path in _programs(command))
+
+
+def _first(texts):
+    """Return the first of some texts that is not empty, or ''."""
+    return next(filter(None, texts), '')
 
 
 def simulators(command):
@@ -144,7 +147,7 @@ def _python(path, read):
     relayed = [node.value.value for node in ast.walk(tree)  # catkin's devel space: the program that is meant
                if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
                and [getattr(target, 'id', '') for target in node.targets] == ['python_script']]
-    return next(filter(None, (_python(there, read) for there in modules + relayed)), '')
+    return _first(_python(there, read) for there in modules + relayed)
 
 
 def _imported(tree):

@@ -63,7 +63,9 @@ def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
 def _nearness(value: float, span: Span) -> float:
     """Return 1 inside a span of positive numbers, outside the quotient of the value and the limit that it breaks."""
     low, high = span
-    return 1.0 if within(value, span) else value / low if value < low else high / value
+    if within(value, span):
+        return 1.0
+    return value / low if value < low else high / value
 
 
 @rule(length=('length', ...))

@@ -6,7 +6,7 @@ A plan can be shared between threads and kept: changing one makes a new one.
 import math
 from typing import Any, Iterator, List, NamedTuple, Tuple, Union
 
-from kinematic_core.validation import InvalidInput, require_sane, shown
+from kinematic_core.validation import LARGEST_MARKER_ID, InvalidInput, require_sane, shown
 
 Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 
@@ -17,7 +17,6 @@ PANEL_SIZE = 0.40  # [m] the white square
 PANEL_MARKER_SIZE = 0.28  # [m] the marker's black square in its middle
 PANEL_BOTTOM = 0.05  # [m]
 PANEL_THICKNESS = 0.01  # [m] behind the face
-LARGEST_ID = 2 ** 32 - 1  # of an ALVAR marker
 LARGEST = 1000.0  # [m] of any coordinate or size of a plan
 MOST_SHAPES = 1000  # of a plan: each is compared with each
 LONGEST_NAME = 200  # characters
@@ -140,9 +139,9 @@ def _check_shape(shape: Shape) -> None:
         elif field == 'colour':
             _check_colour(f'{shape.name}: colour', value)
         elif field == 'marker_id':
-            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LARGEST_ID:
+            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LARGEST_MARKER_ID:
                 raise InvalidInput(f'{shape.name}: marker_id is {shown(value)}; it must be a whole number from 0 to '
-                                   f'{LARGEST_ID}')
+                                   f'{LARGEST_MARKER_ID}')
         else:
             _check_length(shape.name, field, value)
     if isinstance(shape, Panel) and shape.marker_size > shape.size:

@@ -24,7 +24,9 @@ def draw(image: np.ndarray, camera: Camera, detections: Sequence[Detection], pub
     """
     for detection in detections:
         shown = any(detection is other for other in published)
-        colour = LEFT_OUT if not shown else AMBIGUOUS if detection.ambiguous else SURE
+        colour = AMBIGUOUS if detection.ambiguous else SURE
+        if not shown:
+            colour = LEFT_OUT
         cv2.polylines(image, [_fixed(detection.corners)], True, colour, 2, cv2.LINE_AA, SHIFT)
         cv2.circle(image, _fixed(detection.corners[0]).tolist(), 4 << SHIFT, colour, -1, cv2.LINE_AA, SHIFT)
         if shown:
