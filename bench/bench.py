@@ -12,7 +12,6 @@ import importlib
 import json
 import os
 import shutil
-import signal
 import sys
 import tempfile
 from contextlib import ExitStack
@@ -21,8 +20,9 @@ from types import SimpleNamespace
 import report
 from figures import OURS, PEER, judge
 from kinematic_core.files import write_whole
-from processes import WAYS_OUT, BenchError, stop_all
-from session import Subject, find_node, first_port, free_ports, split_command
+from process_support.processes import make_interruptible
+from processes import BenchError, stop_all
+from session import Subject, find_node, split_command
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 DEFAULT_SUITE = 'turtlesim'
@@ -97,11 +97,7 @@ def subjects(options, suite, names, folder):
         commands[OURS] = find_node(suite.PACKAGE, suite.EXECUTABLE) if needs_node else ['unused']
     if options.peer:
         commands[PEER] = split_command(options.peer)
-    ports = free_ports(first_port(os.environ.get('ROS_MASTER_URI')), len(commands))
-    found = [Subject(side, command, port, folder) for (side, command), port in zip(commands.items(), ports)]
-    for subject in found:
-        subject.await_master()
-    return found
+    return [Subject(side, command, folder) for side, command in commands.items()]
 
 
 def measure(options, suite, names, under_test):
@@ -180,20 +176,13 @@ def run(options, suite):
     return 1 if failures else 0
 
 
-def _interrupt(_number, _frame):
-    for number in WAYS_OUT:
-        signal.signal(number, signal.SIG_IGN)  # the way out is not interrupted again
-    raise KeyboardInterrupt
-
-
 def main():
     options, suite = parse(sys.argv[1:])
     if options.list:
         for name, measurement in suite.MEASUREMENTS.items():
             print(f'{name:<12} {measurement.about}')
         return 0
-    for number in WAYS_OUT:
-        signal.signal(number, _interrupt)
+    make_interruptible()
     try:
         return run_sensitivity(options, suite) if options.sensitivity else run(options, suite)
     except BenchError as error:

@@ -3,47 +3,15 @@
 import json
 import os
 import shlex
-import socket
 import subprocess
 import sys
 import time
-import xmlrpc.client
-from urllib.parse import urlparse
 
-from processes import POLL, BenchError, Child
+from processes import BenchError, Child
+from rospy_support.own_master import MasterError, start_master
 
-FIRST_PORT = 11700  # of the masters, when ROS_MASTER_URI names none on this machine
-PORTS_TRIED = 50
-MASTER_DEADLINE = 15.0  # [s] for a master to answer
 FIND_DEADLINE = 20.0  # [s] for catkin_find
 HERE = os.path.dirname(os.path.abspath(__file__))
-
-
-def first_port(uri):
-    """Port of a master URI on this machine, FIRST_PORT when it names another machine or none."""
-    parsed = urlparse(uri or '')
-    local = parsed.hostname in ('localhost', '127.0.0.1')
-    return parsed.port if local and parsed.port else FIRST_PORT
-
-
-def is_free(port):
-    """Whether a master could listen on this TCP port of the loopback interface."""
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind(('127.0.0.1', port))
-        except OSError:
-            return False
-    return True
-
-
-def free_ports(first, count, free=is_free):
-    """The first `count` free ports from `first` upward, among PORTS_TRIED; BenchError when there are fewer."""
-    found = [port for port in range(first, first + PORTS_TRIED) if free(port)][:count]
-    if len(found) < count:
-        raise BenchError(f'No {count} free ports in {first} to {first + PORTS_TRIED - 1} for the masters. '
-                         'Set ROS_MASTER_URI to http://localhost:PORT with another PORT.')
-    return found
 
 
 def package_path(executable, inherited, read=None):
@@ -82,35 +50,26 @@ def find_node(package, executable):
 class Subject:
     """A node under test and its master. side: 'ours' or 'peer'; command: list; folder: for logs, removed later."""
 
-    def __init__(self, side, command, port, folder):
+    def __init__(self, side, command, folder):
         self.side, self.command, self.folder = side, command, folder
-        self.uri = f'http://localhost:{port}'
-        self._env = dict(os.environ, ROS_MASTER_URI=self.uri, ROS_HOSTNAME='localhost', ROS_LOG_DIR=folder,
-                         ROS_HOME=folder, QT_QPA_PLATFORM='offscreen')
+        self.uri = self.master = None
+        self._env = dict(os.environ, ROS_HOSTNAME='localhost', ROS_LOG_DIR=folder, ROS_HOME=folder,
+                         QT_QPA_PLATFORM='offscreen')
         for name in ('DISPLAY', 'ROS_NAMESPACE', 'ROS_IP'):
             self._env.pop(name, None)
+        self.start_master()
+        self._env['ROS_MASTER_URI'] = self.uri
         self._node_env = dict(self._env)
         self._node_env['ROS_PACKAGE_PATH'] = package_path(command[0], self._env.get('ROS_PACKAGE_PATH', ''))
-        self.start_master()
 
     def start_master(self):
-        """Start the master, anew after it was ended; `await_master` returns when it answers."""
-        port = self.uri.rpartition(':')[2]
-        self.master = Child(f'master of {self.side}', ['rosmaster', '--core', '-p', port], self._env, self.folder)
-
-    def await_master(self):
-        """Return once the master answers; BenchError with its last lines when it does not."""
-        deadline = time.monotonic() + MASTER_DEADLINE
-        while True:
-            self.master.require_alive()
-            try:
-                xmlrpc.client.ServerProxy(self.uri).getPid('/bench')
-                return
-            except OSError:
-                if time.monotonic() > deadline:
-                    raise BenchError(f'The master at {self.uri} gave no answer within {MASTER_DEADLINE:.0f} s. '
-                                     f'Its last lines:\n{self.master.tail()}') from None
-            time.sleep(POLL)
+        """Start the master, again on its port after it was ended; BenchError when it does not answer."""
+        port = self.uri and int(self.uri.rpartition(':')[2])
+        try:
+            self.uri, self.master = start_master(
+                lambda command: Child(f'master of {self.side}', command, self._env, self.folder), port)
+        except MasterError as error:
+            raise BenchError(str(error)) from None
 
     def start(self, name, command, **environment):
         """Start any program beside the node under test: a Child. A variable of the environment that is None goes."""

@@ -5,13 +5,12 @@ MEASUREMENTS: {name: Measurement}. `Measurement.run(subject, scale)` starts what
 {figure key: samples}. Measurements without a node (in_process) run once a round, for ours only.
 """
 
-import os
 import time
 from dataclasses import dataclass
 from statistics import stdev
 
 from figures import Figure, Target, intervals, mean_rate, median, p95
-from processes import cpu_between, process_tree, tree_cpu, tree_memory
+from processes import cpu_between, tree, tree_cpu, tree_memory
 from session import answer
 
 PACKAGE = 'turtlesim'
@@ -113,7 +112,7 @@ def calls(subject, scale):
 
 
 def _descriptors(node):
-    return sum(len(os.listdir(f'/proc/{pid}/fd')) for pid in process_tree(node.pid))
+    return sum(process.num_fds() for process in tree(node.pid))
 
 
 def _idle(node, scale):

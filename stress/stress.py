@@ -11,7 +11,6 @@ import importlib
 import random
 import resource
 import shutil
-import signal
 import sys
 import tempfile
 import traceback
@@ -19,15 +18,15 @@ from contextlib import ExitStack
 
 import report
 from figures import OURS, PEER, judge
-from processes import WAYS_OUT, BenchError, stop_all
-from session import Subject, free_ports, split_command
+from process_support.processes import make_interruptible
+from processes import BenchError, stop_all
+from session import Subject, split_command
 from trial import Scale
 from under_test import TROUBLE, tell
 
 SUITES = {  # minutes that the full form takes, about
     'fuzz': 6.0, 'clients': 5.0, 'master': 6.0, 'storms': 3.0, 'system': 10.0, 'soak': 60.0}
 DEFAULT = tuple(name for name in SUITES if name != 'soak')
-FIRST_PORTS = 12000, 19900  # of the masters, below those that systems give to outgoing connections
 MANY_FILES = 16384
 LARGEST_SEED = 2 ** 31 - 1
 
@@ -96,18 +95,13 @@ def subjects(options, folder):
     commands = {OURS: ['unused']}
     if options.peer:
         commands[PEER] = split_command(options.peer)
-    ports = free_ports(random.SystemRandom().randrange(*FIRST_PORTS), len(commands))
-    found = [Subject(side, command, port, folder) for (side, command), port in zip(commands.items(), ports)]
-    for subject in found:
-        subject.await_master()
-    return found
+    return [Subject(side, command, folder) for side, command in commands.items()]
 
 
 def _new_master(subject):
     """Start the master anew: without parameters, and without the registrations that a killed peer left."""
     subject.master.kill()
     subject.start_master()
-    subject.await_master()
 
 
 def _place(error):
@@ -199,12 +193,6 @@ def _allow_many_files():
     resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
-def _interrupt(_number, _frame):
-    for number in WAYS_OUT:
-        signal.signal(number, signal.SIG_IGN)  # the way out is not interrupted again
-    raise KeyboardInterrupt
-
-
 def main():
     options = parse(sys.argv[1:])
     if options.list:
@@ -212,8 +200,7 @@ def main():
             for name, attack in load(suite).ATTACKS.items():
                 print(f'{suite:<8} {name:<14} {attack.about}')
         return 0
-    for number in WAYS_OUT:
-        signal.signal(number, _interrupt)
+    make_interruptible()
     _allow_many_files()
     try:
         return run(options)

@@ -204,7 +204,7 @@ def _posted(trial, body):
         finally:
             connection.close()
     trial.answered(post)
-    return time.monotonic() - begun, trial.node.memory('VmHWM')
+    return time.monotonic() - begun, trial.node.peak_memory()
 
 
 def robotont(subject, scale, rng):

@@ -11,6 +11,7 @@ import time
 import xmlrpc.client
 from http.client import HTTPException
 
+import psutil
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
@@ -20,7 +21,7 @@ from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelativ
 
 import tcpros
 from figures import OURS, median_rate
-from processes import BenchError, kilobytes, process_tree
+from processes import BenchError, peak_memory, tree
 from rostest_support import node_kinds
 from session import find_node
 
@@ -82,7 +83,8 @@ class Node:
                 return False
             self.uri = self.master.lookupNode(tcpros.CALLER, self.kind.node)[2]
             self.pid = tcpros.api(self.uri, POLITE).getPid(tcpros.CALLER)[2]
-            return self.pid in process_tree(self.child.pid)  # not one of the same name that was killed
+            # not one of the same name that was killed
+            return self.pid in {process.pid for process in tree(self.child.pid)}
         until(there, f'{self.kind.key} has registered {self.kind.published + self.kind.services}', deadline)
 
     def registered(self):
@@ -99,20 +101,23 @@ class Node:
 
     def runs(self):
         """Whether its process lives."""
-        return self.child.process.poll() is None
+        return self.child.runs()
 
     def descriptors(self):
         """How many it has open."""
-        return len(os.listdir(f'/proc/{self.pid}/fd'))
+        return psutil.Process(self.pid).num_fds()
 
     def threads(self):
         """How many it has."""
-        return len(os.listdir(f'/proc/{self.pid}/task'))
+        return psutil.Process(self.pid).num_threads()
 
-    def memory(self, field='VmRSS'):
-        """Resident memory [MB]; VmHWM: the most that there was."""
-        with open(f'/proc/{self.pid}/status', encoding='utf-8') as file:
-            return kilobytes(file.read(), field) * 1024 / 1e6
+    def memory(self):
+        """Resident memory [MB]."""
+        return psutil.Process(self.pid).memory_info().rss / 1e6
+
+    def peak_memory(self):
+        """The most resident memory [MB] that there was."""
+        return peak_memory(self.pid) / 1e6
 
     def service_place(self, name):
         """(host, port) of a service."""

@@ -17,8 +17,10 @@ import sys
 import uuid
 from pathlib import Path
 
+import psutil
+
 from course_grader.classes import submissions
-from course_grader.isolation import processes
+from process_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 GRADER = [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py')]
@@ -53,9 +55,9 @@ def run(arguments, folder):
     processes.adopt_orphans()
     done = subprocess.run([*GRADER, *arguments], cwd=places['WORK'], env=environment, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=TIMEOUT, check=False)
-    alive = processes.related(f'{MARK}={mark}', os.getpid())
-    left = [f'process {pid}' for pid in alive]
-    processes.end(lambda: processes.related(f'{MARK}={mark}', os.getpid()))
+    own, mark = psutil.Process(), f'{MARK}={mark}'
+    left = [f'process {process.pid}' for process in processes.related(mark, own)]
+    processes.end(lambda: processes.related(mark, own))
     left += [str(path) for place in places.values() for path in place.rglob('*')]
     return done.returncode, done.stdout.decode('utf-8', 'replace'), left
 

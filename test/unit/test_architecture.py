@@ -16,15 +16,16 @@ PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
             if path.parts[-4] in ('libs', 'stand_ins') and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
 STAND_INS = {name for name, path in PACKAGES.items() if REPOSITORY / 'stand_ins' in path.parents}
-LAYERS = [{'kinematic_core', 'alvar_core'}, {'rospy_support'}, {'sim_ros'}, STAND_INS, {'course_grader'},
-          {'turtle_robotont'}, {'rostest_support'}]  # each imports from itself and from those before it
+LAYERS = [{'kinematic_core', 'alvar_core', 'process_support'}, {'rospy_support'}, {'sim_ros'}, STAND_INS,
+          {'course_grader'}, {'turtle_robotont'}, {'rostest_support'}]  # each imports from itself and from those before
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml'},  # test_core_import.py: all but rays do without numpy
             'libs/alvar_core/src': IMAGES | {'cairo'},
-            'libs/course_grader/src/course_grader/isolation': PLAIN,
+            'libs/process_support/src': {'psutil'},
+            'libs/course_grader/src/course_grader/isolation': {'psutil'},
             'libs/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
-            'libs/course_grader/src/course_grader/classes': {'tqdm'},
+            'libs/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},
             'libs/course_grader/src/course_grader/formats': IMAGES,
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': IMAGES,

@@ -149,7 +149,7 @@ def run_maze(harness):
 def watch_maze(node):
     """Wait for the maze's end; return what the tracker sees each time that the robot approaches a marker."""
     views, looked = [], set()
-    while not node.ended() and not re.search(r'Visited the markers|FATAL', node.output()):
+    while node.runs() and not re.search(r'Visited the markers|FATAL', node.output()):
         for marker in set(re.findall(r'Approaching marker (\d+)', node.output())) - looked:
             looked.add(marker)
             views.append(_next_view())

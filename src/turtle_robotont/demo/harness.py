@@ -1,11 +1,10 @@
 """Where the demo plays: a master and a simulator of its own, the nodes of a step, and an observer of the turtle.
 
 Threads: rospy calls the observer's callbacks in threads of its own, one a topic; its lock guards what they store.
-Processes: each gets a process group of its own and is ended by ``DemoHarness.close``, and by the kernel (SIGINT) if the
-demo itself is killed.
+Processes: each gets a process group of its own and is ended by ``DemoHarness.close``, and by the kernel (SIGINT) if
+the demo itself is killed.
 """
 import contextlib
-import ctypes
 import glob
 import math
 import os
@@ -16,7 +15,6 @@ import threading
 import time
 
 import cv2
-import rosgraph
 import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist
@@ -25,63 +23,44 @@ from turtlesim.msg import Color, Pose
 
 from kinematic_core.files import write_whole
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
-from rospy_support import ports, servers
+from process_support.processes import BackgroundProcess, end_with_parent
+from rospy_support import servers
+from rospy_support.own_master import MasterError, own_master
 from turtle_robotont.driving import track_metrics
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle begins
 EXACT = 1e-3  # [m]
 PATIENCE = 30.0  # [s] in which master, simulator and nodes must be there, on a loaded machine too
 REST_TIMEOUT = 5.0  # [s] in which a stopped turtle must stand
-END_TIMEOUTS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # [s] each
+END_STAGES = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # of a roslaunch and its nodes
 POLL = 0.02  # [s]
-PR_SET_PDEATHSIG = 1  # of prctl(2)
 
 
 class DemoError(RuntimeError):
     """What was waited for did not happen; the text says what."""
 
 
-class Process:
-    """A command that runs in the background, its output in a file."""
+class Process(BackgroundProcess):
+    """A command that runs in the background, its output in a file; it ends when the demo is killed."""
 
     def __init__(self, command, log):
-        self.command, self._log = command, log
-        with open(log, 'wb') as file:
-            self._popen = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
-                                           start_new_session=True, preexec_fn=_end_with_parent)
-
-    def output(self):
-        """Return what it has printed so far."""
-        with open(self._log, encoding='utf-8', errors='replace') as file:
-            return file.read()
-
-    def ended(self):
-        """Return whether it has ended."""
-        return self._popen.poll() is not None
+        super().__init__(command, log, preexec_fn=end_with_parent)
 
     def wait(self, timeout):
         """Return its exit code; raise DemoError with its last line when it has not ended within timeout [s]."""
         try:
-            return self._popen.wait(timeout)
+            return self.process.wait(timeout)
         except subprocess.TimeoutExpired:
             raise DemoError(f'{os.path.basename(self.command[0])} has not ended within {timeout:g} s; it said: '
-                             f'{self.last_line()}') from None
-
-    def last_line(self):
-        """Return the last line that it printed."""
-        return (self.output().strip().splitlines() or ['nothing'])[-1]
+                            f'{self.last_line()}') from None
 
     def interrupt(self):
         """Press Ctrl-C."""
-        self._popen.send_signal(signal.SIGINT)
+        self.process.send_signal(signal.SIGINT)
 
-    def end(self):
+    def stop(self, stages=END_STAGES):
         """End it, gently at first."""
-        for sign, timeout in END_TIMEOUTS:
-            if not self.ended():
-                with contextlib.suppress(ProcessLookupError, subprocess.TimeoutExpired):
-                    os.killpg(self._popen.pid, sign)
-                    self._popen.wait(timeout)
+        super().stop(stages)
 
 
 class Observer:
@@ -134,7 +113,7 @@ class DemoHarness:
     def __init__(self, output):
         """``output``: the folder for pictures; what the nodes print goes into its subfolder log."""
         self.output, self._log = output, os.path.join(output, 'log')
-        self._processes = []
+        self._processes, self._until_closed = [], contextlib.ExitStack()
         self._kept = []  # pictures of the present step, (height, width, 3) uint8 BGR
         self.seen = None  # the Observer, once open
 
@@ -143,11 +122,14 @@ class DemoHarness:
         os.makedirs(self._log, exist_ok=True)
         for old in glob.glob(os.path.join(self._log, '[0-9][0-9]_*.log')):
             os.remove(old)
-        port = ports.free_port()
-        os.environ.update(ROS_MASTER_URI=f'http://localhost:{port}', ROS_HOSTNAME='localhost', PYTHONUNBUFFERED='1')
+        os.environ.update(ROS_HOSTNAME='localhost', PYTHONUNBUFFERED='1')
         os.environ.pop('ROS_NAMESPACE', None)
-        simulator = self.start('roslaunch', '-p', str(port), 'turtle_robotont', 'turtlesim.launch', 'window:=false')
-        self.until(rosgraph.is_master_online, 'there is no ROS master', PATIENCE, simulator)
+        try:
+            master = self._until_closed.enter_context(own_master(os.path.join(self._log, 'master.log')))
+        except MasterError as error:
+            raise DemoError(str(error)) from None
+        os.environ['ROS_MASTER_URI'] = master.uri
+        simulator = self.start('roslaunch', 'turtle_robotont', 'turtlesim.launch', 'window:=false')
         servers.protect()
         rospy.init_node('demo', disable_signals=True)
         self.seen = Observer('turtle1')
@@ -158,7 +140,8 @@ class DemoHarness:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         while self._processes:
-            self._processes.pop().end()
+            self._processes.pop().stop()
+        self._until_closed.close()
 
     def start(self, *command):
         """Start a command in the background; return its Process."""
@@ -178,13 +161,13 @@ class DemoHarness:
     def end_nodes(self):
         """End everything but the simulator."""
         while len(self._processes) > 1:
-            self._processes.pop().end()
+            self._processes.pop().stop()
 
     def until(self, condition, trouble, timeout, process=None):
         """Wait until ``condition()`` holds; raise DemoError(trouble) after timeout [s] or when the process ends."""
         deadline = time.monotonic() + timeout
         while not condition():
-            ended = process is not None and process.ended()
+            ended = process is not None and not process.runs()
             if ended or time.monotonic() > deadline:
                 said = f'; {os.path.basename(process.command[0])} said: {process.last_line()}' if process else ''
                 raise DemoError(f'{trouble} {"and never will" if ended else f"after {timeout:g} s"}{said}')
@@ -197,7 +180,7 @@ class DemoHarness:
 
     def reset(self):
         """Bring the turtle back to the middle of an empty arena and forget what was seen."""
-        if self._processes[0].ended():
+        if not self._processes[0].runs():
             raise DemoError('the simulator has ended')
         self.call('reset', Empty)
         self.seen.clear()
@@ -239,7 +222,3 @@ class DemoHarness:
         if not answer.success:
             raise DemoError(answer.message)
         return shutil.move(answer.message, os.path.join(self.output, f'{name}.png'))
-
-
-def _end_with_parent():
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGINT)

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """The tracker's interface, its switches and parameters, how it starts, ends, and outlives a master."""
-import os
 import sys
 
 import dynamic_reconfigure.client
@@ -13,7 +12,7 @@ from sensor_msgs.msg import Image
 from rospy_support import images
 from rostest_support.common import registered_names, run, until
 from rostest_support.markers import PLACED, TRACKER, TrackerCase, stays_away
-from rostest_support.masters import free_port, start_master
+from rostest_support.masters import restart_master, start_master
 
 PUBLISHED = {'/ar_pose_marker': 'ar_track_alvar_msgs/AlvarMarkers',
              '/visualization_marker': 'visualization_msgs/Marker', '/tf': 'tf2_msgs/TFMessage',
@@ -148,7 +147,7 @@ class ControlTest(TrackerCase):
         until(lambda: '/camera_image' in registered_names(TRACKER)[1], 'the tracker')
         before = [names - {'/rosout'} for names in registered_names(TRACKER)]
         self.master.stop()
-        ControlTest.master = start_master()
+        ControlTest.master = restart_master()
         until(lambda: [names - {'/rosout'} for names in registered_names(TRACKER)] == before, f'{before} again')
         until(lambda: rospy.get_param(f'{TRACKER}/marker_size', None) == 20.0, 'the parameters')
         poses = self.collected()
@@ -159,7 +158,6 @@ class ControlTest(TrackerCase):
 
 if __name__ == '__main__':
     if sys.argv[1] == 'test_ar_master_returns':
-        os.environ['ROS_MASTER_URI'] = f'http://localhost:{free_port()}'
         ControlTest.master = start_master()
     try:
         run(ControlTest)

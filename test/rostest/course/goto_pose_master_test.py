@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 """goto_pose_server.py and a master that is started anew. The test has a master of its own, on a port of its own."""
-import os
 
 import rospy
 from turtlesim.srv import TeleportAbsolute
 
 from rostest_support.common import own_simulator, proxy, registered_names, run, until
 from rostest_support.course import CourseCase
-from rostest_support.masters import free_port, start_master
+from rostest_support.masters import restart_master, start_master
 
 SERVICE = '/turtle1/gotoPose'
 
@@ -29,7 +28,7 @@ class MasterTest(CourseCase):
         proxy(SERVICE, TeleportAbsolute)(6.0, 5.0, 0.0)
         before = self.names()
         self.master.stop()
-        MasterTest.master = start_master()
+        MasterTest.master = restart_master()
         until(lambda: self.names() == before, f'{before} registered again')
         rospy.wait_for_service('/turtle1/set_pen')
         proxy(SERVICE, TeleportAbsolute)(5.0, 6.0, 0.0)
@@ -37,7 +36,6 @@ class MasterTest(CourseCase):
 
 
 if __name__ == '__main__':
-    os.environ['ROS_MASTER_URI'] = f'http://localhost:{free_port()}'
     MasterTest.master = start_master()
     try:
         run(MasterTest)

@@ -1,8 +1,6 @@
 """What the tests of all kinds of nodes share: a master of their own, nodes beside it, and what they register."""
 import os
-import random
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -10,6 +8,7 @@ import xmlrpc.client
 
 import roslib.packages
 
+from rospy_support.own_master import start_master
 from rostest_support import node_kinds
 from rostest_support.common import Process, until
 
@@ -29,14 +28,12 @@ class OwnMaster:
     """A rosmaster on a port of its own; what is registered with it is asked by XML-RPC."""
 
     def __init__(self):
-        self.port = free_port()
-        self.uri = f'http://localhost:{self.port}'
-        self.process = None
+        self.uri = self.process = self._port = None
 
     def start(self):
-        """Start it, and return when it answers."""
-        self.process = Process('rosmaster', '--core', '-p', str(self.port), ROS_MASTER_URI=self.uri)
-        until(self.answers, 'a master that answers')
+        """Start it, again on its port after it was ended, and return when it answers."""
+        self.uri, self.process = start_master(lambda command: Process(*command), self._port)
+        self._port = int(self.uri.rsplit(':', 1)[1])
 
     def kill(self):
         """End it as a crash does."""
@@ -126,12 +123,3 @@ def on_own_turtle(kind):
     if kind.key == 'draw_square':
         kind = kind._replace(arguments=(*kind.arguments, 'reset:=clear'))  # it would take the other turtles away
     return kind
-
-
-def free_port():
-    """Return a port that is free now, below those that systems give to outgoing connections."""
-    while True:
-        port = random.randrange(15000, 32000)
-        with socket.socket() as probe:
-            if probe.connect_ex(('localhost', port)) != 0:
-                return port

@@ -4,17 +4,16 @@ import fcntl
 import os
 import pty
 import signal
-import socket
 import subprocess
 import termios
 import threading
 import unittest
 
-import rosgraph
 import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist
 
+from rospy_support.own_master import start_master
 from rostest_support.common import DEADLINE, Collected, Process, node_api, run, until
 
 TELEOP = roslib.packages.find_node('turtlesim', 'turtle_teleop_key')[0]
@@ -183,12 +182,8 @@ class TeleopTest(unittest.TestCase):
 
     def test_teleop_ends_well_when_the_master_is_gone(self):
         """Without a master: q still ends it and the terminal is put back."""
-        with socket.socket() as free:
-            free.bind(('localhost', 0))
-            port = free.getsockname()[1]
-        uri = f'http://localhost:{port}/'
-        with Process('rosmaster', '--core', '-p', str(port)) as master:
-            until(lambda: rosgraph.is_master_online(uri), f'a master at {uri}')
+        uri, master = start_master(lambda command: Process(*command))
+        with master:
             with Terminal(ROS_MASTER_URI=uri) as terminal:
                 terminal.wait_for('the focus')
                 master.stop()

@@ -1,22 +1,12 @@
-"""Processes of bench/processes.py: reading /proc, deadlines, and that nothing is left behind."""
+"""Processes of bench/processes.py: CPU time and memory, deadlines, and that nothing is left behind."""
 import os
 import sys
 import time
 
+import psutil
 import pytest
 
-from processes import (
-    BenchError,
-    Child,
-    cpu_between,
-    cpu_seconds,
-    descendants,
-    kilobytes,
-    parent_of,
-    process_tree,
-    stop_all,
-    tree_memory,
-)
+from processes import BenchError, Child, cpu_between, stop_all, tree, tree_cpu, tree_memory
 
 SOON = 5.0  # [s] deadline of what takes well under one
 
@@ -28,31 +18,9 @@ def python(code):
 def gone(pid):
     """Whether a process has ended, reaped by its parent or not."""
     try:
-        with open(f'/proc/{pid}/stat', encoding='utf-8') as file:
-            return file.read().rpartition(')')[2].split()[0] == 'Z'
-    except OSError:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
         return True
-
-
-@pytest.mark.parametrize('stat, parent', [
-    ('12 (node) S 7 12 12', 7),
-    ('12 (a) b (c) R 8 12 12', 8),  # a name with spaces and brackets
-])
-def test_parent(stat, parent):
-    assert parent_of(stat) == parent
-
-
-def test_kilobytes():
-    status = 'Name:\tx\nVmHWM:\t   400 kB\nVmRSS:\t   300 kB\n'
-    assert kilobytes(status, 'VmRSS') == 300
-    assert kilobytes(status, 'VmHWM') == 400
-    assert kilobytes('Name:\tx\n', 'VmRSS') == 0
-
-
-def test_descendants():
-    parents = {2: 1, 3: 2, 4: 3, 5: 1, 6: 5}
-    assert sorted(descendants(2, parents)) == [2, 3, 4]
-    assert descendants(6, parents) == [6]
 
 
 def test_cpu_between_counts_newcomers_and_forgets_the_ended():
@@ -60,11 +28,11 @@ def test_cpu_between_counts_newcomers_and_forgets_the_ended():
 
 
 def test_own_cpu_and_memory():
-    before = cpu_seconds(os.getpid())
+    before = tree_cpu(os.getpid())
     sum(range(300000))
-    assert cpu_seconds(os.getpid()) > before
-    rss, peak = tree_memory(os.getpid())
-    assert 1.0 < rss <= peak * 1.01
+    assert 0.0 < cpu_between(before, tree_cpu(os.getpid())) < SOON
+    memory, peak = tree_memory(os.getpid())
+    assert 1.0 < memory <= peak * 1.01
 
 
 def test_lines_come_one_by_one(tmp_path):
@@ -106,7 +74,7 @@ def test_stop_takes_descendants_along(tmp_path):
             'time.sleep(60)')
     with Child('parent', python(code), None, str(tmp_path), lines=True) as child:
         below = int(child.next_line(time.monotonic() + SOON))
-        assert below in process_tree(child.pid)
+        assert below in {process.pid for process in tree(child.pid)}
     deadline = time.monotonic() + SOON
     while not gone(below) and time.monotonic() < deadline:
         time.sleep(0.02)

@@ -1,27 +1,10 @@
-"""Ports, commands and options of the bench, and that its suites are sound; no ROS is needed."""
+"""Commands and options of the bench, and that its suites are sound; no ROS is needed."""
 import pytest
 
 import bench
 import session
 import suite_turtlesim
 from processes import BenchError
-
-
-@pytest.mark.parametrize('uri, port', [
-    ('http://localhost:11799', 11799),
-    ('http://127.0.0.1:11411/', 11411),
-    ('http://robot:11311', session.FIRST_PORT),  # another machine's master is not ours to touch
-    ('', session.FIRST_PORT),
-    (None, session.FIRST_PORT),
-])
-def test_first_port(uri, port):
-    assert session.first_port(uri) == port
-
-
-def test_free_ports_skips_taken_ones():
-    assert session.free_ports(100, 2, free=lambda port: port not in (100, 102)) == [101, 103]
-    with pytest.raises(BenchError, match='ROS_MASTER_URI'):
-        session.free_ports(100, 2, free=lambda port: port == 100)
 
 
 def _absent(_path):

@@ -8,8 +8,8 @@ from course_grader import cli
 from course_grader.attempt import session
 from course_grader.attempt.stimuli import take_line
 from course_grader.formats import exit_codes
-from course_grader.isolation import processes
 from course_grader.rules.observation import Call, Observed, ShownMarkers
+from process_support import processes
 
 OF_ROSTEST = ['--gtest_output=xml:/r/x.xml', '__name:=stop', '__log:=/r/stop.log']
 

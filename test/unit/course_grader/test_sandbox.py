@@ -7,7 +7,8 @@ import time
 
 import pytest
 
-from course_grader.isolation import processes, sandbox
+from course_grader.isolation import sandbox
+from process_support import processes
 
 DEADLINE = 10.0  # [s] for what takes well under one
 FORKS = r'''
@@ -130,7 +131,7 @@ def test_it_is_seen_whether_a_program_and_its_children_work(tmp_path):
         student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
         until(lambda: student.lines)
         child = int(student.lines[0].text)
-        until(lambda: child in processes.below(student.process.pid))
+        until(lambda: child in processes.descendant_ids(student.process.pid))
         assert student.runs() is None
         os.kill(child, signal.SIGSTOP)
         os.kill(child, signal.SIGKILL)

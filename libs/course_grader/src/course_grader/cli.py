@@ -17,10 +17,11 @@ import rospkg
 from course_grader.attempt.session import Session, SessionError
 from course_grader.classes import grade_all
 from course_grader.formats import exit_codes, report
-from course_grader.isolation import processes, sandbox
+from course_grader.isolation import sandbox
 from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import Observed
 from kinematic_core.files import write_whole
+from process_support import processes
 
 REPEATS = 2  # of a grading that could not be decided: the machine may have stood still
 WORTH_REPEATING = 45.0  # [s] of wall time; what took longer is not repeated

@@ -31,9 +31,11 @@ from turtlesim.msg import Color, Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
 import rostest
+from process_support.processes import BackgroundProcess
 
 PACKAGE = 'turtle_robotont'
 DEADLINE = 20.0  # [s] for what takes well under a second on an idle machine
+END_STAGES = tuple((number, DEADLINE) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL))
 POLL = 0.01  # [s]
 
 DT = 0.016  # [s] one step of the simulator
@@ -314,45 +316,22 @@ SERVICES = {'clear': Empty, 'reset': Empty, 'spawn': Spawn, 'kill': Kill, 'set_p
             'teleport_absolute': TeleportAbsolute, 'teleport_relative': TeleportRelative}
 
 
-class Process:
+class Process(BackgroundProcess):
     """A program that a test starts itself; what it prints is kept. Use it in a with statement."""
 
     def __init__(self, *command, stdin=subprocess.DEVNULL, **environment):
-        self._output = tempfile.NamedTemporaryFile()
-        # -u: what a node has printed is there at once
-        self.process = subprocess.Popen(command, stdin=stdin, stdout=self._output,
-                                        stderr=subprocess.STDOUT,
-                                        env=dict(os.environ, PYTHONUNBUFFERED='1', **environment))
-
-    def output(self):
-        """Return what it has printed so far."""
-        with open(self._output.name, encoding='utf-8', errors='replace') as file:
-            return file.read()
-
-    def runs(self):
-        """Return whether it has not ended."""
-        return self.process.poll() is None
+        self._file = tempfile.NamedTemporaryFile()
+        super().__init__(command, self._file.name, own_group=False, stdin=stdin,  # roslaunch ends the test's group
+                         env=dict(os.environ, PYTHONUNBUFFERED='1', **environment))
 
     def wait_for_output(self, pattern, deadline=DEADLINE):
         """Return the match of a regular expression in what it prints."""
         return until(lambda: re.search(pattern, self.output()), lambda: f'{pattern!r} in:\n{self.output()}', deadline)
 
-    def stop(self):
-        """End it as Ctrl-C does, by force when that does not help."""
-        for end in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            if self.runs():
-                self.process.send_signal(end)
-                try:
-                    self.process.wait(DEADLINE)
-                except subprocess.TimeoutExpired:
-                    continue
-        self._output.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.stop()
+    def stop(self, stages=END_STAGES):
+        """End it as Ctrl-C does, by force when that does not help; what it has printed is gone then."""
+        super().stop(stages)
+        self._file.close()
 
 
 SIMULATOR = (roslib.packages.find_node('turtlesim', 'turtlesim_node') or [None])[0]

@@ -1,24 +1,17 @@
-"""A master of a test's own, on a port of its own."""
+"""A master of a test's own."""
 import os
-import random
-import socket
 
-import rosgraph
-
-from rostest_support.common import Process, until
+from rospy_support import own_master
+from rostest_support.common import Process
 
 
-def start_master():
-    """Start a master at ROS_MASTER_URI; return its Process when it answers."""
-    master = Process('rosmaster', '--core', '-p', os.environ['ROS_MASTER_URI'].rsplit(':', 1)[1])
-    until(rosgraph.is_master_online, 'a master that answers')
-    return master
+def start_master(port=None):
+    """Start a master, on a free port or on this one; set ROS_MASTER_URI and return its Process when it answers."""
+    uri, process = own_master.start_master(lambda command: Process(*command), port)
+    os.environ['ROS_MASTER_URI'] = uri
+    return process
 
 
-def free_port():
-    """Return a port that is free now, below those that systems give to outgoing connections."""
-    while True:
-        port = random.randrange(15000, 32000)
-        with socket.socket() as probe:
-            if probe.connect_ex(('localhost', port)) != 0:
-                return port
+def restart_master():
+    """Start a master again where ROS_MASTER_URI says that it was; return its Process when it answers."""
+    return start_master(int(os.environ['ROS_MASTER_URI'].rstrip('/').rsplit(':', 1)[1]))

@@ -25,14 +25,15 @@ from std_srvs.srv import Trigger
 from course_grader.attempt import static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.stimuli import take_line
-from course_grader.isolation import processes, sandbox
+from course_grader.isolation import sandbox
 from course_grader.rules import judging, scoring
 from course_grader.rules.observation import Event, Observed
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds import robot_world, turtle_world
-from rospy_support import ports, servers
+from process_support import processes
+from rospy_support import own_master, servers
 
 NODE, STIMULI = '/grader', '/grader_stimuli'
 POLL = 0.02  # [s] of wall time
@@ -113,22 +114,14 @@ class Session:
         return scoring.decide(self.exercise, self.observed)
 
     def _start_master(self, box):
-        """Start a master on a port that is its own: another program may take a free one before it does."""
-        end = time.monotonic() + PATIENCE
-        while time.monotonic() < end:
-            try:
-                port = ports.free_port()
-            except OSError as error:
-                raise SessionError(str(error)) from None
-            uri = f'http://localhost:{port}'
-            master = box.start(['rosmaster', '--core', '-p', str(port)], log='master.txt')
-            while time.monotonic() < end and master.poll() is None and not _port_was_taken(box):
-                with contextlib.suppress(OSError, xmlrpc.client.Error):
-                    if xmlrpc.client.ServerProxy(uri).getPid(NODE)[2] == master.pid:
-                        os.environ['ROS_MASTER_URI'] = box.environment['ROS_MASTER_URI'] = uri
-                        return
-                time.sleep(POLL)
-        raise SessionError(f'there was no master within {PATIENCE:g} s; see master.txt')
+        """Start a master, which ends with the sandbox."""
+        log = os.path.join(box.folder, 'master.txt')
+        try:
+            master = own_master.start_master(
+                lambda command: processes.BackgroundProcess(command, log, env=box.environment), patience=PATIENCE)
+        except own_master.MasterError as error:
+            raise SessionError(str(error)) from None
+        os.environ['ROS_MASTER_URI'] = box.environment['ROS_MASTER_URI'] = master.uri
 
     def _observe(self, box):
         simulator = box.start(self._simulator_command(box), log='simulator.txt')
@@ -189,7 +182,7 @@ class Session:
             reader.read()
             time.sleep(POLL)
         waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
-        while (self.lockstep and processes.below(student.process.pid) and student.exit_code() is None
+        while (self.lockstep and processes.descendant_ids(student.process.pid) and student.exit_code() is None
                and rest.look() < COMPLETE and waiting.look() < LONGEST_COMPLETION):
             time.sleep(POLL)
 
@@ -206,7 +199,7 @@ class Session:
     def _watch(self, reader, student, simulator, stimuli):
         """Follow the run until the time is over, or more of it would change nothing."""
         watching, limit = ActiveTimer(), 3.0 * self.exercise.time / self.speed + SLACK
-        used, stood = processes.processor_time(simulator.pid), 0.0
+        used, stood = processes.cpu_time(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
             time.sleep(POLL)
@@ -224,7 +217,7 @@ class Session:
                 if self._settled(stimuli):
                     break
         with contextlib.suppress(OSError):  # it may have ended
-            self.flooded = processes.processor_time(simulator.pid) - used > FLOODED * watching.look()
+            self.flooded = processes.cpu_time(simulator.pid) - used > FLOODED * watching.look()
         self.observed.timed_out = reader.now >= self.exercise.time
         if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands):
             self.observed.trouble = 'no node of it was ever there; is there a rospy.init_node, and is it reached?'
@@ -338,12 +331,6 @@ def _done(stimuli):
 OF_EVERY_NODE = '/clock', '/rosout'
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
          '/clock': 'fake_clock'}
-
-
-def _port_was_taken(box):
-    """Return whether a master has found its port taken, which leaves it alive and deaf."""
-    with open(os.path.join(box.folder, 'master.txt'), encoding='utf-8', errors='replace') as log:
-        return 'already in use' in log.read()
 
 
 def _executable(package, name):

@@ -19,16 +19,17 @@ import time
 import uuid
 from typing import IO, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+import psutil
+
 from course_grader.classes.submissions import Submission
 from course_grader.formats import exit_codes
-from course_grader.isolation import processes
 from course_grader.rules import scoring
+from process_support import processes
 
 MARK = 'TURTLE_ROBOTONT_CLASSROOM'
 RESULTS = ('result.json', 'junit.xml', 'path.png', 'output.txt')  # what a grader writes
 POLL = 0.1  # [s]
 CLEANING = 12.0  # [s] that a grader gets to end what it has started
-FORCE = ((signal.SIGKILL, 3.0),)
 INTERRUPTED = 'the grading was interrupted'
 LAST_LINES = 3  # of a grader that failed, in the reason
 
@@ -81,7 +82,7 @@ class ClassGrader:
             finally:
                 self._stop.set()
                 pool.shutdown()
-                processes.end(lambda: processes.related(f'{MARK}={self._mark}', os.getpid()), FORCE)
+                processes.end(lambda: processes.related(f'{MARK}={self._mark}', psutil.Process()), processes.KILL)
         order = {submission: number for number, submission in enumerate(found)}
         return sorted(results, key=lambda graded: order[graded.submission])
 
@@ -123,6 +124,7 @@ class ClassGrader:
         environment = {**os.environ, MARK: self._mark, **dict([mark.split('=')])}
         grader = subprocess.Popen(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=output,
                                   stderr=subprocess.STDOUT, start_new_session=True)
+        identity = psutil.Process(grader.pid)
         self._graders.append(grader.pid)
         try:
             deadline = time.monotonic() + limit
@@ -136,7 +138,7 @@ class ClassGrader:
                     grader.wait(CLEANING)
             return code
         finally:
-            processes.end(lambda: processes.related(mark, grader.pid, self._graders), FORCE)
+            processes.end(lambda: processes.related(mark, identity, self._graders), processes.KILL)
             grader.wait()
             self._graders.remove(grader.pid)
 

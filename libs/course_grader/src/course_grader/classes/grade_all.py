@@ -17,8 +17,8 @@ from course_grader.classes import class_grader, submissions
 from course_grader.classes.class_grader import ClassGrader, Graded
 from course_grader.classes.submissions import Submission
 from course_grader.formats import class_report, exit_codes
-from course_grader.isolation import processes
 from course_grader.rules import exercise, scoring
+from process_support import processes
 
 OUTPUT = os.path.join('output', 'grades')
 EXTRA = 120.0  # [s] that a grading may take beyond its exercise in real time, before it is ended from outside

@@ -1,7 +1,7 @@
 """Runs a student's program so that nothing of it remains: own folders, limited output, everything ended afterwards.
 
 A program may start others, detach them, ignore signals and print for ever: ``close`` ends what has the environment
-variable MARK or descends from here, until there is none left (see processes.py). Should the grader itself be killed,
+variable MARK or descends from here, until there is none left (see process_support). Should the grader itself be killed,
 its guardian ends what has MARK.
 
 Threading contract: a thread reads the output; ``lines`` only grows, and is to be copied before it is walked through.
@@ -16,10 +16,12 @@ import threading
 import uuid
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
-from course_grader.isolation import processes
+import psutil
+
 from course_grader.rules.observation import OutputLine
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
+from process_support import processes
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
 FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
@@ -51,8 +53,8 @@ class Sandbox:
         self._started: List[subprocess.Popen[bytes]] = []
         for name in ('ROSCONSOLE_FORMAT', 'ROSCONSOLE_CONFIG_FILE', 'ROS_NAMESPACE', 'DISPLAY'):
             self.environment.pop(name, None)
-        self._guardian: Optional[int] = None  # its own process id
-        self._guardian, self._off_duty = processes.guard(self._end_all)
+        self._guardian = psutil.Process()  # until there is one
+        self._guardian, self._dismiss_guardian = processes.guard(self._end_all)
         processes.adopt_orphans()
 
     def start(self, command: Sequence[str], log: Optional[str] = None,
@@ -76,7 +78,7 @@ class Sandbox:
     def close(self) -> None:
         """End everything, gently at first; whatever tries to remain is killed."""
         self._end_all()
-        self._off_duty()
+        self._dismiss_guardian()
 
     def _end_all(self) -> None:
         processes.end(self._alive, END_STAGES)
@@ -85,10 +87,10 @@ class Sandbox:
         for folder in FOLDERS.values():
             shutil.rmtree(os.path.join(self.folder, folder), ignore_errors=True)
 
-    def _alive(self) -> Set[int]:
-        """Return the ids of the processes to end: those with the mark, and all that descend from this one."""
-        kept = {process.pid for process in self._started} | {self._guardian}
-        return processes.related(f'{MARK}={self._mark}', os.getpid(), kept) - {self._guardian}
+    def _alive(self) -> Set[psutil.Process]:
+        """Return the processes to end: those with the mark, and all that descend from this one."""
+        kept = {process.pid for process in (*self._started, self._guardian)}
+        return processes.related(f'{MARK}={self._mark}', psutil.Process(), kept) - {self._guardian}
 
     def __enter__(self) -> 'Sandbox':
         return self
@@ -130,7 +132,7 @@ class Student:
     def runs(self) -> Optional[Dict[Tuple[int, str], int]]:
         """Return {(process, thread): how long it has run [ns]} of it and what it has started; None while one runs."""
         looked: Dict[Tuple[int, str], int] = {}
-        for process in processes.below(self.process.pid) | {self.process.pid}:
+        for process in processes.descendant_ids(self.process.pid) | {self.process.pid}:
             threads = ProcessThreads(process)
             try:
                 runs = threads.runs()

@@ -13,7 +13,7 @@ import os
 import sys
 import time
 from types import ModuleType
-from typing import Callable, Optional, Sequence
+from typing import Any, Callable, Optional, Sequence
 
 MODULE = 'rospy.impl.simtime'
 PATIENCE, LOOK_PERIOD = 10.0, 0.3  # [s] of wall time
@@ -49,7 +49,8 @@ class Finder(importlib.abc.MetaPathFinder):
 
         def exec_module(module: ModuleType) -> None:
             run(module)
-            module.init_simtime = wait_for_time(module.init_simtime)
+            changed: Any = module
+            changed.init_simtime = wait_for_time(changed.init_simtime)
         spec.loader.exec_module = exec_module  # type: ignore[method-assign]  # as meant: this module alone changes
         return spec
 
