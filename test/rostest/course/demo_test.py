@@ -51,7 +51,7 @@ class DemoTest(CourseCase):
     def test_demo_no_simulator(self):
         """A simulator that does not start: exit code 1, what is missing, and where to look."""
         said = self.play('gotoPose', 1, roslaunch='echo out of order; exit 7')
-        self.assertRegex(said, r'there is no ROS master and never will; roslaunch said: out of order')
+        self.assertRegex(said, r'the simulator sends no pose and never will; roslaunch said: out of order')
         self.assertTrue(re.search(r'What the nodes said: \S+/log', said), said)
 
     def test_demo_unknown_word(self):
