@@ -130,6 +130,8 @@ class TeleopTest(unittest.TestCase):
 
     def test_teleop_says_what_the_keys_do(self):
         """The help names keys, topic and speeds; keys are not echoed."""
+        for name in ('scale_linear', 'scale_angular'):
+            self.addCleanup(rospy.delete_param, f'/teleop_turtle/{name}')
         with Terminal('_scale_linear:=1.5', '_scale_angular:=0.5') as terminal:
             self.ready(terminal)
             for text in ('arrow keys', '/turtle1/cmd_vel', '1.5 m/s', '0.5 rad/s', 'q  ', 'Ctrl-C', 'terminal'):
