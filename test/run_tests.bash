@@ -1,29 +1,15 @@
 #!/bin/bash
-# ./run test: run_tests.bash REPOSITORY WORKSPACE [NAME ...], inside the built workspace.
+# ./run test: run_tests.bash REPOSITORY WORKSPACE [--fast] [NAME ...], inside the built workspace.
 # Every case leaves a folder results/KIND/NAME; test/summary.py reads them all, and expected.tsv says which must be there.
 set -eu
 
 export repo=$1 ws=$2
 shift 2
-export results stress_seconds=240 rostest_seconds=180 grading_seconds=240 page_seconds=900 check_seconds=60
+export results stress_seconds=240 rostest_seconds=360 grading_seconds=240 page_seconds=900 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 3 / 2))}  # a rostest mostly waits
-filters=("$@")
-
-# Lists `KIND<TAB>NAME` of everything there is to run, units first.
-all_cases() {
-  cd "$repo"
-  find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
-  printf 'page\t%s\n' docs/course.md README.md
-  find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
-  find test/data/submissions -type f -printf 'grading\t%p\n' | sort
-  printf 'grading\tsame_ten_times\n'
-  find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
-  for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"; done
-  printf 'ruff\tcheck\nmypy\tcheck\n'
-  printf 'stress\t%s\n' fuzz clients master storms system soak
-}
+. "$repo/test/cases.bash"
 
 # Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
 cases_here() {
@@ -31,17 +17,7 @@ cases_here() {
   for dir in "$repo"/stand_ins/*/; do
     [ -e "$ws/src/$(basename "$dir")" ] || left_out+="|test/(unit|rostest)/$(basename "$dir")/"
   done
-  all_cases | grep -vE "$left_out"
-}
-
-chosen_cases() {
-  local kind name filter
-  cases_here | while IFS=$'\t' read -r kind name; do
-    [ ${#filters[@]} -gt 0 ] || printf '%s\t%s\n' "$kind" "$name"
-    for filter in ${filters[@]+"${filters[@]}"}; do
-      case "$kind/$name" in *"$filter"*) printf '%s\t%s\n' "$kind" "$name"; break ;; esac
-    done
-  done
+  chosen_cases "$@" | grep -vE "$left_out"
 }
 
 # Ends, by their id, the processes that were started for the case with this folder (or for all below it).
@@ -100,17 +76,19 @@ repeat_failed() {
 }
 
 run_units() {
-  local -a files
+  local few_files=5
+  local -a files at_once
   mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
   [ ${#files[@]} -gt 0 ] || return 0
   mkdir -p "$results/unit"
-  (cd "$repo" && python3 -m pytest -q --tb=short --no-summary --junitxml="$results/unit/pytest.xml" \
+  [ ${#files[@]} -lt "$few_files" ] || at_once=(-n "$(nproc)" --dist loadfile)
+  (cd "$repo" && python3 -m pytest -q --tb=short --no-summary ${at_once[@]+"${at_once[@]}"} --junitxml="$results/unit/pytest.xml" \
     "${files[@]}") || true
 }
 
-chosen_cases >"$results/expected.tsv"
+cases_here "$@" >"$results/expected.tsv" || true
 if [ ! -s "$results/expected.tsv" ]; then
-  echo "./run test: no test's name contains: ${filters[*]}. Names look like rostest/test/rostest/x.test or ruff/check." >&2
+  echo "./run test: no test's name contains: $*. Names look like rostest/test/rostest/x.test or ruff/check." >&2
   exit 2
 fi
 ln -sfn "$results" "$ws/test_results/latest"

@@ -17,6 +17,7 @@ debian_ros_packages=(
   python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev ros-robot-state-publisher
 )
 command_packages=()
+requirement_files=("$repo/requirements.txt")
 required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic rosmsg rosnode rosparam
   message_generation message_runtime std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs visualization_msgs diagnostic_msgs
   tf2_msgs tf2_ros dynamic_reconfigure robot_state_publisher)
@@ -248,17 +249,17 @@ install_packages() {
     [ -z "$(missing_packages)" ]
 }
 
-venv_stamp() { readlink -f /usr/bin/python3; echo "$ws"; sha256sum <"$repo/requirements.txt"; }
+venv_stamp() { readlink -f /usr/bin/python3; echo "$ws"; sha256sum "${requirement_files[@]}"; }
 
 make_venv() {
-  local clear=""
-  [ -f "$ws/.venv_made" ] || clear=--clear
+  local clear="" before=""
+  if [ -f "$ws/.venv_made" ]; then before=$(cat "$ws/.venv_made"); else clear=--clear; fi
   rm -f "$ws/.venv_made"
   env -u PYTHONPATH -u PYTHONHOME /usr/bin/python3 -m venv --system-site-packages $clear "$ws/venv" &&
     env -u PYTHONPATH -u PYTHONHOME PYTHONNOUSERSITE=1 PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 \
       "$ws/venv/bin/python3" -m pip install --prefer-binary --only-binary numpy,opencv-python-headless \
-      'pip>=21' -r "$repo/requirements.txt" &&
-    venv_stamp >"$ws/.venv_made"
+      'pip>=21' "${requirement_files[@]/#/-r}" &&
+    { printf '%s\n' "$before"; venv_stamp; } | sort -u >"$ws/.venv_made"
 }
 
 # our_packages SRC: the packages of this repository that belong into a src folder, as `name folder`; the others on file
@@ -334,7 +335,10 @@ build_workspace() {
   ) && mv "$ws/.building" "$ws/.built"
 }
 
-has_venv() { [ -x "$ws/venv/bin/python3" ] && [ "$(venv_stamp)" = "$(cat "$ws/.venv_made" 2>/dev/null)" ]; }
+has_venv() {
+  [ -x "$ws/venv/bin/python3" ] && [ -f "$ws/.venv_made" ] &&
+    [ -z "$(comm -23 <(venv_stamp | sort) <(sort "$ws/.venv_made"))" ]
+}
 is_built() { [ -f "$ws/devel/setup.bash" ] && [ "$(build_stamp)" = "$(cat "$ws/.built" 2>/dev/null)" ]; }
 is_ready() { has_venv && is_built && [ -z "$(missing_packages)" ]; }
 

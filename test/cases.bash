@@ -1,0 +1,46 @@
+# Sourced by ./run and run_tests.bash: the cases that ./run test has, and what they need beyond the demo.
+# A case is a line `KIND<TAB>NAME`. Uses repo.
+# shellcheck shell=bash
+: "${repo:?}"
+
+# all_cases: units first.
+all_cases() (
+  cd "$repo" || return
+  find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
+  printf 'page\t%s\n' docs/course.md README.md
+  find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
+  find test/data/submissions -type f -printf 'grading\t%p\n' | sort
+  printf 'grading\tsame_ten_times\n'
+  find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
+  for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do
+    printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"
+  done
+  printf 'ruff\tcheck\nmypy\tcheck\n'
+  printf 'stress\t%s\n' fuzz clients master storms system soak
+)
+
+# chosen_cases [--fast] [NAME ...]: those whose KIND/NAME contains one of the NAMEs; with --fast, those without ROS.
+chosen_cases() {
+  local kind name filter kinds=.
+  if [ "${1:-}" = --fast ]; then kinds='^(unit|catkin_lint|ruff|mypy)'; shift; fi
+  all_cases | grep -E "$kinds" | while IFS=$'\t' read -r kind name; do
+    [ $# -gt 0 ] || printf '%s\t%s\n' "$kind" "$name"
+    for filter in "$@"; do
+      case "$kind/$name" in *"$filter"*) printf '%s\t%s\n' "$kind" "$name"; break ;; esac
+    done
+  done
+}
+
+# needs_of_cases: of the cases on standard input, the Debian packages and the files of Python requirements, one a line.
+needs_of_cases() {
+  local cases pattern need
+  cases=$(cat)
+  while read -r pattern need; do
+    if grep -qE "$pattern" <<<"$cases"; then echo "$need"; fi
+  done <<END
+/network/|^page|^stress.system iproute2
+printing/test_sheet            poppler-utils
+turtlesim/(test_)?window       xvfb
+^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
+END
+}
