@@ -3,11 +3,12 @@
 # shellcheck shell=bash
 : "${repo:?}"
 
-# all_cases: units first.
+# all_cases: units first, then what takes longest.
 all_cases() (
   cd "$repo" || return
   find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md README.md
+  printf 'stress\t%s\n' fuzz clients master storms system soak
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
   find test/data/submissions -type f -printf 'grading\t%p\n' | sort
   printf 'grading\tsame_ten_times\n'
@@ -16,7 +17,6 @@ all_cases() (
     printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"
   done
   printf 'ruff\tcheck\nmypy\tcheck\n'
-  printf 'stress\t%s\n' fuzz clients master storms system soak
 )
 
 # chosen_cases [--fast] [NAME ...]: those whose KIND/NAME contains one of the NAMEs; with --fast, those without ROS.

@@ -1,2 +1,0 @@
-# expected: failed: of the way lies on a triangle
-../robot_circle/right_timed.py
