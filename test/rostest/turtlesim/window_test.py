@@ -37,7 +37,8 @@ class WindowTest(SimulatorCase):
         """Background, turtle and lines are on the screen."""
         screen = self.screen()
         self.simulator_on(screen.name)
-        self.assertEqual((500, 500), screen.size(self.window(screen)))
+        window = self.window(screen)  # which has its title before its size
+        until(lambda: screen.size(window) == (500, 500), 'a window of 500 x 500 px')
         until(lambda: screen.pixel(10, 10) == BACKGROUND, f'the background on the screen; {screen.pixel(10, 10)}')
         until(lambda: screen.pixel(250, 250) != BACKGROUND, 'a turtle in the middle')
         self.call('turtle1/set_pen', *RED, 9, 0)
