@@ -8,7 +8,8 @@ from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import Call, Event, ShownMarkers
 from unit_support.graded_turtle import GradedTurtle
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+FOLDER, SAMPLES = REPOSITORY / 'exercises', REPOSITORY / 'test' / 'data' / 'submissions'
 SERVICE = '/turtle1/gotoPose'
 
 
@@ -214,10 +215,13 @@ def test_wrong_nodes_fail_with_the_reason(name, act, said):
     assert any(said in text for text in texts), texts
 
 
-def test_every_exercise_has_right_and_three_wrong_nodes():
-    names = {path.stem for path in FOLDER.glob('*.yaml')}
-    assert set(RIGHT) == names
-    assert all(sum(name == wrong for wrong, _, _ in WRONG) >= 3 for name in names)
+def test_every_exercise_has_a_right_sample_and_three_wrong_ones():
+    """Wrong ones count as samples, which ``./run test grading/`` grades, or as the simulated nodes of WRONG."""
+    samples = {folder.name: [path.name.partition('_')[0] for path in folder.iterdir()] for folder in SAMPLES.iterdir()}
+    assert set(samples) == {path.stem for path in FOLDER.glob('*.yaml')}
+    simulated = [name for name, _, _ in WRONG]
+    wrong = {name: kinds.count('wrong') + simulated.count(name) for name, kinds in samples.items()}
+    assert {name for name, kinds in samples.items() if 'right' not in kinds or wrong[name] < 3} == set()
 
 
 @pytest.mark.parametrize('event, said', [
