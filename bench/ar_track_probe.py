@@ -106,7 +106,7 @@ def watch(options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('task', choices=('watch',))
-    parser.add_argument('--rate', type=float, default=30.0, help='pictures a second')
+    parser.add_argument('--rate', type=float, default=30.0, help='images per second')
     parser.add_argument('--limit', type=float, default=8.0, help='max_frequency of the node')
     parser.add_argument('--width', type=int, default=640)
     parser.add_argument('--height', type=int, default=480)

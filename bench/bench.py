@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Measure this project's nodes, beside a peer if one is given, and judge the figures by their targets.
+"""Measure the nodes of this project, and optionally a peer, and compare the figures with their targets.
 
 `./run bench [SUITE] [options]` calls it in the built workspace. Rounds of ours and of the peer alternate, so that a
-machine that warms up or is disturbed hurts both alike. Exit code: 0 measured (whatever the targets say), 1 something
-could not be measured, 2 wrong usage, 130 interrupted.
+machine that warms up or is disturbed affects both alike. Exit code: 0 measured (whatever the targets say), 1 something
+could not be measured, 2 usage error, 130 interrupted.
 """
 
 import argparse
@@ -53,21 +53,25 @@ def parse(arguments):
     """(options, suite module); ends the program with code 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='./run bench', description=__doc__.splitlines()[0])
     parser.add_argument('suite', nargs='?', default=DEFAULT_SUITE, choices=suites(), help='default: %(default)s')
-    parser.add_argument('folder', nargs='?', help='of suites that measure on files: another folder than their own')
-    parser.add_argument('--peer', metavar='COMMAND', help='another node to measure in the same run; prints ratios')
-    parser.add_argument('--node', metavar='COMMAND', help="measure this as ours instead of the workspace's node")
-    parser.add_argument('--only', nargs='+', metavar='NAME', help='these measurements alone; --list names them')
-    parser.add_argument('--rounds', type=positive, default=None, help=f'rounds of each, default {ROUNDS}; quick: 1')
-    parser.add_argument('--quick', action='store_true', help='short windows and few samples: does it all work?')
-    parser.add_argument('--json', metavar='FILE', help='where the figures go, default output/bench.json')
+    parser.add_argument('folder', nargs='?',
+                        help='folder with files to measure (only for suites that use files)')
+    parser.add_argument('--peer', metavar='COMMAND',
+                        help='another node to measure in the same run; the table then has ratios')
+    parser.add_argument('--node', metavar='COMMAND', help="measure this node instead of that in the workspace")
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='only these measurements; --list shows their names')
+    parser.add_argument('--rounds', type=positive, default=None,
+                        help=f'rounds of each measurement (default: {ROUNDS}; with --quick: 1)')
+    parser.add_argument('--quick', action='store_true',
+                        help='short measurements with few samples, to see whether everything works')
+    parser.add_argument('--json', metavar='FILE', help='file for the figures (default: output/bench.json)')
     parser.add_argument('--sensitivity', action='store_true',
-                        help='of the suite markers: what -10 %% and +10 %% of each threshold changes')
-    parser.add_argument('--list', action='store_true', help='name the measurements of the suite and end')
+                        help='only for the suite markers: show what -10 %% and +10 %% of each threshold change')
+    parser.add_argument('--list', action='store_true', help='list the measurements of the suite and exit')
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
     for name in options.only or ():
         if name not in suite.MEASUREMENTS:
-            parser.error(f'--only {name}: allowed are {", ".join(suite.MEASUREMENTS)}')
+            parser.error(f'--only {name}: it must be one of {", ".join(suite.MEASUREMENTS)}')
     if options.folder:
         if not hasattr(suite, 'use_folder'):
             parser.error(f'{options.folder}: the suite {options.suite} takes no folder')
@@ -76,9 +80,9 @@ def parse(arguments):
         except BenchError as error:
             parser.error(str(error))
     if (options.peer or options.node) and not getattr(suite, 'NEEDS_NODE', True):
-        parser.error(f'the suite {options.suite} measures no node: --peer and --node are not for it')
+        parser.error(f'the suite {options.suite} measures no node, so it does not accept --peer and --node')
     if options.sensitivity and not hasattr(suite, 'sensitivity'):
-        parser.error(f'--sensitivity: the suite {options.suite} has no thresholds; the suite markers has')
+        parser.error(f'--sensitivity: the suite {options.suite} has no thresholds; use the suite markers')
     options.rounds = options.rounds or (1 if options.quick else ROUNDS)
     about = f'{options.suite}_sensitivity' if options.sensitivity else options.suite
     options.json = options.json or default_json(about)
@@ -151,7 +155,7 @@ def write_figures(path, text):
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         write_whole(path, text)
     except OSError as error:
-        raise BenchError(f'The figures cannot be written: {error}. Name another file with --json FILE.') from error
+        raise BenchError(f'The figures cannot be written: {error}. Choose another file with --json FILE.') from error
     report_progress(f'Figures: {path}')
 
 
@@ -189,7 +193,7 @@ def main():
         report_progress(f'bench: {error}')
         return 1
     except KeyboardInterrupt:
-        report_progress('bench: interrupted; everything it had started is ended')
+        report_progress('bench: interrupted; all its processes have ended')
         return 130
 
 

@@ -1,7 +1,7 @@
-"""Detector over a folder of frames (frames.json and images): ./run markers DIR --json OUT.
+"""Find markers in a folder of frames (frames.json and images): ./run markers DIR --json OUT.
 
-Every frame stands on its own. DIR/frames.json names the frames with file, camera and marker_size_m, and the cameras
-with K and D; OUT gets
+Every frame is searched on its own. DIR/frames.json names the frames with file, camera and marker_size_m, and the
+cameras with K and D; OUT gets
 {"tool", "frames": {name: {"detections": [{"id", "position", "orientation", ...}], "detect_ms"}}}.
 """
 import argparse
@@ -63,7 +63,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog='./run markers', description=__doc__.split('\n')[0])
     parser.add_argument('folder', help='folder with frames.json')
     parser.add_argument('--json', required=True, help='write the results here')
-    parser.add_argument('--repeat', type=int, default=1, help='runs a frame; the median time counts')
+    parser.add_argument('--repeat', type=int, default=1, help='runs per frame; the median time counts')
     parser.add_argument('--threads', type=int, default=1, help="OpenCV's threads")
     options = parser.parse_args(arguments)
     cv2.setNumThreads(options.threads)
@@ -71,7 +71,7 @@ def main(arguments=None):
         results = run(options.folder, max(1, options.repeat))
         write_whole(options.json, json.dumps(results, indent=1))
     except KeyError as error:
-        return _fail(f'{options.folder}/frames.json: there is no {error} where one is needed')
+        return _fail(f'{options.folder}/frames.json: {error} is missing')
     except OSError as error:
         return _fail(f'{error.filename}: {error.strerror}')
     except (ValueError, TypeError, AttributeError, RecursionError) as error:
@@ -79,7 +79,7 @@ def main(arguments=None):
     frames = results['frames'].values()
     found, median = sum(len(frame['detections']) for frame in frames), statistics.median(
         [frame['detect_ms'] for frame in frames] or [0.0])
-    print(f'{found} markers in {len(frames)} frames, {median:.1f} ms a frame (median): {options.json}')
+    print(f'{found} markers in {len(frames)} frames, {median:.1f} ms per frame (median): {options.json}')
     return 0
 
 

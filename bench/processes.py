@@ -115,7 +115,7 @@ class Child(processes.BackgroundProcess):
                 self._pending += chunk
             elif time.monotonic() > deadline:
                 waited = time.monotonic() - begun
-                raise BenchError(self._last_words(f'{self.name} gave no answer within {waited:.0f} s.', watched))
+                raise BenchError(self._last_words(f'{self.name} did not answer within {waited:.0f} s.', watched))
         line, _, self._pending = self._pending.partition(b'\n')
         return line.decode()
 

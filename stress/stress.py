@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Attack this project's nodes, beside a peer's turtlesim_node if one is given, and tell what was lost.
+"""Attack the nodes of this project, and optionally the turtlesim_node of a peer, and say what was lost.
 
 `./run stress [SUITE ...]` calls it in the built workspace. The same seed sends the same inputs. Exit code: 0 nothing
-was lost and every target was reached, 1 something was lost, missed or could not be tried, 2 wrong usage, 130
+was lost and every target was reached, 1 something was lost, missed or could not be tried, 2 usage error, 130
 interrupted.
 """
 
@@ -35,24 +35,24 @@ def parse(arguments):
     """The options; ends the program with code 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='./run stress', description=__doc__.splitlines()[0])
     parser.add_argument('suites', nargs='*', metavar='SUITE',
-                        help=f'any of {", ".join(SUITES)}; default: all but soak')
-    parser.add_argument('--minutes', type=positive, metavar='N', help='take about so long for each suite; default: '
-                        + ', '.join(f'{name} {minutes:g}' for name, minutes in SUITES.items()))
-    parser.add_argument('--small', action='store_true', help='a little of everything, as in ./run test; what depends '
-                        'on the speed of the machine is not judged')
+                        help=f'one or more of {", ".join(SUITES)} (default: all but soak)')
+    parser.add_argument('--minutes', type=positive, metavar='N', help='approximate length of each suite (default: '
+                        + ', '.join(f'{name} {minutes:g}' for name, minutes in SUITES.items()) + ')')
+    parser.add_argument('--small', action='store_true', help='a little of everything, as in ./run test, without the '
+                        'targets that depend on the speed of the machine')
     parser.add_argument('--seed', type=int, help='send the same inputs as the run that printed this seed')
-    parser.add_argument('--only', nargs='+', metavar='NAME', help='these attacks alone; --list names them')
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='only these attacks; --list shows their names')
     parser.add_argument('--peer', metavar='COMMAND', help='another turtlesim_node to attack in the same run')
-    parser.add_argument('--json', metavar='FILE', help='also write the figures there')
-    parser.add_argument('--list', action='store_true', help='name the attacks of the suites and end')
+    parser.add_argument('--json', metavar='FILE', help='also write the figures to this file')
+    parser.add_argument('--list', action='store_true', help='list the attacks of the suites and exit')
     options = parser.parse_args(arguments)
     for name in options.suites:
         if name not in SUITES:
-            parser.error(f'there is no suite {name!r}: allowed are {", ".join(SUITES)}')
+            parser.error(f'there is no suite {name!r}; the suites are {", ".join(SUITES)}')
     if options.small and options.minutes:
-        parser.error('--small has its own length: leave out --minutes')
+        parser.error('--small has a fixed length; leave out --minutes')
     if options.seed is not None and not 0 <= options.seed <= LARGEST_SEED:
-        parser.error(f'--seed {options.seed}: allowed is 0 to {LARGEST_SEED}')
+        parser.error(f'--seed is {options.seed}; it must be 0 to {LARGEST_SEED}')
     options.suites = options.suites or list(DEFAULT)
     if options.seed is None:
         options.seed = random.SystemRandom().randrange(LARGEST_SEED)
@@ -64,7 +64,7 @@ def _check_only(parser, options):
     known = [name for suite in options.suites for name in load(suite).ATTACKS]
     for name in options.only or ():
         if name not in known:
-            parser.error(f'--only {name}: allowed are {", ".join(known)}')
+            parser.error(f'--only {name}: it must be one of {", ".join(known)}')
 
 
 def positive(text):
@@ -154,7 +154,7 @@ def hand_out(options, pools, failures, facts):
     print(report.table(rows))
     print(report.verdict([row for row in rows if row.ours is not None]))
     for suite, name, side, text in failures:
-        print(f'Could not be tried: {suite}, {name}, of {side}. {text}')
+        print(f'Not tried: {suite}, {name}, of {side}. {text}')
     print(f'The seed was {options.seed}; --seed {options.seed} sends the same inputs.')
     if options.json:
         settings = {'seed': options.seed, 'small': options.small, 'minutes': options.minutes,
@@ -165,7 +165,7 @@ def hand_out(options, pools, failures, facts):
             with open(options.json, 'w', encoding='utf-8') as file:
                 file.write(report.as_json(' '.join(options.suites), rows, told, settings, facts))
         except OSError as error:
-            raise BenchError(f'The figures cannot be written: {error}. Name another file with --json.') from error
+            raise BenchError(f'The figures cannot be written: {error}. Choose another file with --json.') from error
     return 1 if is_lost(rows, failures) else 0
 
 
@@ -208,7 +208,7 @@ def main():
         tell(f'stress: {error}')
         return 1
     except KeyboardInterrupt:
-        tell('stress: interrupted; everything it had started is ended')
+        tell('stress: interrupted; all its processes have ended')
         return 130
 
 

@@ -258,9 +258,9 @@ def _calling(trial):
 ATTACKS = {
     'services': Attack(services, 'requests that cannot be fulfilled'),
     'lengths': Attack(lengths, 'requests of a wrong length'),
-    'topics': Attack(topics, 'absurd velocities and bytes that are none'),
+    'topics': Attack(topics, 'absurd velocities and random bytes'),
     'tcpros': Attack(connections, 'bytes to the TCPROS port'),
-    'xmlrpc': Attack(calls, 'calls of the slave API and HTTP that is none'),
+    'xmlrpc': Attack(calls, 'calls of the slave API and invalid HTTP'),
     'large': Attack(large, 'a body of 50 MB, and arrays nested 20,000 deep'),
     'robotont': Attack(robotont, "the robot's simulator", peer=False),
     'kinds': Attack(kinds, 'every other kind of node', peer=False),

@@ -276,7 +276,7 @@ FIGURES = (
     Figure('no descriptors: answers again after', 'nofile_back', 's', max, Target('below', 2.0)),
     *losses('disk', 'full disk', changed=False),
     Figure(f'full disk: lines printed in {AT_THE_WALL:g} s at the wall', 'disk_lines', '', max, LINES),
-    Figure('full disk: a snapshot that is not there was said to be', 'disk_told', '', sum, NOTHING),
+    Figure('full disk: a snapshot was reported but does not exist', 'disk_told', '', sum, NOTHING),
     Figure('full disk: PNG files cut off or empty', 'disk_partial', '', sum, NOTHING),
     *losses('closed', 'closed stdout', changed=False),
     *losses('home', 'unwritable HOME', changed=False),

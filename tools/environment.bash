@@ -104,8 +104,8 @@ write_shell_files() {
 cd "$ws"
 PS1="(turtle_robotont) \$PS1"
 cat <<'GREETING'
-ROS is ready. This is the workspace $ws; your own packages go into its src folder.
-Open three terminals, type ./run shell in each, and then:
+ROS is ready. This is the workspace $ws; put your own packages into its src folder.
+Open three terminals, type ./run shell in each, and then type:
   1: roscore    2: rosrun turtlesim turtlesim_node    3: rosrun turtlesim turtle_teleop_key
 exit leaves this shell.
 GREETING

@@ -47,26 +47,26 @@ step() {
 disk_is_full() { df --output=avail -k "$ws" / /tmp | awk 'NR > 1 && $1 < 20000 { full = 1 } END { exit !full }'; }
 
 explain_failure() {
-  local reason="see the lines above" hint="Type ./run build to try again: it goes on where it stopped." part
+  local reason="see the lines above" hint="Type ./run build to try again: it continues where it stopped." part
   part=$(tac "$log" | sed '/^==== /q')
   log_has() { grep -qiE "$1" <<<"$part"; }
   say "" "The last lines of the log $log:"
   tail -n 20 "$log" | sed 's/^/  | /' >&2
   if log_has 'no space left|not enough free space|disk quota exceeded' || disk_is_full; then
-    reason="the disk is full" hint="About 2 GB are needed. Look at df -h / $ws, make room, then type ./run build."
+    reason="the disk is full" hint="About 2 GB are needed. Check with df -h / $ws, make room, then type ./run build."
   elif log_has 'could not get lock|dpkg frontend lock'; then
     reason="another program is installing Debian packages" hint="Wait until it is done, then type ./run build."
   elif log_has 'certificate_verify_failed'; then
-    reason="the certificate of the Python package server is not trusted here (is there a proxy in between?)"
+    reason="the certificate of the Python package server is not trusted here (is there a proxy?)"
     hint="Type: PIP_CERT=/the/proxy/certificate.crt ./run build"
   elif log_has "$no_network"; then
-    reason="no network: the package server could not be reached"
+    reason="no network: cannot reach the package server"
     hint="Check the cable or the wifi (and http_proxy, if you use a proxy), then type ./run build."
   elif log_has 'unable to locate package|has no installation candidate'; then
     reason="apt does not know these packages" \
       hint="Add Debian's bookworm main to /etc/apt/sources.list (man sources.list shows how), then type ./run build."
   elif own_packages "$ws/src" | grep -q .; then
-    hint="If the error is in a package of your own, correct it or move it out of $ws/src: $(own_packages "$ws/src" | xargs)"
+    hint="If the error is in your own package, correct it or move it out of $ws/src: $(own_packages "$ws/src" | xargs)"
   fi
   die "${1%% (*} failed: $reason." "$hint"
 }
@@ -91,22 +91,23 @@ find_workspace() {
   if [ -n "${TURTLE_ROBOTONT_WS:-}" ]; then
     case $TURTLE_ROBOTONT_WS in
       /*) ws=$(realpath -m "$TURTLE_ROBOTONT_WS") ;;
-      *) die "TURTLE_ROBOTONT_WS=$TURTLE_ROBOTONT_WS is not an absolute path." "Let it begin with a /." ;;
+      *) die "TURTLE_ROBOTONT_WS=$TURTLE_ROBOTONT_WS is not an absolute path." "Start it with a /." ;;
     esac
   elif [ -n "${HOME:-}" ]; then
     ws=$(realpath -m "$default_parent/$name-${hash:0:8}")
   else
-    die "HOME is not set, so there is no place for the workspace." "Type: TURTLE_ROBOTONT_WS=/tmp/turtle_ws ./run build"
+    die "HOME is not set, so ./run has no place for the workspace." \
+      "Type: TURTLE_ROBOTONT_WS=/tmp/turtle_ws ./run build"
   fi
   log=$ws/run.log
   case $ws/ in
-    "$repo"/*) die "the workspace $ws would lie inside the repository $repo, where ROS's tools would loop for ever." \
+    "$repo"/*) die "the workspace $ws would be inside the repository $repo, where ROS tools would loop forever." \
       "Set TURTLE_ROBOTONT_WS to a folder outside." ;;
-    *[[:space:]]*) die "there is a blank in the workspace's path '$ws', which catkin cannot build in." \
-      "Type: TURTLE_ROBOTONT_WS=/a/path/without/blanks ./run build" ;;
+    *[[:space:]]*) die "the path of the workspace, '$ws', contains a space; catkin cannot build there." \
+      "Type: TURTLE_ROBOTONT_WS=/a/path/without/spaces ./run build" ;;
   esac
   case $repo/ in
-    "$ws"/*) die "the repository $repo lies inside the workspace $ws." "Set TURTLE_ROBOTONT_WS to another folder." ;;
+    "$ws"/*) die "the repository $repo is inside the workspace $ws." "Set TURTLE_ROBOTONT_WS to another folder." ;;
   esac
 }
 
@@ -119,13 +120,13 @@ check_workspace() {
     [ "$owner" = "$repo" ] || [ ! -e "$owner/run" ] ||
       die "the workspace $ws belongs to the checkout $owner, not to $repo." "Set TURTLE_ROBOTONT_WS to another folder."
   elif [ -n "$(ls -A "$ws")" ]; then
-    die "$ws is not empty and was not made by ./run, so it is left alone." \
+    die "$ws is not empty and was not made by ./run, so ./run does not touch it." \
       "Set TURTLE_ROBOTONT_WS to a new or empty folder."
   fi
-  [ -w "$ws" ] || die "you ($(id -un)) may not write to $ws; it belongs to $(stat -c %U "$ws")." \
+  [ -w "$ws" ] || die "you ($(id -un)) cannot write to $ws; it belongs to $(stat -c %U "$ws")." \
     "Type: sudo chown -R $(id -un) $ws"
   [ -O "$ws" ] || [ "$(id -u)" = 0 ] ||
-    die "the workspace $ws belongs to $(stat -c %U "$ws"), whose programs you would run." \
+    die "the workspace $ws belongs to $(stat -c %U "$ws"); you would run that user's programs." \
       "Set TURTLE_ROBOTONT_WS to a folder of your own."
 }
 
@@ -133,7 +134,7 @@ open_workspace() {
   check_workspace
   if [ ! -f "$ws/.checkout" ] || [ "$(cat "$ws/.checkout")" != "$repo" ]; then
     { mkdir -p "$ws/src" && printf '%s\n' "$repo" >"$ws/.checkout"; } 2>/dev/null ||
-      die "the workspace $ws could not be made." "Set TURTLE_ROBOTONT_WS to a folder that you may write to."
+      die "cannot make the workspace $ws." "Set TURTLE_ROBOTONT_WS to a folder that you can write to."
     forget_lost_workspaces
   fi
 }
@@ -210,9 +211,9 @@ check_system() {
     done
     [ -z "$lacking" ] || die "the ROS in $ros_dir lacks packages." "Type: sudo apt-get install$lacking"
   elif [ "$codename" != bookworm ] && [ -n "$(missing_packages)" ]; then
-    die "this is neither Debian 12 nor a system with ROS 1 (looked for /opt/ros/noetic and /opt/ros/one)." \
+    die "this is neither Debian 12 nor a system with ROS 1 in /opt/ros/noetic or /opt/ros/one." \
       "With Docker, type: docker run --rm -it -v '$repo':/turtle_robotont debian:12 /turtle_robotont/run demo" \
-      "With a ROS 1 elsewhere, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo"
+      "With ROS 1 in another folder, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo"
   fi
 }
 
@@ -224,14 +225,14 @@ as_root() {
 
 become_root() {
   if [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; then return 0; fi
-  command -v sudo >/dev/null || die "Debian packages are missing, and only root may install them (there is no sudo here)." \
+  command -v sudo >/dev/null || die "Debian packages are missing; only root can install them (there is no sudo here)." \
     "Become root with su -, type the following line, then type ./run again as yourself:" "  $(apt_command)"
   if (: </dev/tty) 2>/dev/null; then
     say "Debian packages are missing: sudo asks for your password to install them."
     sudo -v && return 0
   fi
-  die "Debian packages are missing, and sudo did not let you install them." \
-    "Let somebody who may use sudo type the following line, then type ./run again:" "  sudo sh -c '$(apt_command)'"
+  die "Debian packages are missing, and you are not allowed to install them with sudo." \
+    "Ask someone who may use sudo to type the following line, then type ./run again:" "  sudo sh -c '$(apt_command)'"
 }
 
 install_packages() {
@@ -274,7 +275,7 @@ our_packages() {
     elif [ -f "${ros_dir:-/usr}/share/$pkg/package.xml" ]; then
       say "Left out: the stand-in $pkg, because ${ros_dir:-/usr} has the real one."
     elif [ -d "$1" ] && own_packages "$1" | grep -qFx "$pkg"; then
-      say "Left out: the stand-in $pkg, because $1/$pkg is a package of your own."
+      say "Left out: the stand-in $pkg, because $1/$pkg is your own package."
     else
       echo "$pkg ${dir%/}"
     fi
@@ -307,13 +308,13 @@ source_folder() {
   if [ -d "$folder/src" ]; then
     folder+=/src
   elif [ ! -d "$folder" ] || [ "$(basename "$folder")" != src ]; then
-    die "$1 is neither a catkin workspace nor the src folder of one." "Type: mkdir -p $folder/src"
+    die "$1 is not a catkin workspace, nor the src folder of one." "Type: mkdir -p $folder/src"
   fi
   case $folder/ in
-    "$repo"/*) die "$folder lies inside the repository $repo, where ROS's tools would loop for ever." \
+    "$repo"/*) die "$folder is inside the repository $repo, where the tools of ROS would loop forever." \
       "Choose a workspace outside." ;;
   esac
-  [ -w "$folder" ] || die "you ($(id -un)) may not write to $folder; it belongs to $(stat -c %U "$folder")."
+  [ -w "$folder" ] || die "you ($(id -un)) cannot write to $folder; it belongs to $(stat -c %U "$folder")."
   echo "$folder"
 }
 

@@ -67,7 +67,7 @@ class Terminal:
         return PROMPT.search(self._output[self._typed_at:]) is not None
 
     def silent_for(self):
-        """Return how long [s] nothing was printed."""
+        """Return how long [s] it printed nothing."""
         return time.monotonic() - self._last_news
 
     def type(self, command, timeout):

@@ -51,7 +51,7 @@ class ClockStormTest(unittest.TestCase):
         status, step = Collected(f'/{package}/clock_status', ClockStatus), proxy(f'/{package}/step', Step)
         answers = self.storm(package)
         refusals = {str(answer) for _, answer in answers if isinstance(answer, rospy.ServiceException)}
-        self.assertEqual([], [text for text in refusals if 'the simulator was resumed meanwhile' not in text])
+        self.assertEqual([], [text for text in refusals if 'the simulator was resumed in the meantime' not in text])
         made = sorted((answer.steps - steps, answer.steps) for steps, answer in answers
                       if steps and not isinstance(answer, rospy.ServiceException))
         self.assertGreater(len(made), 10)

@@ -34,7 +34,7 @@ class RecordingTest(SimulatorCase):
         self.assertEqual(6, len(first))
         # ~record is set still: an earlier run's
         simulator = self.start(package, node)
-        simulator.wait_for_output(rf'{path}., which exists and stays as it is: this run is recorded in .*a_2\.csv\. .*'
+        simulator.wait_for_output(rf'{path}., which already exists and is not overwritten: .*a_2\.csv\. .*'
                                   rf'rosparam delete /{package}/record')
         step(3)
         simulator.process.send_signal(signal.SIGKILL)
@@ -44,7 +44,7 @@ class RecordingTest(SimulatorCase):
         self.assertEqual(4, len(self.rows('a_2.csv.active')))
         simulator = self.start(package, node, before=('bash', '-c', f'ulimit -f {LARGEST}; exec "$@"', 'bash'))
         step(8000)
-        simulator.wait_for_output(r'The recording ends here, after \d+ ticks: .*File too large.*a_3\.csv')
+        simulator.wait_for_output(r'The recording stops here, after \d+ ticks: .*File too large.*a_3\.csv')
         self.assertLess(1, step(1).steps - len(self.rows('a_3.csv')))
         self.assertTrue(simulator.runs())
         self.assertNotIn('Traceback', simulator.output())

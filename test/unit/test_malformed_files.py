@@ -169,7 +169,7 @@ def test_bytes_that_are_no_text_and_an_empty_file(kind, path):
 def test_too_large(kind, path, monkeypatch):
     monkeypatch.setattr(documents, 'LARGEST_XML', 100)
     monkeypatch.setattr(documents, 'LARGEST_YAML', 100)
-    assert 'too large; allowed are 0.0001 MB' in check(kind, path, KINDS[kind][1][-1] + ' ' * 100)
+    assert 'too large; at most 0.0001 MB are allowed' in check(kind, path, KINDS[kind][1][-1] + ' ' * 100)
 
 
 def test_aliases_and_small_things_are_allowed():
@@ -183,7 +183,7 @@ def test_aliases_and_small_things_are_allowed():
 
 @pytest.mark.parametrize('entry, said', [
     ('{name: [1, 2], x: 0, y: 0, yaw: 0, length: 1, width: 1, height: 1}',
-     'boxes[0]: name is [1, 2]; it must be a text'),
+     'boxes[0]: name is [1, 2]; it must be a string'),
     ('{name: a, x: [1, 2], y: 0, yaw: 0, length: 1, width: 1, height: 1}',
      'a: x is [1, 2]; it must be a finite number'),
     ('{name: a, x: 0, y: 0, yaw: 0, length: 1, width: 1, height: 1, colour: {r: 1}}',

@@ -52,7 +52,7 @@ def test_links_of_the_users_own_stay(src, tmp_path):
 
 
 @pytest.mark.parametrize('folder, said', [('{tmp}/nowhere', 'mkdir -p {tmp}/nowhere/src'),
-                                          (str(REPOSITORY / 'test'), 'neither a catkin workspace')])
+                                          (str(REPOSITORY / 'test'), 'is not a catkin workspace')])
 def test_other_folders_are_refused(tmp_path, folder, said):
     code, text = link(folder.format(tmp=tmp_path))
     assert code == 1 and said.format(tmp=tmp_path) in text

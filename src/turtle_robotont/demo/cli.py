@@ -1,4 +1,4 @@
-"""What ``./run demo`` shows: the course from begin to end, measured, in about two minutes."""
+"""What ``./run demo`` shows: the whole course, measured, in about two minutes."""
 import argparse
 import contextlib
 import os
@@ -92,7 +92,7 @@ def play_all(steps, output, report):
                     failed.append(step.title)
                 todo.remove(step.title)
     except OutOfTimeError:
-        report.verdict(False, f'Out of time: the demo may take {TIME_LIMIT} s. Either a node hangs, or the machine is '
+        report.verdict(False, f'Out of time: the demo took more than {TIME_LIMIT} s. A node hangs, or the machine is '
                               'too busy')
     except (DemoError, OSError) as error:
         report.verdict(False, str(error))
@@ -104,27 +104,28 @@ def play_all(steps, output, report):
 def main():
     """Play all steps, or those whose title contains a given word; exit 0 only if each was measured to be right."""
     parser = argparse.ArgumentParser(prog='./run demo', description=__doc__)
-    parser.add_argument('--output', default='output', metavar='DIR', help='folder for pictures and logs (output)')
-    parser.add_argument('words', nargs='*', metavar='WORD', help='play only the steps with this word in their title')
+    parser.add_argument('--output', default='output', metavar='DIR',
+                        help='folder for pictures and logs (default: %(default)s)')
+    parser.add_argument('words', nargs='*', metavar='WORD', help='do only the steps whose title contains this word')
     arguments = parser.parse_args(rospy.myargv()[1:])
     steps = [step for step in STEPS
              if not arguments.words or any(word.lower() in step.title.lower() for word in arguments.words)]
     if not steps:
-        parser.error('no step has such a title; there are: ' + ', '.join(step.title for step in STEPS))
+        parser.error('no title contains such a word; the steps are: ' + ', '.join(step.title for step in STEPS))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     report, began, output = Report(sys.stdout), time.monotonic(), os.path.abspath(arguments.output)
-    report.line('The course, without a display: every step is played by the nodes of this package and judged by what\n'
-                'the turtle or the robot did.')
+    report.line('The course without a display: the nodes of this package do every step, and the demo measures what\n'
+                'the turtle or the robot does.')
     try:
         failed = play_all(steps, output, report)
     except KeyboardInterrupt:
-        report.line('\nInterrupted; everything that was started has been ended.')
+        report.line('\nInterrupted; all processes have ended.')
         sys.exit(130)
     report.line()
-    report.verdict(not failed, f'{len(steps) - len(failed)} of {len(steps)} steps did what the course asks, in '
+    report.verdict(not failed, f'{len(steps) - len(failed)} of {len(steps)} steps passed, in '
                                f'{time.monotonic() - began:.0f} s', indent=0)
     if failed:
-        report.line(f'  Failed: {", ".join(failed)}. What the nodes said: {os.path.relpath(output)}/log')
+        report.line(f'  Failed: {", ".join(failed)}. Output of the nodes: {os.path.relpath(output)}/log')
     else:
         report.line(f'  Pictures: {os.path.relpath(output)}')
     sys.exit(1 if failed else 0)

@@ -36,7 +36,7 @@ class Measurement(NamedTuple):
 
 def near(what, value, wanted, tolerance, unit):
     """Return the Measurement that a value is what is wanted."""
-    return Measurement(f'{what} {value:.3f} {unit} (asked {wanted:.3f}, error at most {tolerance:g})',
+    return Measurement(f'{what} {value:.3f} {unit} (expected {wanted:.3f}, tolerance {tolerance:g})',
                        abs(value - wanted) <= tolerance)
 
 
@@ -55,41 +55,42 @@ def no_teleport(track):
 def ended_by_itself(process, timeout):
     """Wait for a node; return the Measurement that it ended well."""
     code = process.wait(timeout)
-    return Measurement('ended by itself' if code == 0 else f'ended with exit code {code}: {process.last_line()}',
+    return Measurement('ended without an error' if code == 0 else f'ended with exit code {code}: {process.last_line()}',
                        code == 0)
 
 
 def first_publisher(harness):
     node = harness.rosrun('velocity_publisher.py')
-    harness.until(lambda: track_metrics.path_length(harness.seen.track) > 0.0, 'the turtle does not set off', PATIENCE,
-                node)
+    harness.until(lambda: track_metrics.path_length(harness.seen.track) > 0.0, 'the turtle does not start to move',
+                  PATIENCE, node)
     time.sleep(2.0)
     times, speed = harness.seen.commands, harness.seen.track[-1].linear_velocity
     if len(times) < 2:
-        raise DemoError(f'{len(times)} commands came on /turtle1/cmd_vel in 2 s; it said: {node.last_line()}')
+        raise DemoError(f'{len(times)} commands on /turtle1/cmd_vel in 2 s; the node printed: {node.last_line()}')
     node.interrupt()
     node.wait(PATIENCE)
     harness.until_rest()
     track = harness.seen.track
-    return [near('commands come at', track_metrics.rate(times), 10.0, 1.0, 'Hz'),
-            near('the turtle drives at', speed, 0.5, 1e-3, 'm/s'),
-            near('in a circle of curvature', track_metrics.curvature(track), 0.2 / 0.5, 1e-2, '1/m'),
-            Measurement('stands after Ctrl-C', track_metrics.stands_still(track))]
+    return [near('rate of the commands', track_metrics.rate(times), 10.0, 1.0, 'Hz'),
+            near('speed of the turtle', speed, 0.5, 1e-3, 'm/s'),
+            near('curvature of the circle', track_metrics.curvature(track), 0.2 / 0.5, 1e-2, '1/m'),
+            Measurement('stopped after Ctrl-C', track_metrics.stands_still(track))]
 
 
 def pose_subscriber(harness):
     node = harness.rosrun('pose_subscriber.py')
-    harness.until(lambda: 'Turtle pose' in node.output(), 'no pose is printed', PATIENCE, node)
+    harness.until(lambda: 'Turtle pose' in node.output(), 'the node prints no pose', PATIENCE, node)
     harness.call('turtle1/teleport_absolute', TeleportAbsolute, 2.5, 7.25, 0.5)
     with contextlib.suppress(DemoError):  # what is printed is measured
-        harness.until(lambda: node.output().count('x:2.5') > POSES, 'the pose is not printed', REST_TIMEOUT, node)
+        harness.until(lambda: node.output().count('x:2.5') > POSES, 'the node does not print the new pose',
+                      REST_TIMEOUT, node)
     printed = re.findall(r'Turtle pose: x:(-?[0-9.]+), y:(-?[0-9.]+)', node.output())
     x, y = map(float, printed[-1])
     pose = harness.seen.track[-1]
     return [Measurement(f'{len(printed)} poses printed', len(printed) > POSES),
-            at_most(f'the last, x {x:.6f} m, y {y:.6f} m, is off the turtle by', math.hypot(x - pose.x, y - pose.y),
-                    PRINTED, 'm'),
-            near('which was sent to x =', pose.x, 2.5, EXACT, 'm')]
+            at_most(f'the last one, x {x:.6f} m, y {y:.6f} m, differs from the pose by',
+                    math.hypot(x - pose.x, y - pose.y), PRINTED, 'm'),
+            near('the turtle was teleported to x =', pose.x, 2.5, EXACT, 'm')]
 
 
 def stop_at_x(harness):
@@ -98,7 +99,7 @@ def stop_at_x(harness):
     track = harness.seen.track
     return [ended, Measurement('stands', track_metrics.stands_still(track)), no_teleport(track),
             near('stopped at x =', track[-1].x, 10.0, STOP_TOLERANCE, 'm'),
-            near('driven at', track_metrics.top_speed(track), 1.0, EXACT, 'm/s')]
+            near('highest speed', track_metrics.top_speed(track), 1.0, EXACT, 'm/s')]
 
 
 def square_by_topics(harness):
@@ -117,11 +118,11 @@ def _shape(harness, arguments, corners):
     harness.until_rest()
     track, corners = harness.seen.track, [Point(*corner) for corner in corners]
     return [ended, no_teleport(track),
-            at_most(f'{len(corners)} corners, the worst missed by', max(track_metrics.corner_misses(track, corners)),
+            at_most(f'{len(corners)} corners, largest error', max(track_metrics.corner_misses(track, corners)),
                     CORNER_TOLERANCE, 'm'),
-            at_most('sides straight within', track_metrics.path_deviation(track, [corners[-1], *corners]),
-                    CORNER_TOLERANCE, 'm'),
-            at_most('closed within', track_metrics.closing_error(track), CORNER_TOLERANCE, 'm')]
+            at_most('largest distance from the straight sides',
+                    track_metrics.path_deviation(track, [corners[-1], *corners]), CORNER_TOLERANCE, 'm'),
+            at_most('gap at the end', track_metrics.closing_error(track), CORNER_TOLERANCE, 'm')]
 
 
 def services_and_pen(harness):
@@ -129,22 +130,22 @@ def services_and_pen(harness):
     ended = ended_by_itself(harness.rosrun('set_pen.py', '_r:=0', '_g:=0', '_b:=255', '_width:=5'), PATIENCE)
     harness.call('turtle1/teleport_relative', TeleportRelative, 2.0, 0.0)
     before = len(harness.seen.colours)
-    harness.until(lambda: len(harness.seen.colours) > before + 5, 'the colour sensor reads nothing', PATIENCE)
+    harness.until(lambda: len(harness.seen.colours) > before + 5, 'the colour sensor publishes nothing', PATIENCE)
     colour = harness.seen.colours[-1]
     return [Measurement(f'missing services: {", ".join(sorted(missing))}' if missing else
                         f'all {len(SIM_SERVICES)} services of turtlesim are there', not missing), ended,
-            Measurement(f'the path under the turtle has the colour {colour} (asked {BLUE})', colour == BLUE)]
+            Measurement(f'the path under the turtle has the colour {colour} (expected {BLUE})', colour == BLUE)]
 
 
 def goto_pose(harness):
     server = harness.rosrun('goto_pose_server.py')
-    harness.until(lambda: 'Ready' in server.output(), 'the service is not there', PATIENCE, server)
+    harness.until(lambda: 'Ready' in server.output(), 'the service does not start', PATIENCE, server)
     _call(harness, '/turtle1/gotoPose', '1.5', '2.5', '3.14')
     distance, heading = track_metrics.goal_error(harness.seen.track, Goal(1.5, 2.5, 3.14))
     harness.until_rest()
     track = harness.seen.track
-    return [at_most('when answered, distance left', distance, CORNER_TOLERANCE, 'm'),
-            at_most('heading left', heading, HEADING_TOLERANCE, 'rad'),
+    return [at_most('distance to the goal when the service answers', distance, CORNER_TOLERANCE, 'm'),
+            at_most('heading error', heading, HEADING_TOLERANCE, 'rad'),
             no_teleport(track), Measurement('stands', track_metrics.stands_still(track))]
 
 
@@ -154,10 +155,11 @@ def square_by_service(harness):
         _call(harness, '/turtle1/teleport_absolute', f'{x:.6f}', f'{y:.6f}', theta)
     harness.until_rest()
     track = harness.seen.track
-    return [Measurement(f'{len(track_metrics.jumps(track))} teleports (asked 4)', len(track_metrics.jumps(track)) == 4),
-            at_most('the worst corner missed by', max(track_metrics.corner_misses(track, [Point(*c) for c in corners])),
+    return [Measurement(f'{len(track_metrics.jumps(track))} teleports (expected 4)',
+                        len(track_metrics.jumps(track)) == 4),
+            at_most('largest error of a corner', max(track_metrics.corner_misses(track, [Point(*c) for c in corners])),
                     EXACT, 'm'),
-            at_most('closed within', track_metrics.closing_error(track), EXACT, 'm')]
+            at_most('gap at the end', track_metrics.closing_error(track), EXACT, 'm')]
 
 
 def black_tour(harness):
@@ -166,10 +168,10 @@ def black_tour(harness):
     track, colours = harness.seen.track, harness.seen.colours
     places = [Point(2.0, 2.0), Point(9.0, 2.0), Point(9.0, 9.0), Point(2.0, 9.0)]
     on_path = set(colours[colours.index(BLACK):] if BLACK in colours else colours)
-    return [ended, Measurement(f'{len(track_metrics.jumps(track))} positions reached by teleport (asked 4)',
+    return [ended, Measurement(f'{len(track_metrics.jumps(track))} positions reached by teleport (expected 4)',
                                len(track_metrics.jumps(track)) == 4),
-            at_most('the worst position missed by', max(track_metrics.corner_misses(track, places)), EXACT, 'm'),
-            Measurement(f'the path under the turtle has the colours {sorted(on_path)} (asked {BLACK})',
+            at_most('largest error of a position', max(track_metrics.corner_misses(track, places)), EXACT, 'm'),
+            Measurement(f'the path under the turtle has the colours {sorted(on_path)} (expected {BLACK})',
                         on_path == {BLACK})]
 
 
@@ -195,22 +197,22 @@ class Step(NamedTuple):
 
 
 STEPS = (
-    Step('First publisher', 'Publish Twist 0.5 m/s, 0.2 rad/s at 10 Hz on /turtle1/cmd_vel',
+    Step('First publisher', 'Publish a Twist of 0.5 m/s and 0.2 rad/s on /turtle1/cmd_vel at 10 Hz',
          'rosrun turtle_robotont velocity_publisher.py', first_publisher),
     Step('First subscriber', 'Print the poses of /turtle1/pose',
          'rosrun turtle_robotont pose_subscriber.py', pose_subscriber),
     Step('Stop at x', 'Drive at 1 m/s and stop at x = 10',
          'rosrun turtle_robotont stop_at_x.py', stop_at_x),
-    Step('Square by topics', 'Draw a square with side 2 m by /turtle1/pose and /turtle1/cmd_vel alone',
+    Step('Square by topics', 'Draw a square with side 2 m, using only /turtle1/pose and /turtle1/cmd_vel',
          'rosrun turtle_robotont drive_shape.py', square_by_topics),
     Step('Triangle by topics', 'Draw a triangle with side 1.5 m in the same way, at 3 m/s',
          'rosrun turtle_robotont drive_shape.py _shape:=triangle _size:=1.5 _speed:=3', triangle_by_topics),
-    Step('Services and pen', 'List the nine services of turtlesim, call set_pen for a blue path of 5 px',
+    Step('Services and pen', 'List the nine services of turtlesim; call set_pen for a blue path of 5 px',
          'rosservice list; rosrun turtle_robotont set_pen.py _b:=255 _width:=5', services_and_pen),
-    Step('gotoPose', 'Serve /turtle1/gotoPose and call it with 1.5 2.5 3.14',
+    Step('gotoPose', 'Offer the service /turtle1/gotoPose and call it with 1.5 2.5 3.14',
          'rosservice call /turtle1/gotoPose 1.5 2.5 3.14', goto_pose),
-    Step('Square by service', 'Move the turtle to four positions by rosservice call',
+    Step('Square by service', 'Move the turtle to four positions with rosservice call',
          'rosservice call /turtle1/teleport_absolute 8 5.544445 0 ...', square_by_service),
-    Step('Black tour', 'Move the turtle to four positions by a node, path in black',
+    Step('Black tour', 'Let a node move the turtle to four positions, with a black path',
          'rosrun turtle_robotont teleport_tour.py', black_tour),
 )

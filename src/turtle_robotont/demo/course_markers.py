@@ -32,7 +32,7 @@ from turtle_robotont.nodes.robot_driver import pose_of
 START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first time the sequence is rendered before
 POSITION_ERROR = 0.01  # of the distance, of the median marker; the camera has distortion
 SHEET = (3, 2)  # pictures side by side and below each other
-MAZE_RATE = 2.0  # simulated seconds a second of wall time
+MAZE_RATE = 2.0  # simulated seconds per wall-clock second
 MAZE_TIME = 80.0  # [s] of the robot's time that the maze may take; how long that is depends on the machine
 POSE_RATE = 30.0  # [Hz] of the robot's time at which the simulator says where the robot is
 NEAR_MARKER = 1.25  # [m] of the robot's middle; the camera, 0.1 m further back, goes up to 1 m
@@ -57,15 +57,17 @@ def ar_markers(harness):
     pictures = Recorder('usb_cam/image_raw', Image, lambda image: (image.header.stamp, zlib.crc32(image.data)))
     messages = Recorder('ar_pose_marker', AlvarMarkers, lambda message: message)
     views = Recorder('ar_track_alvar/debug_image', Image, images.bgr)
-    harness.until(lambda: messages.entries and pictures.entries, 'no markers come', START_TIMEOUT, node)
-    harness.until(lambda: len(pictures.entries) > FRAMES, 'the sequence has not been shown once', START_TIMEOUT, node)
+    harness.until(lambda: messages.entries and pictures.entries, 'the tracker publishes no markers',
+                  START_TIMEOUT, node)
+    harness.until(lambda: len(pictures.entries) > FRAMES, 'the image sequence was not shown completely',
+                  START_TIMEOUT, node)
     for recorder in (pictures, messages, views):
         recorder.end()
     harness.keep(sheet(views.entries))
     folder = rospy.get_param('usb_cam/video_device')
     seen = compared(messages.entries, dict(pictures.entries), truth_of(folder))
     printed = set(map(int, re.findall(r'Detected marker with ID (\d+) ', node.output())))
-    return [Measurement(f'printed the markers {sorted(printed)} (asked {list(MARKERS)})', printed == set(MARKERS)),
+    return [Measurement(f'printed the markers {sorted(printed)} (expected {list(MARKERS)})', printed == set(MARKERS)),
             *sequence_measurements(**seen)]
 
 
@@ -102,10 +104,10 @@ def compared(messages, pictures, truth):
 
 def sequence_measurements(shown, asked, found, phantoms, errors):
     """Return the Measurements of what ``compared`` returned."""
-    return [Measurement(f'{shown} pictures with known markers answered', shown > FRAMES / 4),
-            Measurement(f'{found} of {asked} markers found (asked 98 %)', asked > 0 and found >= 0.98 * asked),
-            Measurement(f'{phantoms} markers that are not there, the covered one included (asked 0)', phantoms == 0),
-            at_most('position off by', 100.0 * statistics.median(errors or [math.inf]), 100.0 * POSITION_ERROR,
+    return [Measurement(f'{shown} images with known markers searched', shown > FRAMES / 4),
+            Measurement(f'{found} of {asked} markers found (expected 98 %)', asked > 0 and found >= 0.98 * asked),
+            Measurement(f'{phantoms} markers reported that are not visible (expected 0)', phantoms == 0),
+            at_most('median position error', 100.0 * statistics.median(errors or [math.inf]), 100.0 * POSITION_ERROR,
                     '% of the distance')]
 
 
@@ -113,13 +115,13 @@ def maze(harness):
     plan, track, took, said = run_maze(harness)
     harness.keep(map_of(plan, track))
     panels = [Point(panel.x, panel.y) for panel in sorted(plan.panels, key=lambda panel: panel.marker_id)]
-    return [near('the robot began at x =', track[0].x, -2.0, 0.01, 'm'),
-            Measurement(f'it says: {said}', said.startswith('Visited the markers')),
-            at_most(f'{len(panels)} markers passed in their order, the furthest off by',
+    return [near('the robot started at x =', track[0].x, -2.0, 0.01, 'm'),
+            Measurement(f'its output: {said}', said.startswith('Visited the markers')),
+            at_most(f'{len(panels)} markers visited in order, at a distance of',
                     max(track_metrics.corner_misses(track[::3], panels)), NEAR_MARKER, 'm'),
-            Measurement(f'drove {track_metrics.path_length(track):.1f} m and stands',
+            Measurement(f'drove {track_metrics.path_length(track):.1f} m and stopped',
                         track_metrics.stands_still(track)),
-            at_most('in', took, MAZE_TIME, "s of the robot's time")]
+            at_most('duration', took, MAZE_TIME, "s of simulated time")]
 
 
 def run_maze(harness):
@@ -128,13 +130,14 @@ def run_maze(harness):
     world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
     try:
-        harness.until(lambda: world.entries and poses.entries, 'the robot is not there', START_TIMEOUT, simulator)
+        harness.until(lambda: world.entries and poses.entries, 'the simulated robot does not start',
+                      START_TIMEOUT, simulator)
         before = len(poses.entries)
         node = harness.start('roslaunch', 'turtle_robotont', 'ar_maze.launch', 'sim:=false')
         views = watch_maze(node)
         took = (len(poses.entries) - before) / POSE_RATE
         with contextlib.suppress(DemoError):
-            harness.until(lambda: track_metrics.stands_still(poses.entries), 'the robot moves', REST_TIMEOUT)
+            harness.until(lambda: track_metrics.stands_still(poses.entries), 'the robot does not stop', REST_TIMEOUT)
     finally:
         poses.end()
         world.end()
@@ -169,7 +172,7 @@ def world_plan(text):
     try:
         from robotont_gazebo.core import worlds
     except ImportError:
-        raise DemoError('this robotont_gazebo has no worlds of the stand-in') from None
+        raise DemoError('this step needs the robotont_gazebo of this repository') from None
     return worlds.parse_json(text)
 
 
@@ -185,7 +188,7 @@ def sheet(pictures):
     """Return up to six of the pictures, spread over the time, side by side and below each other."""
     across, down = SHEET
     if not pictures:
-        raise DemoError('the tracker sent no picture')
+        raise DemoError('the tracker published no image')
     chosen = [pictures[number * len(pictures) // min(len(pictures), across * down)]
               for number in range(min(len(pictures), across * down))]
     height, width = chosen[0].shape[:2]
@@ -197,9 +200,9 @@ def sheet(pictures):
 
 
 STEPS = (
-    Step('AR markers', 'Print the ids and positions of the AR markers that a camera sees',
+    Step('AR markers', 'Print the ids and positions of the AR markers that the camera sees',
          'roslaunch turtle_robotont ar_control.launch', ar_markers, turtle=False),
-    Step('AR maze', 'Find the markers 1 to 5 of the minimaze by camera and tracker alone',
+    Step('AR maze', 'Find the markers 1 to 5 of the minimaze with camera and tracker',
          f'roslaunch robotont_gazebo world_minimaze_ar.launch rate:={MAZE_RATE:g}; '
          'roslaunch turtle_robotont ar_maze.launch sim:=false', maze, turtle=False),
 )

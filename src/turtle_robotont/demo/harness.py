@@ -133,7 +133,7 @@ class DemoHarness:
         servers.protect()
         rospy.init_node('demo', disable_signals=True)
         self.seen = Observer('turtle1')
-        self.until(lambda: self.seen.track, 'the simulator sends no pose', PATIENCE, simulator)
+        self.until(lambda: self.seen.track, 'the simulator publishes no pose', PATIENCE, simulator)
 
     def close(self):
         """End every process that was started, the latest first; a second Ctrl-C does not keep it from that."""
@@ -155,7 +155,7 @@ class DemoHarness:
         """Start one of this package's nodes, as rosrun does but half a second faster; return its Process."""
         paths = roslib.packages.find_node('turtle_robotont', script)
         if not paths:
-            raise DemoError(f'there is no node {script} in the package turtle_robotont; build the workspace again')
+            raise DemoError(f'package turtle_robotont has no node {script}; build the workspace with ./run build')
         return self.start(paths[0], *arguments)
 
     def end_nodes(self):
@@ -169,14 +169,14 @@ class DemoHarness:
         while not condition():
             ended = process is not None and not process.runs()
             if ended or time.monotonic() > deadline:
-                said = f'; {os.path.basename(process.command[0])} said: {process.last_line()}' if process else ''
-                raise DemoError(f'{trouble} {"and never will" if ended else f"after {timeout:g} s"}{said}')
+                said = f'; {os.path.basename(process.command[0])} printed: {process.last_line()}' if process else ''
+                raise DemoError(f'{trouble}: {"it has ended" if ended else f"waited {timeout:g} s"}{said}')
             time.sleep(POLL)
 
     def until_rest(self):
         """Wait until the turtle stands, but not for ever: whoever looks at the track will see."""
         with contextlib.suppress(DemoError):
-            self.until(lambda: track_metrics.stands_still(self.seen.track), 'the turtle moves', REST_TIMEOUT)
+            self.until(lambda: track_metrics.stands_still(self.seen.track), 'the turtle does not stop', REST_TIMEOUT)
 
     def reset(self):
         """Bring the turtle back to the middle of an empty arena and forget what was seen."""
@@ -185,9 +185,9 @@ class DemoHarness:
         self.call('reset', Empty)
         self.seen.clear()
         self.until(lambda: any(math.hypot(pose.x - CENTRE, pose.y - CENTRE) < EXACT for pose in self.seen.track[-1:]),
-                   'the turtle is not in the middle after a reset', PATIENCE)
+                   'the turtle is not in the centre after a reset', PATIENCE)
         self.seen.clear()
-        self.until(lambda: self.seen.track, 'the turtle sends no pose after a reset', PATIENCE)
+        self.until(lambda: self.seen.track, 'the simulator publishes no pose after a reset', PATIENCE)
 
     def call(self, service, service_type, *request):
         """Call a service; return its answer."""
@@ -207,7 +207,7 @@ class DemoHarness:
             try:
                 write_whole(path, png.tobytes())
             except OSError as error:
-                raise DemoError(f'{path} could not be written: {error.strerror}') from None
+                raise DemoError(f'{path} cannot be written: {error.strerror}') from None
         self._kept.clear()
         return paths
 

@@ -179,18 +179,18 @@ class Leg(Drive):
         return distance(self._previous, pose) > JUMP + 2.0 * reach
 
     def _on_jump(self, previous: HasPosition, pose: VehicleState) -> None:
-        self.end(State.FAILED, f'somebody moved the {self.vehicle.name} from ({previous.x:.2f}, {previous.y:.2f}) to '
-                               f'({pose.x:.2f}, {pose.y:.2f}) while it was driving')
+        self.end(State.FAILED, f'something else moved the {self.vehicle.name} from ({previous.x:.2f}, '
+                               f'{previous.y:.2f}) to ({pose.x:.2f}, {pose.y:.2f}) during the drive')
 
     def _supervise(self, pose: VehicleState) -> None:
         if self._time > self._allowed:
-            self.end(State.FAILED, f'not there after {self._allowed:.1f} s, {self.distance_left:.2f} m left; '
+            self.end(State.FAILED, f'not at the goal after {self._allowed:.1f} s, {self.distance_left:.2f} m left; '
                                    f'is another node driving the same {self.vehicle.name}?')
         elif self._moves(pose):
             self._anchor, self._anchored_at = pose, self._time
         elif self._time - self._anchored_at > STUCK_AFTER:
-            self.end(State.FAILED, f'the {self.vehicle.name} has not moved for {STUCK_AFTER:.0f} s although it was '
-                                   f'commanded to, {self.distance_left:.2f} m left; is another node commanding it?')
+            self.end(State.FAILED, f'the {self.vehicle.name} has not moved for {STUCK_AFTER:.0f} s despite its '
+                                   f'commands, {self.distance_left:.2f} m left; is another node commanding it?')
 
     def _moves(self, pose: VehicleState) -> bool:
         anchor = self._anchor

@@ -21,7 +21,7 @@ ACCELERATION, TURN_ACCELERATION = ROBOT.acceleration, ROBOT.turn_deceleration  #
 class State(enum.Enum):
     """What a Follower is doing."""
 
-    WAITING = 'waiting for it to be seen'
+    WAITING = 'waiting for the marker'
     FOLLOWING = 'following'
     LOST = 'lost'
 
@@ -71,7 +71,7 @@ class Follower:
     def status(self) -> str:
         """Return what it is doing as a text."""
         if self.state is State.LOST:
-            why = 'the tracker is silent' if self._unheard > self.settings.lost_after else 'not in view'
+            why = 'the tracker publishes nothing' if self._unheard > self.settings.lost_after else 'not in view'
             return f'marker {self.marker_id} lost for {self.settings.lost_after:g} s ({why}): stopped'
         if self.state is State.WAITING:
             return f'waiting for marker {self.marker_id}'

@@ -108,7 +108,7 @@ def points_from(corners: Sequence[Any]) -> List[Point]:
             raise InvalidInput(f'corner {number} is {corner}; it must be a pair [x, y] in metres, '
                                f'e.g. {DEFAULT_CORNERS}')
     if len(corners) < 2:
-        raise InvalidInput(f'there are {len(corners)} corners; at least 2 are needed, e.g. {DEFAULT_CORNERS}')
+        raise InvalidInput(f'{len(corners)} corners are given; at least 2 are needed, e.g. {DEFAULT_CORNERS}')
     return [Point(float(x), float(y)) for x, y in corners]
 
 
@@ -125,7 +125,7 @@ def require_fit(points: Sequence[HasPosition], names: Optional[Sequence[str]] = 
     outside = [f'{name} ({point.x:.2f}, {point.y:.2f})' for name, point in zip(names, points)
                if not (-EDGE <= point.x <= ARENA_SIZE + EDGE and -EDGE <= point.y <= ARENA_SIZE + EDGE)]
     if outside:
-        raise InvalidInput(f'{", ".join(outside)} outside the arena; allowed is 0 to {ARENA_SIZE:.2f} m in x and y')
+        raise InvalidInput(f'{", ".join(outside)} outside the arena; x and y must be 0 to {ARENA_SIZE:.2f} m')
 
 
 def require_shape_fits(shape: str, size: float, start: HasPose) -> None:
@@ -153,5 +153,5 @@ def largest_size(shape: str, start: HasPose) -> float:
 def _advice(shape: str, start: HasPose) -> str:
     largest = math.floor(100.0 * largest_size(shape, start)) / 100.0
     if largest < SMALLEST:
-        return 'drive or turn the turtle away from the wall first'
-    return f'from here a size of at most {largest:.2f} m fits'
+        return 'first drive the turtle away from the wall, or turn it'
+    return f'from here the largest possible size is {largest:.2f} m'

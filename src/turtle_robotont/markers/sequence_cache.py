@@ -1,4 +1,4 @@
-"""The marker sequence as a command: renders it into a given folder, or once into a cache. ROS-free.
+"""Renders the marker sequence into a given folder, or once into a cache. Does not use ROS.
 
 The cache lies in ROS_HOME (~/.ros), as ROS's other files do, with one folder per version of the sequence. A launch file
 calls this before the camera's node starts.
@@ -36,7 +36,7 @@ def cached(ros_home: str) -> str:
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Render and print the folder, without a newline as launch files need it; exit 1 with the reason on failure."""
     parser = argparse.ArgumentParser(prog='marker_sequence.py', description=__doc__.split('\n')[0])
-    parser.add_argument('--output', metavar='DIR', help='render into this folder (default: once, into ROS_HOME)')
+    parser.add_argument('--output', metavar='DIR', help='folder for the images (default: rendered once, in ROS_HOME)')
     options = parser.parse_args(arguments)
     try:
         if options.output:
@@ -46,5 +46,5 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
         else:
             folder = cached(os.environ.get('ROS_HOME') or os.path.expanduser('~/.ros'))
     except OSError as error:
-        sys.exit(f'marker_sequence.py: the images could not be written: {error}')
+        sys.exit(f'marker_sequence.py: cannot write the images: {error}')
     print(folder, end='', flush=True)

@@ -44,7 +44,7 @@ def sighting(marker_id: int, position: Sequence[float], frame_id: str, axes: str
     x, y, z = position
     distance = math.sqrt(x * x + y * y + z * z) if all(map(math.isfinite, position)) else math.inf
     if not distance <= FURTHEST:
-        raise InvalidInput(f'marker {marker_id} at x {x:g}, y {y:g}, z {z:g} m; it can only be within {FURTHEST:g} m')
+        raise InvalidInput(f'marker {marker_id} at x {x:g}, y {y:g}, z {z:g} m; each must be within {FURTHEST:g} m')
     if axes == 'optical' or axes == 'auto' and frame_id.endswith(('_optical', '_optical_frame')):
         return Sighting(marker_id, z, -x, -y)
     return Sighting(marker_id, x, y, z)

@@ -65,10 +65,10 @@ class Tour:
             return 'visited the markers ' + ', '.join(f'{visit.marker_id} ({visit.distance:.2f} m)'
                                                       for visit in self.reached)
         if self.state is State.FAILED:
-            return (f'marker {self.marker_id} was not seen in {MOST_TURNS:g} turns; is it there, is it lit, is '
-                    '~marker_size of the tracker right?')
+            return (f'marker {self.marker_id} was not found in {MOST_TURNS:g} turns; check that it is there and lit, '
+                    'and ~marker_size of the tracker')
         if self._silent:
-            return 'waiting: the tracker is silent'
+            return 'waiting: the tracker publishes nothing'
         return f'{self.state.value} marker {self.marker_id}'
 
     def see(self, sightings: Sequence[Sighting]) -> None:

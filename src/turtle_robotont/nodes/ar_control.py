@@ -52,7 +52,7 @@ class MarkerListener:
             return sighting(marker.id, (position.x, position.y, position.z), marker.header.frame_id or frame_id,
                             self._axes)
         except InvalidInput as error:
-            rospy.logwarn_throttle(REMIND, f'{self._topic}: {error}; left out. Does the tracker know the transform to '
+            rospy.logwarn_throttle(REMIND, f'{self._topic}: {error}; ignored. Does the tracker know the transform to '
                                            'its output_frame?')
             return None
 
@@ -60,8 +60,8 @@ class MarkerListener:
         """Say what to do while no message comes; on wall time, which goes on when a simulator's does not."""
         while not rospy.is_shutdown():
             if time.monotonic() - self._heard > SILENT_AFTER:
-                rospy.logwarn('no markers on %s (camera and tracker: roslaunch turtle_robotont camera_ar_track.launch)',
-                              waiting_text(self._subscriber, TOPIC))
+                rospy.logwarn('No markers on %s (to start camera and tracker: roslaunch turtle_robotont '
+                              'camera_ar_track.launch)', waiting_text(self._subscriber, TOPIC))
                 self._heard = time.monotonic() + REMIND - SILENT_AFTER
             time.sleep(0.5)
 

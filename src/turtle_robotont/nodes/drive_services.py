@@ -103,6 +103,6 @@ def _asked(name, value, lowest, highest, unit, default):
     if value == 0.0:
         return default
     if not lowest <= value <= highest:
-        raise InvalidInput(f'{name} is {value:g} {unit}; allowed is {lowest:g} to {highest:g} {unit}, or 0 for '
+        raise InvalidInput(f'{name} is {value:g} {unit}; it must be {lowest:g} to {highest:g} {unit}, or 0 for '
                            f'{default:g}')
     return value

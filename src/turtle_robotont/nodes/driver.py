@@ -60,7 +60,7 @@ class Driver:
         self._waiting = collections.deque(maxlen=POSES_KEPT)  # (pose, dt) that the drive has not seen
         self._latest, self._count = None, 0
         self._velocity, self._status = velocity, status
-        rospy.on_shutdown(lambda: self.cancel('the node shuts down'))
+        rospy.on_shutdown(lambda: self.cancel('the node is shutting down'))
 
     def _no_pose(self, timeout):
         """Return the text that says that no pose came within timeout [s], and what to do."""
@@ -74,8 +74,8 @@ class Driver:
         pose = self.pose(timeout)
         while not self._velocity.get_num_connections():
             if time.monotonic() > deadline or rospy.is_shutdown():
-                raise DriveError(f'nobody listens to {self._velocity.resolved_name} after {timeout:g} s; is the '
-                                 'simulator running, and is the topic remapped as its pose is?')
+                raise DriveError(f'no subscriber on {self._velocity.resolved_name} after {timeout:g} s; is the '
+                                 'simulator running, and are the topics of velocity and pose remapped alike?')
             time.sleep(POLL)
         return pose
 
@@ -134,7 +134,7 @@ class Driver:
                 return False
             if waited >= SAY_AFTER and now - begin < STANDING * waited and not said:
                 said = True
-                rospy.logwarn('No pose on %s, and the simulated time stands at %.3f s: is the simulator paused? '
+                rospy.logwarn('No pose on %s, and the simulated time stays at %.3f s: is the simulator paused? '
                               'Waiting.', self.pose_topic, now)
         return True
 
@@ -168,7 +168,7 @@ class Driver:
 
     def _bad_pose(self, pose):
         return (f'the pose on {self.pose_topic} is not finite (x={pose.x}, y={pose.y}, theta={pose.theta}); reset the '
-                f'{self.vehicle.name} or whoever publishes that')
+                f'{self.vehicle.name} or the node that publishes the pose')
 
 
 class _Reporter:

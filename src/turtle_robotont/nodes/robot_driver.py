@@ -36,8 +36,8 @@ class RobotDriver(Driver):
         stamp = odometry.header.stamp.to_sec() or rospy.get_time()
         before = self._stamp
         if before is not None and stamp <= before and self._since.look() < self.pose_timeout:
-            rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after {before:.3f} s, that '
-                                        'of the message before; left out. Do two nodes publish it? (rostopic info)')
+            rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after that of the last '
+                                        f'message, {before:.3f} s; ignored. Do two nodes publish it? (rostopic info)')
             return
         self._stamp, self._since = stamp, ActiveTimer()
         self._take(pose_of(odometry), 0.0 if before is None else step_time(before, stamp, self.pose_timeout))

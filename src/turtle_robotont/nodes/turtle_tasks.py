@@ -65,7 +65,7 @@ def teleport(driver, goal):
     while distance(pose, goal) > TELEPORT_TOLERANCE:
         if steady_time() > deadline:
             raise DriveError(f'teleported to ({goal.x:.2f}, {goal.y:.2f}), but the turtle is at ({pose.x:.2f}, '
-                             f'{pose.y:.2f}); does another node move it?')
+                             f'{pose.y:.2f}); is another node moving it?')
         pose = driver.pose()
 
 
@@ -83,10 +83,10 @@ def call(service, service_type, *request):
     except rospy.ROSInterruptException:
         raise
     except (rospy.ROSException, rospy.ServiceException) as error:
-        raise DriveError(f'{name} could not be called: {error}; is the simulator running? (rosservice list)') from None
+        raise DriveError(f'{name} cannot be called: {error}; is the simulator running? (rosservice list)') from None
 
 
 def require_arrived(drive, result):
     """Raise DriveError with the drive's reason unless it arrived."""
     if drive.state is not State.ARRIVED:
-        raise DriveError(f'not there after {result.elapsed:.1f} s: {drive.reason}')
+        raise DriveError(f'did not arrive within {result.elapsed:.1f} s: {drive.reason}')

@@ -82,8 +82,8 @@ class BundleTest(TrackerCase):
     def test_ar_bundle_command_line(self):
         """The deprecated form; files and arguments that cannot be used end with a text."""
         form = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', f'/{FRAME}']
-        cases = ((form, 1, '6 arguments are given, at least 7 are needed\nUsage: findMarkerBundlesNoKinect SIZE_CM'),
-                 ([f'_output_frame:={FRAME}'], 2, 'bundle_files has to be set: the XML files'),
+        cases = ((form, 1, '6 arguments are given; at least 7 are needed\nUsage: findMarkerBundlesNoKinect SIZE_CM'),
+                 ([f'_output_frame:={FRAME}'], 2, 'bundle_files must be set: the XML files'),
                  ([*form, BOARD, '/no.xml'], 2, 'bundle file /no.xml cannot be read: No such file or directory'),
                  ([*form, os.path.abspath(__file__)], 2, 'ar_bundle_test.py: not XML: '))
         processes = [Process(EXECUTABLE, *words, f'__name:=case{number}') for number, (words, _, _) in enumerate(cases)]

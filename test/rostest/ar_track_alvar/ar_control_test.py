@@ -73,7 +73,7 @@ class ControlTest(TrackerCase):
         for marker in far.markers:
             self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, 2 * PLACED[marker.id].position)
         self.assertEqual(20.0, client.update_configuration({'marker_size': float('nan')})['marker_size'])
-        log.wait(Log.WARN, 'dynamic_reconfigure: marker_size is nan; it must be a finite number and stays 20.0')
+        log.wait(Log.WARN, 'dynamic_reconfigure: marker_size is nan; it must be a finite number; it stays 20.0')
         self.assertEqual(0.1, client.update_configuration({'marker_size': -3.0})['marker_size'])
         client.update_configuration({'marker_size': 10.0, 'max_track_error': 0.0})
         self.next_with(poses)  # no corner fits without any error
@@ -81,9 +81,9 @@ class ControlTest(TrackerCase):
         self.assertEqual([], poses.more(3)[-1].markers)
         client.update_configuration({'max_new_marker_error': 0.08, 'max_frequency': 25.0})
         self.assert_poses(self.next_with(poses, *PLACED))
-        self.status(lambda status: float(status.values[0].value) > 15.0, 'more than 15 pictures a second')
+        self.status(lambda status: float(status.values[0].value) > 15.0, 'more than 15 images per second')
         client.update_configuration({'max_frequency': 2.0})
-        self.status(lambda status: float(status.values[0].value) < 4.0, 'at most 2 pictures a second')
+        self.status(lambda status: float(status.values[0].value) < 4.0, 'at most 2 images per second')
 
     def test_ar_command_line(self):
         """The deprecated form, short and long, with topics and frame by their place."""
@@ -108,7 +108,7 @@ class ControlTest(TrackerCase):
                  ([good, '_marker_resolution:=33'], 2, 'marker_resolution is 33; it must be a whole number from 5 to'),
                  ([good, '_max_frequency:=fast'], 2, f"max_frequency is 'fast'; {number} 1 to 30 Hz"),
                  ([good, '_image_transport:=theora'], 2, "is 'theora'; it must be one of raw, compressed"),
-                 (['4.4', '0.08', '0.2'], 1, '3 arguments are given, at least 6 are needed\nUsage: individualMarkersN'))
+                 (['4.4', '0.08', '0.2'], 1, '3 arguments are given; at least 6 are needed\nUsage: individualMarkersN'))
         processes = [self.start(*arguments, f'__name:=case{number}') for number, (arguments, _, _) in enumerate(cases)]
         for process, (arguments, code, said) in zip(processes, cases):
             until(lambda process=process: not process.runs(), f'the end with {arguments}')
@@ -133,13 +133,13 @@ class ControlTest(TrackerCase):
     def test_ar_diagnostics(self):
         """Once a second: rate, times, markers."""
         self.camera(rate=30.0).show(*PLACED.values())
-        values = self.status(lambda status: status.message.endswith('pictures a second')
+        values = self.status(lambda status: status.message.endswith('images per second')
                              and 6.0 < float(status.values[0].value) < 9.5, 'a rate of 8 Hz')
-        self.assertEqual('3.00', values['markers per picture'])
-        self.assertLess(0.0, float(values['time per picture [ms]']))
-        self.assertLess(float(values['time per picture [ms]']), float(values['from arrival to message [ms]']) + 5.0)
-        self.assertGreater(int(values['pictures beyond max_frequency']), 5)
-        self.assertEqual('0', values['pictures refused'])
+        self.assertEqual('3.00', values['markers per image'])
+        self.assertLess(0.0, float(values['time per image [ms]']))
+        self.assertLess(float(values['time per image [ms]']), float(values['time from image to message [ms]']) + 5.0)
+        self.assertGreater(int(values['images beyond max_frequency']), 5)
+        self.assertEqual('0', values['images refused'])
 
     def test_ar_master_returns(self):
         """A master that is started anew: topics, services and parameters are there again, and pictures come."""

@@ -19,7 +19,7 @@ class InputTest(TrackerCase):
         """It names the topic that it waits for, and those that there are instead."""
         log = self.log()
         self.camera(topic='/other/image_raw', info_topic='/other/camera_info').show(*PLACED.values())
-        log.wait(Log.WARN, r'no picture has come for \d+ s\. /camera_image: nobody publishes it\. Topics of type '
+        log.wait(Log.WARN, r'no image received for \d+ s\. /camera_image: no node publishes it\. Topics of type '
                  r'sensor_msgs/Image: /other/image_raw \(by .*\); remap with camera_image:=/other/image_raw')
         self.status(lambda status: status.level == status.WARN and 'no picture' in status.message, 'a warning')
 
@@ -28,7 +28,7 @@ class InputTest(TrackerCase):
         log, poses = self.log(), self.collected()
         camera = self.camera().show(*PLACED.values())
         info, camera.info = camera.info, None
-        log.wait(Log.WARN, r'no camera_info has come for \d+ s\. /camera_info: .*')
+        log.wait(Log.WARN, r'no camera_info received for \d+ s\. /camera_info: .*')
         self.assertEqual([], poses.messages)
         camera.info = info
         self.assert_poses(self.next_with(poses, *PLACED))
@@ -43,7 +43,7 @@ class InputTest(TrackerCase):
         small.width, small.height = 320, 240
         unknown.distortion_model, unknown.D = 'pinhole', [0.1]
         for info, said in ((zero, 'K is .*0.0.* fx and fy must be above 0'), (nan, 'K is .*nan'),
-                           (small, 'the picture has 640x480 pixels, camera_info is for 320x240'),
+                           (small, 'the image has 640x480 pixels, camera_info is for 320x240'),
                            (unknown, "distortion_model is 'pinhole'; known are: plumb_bob")):
             camera.info = info
             status = self.status(lambda status, said=said: said.split(' is ')[0].split('.*')[0] in status.message, said)
@@ -83,7 +83,7 @@ class InputTest(TrackerCase):
             camera.image = images.to_image(grey)
             camera.image.encoding = encoding
             status = self.status(lambda status, name=encoding: f"'{name}'" in status.message, encoding)
-            self.assertRegex(status[''], f"^/camera_image: encoding '{encoding}' is not known; these are: ")
+            self.assertRegex(status[''], f"^/camera_image: encoding '{encoding}' is unknown; the known ones are: ")
             self.assertTrue(stays_away(poses), encoding)
         camera.image = images.to_image(grey)
         self.assert_poses(self.next_with(poses, *PLACED))
@@ -98,7 +98,7 @@ class InputTest(TrackerCase):
             for name, value in fields.items():
                 setattr(camera.image, name, value)
             status = self.status(lambda status, said=said: said in status.message, said)
-            self.assertGreater(int(status['pictures refused']), 0)
+            self.assertGreater(int(status['images refused']), 0)
         camera.image = good
         self.assert_poses(self.next_with(poses, *PLACED))
 

@@ -134,7 +134,7 @@ class PosesTest(TrackerCase):
         self.assert_poses(self.next_with(poses, *PLACED))
         log = self.log()
         camera.image.data = camera.image.data[:-1000]
-        log.wait(Log.WARN, '/cam/image: a compressed picture .* cannot be decoded: it is cut off')
+        log.wait(Log.WARN, '/cam/image: a compressed image .* cannot be decoded: it is cut off')
 
 
 if __name__ == '__main__':

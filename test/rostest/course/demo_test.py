@@ -31,33 +31,33 @@ class DemoTest(CourseCase):
     def test_demo_step(self):
         """A step that goes well: exit code 0, what was measured, and a picture."""
         said = self.play('gotoPose', 0)
-        self.assertRegex(said, r'✓ when answered, distance left 0\.0\d\d m')
+        self.assertRegex(said, r'✓ distance to the goal when the service answers 0\.0\d\d m')
         self.assertRegex(said, r'x 1\.\d\d\d m, y 2\.\d\d\d m, heading -?3\.1\d\d rad')
-        self.assertRegex(said, r'✓ 1 of 1 steps did what the course asks')
+        self.assertRegex(said, r'✓ 1 of 1 steps passed')
         self.assertEqual(['1_gotopose.png'], [os.path.basename(path) for path in glob.glob(f'{self.output}/*.png')])
 
     def test_demo_step_without_effect(self):
         """A rosservice that says nothing wrong but does nothing: measured, so exit code 1."""
         said = self.play('gotoPose', 1, rosservice='exit 0')
-        self.assertRegex(said, r'✗ when answered, distance left 5\.0\d\d m')
-        self.assertRegex(said, r'✗ 0 of 1 steps did what the course asks')
+        self.assertRegex(said, r'✗ distance to the goal when the service answers 5\.0\d\d m')
+        self.assertRegex(said, r'✗ 0 of 1 steps passed')
         self.assertIn('Failed: gotoPose', said)
 
     def test_demo_simulator_dies(self):
         """The simulator ends in the middle of a step: exit code 1 and a text, not a traceback."""
         said = self.play('gotoPose', 1, rosservice='exec rosnode kill /turtlesim')
-        self.assertRegex(said, r'✗ 0 of 1 steps did what the course asks')
+        self.assertRegex(said, r'✗ 0 of 1 steps passed')
 
     def test_demo_no_simulator(self):
         """A simulator that does not start: exit code 1, what is missing, and where to look."""
         said = self.play('gotoPose', 1, roslaunch='echo out of order; exit 7')
-        self.assertRegex(said, r'the simulator sends no pose and never will; roslaunch said: out of order')
-        self.assertTrue(re.search(r'What the nodes said: \S+/log', said), said)
+        self.assertRegex(said, r'the simulator publishes no pose: it has ended; roslaunch printed: out of order')
+        self.assertTrue(re.search(r'Output of the nodes: \S+/log', said), said)
 
     def test_demo_unknown_word(self):
         """Exit code 2 and the titles that there are, at once."""
         said = self.play('volcano', 2)
-        self.assertRegex(said, r'no step has such a title; there are: First publisher, .*Black tour')
+        self.assertRegex(said, r'no title contains such a word; the steps are: First publisher, .*Black tour')
 
 
 if __name__ == '__main__':

@@ -99,7 +99,7 @@ class DriveRobotTest(RobotCase):
         other = rospy.Publisher('robot7/odom', Odometry, queue_size=1)
         self.addCleanup(other.unregister)
         said = self.ended(self.start('drive_shape.py', '_robot:=true'), code=1)
-        self.assertRegex(said, r'\[FATAL\].*no odometry on /odom for 10 s.*nobody publishes it.*odom:=/robot7/odom')
+        self.assertRegex(said, r'\[FATAL\].*no odometry on /odom for 10 s.*no node publishes it.*odom:=/robot7/odom')
         self.assertNotIn('paused', said)  # nothing here is simulated
 
     def test_drive_robot_shutdown(self):
@@ -130,7 +130,7 @@ class DriveRobotTest(RobotCase):
         """ar_maze.py: a marker that is not there: exit code 1 and which one."""
         robot = self.robot(places={1: (9.0, 0.0)})
         said = self.ended(self.start('ar_maze.py', '_markers:=[4]', '_search_speed:=3.0', '_turn_speed:=3.0'), code=1)
-        self.assertRegex(said, r'\[FATAL\].*marker 4 was not seen in 2 turns')
+        self.assertRegex(said, r'\[FATAL\].*marker 4 was not found in 2 turns')
         until(robot.stands, 'a robot that stands')
 
 

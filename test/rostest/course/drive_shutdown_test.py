@@ -30,7 +30,7 @@ class ShutdownTest(CourseCase):
         call = BackgroundCall('/turtle1/drive_to', DriveTo, 10.5, MIDDLE, 0.0, False, SPEED, 0.0)
         self.drive_and_end(process, lambda: process.process.send_signal(signal.SIGINT), code=0)
         answer = call.ended()
-        self.assertTrue(call.error or 'preempted: the node shuts down' in answer.reason, answer)
+        self.assertTrue(call.error or 'preempted: the node is shutting down' in answer.reason, answer)
 
     def test_drive_shutdown_of_a_shape(self):
         """SIGTERM, as roslaunch sends it."""

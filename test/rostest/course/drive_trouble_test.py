@@ -75,8 +75,8 @@ class TroubleTest(CourseCase):
                 self.call('turtle1/teleport_absolute', 2.0, 2.0 + 6.0 * (number % 2), 0.0)
                 self.pose()
         self.assertFalse(call.ended().arrived)
-        self.assertRegex(call.answer.reason, r'somebody moved the turtle from \(\d+\.\d\d, \d\.\d\d\) to '
-                                             r'\(2\.\d\d, [28]\.\d\d\) while it was driving')
+        self.assertRegex(call.answer.reason, r'something else moved the turtle from \(\d+\.\d\d, \d\.\d\d\) to '
+                                             r'\(2\.\d\d, [28]\.\d\d\) during the drive')
         until(lambda: self.sent.messages[-1] == STOP, 'a last Twist of zeros')
 
     def test_drive_shape_teleported_away(self):
@@ -88,7 +88,7 @@ class TroubleTest(CourseCase):
         self.jump(7.0, 7.0)
         answer = call.ended()
         self.assertFalse(answer.drawn)
-        self.assertRegex(answer.reason, r'corner 1 of 4: somebody moved the turtle from .* to \(7\.\d\d, 7\.\d\d\)')
+        self.assertRegex(answer.reason, r'corner 1 of 4: something else moved .* to \(7\.\d\d, 7\.\d\d\)')
         self.assert_stands(poses)
 
     def test_drive_stuck(self):
@@ -118,7 +118,7 @@ class TroubleTest(CourseCase):
             rospy.wait_for_service(f'/{turtle}/drive_to', DEADLINE)
         calls = [BackgroundCall(f'/{turtle}/drive_to', DriveTo, *NEAR) for turtle in ('nobody', 'turtle1')]
         for call, reason in zip(calls, ('no pose on /nobody/pose for 10 s; is the simulator running, and does the '
-                                        'turtle nobody exist?', 'nobody listens to /lost/cmd_vel after 10 s')):
+                                        'turtle nobody exist?', 'no subscriber on /lost/cmd_vel after 10 s')):
             answer = call.ended()
             self.assertFalse(answer.arrived)
             self.assertIn(reason, answer.reason)
@@ -148,7 +148,7 @@ class SimulatorGoneTest(TroubleTest):
         process = self.start('drive_shape.py', '_speed:=0.5')
         poses.next(lambda pose: pose.x > MIDDLE + 0.1, 'the turtle driving')
         self.own.process.send_signal(signal.SIGKILL)
-        self.assertRegex(self.ended(process, code=1), r'\[FATAL\].*not there after .* s: ' + GONE)
+        self.assertRegex(self.ended(process, code=1), r'\[FATAL\].*did not arrive within .* s: ' + GONE)
 
     def test_drive_machine_stands_still(self):
         """Everything stands still for longer than a pose may take, and goes on: so does the drive."""

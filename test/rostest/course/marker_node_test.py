@@ -70,14 +70,14 @@ class ArControlTest(RobotCase):
         self.assertEqual({'2'}, {line[0] for line in self.printed(process)})
         warnings = re.findall(r'\[WARN\].*', process.output())
         self.assertEqual(1, len(warnings), warnings)
-        self.assertRegex(warnings[0], r'/ar_pose_marker: marker 1 at x nan.*left out')
+        self.assertRegex(warnings[0], r'/ar_pose_marker: marker 1 at x nan.*ignored')
 
     def test_ar_control_silence(self):
-        """No message: which topic, that nobody publishes it, where such messages come instead, what to type."""
+        """No message: which topic, that no node publishes it, where such messages come instead, what to type."""
         process = self.start(NODE)
         self.tracker('laptop/ar_pose_marker', subscribers=0)
         said = process.wait_for_output(r'\[WARN\].*').group()
-        self.assertIn('no markers on /ar_pose_marker: nobody publishes it', said)
+        self.assertIn('No markers on /ar_pose_marker: no node publishes it', said)
         self.assertIn(f'/laptop/ar_pose_marker (by {rospy.get_name()})', said)
         self.assertIn('ar_pose_marker:=/laptop/ar_pose_marker', said)
         self.assertIn('camera_ar_track.launch', said)
@@ -164,7 +164,7 @@ class FollowTest(RobotCase):
         process, velocities, track = self.follow()
         self.drive(velocities, track)
         self.stopped(velocities)
-        process.wait_for_output(r'Marker 4 lost for 0\.5 s \(the tracker is silent\): stopped')
+        process.wait_for_output(r'Marker 4 lost for 0\.5 s \(the tracker publishes nothing\): stopped')
 
     def test_ar_control_shutdown(self):
         """Ctrl-C and SIGTERM while it drives: one Twist of zeros is the last."""

@@ -96,7 +96,7 @@ class TwoMachinesCase(unittest.TestCase):
         node = self.on(self.laptop, *node, ros_ip=ELSEWHERE)
         node.wait_for_output(rf'ROS_IP is {ELSEWHERE}, but this machine has the addresses .*{LAPTOP}'
                              rf'.*export ROS_IP={LAPTOP}')
-        node.wait_for_output(rf'{connection} is known to the master, but there is no connection')
+        node.wait_for_output(rf'{connection} is known to the master, but no connection exists')
         self.assertEqual(start, self.newest(self.position))
 
 

@@ -56,8 +56,8 @@ class DrivingTest(RobotontCase):
         truth = self.collected('~ground_truth', Odometry)
         for bad, said in (((math.nan, 0.0, 0.0), 'linear.x is nan; it must be a finite number'),
                           ((0.0, math.inf, 0.0), 'linear.y is inf; it must be a finite number'),
-                          ((0.0, 0.0, 1e9), 'angular.z is 1e+09 rad/s; allowed is -50 to 50'),
-                          ((30.0, 40.0, 0.0), 'linear is 50 m/s; allowed is at most 10')):
+                          ((0.0, 0.0, 1e9), 'angular.z is 1e+09 rad/s; it must be -50 to 50'),
+                          ((30.0, 40.0, 0.0), 'linear is 50 m/s; it must be at most 10')):
             self.drive_until(lambda: not stands(truth.messages[-1]), 'a robot that moves', 0.1, 0.0, 0.3)
 
             def refused(bad=bad, said=said):
@@ -88,7 +88,7 @@ class DrivingTest(RobotontCase):
             self.assert_at(where, 2.0, -1.0, 4.0)
         for values, said in (((1.0, 0.0, 0.0), 'the robot cannot be at x=1, y=0: wall6 is less than its'),
                              ((math.nan, 0.0, 0.0), 'the pose: x is nan; it must be a finite number'),
-                             ((0.0, 0.0, 1e7), r'the pose: yaw is 1e\+07; allowed is')):
+                             ((0.0, 0.0, 1e7), r'the pose: yaw is 1e\+07; it must be')):
             self.assertRegex(self.refused(self.set_pose, *values), said)
         self.assert_at(self.truth(), 2.0, -1.0, 4.0)
         # over the threshold of the door at x = 2.994 into the open

@@ -35,7 +35,7 @@ class StartupTest(RobotontCase):
         starts = [
             (('_world:=minimaze', '_x:=1.0'),
              'parameters /robotont_gazebo/x, ~y: the robot cannot be at x=1, y=0: wall6'),
-            ((f'_world:={bad}',), f'parameter /robotont_gazebo/world: {bad}: a: length is 0; it must be more than 0'),
+            ((f'_world:={bad}',), f'parameter /robotont_gazebo/world: {bad}: a: length is 0; it must be above 0'),
             (('_world:=nowhere',), "parameter /robotont_gazebo/world: there is no world 'nowhere'"),
             (('_model:=turtlebot',), 'one of robotont_gazebo_nuc, robotont_gazebo_lidar, robotont_gazebo_basic'),
             (('_watchdog:=0',), 'a number from 0.05 to 3600, or never s'),

@@ -93,7 +93,7 @@ class DrawSquareTest(SimulatorCase):
         self.addCleanup(service.shutdown)
         process = self.start('__ns:=failing')
         until(lambda: answers == [False, True], f'a second call; {answers}')
-        process.wait_for_output('/failing/reset failed, it is called again: .*not yet')
+        process.wait_for_output('/failing/reset failed; calling it again: .*not yet')
         self.assertTrue(process.runs())
 
     def test_draw_square_refuses_a_side_that_does_not_fit(self):

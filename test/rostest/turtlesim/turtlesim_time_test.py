@@ -218,7 +218,7 @@ class TimeTest(SimulatorCase):
         """Where nodes wait for a /clock that nobody publishes, the simulator says so, and itself goes on."""
         rospy.set_param('/use_sim_time', True)
         simulator = self.start()
-        simulator.wait_for_output('nobody publishes /clock')
+        simulator.wait_for_output('no node publishes /clock')
         self.poses().more(30)
 
     def test_turtlesim_bad_time(self):

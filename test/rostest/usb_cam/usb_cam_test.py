@@ -27,7 +27,7 @@ QUIET = 10  # periods in which nothing may come
 
 
 def plain(red, width=WIDTH, height=HEIGHT):
-    """Return a picture of one colour with this red, no green and 99 blue; BGR."""
+    """Return an image of one colour with this red, no green and 99 blue; BGR."""
     return np.full((height, width, 3), (99, 0, red), np.uint8)
 
 
@@ -135,7 +135,7 @@ class UsbCamTest(SimulatorCase):
         for _ in range(2):
             found = reds(images.some(0, 5))
             self.assertTrue(np.allclose(found, (20, 40, 60, 80, 100), atol=LOSSY), found)
-            node.wait_for_output('that was the last picture, and _loop is false')
+            node.wait_for_output('that was the last image, and ~loop is false')
             self.assertEqual(5, len(images.messages))
             images.messages.clear()
             proxy('/usb_cam/start_capture', Empty)()
@@ -160,7 +160,7 @@ class UsbCamTest(SimulatorCase):
         self.put('a.png', 1)
         path = self.put('camera.yaml', calibration(image_height=-1))
         node = self.start(self.folder)
-        node.wait_for_output(f'(?s){path}: image_height is -1; it must be .*Going on uncalibrated')
+        node.wait_for_output(f'(?s){path}: image_height is -1; it must be .*Continuing without calibration')
         info = self.info()
         self.assertEqual((WIDTH, HEIGHT, {0.0}, ()), (info.width, info.height, set(info.K), info.D))
         self.put('camera.yaml', calibration())
@@ -173,14 +173,14 @@ class UsbCamTest(SimulatorCase):
         other = self.put('other.yaml', calibration(width=80))
         node = self.start(self.folder, f'_camera_info_url:=file://{other}')
         self.assertEqual({0.0}, set(self.info().K))
-        node.wait_for_output(f'The calibration {other} is for pictures of 80x48 .*; these are 64x48')
+        node.wait_for_output(f'The calibration {other} is for images of 80x48 .*; these are 64x48')
 
     def test_usb_cam_set_camera_info(self):
         """What it brings is in use at once, written, and read by the next node; nonsense changes nothing."""
         self.put('a.png', 1)
         node = self.start(self.folder, '_camera_name:=cam')
         path = os.path.join(self.home, 'camera_info', 'cam.yaml')
-        node.wait_for_output(f'Camera calibration file {path} not found. Going on uncalibrated')
+        node.wait_for_output(f'Camera calibration file {path} not found. Continuing without calibration')
         service = proxy('/usb_cam/set_camera_info', SetCameraInfo)
         info = CameraInfo(width=WIDTH, height=HEIGHT, distortion_model='plumb_bob', D=[0.1, 0.0, 0.0, 0.0, 0.0], K=K,
                           R=[1, 0, 0, 0, 1, 0, 0, 0, 1], P=[600, 0, 30, 0, 0, 600, 20, 0, 0, 0, 1, 0])
@@ -263,7 +263,7 @@ class UsbCamTest(SimulatorCase):
         self.put('a.png', 1)
         node = self.start(self.folder)
         images = self.images()
-        node.wait_for_output('use_sim_time is set, but no time has come on /clock yet')
+        node.wait_for_output('use_sim_time is true, but there is no time on /clock yet')
         self.assertEqual([], images.messages)
         clock = rospy.Publisher('/clock', Clock, queue_size=1, latch=True)
         clock.publish(rospy.Time(1234))

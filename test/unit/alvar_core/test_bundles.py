@@ -66,12 +66,12 @@ def test_the_corner_that_createmarker_lost_is_completed(read):
     bundle = read(text_of(lost))
     assert bundle.corners[7] == pytest.approx(drawing.object_corners(0.044))
     note, = bundle.notes
-    assert note.startswith('marker 1 (index 7): its first corner lies in its centre')
+    assert note.startswith('marker 1 (index 7): the first corner lies at the centre')
 
 
 def test_corners_that_are_not_a_square_are_noted(read):
     bundle = read(text_of(MARKER.format(7, 1).replace('x="2.2" y="2.2"', 'x="2.2" y="3.2"')))
-    assert bundle.notes == ('marker 1 (index 7): its corners are not a square; its sides are 4.4, 5.4, 4.512, 4.4 cm, '
+    assert bundle.notes == ('marker 1 (index 7): the corners are not a square; the sides are 4.4, 5.4, 4.512, 4.4 cm, '
                             'its diagonals 6.966, 6.223 cm',)
 
 
@@ -83,21 +83,21 @@ GOOD = text_of(MARKER.format(7, 1), SIDEWAYS)
     ('</multimarker>', '', ': not XML: no element found: line 10'),
     ('UTF-8', 'no-such', ': not XML: unknown encoding'),
     ('multimarker', 'multi', '<multi>: the outermost element must be <multimarker markers="NUMBER OF MARKERS">'),
-    (' markers="2"', '', '<multimarker>: markers is missing; a whole number from 1 on is needed'),
-    ('markers="2"', 'markers="two"', '<multimarker>: markers="two": a whole number from 1 on'),
+    (' markers="2"', '', '<multimarker>: markers is missing; a whole number of at least 1 is needed'),
+    ('markers="2"', 'markers="two"', '<multimarker>: markers="two": a whole number of at least 1'),
     ('markers="2"', 'markers="3"', '<multimarker>: markers="3", but there are 2 <marker> elements'),
     ('index="7"', '', 'marker 1: index is missing'),
     ('index="7"', 'index="-7"', 'marker 1: index="-7": a whole number from 0 to 4294967295'),
     ('index="7"', 'index="2"', 'marker 2: index="2" appears twice'),
     ('status="2"', '', 'marker 2 (index 2): status is missing'),
-    ('status="2"', 'status="1.5"', 'marker 2 (index 2): status="1.5": a whole number from 0 on'),
+    ('status="2"', 'status="1.5"', 'marker 2 (index 2): status="1.5": a whole number of at least 0'),
     ('<corner x="2.5" y="-2.2" z="-0.3" />', '', 'marker 2 (index 2): 3 <corner> elements; four are needed'),
     ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="-2.2"', 'marker 2 (index 2), corner 2: z is missing; a number of centi'),
     ('x="2.5" y="-2.2" z="-4.7"', 'x="2,5" y="-2.2" z="-4.7"', 'corner 2: x="2,5": a number of centimetres from'),
     ('x="2.5" y="-2.2" z="-4.7"', 'x="nan" y="-2.2" z="-4.7"', 'corner 2: x="nan": a number'),
     ('x="2.5" y="-2.2" z="-4.7"', 'x="1e300" y="-2.2" z="-4.7"', 'corner 2: x="1e300": a number'),
-    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="-2.2" z="-0.3"', 'marker 2 (index 2): its corners are not a square: two'),
-    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="2.2" z="-0.3"', 'marker 2 (index 2): its corners are not a square: two'),
+    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="-2.2" z="-0.3"', 'marker 2 (index 2): the corners are not a square: two'),
+    ('x="2.5" y="-2.2" z="-4.7"', 'x="2.5" y="2.2" z="-0.3"', 'marker 2 (index 2): the corners are not a square: two'),
 ])
 def test_what_is_wrong_is_named(read, tmp_path, right, wrong, said):
     assert right in GOOD

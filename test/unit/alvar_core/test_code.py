@@ -97,5 +97,5 @@ def test_impossible_resolutions(resolution):
 
 
 def test_text_does_not_fit_in_five():
-    with pytest.raises(code.CodeError, match='holds a number only'):
+    with pytest.raises(code.CodeError, match='holds only a number'):
         code.encode('a', resolution=5)

@@ -61,10 +61,10 @@ def test_sizes_are_those_of_the_first_bundle():
 
 
 @pytest.mark.parametrize('names, said', [
-    ('', 'bundle_files has to be set: the XML files'),
-    ('  ', 'bundle_files has to be set'),
+    ('', 'bundle_files must be set: the XML files'),
+    ('  ', 'bundle_files must be set'),
     ('/no/such.xml', "bundle_files is '/no/such.xml': bundle file /no/such.xml cannot be read: No such file"),
-    ('"half', 'No closing quotation; names with blanks are quoted as in a shell'),
+    ('"half', 'No closing quotation; quote names with spaces as in a shell'),
 ])
 def test_what_is_refused(names, said):
     with pytest.raises(ParameterError) as refused:

@@ -38,8 +38,8 @@ def test_bundle_files_come_after_the_frame():
 
 
 @pytest.mark.parametrize('words, said', [
-    (SHORT, '6 arguments are given, at least 7 are needed'),
-    ([], '0 arguments are given, at least 7 are needed'),
+    (SHORT, '6 arguments are given; at least 7 are needed'),
+    ([], '0 arguments are given; at least 7 are needed'),
     (['big', *SHORT[1:], 'a.xml'], "MARKER_SIZE is 'big'; a number is needed"),
 ])
 def test_bundles_need_files(words, said):
@@ -48,8 +48,8 @@ def test_bundles_need_files(words, said):
 
 
 @pytest.mark.parametrize('words, said', [
-    (SHORT[:5], '5 arguments are given, at least 6 are needed'),
-    (SHORT + ['8', '5', '2', 'more'], '10 arguments are given, at most 9 are allowed'),
+    (SHORT[:5], '5 arguments are given; at least 6 are needed'),
+    (SHORT + ['8', '5', '2', 'more'], '10 arguments are given; at most 9 are allowed'),
     (['big'] + SHORT[1:], "MARKER_SIZE is 'big'; a number is needed"),
     (SHORT + ['fast'], "MAX_FREQUENCY is 'fast'"),
     (SHORT[:2] + ['inf'] + SHORT[3:], "MAX_TRACK_ERROR is 'inf'"),

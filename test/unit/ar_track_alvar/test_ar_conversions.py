@@ -99,7 +99,7 @@ def test_a_message_without_a_size_fits_any_picture():
     ({'distortion_model': ''}, (640, 480), "distortion_model is ''"),
     ({'D': [0.1] * 9}, (640, 480), 'up to 8'),
     ({'distortion_model': 'equidistant'}, (640, 480), '4 finite numbers'),
-    ({}, (320, 240), 'the picture has 320x240 pixels, camera_info is for 640x480'),
+    ({}, (320, 240), 'the image has 320x240 pixels, camera_info is for 640x480'),
     ({}, (640, 481), '640x481'),
     ({'binning_x': 2, 'binning_y': 2}, (640, 480), 'is for 320x240 .*binning 2x2'),
     ({'roi__width': 100, 'roi__height': 90}, (640, 480), 'is for 100x90 .*roi 100x90'),

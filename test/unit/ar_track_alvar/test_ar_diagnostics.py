@@ -21,12 +21,12 @@ def test_rate_times_and_markers_are_those_of_the_last_second():
         statistics.published(milliseconds / 500)
     status, values = report(statistics, elapsed=2.0)
     assert (status.level, status.name, status.message) == (DiagnosticStatus.OK, 'ns/tracker: markers',
-                                                           '2.0 pictures a second')
-    assert values['rate [Hz]'] == '2.00' and values['time per picture [ms]'] == '7.00'
-    assert values['from arrival to message [ms]'] == '14.00' and values['markers per picture'] == '1.50'
+                                                           '2.0 images per second')
+    assert values['rate [Hz]'] == '2.00' and values['time per image [ms]'] == '7.00'
+    assert values['time from image to message [ms]'] == '14.00' and values['markers per image'] == '1.50'
     assert values['markers with ambiguous orientation'] == '3'
     status, values = report(statistics)
-    assert (values['rate [Hz]'], values['time per picture [ms]'], values['markers per picture']) == (
+    assert (values['rate [Hz]'], values['time per image [ms]'], values['markers per image']) == (
         '0.00', 'none', '0.00')
 
 
@@ -35,7 +35,7 @@ def test_what_was_left_out_is_counted_since_the_start():
     statistics.skipped, statistics.dropped, statistics.refused, statistics.missing_transforms = 1, 2, 3, 4
     for _ in range(2):
         _, values = report(statistics)
-        assert [values[key] for key in ('pictures beyond max_frequency', 'pictures dropped', 'pictures refused',
+        assert [values[key] for key in ('images beyond max_frequency', 'images dropped', 'images refused',
                                         'markers without transform')] == ['1', '2', '3', '4']
 
 

@@ -72,7 +72,7 @@ def test_a_missing_frame_is_named_with_those_that_exist(output):
 
 
 def test_no_frames_at_all_and_no_frame_id(output):
-    with pytest.raises(TransformMissing, match='none, nobody publishes tf'):
+    with pytest.raises(TransformMissing, match='none, as no node publishes tf'):
         x_of(output, 1.0, last_try=True)
     with pytest.raises(TransformMissing, match='no frame_id'):
         x_of(output, 1.0, frame='')

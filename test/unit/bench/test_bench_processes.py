@@ -58,7 +58,7 @@ def test_end_of_a_watched_child_ends_the_waiting(tmp_path):
 def test_silence_ends_at_the_deadline(tmp_path):
     with Child('probe', python('import time; time.sleep(60)'), None, str(tmp_path), lines=True) as probe:
         begun = time.monotonic()
-        with pytest.raises(BenchError, match='no answer'):
+        with pytest.raises(BenchError, match='did not answer'):
             probe.next_line(begun + 0.3)
         assert time.monotonic() - begun < SOON
 

@@ -41,7 +41,7 @@ def test_defaults():
 @pytest.mark.parametrize('arguments, told', [
     (['absent'], 'turtlesim'),
     (['--rounds', '0'], '--rounds'),
-    (['--only', 'rates'], 'allowed are start, rate'),
+    (['--only', 'rates'], 'it must be one of start, rate'),
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:

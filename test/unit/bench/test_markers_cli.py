@@ -10,9 +10,9 @@ CAMERAS = {'c': {'K': [500, 0, 320, 0, 500, 240, 0, 0, 1], 'D': []}}
 
 @pytest.mark.parametrize('content, said', [
     (None, 'frames.json: No such file or directory'), ('no JSON', 'frames.json: Expecting value'),
-    ([], 'frames.json: it holds a list; it must be a mapping'), ({'frames': []}, "there is no 'cameras'"),
+    ([], 'frames.json: it holds a list; it must be a mapping'), ({'frames': []}, "'cameras' is missing"),
     ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'file': 'a.png', 'camera': 'c'}]}, 'a.png cannot be read'),
-    ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'camera': 'c'}]}, "there is no 'file'"),
+    ({'cameras': CAMERAS, 'frames': [{'name': 'a', 'camera': 'c'}]}, "'file' is missing"),
     ({'cameras': {'c': {'K': [0] * 9, 'D': []}}, 'frames': []}, 'camera matrix K is')])
 def test_what_is_wrong_with_a_folder(tmp_path, capsys, content, said):
     if content is not None:
@@ -31,4 +31,4 @@ def test_results_that_cannot_be_written(tmp_path, capsys):
 def test_what_was_found_is_said(tmp_path, capsys):
     (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': []}))
     assert markers_cli.main([str(tmp_path), '--json', str(tmp_path / 'out.json')]) == 0
-    assert capsys.readouterr().out == f'0 markers in 0 frames, 0.0 ms a frame (median): {tmp_path}/out.json\n'
+    assert capsys.readouterr().out == f'0 markers in 0 frames, 0.0 ms per frame (median): {tmp_path}/out.json\n'

@@ -47,9 +47,9 @@ def changed(*path, value=None):
 
 
 @pytest.mark.parametrize('content, said', [
-    (None, 'the exercise is empty; it must be keys with values'),
-    (changed('title'), 'the exercise lacks title'),
-    (changed('colour', value=1), "the exercise has the unknown key 'colour'; allowed are title, asks, simulator"),
+    (None, 'the exercise is empty; it must be a mapping (keys with values)'),
+    (changed('title'), 'the exercise lacks the key title'),
+    (changed('colour', value=1), "the exercise has an unknown key 'colour'; it may have title, asks, simulator"),
     (changed('time', value='10 parsec'), "the exercise: time: the unit 'parsec'"),
     (changed('time', value='10'), "the exercise: time: '10' is not a number with one of the units s, ms, min"),
     (changed('time', value='1000 s'), "time is '1000 s'; it must be above 0 and at most 120 s"),
@@ -57,22 +57,22 @@ def changed(*path, value=None):
     (changed('speed', value='fast'), "the exercise: speed: 'fast' must be a number"),
     (changed('pass', value=0), 'pass is 0; it must be above 0'),
     (changed('simulator', value='gazebo'), "the exercise: simulator: 'gazebo' must be one of turtlesim, robotont"),
-    (changed('allows', value=['magic']), "allows has 'magic'; allowed are teleport, reset, kill"),
-    (changed('start', value={'z': '1 m'}), "start has the unknown key 'z'; allowed are x, y, theta"),
-    (changed('start', value={'x': '5 to 3 m'}), "start: x: '5 to 3 m' begins above its end"),
+    (changed('allows', value=['magic']), "allows has 'magic'; it may have teleport, reset, kill"),
+    (changed('start', value={'z': '1 m'}), "start has an unknown key 'z'; it may have x, y, theta"),
+    (changed('start', value={'x': '5 to 3 m'}), "start: x: '5 to 3 m' starts above its end"),
     (changed('start', value={'y': '9 to 12 m'}), 'start: y is 9 to 12 m; the arena allows 0 to 11.0889 m'),
     (changed('checks', value='all'), "the exercise: checks: 'all' must be a list"),
     (changed('checks', 0, 'check', value='flies'), "check 1 is 'flies'; it must be one of answers, commands"),
-    (changed('checks', 0, 'length'), 'check 1 (moves) lacks length'),
+    (changed('checks', 0, 'length'), 'check 1 (moves) lacks the key length'),
     (changed('checks', 0, 'length', value='2 s'),
      "check 1 (moves): length: the unit 's' in '2 s' does not measure a length"),
-    (changed('checks', 0, 'points'), 'check 1 (moves) lacks points'),
+    (changed('checks', 0, 'points'), 'check 1 (moves) lacks the key points'),
     (changed('checks', 0, 'points', value=-1), 'check 1 (moves): points is -1; it must be above 0'),
     (changed('checks', 0, 'points', value=50), 'the points of the checks add up to 90; they must add up to 100'),
     (changed('checks', 1, 'must', value='yes please'), "check 2 (runs): must: 'yes please' must be true or false"),
     (changed('checks', 1, 'until', value='noon'), "check 2 (runs): until: 'noon' must be one of the end, it is done"),
-    (changed('stimuli', 0, 'do', value='dance'), "stimulus 1 does 'dance'; it must be one of drive, call, markers"),
-    (changed('stimuli', 0, 'for'), 'stimulus 1 (drive) lacks for'),
+    (changed('stimuli', 0, 'do', value='dance'), "stimulus 1: do is 'dance'; it must be one of drive, call, markers"),
+    (changed('stimuli', 0, 'for'), 'stimulus 1 (drive) lacks the key for'),
 ])
 def test_wrong_files_are_named_with_the_key(content, said):
     with pytest.raises(exercise.ExerciseError) as error:
@@ -94,7 +94,7 @@ def test_wrong_parameters_of_checks(parameters, said):
 
 def test_files_that_are_no_yaml_or_not_there(tmp_path):
     (tmp_path / 'bad.yaml').write_text('title: [', encoding='utf-8')
-    with pytest.raises(exercise.ExerciseError, match='bad.yaml: no YAML'):
+    with pytest.raises(exercise.ExerciseError, match='bad.yaml: not YAML'):
         exercise.load(tmp_path / 'bad.yaml')
     (tmp_path / 'empty.yml').write_text('', encoding='utf-8')
     with pytest.raises(exercise.ExerciseError, match='empty.yml: the exercise is empty'):

@@ -34,8 +34,8 @@ def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):
 
 
 @pytest.mark.parametrize('arguments, said', [
-    (['no_such_exercise', '--', 'a.py'], "there is no exercise 'no_such_exercise', neither a file nor one"),
-    (['stop_at_x', '--speed', '21', '--', 'a.py'], '--speed 21: it must be 1 to 20'),
+    (['no_such_exercise', '--', 'a.py'], "there is no exercise 'no_such_exercise'; give the path of an exercise file"),
+    (['stop_at_x', '--speed', '21', '--', 'a.py'], '--speed is 21; it must be 1 to 20'),
     (['stop_at_x', '--seed', 'x', '--', 'a.py'], "--seed: invalid int value: 'x'"),
 ])
 def test_wrong_usage_is_explained(monkeypatch, capsys, arguments, said):
@@ -48,7 +48,7 @@ def test_wrong_usage_is_explained(monkeypatch, capsys, arguments, said):
 
 
 @pytest.mark.parametrize('program, said', [
-    (['none.py'], 'none.py does not exist'), ([], 'there is no command'),
+    (['none.py'], 'none.py does not exist'), ([], 'the command is missing'),
     (['broken.py'], 'broken.py, line 1: SyntaxError'),
 ])
 def test_a_program_that_cannot_run_fails_with_the_reason(tmp_path, monkeypatch, capsys, program, said):
@@ -65,7 +65,7 @@ def test_a_program_that_cannot_run_fails_with_the_reason(tmp_path, monkeypatch, 
 
 @pytest.mark.parametrize('error, code, said', [
     (RuntimeError('out of luck'), 3, 'UNDECIDED'), (session.SessionError('no port'), 3, 'UNDECIDED'),
-    (KeyboardInterrupt(), 130, 'interrupted; everything that was started is ended'),
+    (KeyboardInterrupt(), 130, 'interrupted; all its processes have ended'),
 ])
 def test_a_grader_that_fails_decides_nothing(tmp_path, monkeypatch, capsys, error, code, said):
     def crash(_):
@@ -82,7 +82,7 @@ def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
     (tmp_path / 'file').write_text('')
     monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', f'{tmp_path}/file/x', '--', 'none.py'])
     assert cli.main() == exit_codes.USAGE
-    assert 'file/x cannot be written: Not a directory. Give another one with --output' in capsys.readouterr().err
+    assert 'file/x cannot be written: Not a directory. Choose another folder with --output' in capsys.readouterr().err
 
 
 def test_stimuli_are_told_and_what_rospy_logs_is_left_out():

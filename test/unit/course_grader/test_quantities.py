@@ -40,7 +40,7 @@ def test_spans(text, dimension, limits):
 
 
 @pytest.mark.parametrize('text, said', [
-    ('11 to 9 Hz', "'11 to 9 Hz' begins above its end"), ('9 to 11 m', "the unit 'm'"), ('9 to 11', "'9 to 11' is not"),
+    ('11 to 9 Hz', "'11 to 9 Hz' starts above its end"), ('9 to 11 m', "the unit 'm'"), ('9 to 11', "'9 to 11' is not"),
     ('at least 3', "'3' is not"), ('about 3 Hz', "'about 3 Hz' is not"), ([9, 11], '[9, 11] is not'),
 ])
 def test_what_is_no_span_is_named(text, said):

@@ -113,9 +113,9 @@ def test_a_traceback_is_explained(tmp_path):
 
 
 @pytest.mark.parametrize('text, trouble', [
-    ('', ''), ('import sys\nsys.exit(3)\n', 'it ended with exit code 3: nothing was printed'),
+    ('', ''), ('import sys\nsys.exit(3)\n', 'the program ended with exit code 3: it printed nothing'),
     ('import rospy\nraise rospy.ROSInterruptException("ROS shutdown request")\n', ''),
-    ('input("size? ")\n', 'nobody is there to type anything'),
+    ('input("size? ")\n', 'input() does not work here'),
 ])
 def test_an_end_is_no_trouble_unless_it_failed(tmp_path, text, trouble):
     with sandbox.Sandbox(tmp_path / 'box', {}) as box:
@@ -169,9 +169,9 @@ GOOD = '#!/usr/bin/env python3\nprint(1)\n'
 
 @pytest.mark.parametrize('text, name, mode, remarks', [
     (GOOD, 'a.py', 0o755, []),
-    (GOOD, 'a.py', 0o644, ['it is not executable']), (GOOD, 'no_suffix', 0o755, []),
-    ('print(1)\n', 'a.py', 0o755, ['its first line should be #!/usr/bin/env python3']),
-    (GOOD.replace('\n', '\r\n'), 'a.py', 0o755, ['its lines end with CR LF (Windows)']),
+    (GOOD, 'a.py', 0o644, ['the file is not executable']), (GOOD, 'no_suffix', 0o755, []),
+    ('print(1)\n', 'a.py', 0o755, ['the first line should be #!/usr/bin/env python3']),
+    (GOOD.replace('\n', '\r\n'), 'a.py', 0o755, ['the lines end with CR LF (Windows)']),
 ])
 def test_python_runs_whatever_its_mode(tmp_path, text, name, mode, remarks):
     program = write(tmp_path, text, name, mode)
@@ -181,7 +181,7 @@ def test_python_runs_whatever_its_mode(tmp_path, text, name, mode, remarks):
 
 
 @pytest.mark.parametrize('text, name, mode, said', [
-    (None, 'none.py', 0, 'none.py does not exist (looked in'),
+    (None, 'none.py', 0, 'none.py does not exist (current folder:'),
     ('print 1\n', 'a.py', 0o755, "a.py, line 1: SyntaxError: Missing parentheses in call to 'print'"),
     ('def f():\nx\n', 'a.py', 0o755, 'a.py, line 2: IndentationError'),
     ('\0', 'a.py', 0o755, 'a.py'),
@@ -226,5 +226,5 @@ def test_commands_folders_and_nothing(tmp_path):
     assert sandbox.runnable(['rosrun', 'a', 'b']) == (['rosrun', 'a', 'b'], []) or not os.path.exists('/usr/bin/rosrun')
     with pytest.raises(sandbox.CommandError, match='is a folder'):
         sandbox.runnable([str(tmp_path)])
-    with pytest.raises(sandbox.CommandError, match='there is no command'):
+    with pytest.raises(sandbox.CommandError, match='the command is missing'):
         sandbox.runnable([])

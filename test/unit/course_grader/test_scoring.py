@@ -136,29 +136,29 @@ RIGHT = {
 WRONG = [  # exercise, what is done, a part of the reasons
     ('publish_circle', lambda turtle: turtle.wait(30.0), '0 commands'),
     ('publish_circle', lambda turtle: circle(turtle, angular=-0.2), 'angular.z -0.20 rad/s'),
-    ('publish_circle', lambda turtle: circle(turtle, seconds=10.0), 'of the way lies on a circle'),
+    ('publish_circle', lambda turtle: circle(turtle, seconds=10.0), 'of the path lies on a circle'),
     ('publish_circle', lambda turtle: circle(turtle, linear=2.0, angular=0.8), 'linear.x 2.00 m/s'),
-    ('publish_circle', lambda turtle: circle(turtle, rate=2.0), '2.0 Hz, 66 of 66 commands as asked'),
+    ('publish_circle', lambda turtle: circle(turtle, rate=2.0), '2.0 Hz, 66 of 66 commands match'),
     ('publish_circle', lambda turtle: circle(turtle, rate=62.0), 'Hz'),
     ('print_poses', lambda turtle: subscribed(turtle).wait(10.0), 'none with 2 numbers'),
     ('print_poses', lambda turtle: turtle.drive(10.0, 0.6, 0.5, say=lambda pose: 'x: 5.54 y: 5.54'), '0 of 100 lines'),
     ('print_poses', lambda turtle: turtle.drive(10.0, 0.6, 0.5, say=lambda pose: f'x: {pose.y} y: {pose.x}'),
      'lines with'),
-    ('stop_at_x', lambda turtle: turtle.drive(25.0, linear=1.0), 'at rest at x = 11.0'),
-    ('stop_at_x', lambda turtle: stop_at(turtle, 9.0), 'at rest at x = 9.0'),
-    ('stop_at_x', lambda turtle: turtle.drive(6.0, linear=0.5), 'still moving at x ='),
-    ('stop_at_x', lambda turtle: turtle.teleport(10.0, 5.5).wait(3.0), 'it teleported to (10.00, 5.50)'),
+    ('stop_at_x', lambda turtle: turtle.drive(25.0, linear=1.0), 'it stopped at x = 11.0'),
+    ('stop_at_x', lambda turtle: stop_at(turtle, 9.0), 'it stopped at x = 9.0'),
+    ('stop_at_x', lambda turtle: turtle.drive(6.0, linear=0.5), 'still moving when the time was over, at x ='),
+    ('stop_at_x', lambda turtle: turtle.teleport(10.0, 5.5).wait(3.0), 'the program teleported to (10.00, 5.50)'),
     ('square_by_topics', lambda turtle: polygon(turtle, sides=3), 'lies on a square'),
     ('square_by_topics', lambda turtle: polygon(turtle, turn=1.2), 'lies on a square'),
     ('square_by_topics', lambda turtle: polygon(turtle, sides=3, turn=math.pi / 2.0), 'of which 80%'),
-    ('square_by_teleport', lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 1)), 'that is none'),
+    ('square_by_teleport', lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 1)), 'that matches no square'),
     ('print_poses', lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=lambda pose: words(pose) + ' 1.0' * 11),
      '0 of 100 lines'),
     ('print_poses', lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=cut_off), 'lines with'),
     ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: f'{list(range(256))}'), '0 of 3'),
-    ('square_by_topics', square_of_teleports, 'it teleported to (2.00, 2.00) where the way is to be driven'),
+    ('square_by_topics', square_of_teleports, 'the program teleported to (2.00, 2.00) instead of driving'),
     ('square_by_topics', lambda turtle: turtle.wait(5.0), 'it did not move'),
-    ('set_pen_and_goto_pose', lambda turtle: turtle.pen(0, 0, 255, 5, 0).drive(3.0, 0.5), 'it was never offered'),
+    ('set_pen_and_goto_pose', lambda turtle: turtle.pen(0, 0, 255, 5, 0).drive(3.0, 0.5), 'never offered it'),
     ('set_pen_and_goto_pose', lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0), printed=False), '0 requests printed'),
     ('set_pen_and_goto_pose', lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0), answered=False), 'no answer'),
     ('set_pen_and_goto_pose', lambda turtle: serve(turtle.pen(255, 0, 0, 5, 0)), 'pens: (255, 0, 0) width 5'),
@@ -177,7 +177,7 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('robot_turning', lambda turtle: turtle.wait(10.0), '0 commands'),
     ('robot_square', lambda turtle: polygon(turtle, 3, 1.2), 'lies on a square'),
     ('robot_square', lambda turtle: polygon(turtle, 4, 1.2, turn=2.0), 'a square'),
-    ('robot_square', lambda turtle: turtle.drive(5.0, linear=0.3), 'a way of 1.50 m that is none'),
+    ('robot_square', lambda turtle: turtle.drive(5.0, linear=0.3), 'a path of 1.50 m that matches no square'),
     ('robot_circle', lambda turtle: polygon(turtle, 4, 1.2), 'lies on a circle'),
     ('robot_circle', lambda turtle: turtle.drive(6.0, 0.25, 0.5), 'lies on a circle'),
     ('robot_circle', lambda turtle: turtle.wait(5.0), 'it did not move'),
@@ -188,7 +188,7 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: 'a marker'), '0 of 3'),
     ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: 'No AR markers detected.'), '0 of 3'),
     ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: f'ID {marker}' if marker else ''),
-     'said 0 of 2'),
+     'printed 0 of 2'),
     ('print_marker_x', lambda turtle: show(turtle, lambda marker, x: f'ID {marker}' if marker else ''), '0 of 3'),
     ('print_marker_x', lambda turtle: show(turtle, lambda marker, x: f'x: {-x}' if marker else ''), '0 of 3'),
     ('print_marker_x', lambda turtle: turtle.wait(3.0), '0 of 0'),
@@ -225,10 +225,10 @@ def test_every_exercise_has_a_right_sample_and_three_wrong_ones():
 
 
 @pytest.mark.parametrize('event, said', [
-    (Event(1.0, 'reset'), 'it reset the simulator'),
-    (Event(1.0, 'kill', ('turtle1',)), 'it killed turtle1'),
-    (Event(1.0, 'fake_pose', ('/turtle1/pose',)), 'it published poses of its own on /turtle1/pose'),
-    (Event(1.0, 'fake_clock'), 'it published /clock'),
+    (Event(1.0, 'reset'), 'the program reset the simulator'),
+    (Event(1.0, 'kill', ('turtle1',)), 'the program killed turtle1'),
+    (Event(1.0, 'fake_pose', ('/turtle1/pose',)), 'the program published fake poses on /turtle1/pose'),
+    (Event(1.0, 'fake_clock'), 'the program published /clock'),
 ])
 def test_shortcuts_score_nothing(event, said):
     decided = graded('publish_circle', lambda turtle: circle(turtle).observed.events.append(event))
@@ -246,7 +246,7 @@ def test_a_run_that_could_not_keep_up_is_undecided_unless_all_is_right():
     def act(turtle, **how):
         circle(turtle, **how).observed.kept_up = False
     decided = graded('publish_circle', lambda turtle: act(turtle, angular=-0.2))
-    assert decided.outcome == 'undecided' and 'could not keep up' in decided.objections[0]
+    assert decided.outcome == 'undecided' and 'too slow for the simulation' in decided.objections[0]
     decided = graded('publish_circle', act)
     assert (decided.outcome, decided.score) == ('passed', 100.0)
 

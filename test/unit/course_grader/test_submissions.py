@@ -59,9 +59,10 @@ def test_a_launch_file_wins_over_a_program_of_its_name(tmp_path):
 
 
 @pytest.mark.parametrize('files, said', [
-    ({'stop_at_x.py': '', 'old/stop_at_x.py': ''}, 'there are 2 programs for it (old/stop_at_x.py, stop_at_x.py)'),
-    ({'stop_at_x.cmd': ''}, 'stop_at_x.cmd: it holds 0 command lines; it must hold one'),
-    ({'stop_at_x.cmd': 'a\nb\n'}, 'stop_at_x.cmd: it holds 2 command lines'),
+    ({'stop_at_x.py': '', 'old/stop_at_x.py': ''},
+     'there are 2 programs for one exercise (old/stop_at_x.py, stop_at_x.py)'),
+    ({'stop_at_x.cmd': ''}, 'stop_at_x.cmd: it contains 0 command lines; it must contain one'),
+    ({'stop_at_x.cmd': 'a\nb\n'}, 'stop_at_x.cmd: it contains 2 command lines'),
     ({'stop_at_x.cmd': 'rosrun "a'}, 'stop_at_x.cmd: No closing quotation'),
 ])
 def test_what_is_wrong_with_one_spoils_no_other(tmp_path, files, said):
@@ -73,14 +74,14 @@ def test_what_is_wrong_with_one_spoils_no_other(tmp_path, files, said):
 
 @pytest.mark.parametrize('files, said', [
     ({}, 'It is empty.'),
-    ({'stop_at_x.py': ''}, 'It holds stop_at_x.py. For a folder of programs for one exercise, add --exercise NAME.'),
-    ({'anna/stop.py': '', 'anna/data.txt': ''}, 'It holds anna/stop.py.'),
+    ({'stop_at_x.py': ''}, 'It contains stop_at_x.py. If it contains programs for one exercise, add --exercise NAME.'),
+    ({'anna/stop.py': '', 'anna/data.txt': ''}, 'It contains anna/stop.py.'),
     ({f'anna/{letter}.py': '' for letter in 'abcdefghij'}, 'anna/h.py and 2 more.'),
 ])
 def test_a_folder_without_submissions_is_explained(tmp_path, files, said):
     with pytest.raises(submissions.SubmissionsError) as error:
         submissions.find(fill(tmp_path, files), NAMES)
-    assert 'files named after the exercises (black_path, stop_at_x), such as' in str(error.value)
+    assert 'files that have the name of an exercise (black_path, stop_at_x), such as' in str(error.value)
     assert said in str(error.value)
 
 
@@ -90,5 +91,5 @@ def test_one_exercise_in_a_flat_folder(tmp_path):
     assert students == ['anna', 'ben']
     assert [(one.student, one.exercise, one.command) for one in found] == [
         ('anna', 'stop_at_x', (os.path.join(folder, 'anna.py'),)), ('ben', 'stop_at_x', ('rosrun', 'a', 'b'))]
-    with pytest.raises(submissions.SubmissionsError, match='holds no program .* it holds carl.txt'):
+    with pytest.raises(submissions.SubmissionsError, match='contains no program .* it contains carl.txt'):
         submissions.find_flat(fill(tmp_path / 'other', {'carl.txt': ''}), 'stop_at_x')

@@ -158,7 +158,7 @@ def test_unknown_turtle_of_kill_is_refused_in_turtlesims_words_with_the_names_th
 def with_bad(method, good, fields):
     """Return a case for every bad number in every place of the call ``method('turtle1', *good)``."""
     return [(method, ('turtle1', *good[:place], bad, *good[place + 1:]), InvalidInput,
-             rf'^{method_text(method)}: {field} is .*; (it must be a finite number|allowed is -1e\+06 to 1e\+06)$')
+             rf'^{method_text(method)}: {field} is .*; (it must be a finite number|it must be -1e\+06 to 1e\+06)$')
             for place, field in enumerate(fields) for bad in BAD_NUMBERS]
 
 
@@ -185,7 +185,7 @@ REFUSED = [
     unknown('teleport_relative', 1.0, 1.0),
     unknown('set_pen', 1, 1, 1, 1, False),
     *[('set_pen', ('turtle1', *(bad if place == field else 9 for place in range(4)), off), InvalidInput,
-       rf'^set_pen of turtle1: {name} is {bad}; allowed is 0 to 255$')
+       rf'^set_pen of turtle1: {name} is {bad}; it must be 0 to 255$')
       for field, name in enumerate(('r', 'g', 'b', 'width')) for bad in (-1, 256) for off in (False, True)],
 ]
 

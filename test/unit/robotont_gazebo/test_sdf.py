@@ -129,14 +129,14 @@ def test_names_are_made_unique(world):
     (model(link('<geometry><sphere><radius>1</radius></sphere></geometry>')), 'm/l: <sphere> is left out'),
     (model(link('<geometry><mesh><uri>file://a.dae</uri></mesh></geometry>')),
      'm/l: <mesh> file://a.dae is left out: there is no such file in'),
-    (model(link(BOX, '0 0 1 0.3 0 0')), 'm/l: the box leans and is left out'),
-    (model(link(CYLINDER, '0 0 1 1.5707963 0 0')), 'm/l: the cylinder does not stand upright'),
+    (model(link(BOX, '0 0 1 0.3 0 0')), 'm/l: the box is tilted; left out'),
+    (model(link(CYLINDER, '0 0 1 1.5707963 0 0')), 'm/l: the cylinder is tilted'),
     (model(link(BOX, '0 0 0 0 0 0')), 'm/l: it reaches 0.250 m into the floor'),
     (model(link('<geometry><plane><normal>1 0 0</normal></plane></geometry>')), 'm/l: the <plane> is not the floor'),
     ('<include><uri>model://cafe_table</uri></include>', '<include> of model://cafe_table is left out'),
     ('<actor name="walker"/>', '<actor> walker is left out'),
     (STATE.replace('<scale>1 1 1', '<scale>1 5 1') + model(link(BOX)), 'm: the <scale> 1 5 1 of its <state> is left'),
-    (model(link(BOX).replace('<pose>', '<pose relative_to="other">')), 'its <pose> relative to other is taken as'),
+    (model(link(BOX).replace('<pose>', '<pose relative_to="other">')), 'its <pose> relative to other is used as'),
     (model(link(BOX)) + model(link(BOX), name='n'), '1 pairs of shapes overlap, among them m/l and n/l'),
 ])
 def test_what_cannot_be_read_is_named(world, text, said):
@@ -163,7 +163,7 @@ def test_what_changes_nothing_is_not_mentioned(world, text):
     (f'<sdf><world>{model(link(BOX.replace("2 1 0.5", "2 1")))}</world></sdf>',
      "m/l: box: size is '2 1'; it must be 3 finite numbers"),
     (f'<sdf><world>{model(link(BOX.replace("2 1 0.5", "2 1 nan")))}</world></sdf>', "box: size is '2 1 nan'"),
-    (f'<sdf><world>{model(link(BOX.replace("2 1 0.5", "0 1 1")))}</world></sdf>', 'm/l: length is 0; it must be more'),
+    (f'<sdf><world>{model(link(BOX.replace("2 1 0.5", "0 1 1")))}</world></sdf>', 'm/l: length is 0; it must be above'),
     (f'<sdf><world>{model(link(BOX, "a b c 0 0 0"))}</world></sdf>', "m/l: pose is 'a b c 0 0 0'; it must be 6 finite"),
     (f'<sdf><world>{model(link(CYLINDER.replace("0.5", "")))}</world></sdf>', "m/l: cylinder: radius is ''"),
 ])

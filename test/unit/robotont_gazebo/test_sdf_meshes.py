@@ -100,8 +100,8 @@ HIGHER = '1 0 0 0 0 1 0 0 0 0 1 2 0 0 0 1'
     (collada(ROOF), 'meshes/wall.dae', 'it is not a box'), (stl(ROOF), 'meshes/wall.stl', 'it is not a box'),
     (collada(WALL[:4]), 'meshes/wall.dae', 'it is not a box'),
     (collada(WALL, up='Y_UP'), 'meshes/wall.dae', 'it cannot be read: its up_axis is not Z_UP'),
-    (collada(WALL, matrix=HIGHER), 'meshes/wall.dae', 'it cannot be read: its parts are moved or turned'),
-    (collada([(math.nan, 0.0, 0.0)]), 'meshes/wall.dae', 'it has no vertices, or some that are not finite'),
+    (collada(WALL, matrix=HIGHER), 'meshes/wall.dae', 'it cannot be read: its parts are translated or rotated'),
+    (collada([(math.nan, 0.0, 0.0)]), 'meshes/wall.dae', 'it has no vertices, or not all of them are finite'),
     (collada([]), 'meshes/wall.dae', 'it has no vertices'), (b'', 'meshes/wall.stl', 'it has no vertices'),
     (stl(WALL)[:-7], 'meshes/wall.stl', 'it has no vertices'),
     (collada([(1.0, 2.0, 3.0)]).replace('1 2 3', '1 2'), 'meshes/wall.dae', 'it cannot be read: '),
@@ -115,4 +115,4 @@ def test_other_meshes_are_left_out_with_the_reason(world, content, file, said):
 
 def test_leaning_mesh_is_left_out(world):
     plan, warnings = world(collada(WALL), turn='0.2 0 0')
-    assert plan.solids() == () and warnings == ['m/l: the box leans and is left out']
+    assert plan.solids() == () and warnings == ['m/l: the box is tilted; left out']

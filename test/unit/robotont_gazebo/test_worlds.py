@@ -45,30 +45,30 @@ def test_good_world(world, text, plan):
 
 
 @pytest.mark.parametrize('text, said', [
-    ('boxes: {', 'no YAML: .*line 1'),
+    ('boxes: {', 'not YAML: .*line 1'),
     ('- a', r"the world is \['a'\]; it must be a mapping with some of the keys: ground_colour"),
-    ('walls: []', "the world: unknown key 'walls'; allowed are: ground_colour, sky_colour, may_overlap, boxes"),
+    ('walls: []', "the world: unknown key 'walls'; the keys are: ground_colour, sky_colour, may_overlap, boxes"),
     ('boxes: 3', 'boxes is 3; it must be a list of shapes'),
     ('boxes: [3]', r'boxes\[0\] is 3; it must be a mapping'),
     ('boxes: [{name: a, x: 1.0}]', r'boxes\[0\] \(a\): y is missing'),
     ('boxes: [{x: 1.0}]', r'boxes\[0\]: name is missing'),
-    (f'boxes: [{BOX}, {BOX[:-1]}, weight: 3}}]', r"boxes\[1\]: unknown key 'weight'; allowed are: name, x, y, yaw"),
+    (f'boxes: [{BOX}, {BOX[:-1]}, weight: 3}}]', r"boxes\[1\]: unknown key 'weight'; the keys are: name, x, y, yaw"),
     (f'boxes: [{BOX}, {BOX}]', 'wall: the name is used twice'),
     (f'boxes: [{BOX}, {BOX.replace("wall", "b")}]',
      'wall and b overlap by 0.100 m; move one of them, or set may_overlap: true'),
-    (f'boxes: [{BOX.replace("0.1", "0.0")}]', 'wall: length is 0; it must be more than 0'),
+    (f'boxes: [{BOX.replace("0.1", "0.0")}]', 'wall: length is 0; it must be above 0'),
     (f'boxes: [{BOX.replace("0.1", ".nan")}]', 'wall: length is nan; it must be a finite number'),
     (f'boxes: [{BOX.replace("1.0", "-.inf")}]', 'wall: x is -inf; it must be a finite number'),
     (f'boxes: [{BOX.replace("1.0", "a")}]', "wall: x is 'a'; it must be a finite number"),
     (f'boxes: [{BOX.replace("1.0", "")}]', 'wall: x is None; it must be a finite number'),
     (f'boxes: [{BOX[:-1]}, colour: pink}}]',
-     r"boxes\[0\] \(wall\): colour is 'pink'; allowed are \[red, green, blue\], 0 to 255 each, or one of: black"),
+     r"boxes\[0\] \(wall\): colour is 'pink'; it must be \[red, green, blue\], 0 to 255 each, or one of: black"),
     (f'boxes: [{BOX[:-1]}, colour: [1, 2]}}]', r'wall: colour is \(1, 2\); it must be three whole numbers'),
     ('sky_colour: pink', "sky_colour is 'pink'"),
     ('sky_colour: 5', 'sky_colour is 5'),
     ('may_overlap: 1', 'may_overlap is 1; it must be true or false'),
     ('panels: [{name: m, marker_id: a, x: 0.0, y: 0.0, yaw: 0.0}]', "m: marker_id is 'a'; it must be a whole number"),
-    (b'boxes: \xff\xfe', 'no UTF-8 text'),
+    (b'boxes: \xff\xfe', 'not UTF-8 text'),
 ])
 def test_bad_world_is_refused_with_file_and_key(world, text, said):
     path = world(text)
@@ -98,7 +98,7 @@ def test_unknown_world_is_refused_with_those_there_are(given_):
 
 
 def test_file_of_another_kind_is_refused(world):
-    with pytest.raises(WorldError, match=r'w.txt: a world ends in .yaml, .world or .sdf'):
+    with pytest.raises(WorldError, match=r'w.txt: the name of a world file ends in .yaml, .world or .sdf'):
         load_world(world('{}', 'w.txt'), FOLDER)
 
 

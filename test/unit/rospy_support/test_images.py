@@ -95,11 +95,11 @@ def changed(**fields):
 
 
 @pytest.mark.parametrize('message, said', [
-    (changed(encoding='rgb9'), "encoding 'rgb9' is not known; these are: 16UC1, .*, bayer_rggb8, .*rgb8"),
-    (changed(encoding=''), "encoding '' is not known"),
-    (changed(encoding='32FC1'), "encoding '32FC1' is not known"),
-    (changed(width=0), 'a picture of 0x6 pixels has no pixels'),
-    (changed(height=0), 'a picture of 8x0 pixels has no pixels'),
+    (changed(encoding='rgb9'), "encoding 'rgb9' is unknown; the known ones are: 16UC1, .*, bayer_rggb8, .*rgb8"),
+    (changed(encoding=''), "encoding '' is unknown"),
+    (changed(encoding='32FC1'), "encoding '32FC1' is unknown"),
+    (changed(width=0), 'an image of 0x6 pixels has no pixels'),
+    (changed(height=0), 'an image of 8x0 pixels has no pixels'),
     (changed(step=23), 'step is 23 bytes; a row of 8 pixels in rgb8 has 24'),
     (changed(step=0), 'step is 0 bytes'),
     (changed(encoding='rgb16', step=49), 'step is 49 bytes; a row of 8 pixels in rgb16 has 48'),
@@ -107,7 +107,7 @@ def changed(**fields):
     (changed(data=bytes(143)), 'has 143 bytes of data, 144 are needed'),
     (changed(width=4000000000, step=4294967295), 'step is 4294967295 bytes'),
     (changed(height=4000000000), '96000000000 are needed'),
-    (changed(encoding='yuv422', width=7), 'a picture of 7x6 pixels in yuv422 needs an even width'),
+    (changed(encoding='yuv422', width=7), 'an image of 7x6 pixels in yuv422 needs an even width'),
 ])
 def test_what_is_no_picture_is_refused_with_the_reason(message, said):
     for convert in (images.grey, images.bgr, images.pixels):
@@ -153,7 +153,7 @@ def test_fields_of_an_image(encoding, array, step):
     (np.zeros((3, 4, 3), np.uint16), 'bgr8'),
 ])
 def test_an_array_that_is_no_picture_is_refused(array, encoding):
-    with pytest.raises(images.ImageError, match='is no picture in'):
+    with pytest.raises(images.ImageError, match='is not an image in'):
         images.to_image(array, encoding)
 
 
@@ -193,6 +193,6 @@ def test_a_compressed_picture_is_not_turned_by_what_exif_says():
 def test_cut_off_and_foreign_data_are_refused(kind):
     whole = images.to_compressed(np.random.default_rng(1).integers(0, 255, (40, 50)).astype(np.uint8), kind)
     for data, said in ((whole.data[:-100], 'it is cut off'), (whole.data[:20], 'it is cut off'),
-                       (b'', 'it is no picture'), (b'no picture at all', 'it is no picture')):
+                       (b'', 'OpenCV does not know'), (b'no picture at all', 'OpenCV does not know')):
         with pytest.raises(images.ImageError, match=said):
             images.grey(CompressedImage(format=kind, data=data))

@@ -65,7 +65,7 @@ def test_number_that_clamps_takes_the_nearest_allowed_and_says_so(server, monkey
     server[f'{NODE}/rate'] = value
     same(Number('~rate', 1.0, unit='Hz', clamp=True, **LIMITS).read(), expected)
     assert said == ([] if value == expected else [
-        f'parameter /sim/node/rate is {value}; it can be from 0.5 to 20 Hz and counts as {expected:g}'])
+        f'parameter /sim/node/rate is {value}; it must be from 0.5 to 20 Hz; using {expected:g}'])
     assert parameters._effective == {f'{NODE}/rate': f'{expected} Hz'}
 
 

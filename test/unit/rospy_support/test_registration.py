@@ -250,7 +250,7 @@ def test_a_newer_node_of_the_same_name_ends_this_one(master, logged, watch, monk
     master.services[SIGN] = 'rosrpc://localhost:2'
     watch()
     assert until(lambda: reasons)
-    assert 'Another node of the name /sim/node' in logged[0]
+    assert 'Another node with the name /sim/node' in logged[0]
     assert master.calls == []
 
 

@@ -8,16 +8,16 @@ TYPES = {'/a/image_raw': IMAGE, '/b/image_raw': IMAGE, '/a/camera_info': INFO, '
 
 
 @pytest.mark.parametrize('topic, publishers, text', [
-    ('/camera_image', {}, f'/camera_image: nobody publishes it. There is no other topic of type {IMAGE}.'),
+    ('/camera_image', {}, f'/camera_image: no node publishes it. There is no other topic of type {IMAGE}.'),
     ('/camera_image', {'/b/image_raw': ['/b'], '/a/image_raw': ['/a', '/c'], '/a/camera_info': ['/a'],
                        '/own/image': []},
-     f'/camera_image: nobody publishes it. Topics of type {IMAGE}: /a/image_raw (by /a, /c), /b/image_raw (by /b); '
+     f'/camera_image: no node publishes it. Topics of type {IMAGE}: /a/image_raw (by /a, /c), /b/image_raw (by /b); '
      'remap with camera_image:=/a/image_raw'),
     ('/b/image_raw', {'/b/image_raw': ['/b']},
-     '/b/image_raw: /b publishes it, but nothing comes: does it get what it needs itself? '
+     '/b/image_raw: /b publishes it, but no message arrives: does that node get its own input? '
      f'There is no other topic of type {IMAGE}.'),
     ('/any', {'/any': ['/r']},
-     '/any: /r publishes it, but nothing comes: does it get what it needs itself? '
+     '/any: /r publishes it, but no message arrives: does that node get its own input? '
      f'There is no other topic of type {IMAGE}.'),
     ('/a/camera_info', {'/a/camera_info': ['/a', '/c']},
      f'/a/camera_info: /a, /c publishes it as {INFO}, not as {IMAGE}. There is no other topic of type {IMAGE}.'),

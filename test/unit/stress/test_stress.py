@@ -20,12 +20,12 @@ def test_defaults():
 
 
 @pytest.mark.parametrize('arguments, told', [
-    (['absent'], 'allowed are fuzz'),
+    (['absent'], 'the suites are fuzz'),
     (['--minutes', '0'], '--minutes'),
     (['--minutes', 'nan'], '--minutes'),
-    (['--seed', '-1'], 'allowed is 0 to'),
+    (['--seed', '-1'], 'it must be 0 to'),
     (['--small', '--minutes', '3'], 'leave out --minutes'),
-    (['fuzz', '--only', 'absent'], 'allowed are services'),
+    (['fuzz', '--only', 'absent'], 'it must be one of services'),
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:

@@ -188,7 +188,7 @@ def test_turtle_that_others_press_against_a_wall_is_not_called_stuck():
     pressed = VehicleState(5.0, 5.0, 0.0, 1.0, 0.0)
     while not drive.finished:
         drive.step(pressed, DT)
-    assert 'not there after' in drive.reason and 'another node' in drive.reason
+    assert 'not at the goal after' in drive.reason and 'another node' in drive.reason
 
 
 def teleport_at(*times):
@@ -213,7 +213,7 @@ def test_turtle_teleported_too_often_gives_up(loop):
     run = loop()
     drive = GoTo(run.pose, Goal(2.0, 2.0))
     run.run(drive, teleport_at(0.5, 1.0, 1.5, 2.0))
-    assert drive.state is State.FAILED and 'somebody moved the turtle from (9' in drive.reason
+    assert drive.state is State.FAILED and 'something else moved the turtle from (9' in drive.reason
     assert run.pose.linear_velocity == 0.0
 
 
@@ -234,7 +234,7 @@ def test_turtle_that_somebody_else_drives_runs_into_the_deadline():
         time = next(times) * DT
         drive.step(VehicleState(5.0 + math.sin(time), 5.0 + math.cos(time), 0.0, 1.0, 1.0), DT)
     # 5 s + 2 * (4 m / 2 m/s + 2 pi rad / 4 rad/s) = 12.1 s
-    assert drive.state is State.FAILED and 'not there after 12.1 s' in drive.reason
+    assert drive.state is State.FAILED and 'not at the goal after 12.1 s' in drive.reason
 
 
 def test_drive_ended_from_outside_sends_only_stops():
@@ -289,7 +289,7 @@ def test_path_ends_with_the_leg_that_fails_and_names_it(loop):
     run, drive = loop(), DriveSequence(legs(Goal(6.5, 5.5), Goal(6.5, 7.5)))
     run.run(drive, teleport_at(2.0))
     assert drive.state is State.FAILED
-    assert drive.reason.startswith('on the way to corner 2 of 2: somebody moved the turtle')
+    assert drive.reason.startswith('on the way to corner 2 of 2: something else moved the turtle')
 
 
 def test_path_ended_from_outside_stays_ended():

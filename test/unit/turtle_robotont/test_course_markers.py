@@ -35,11 +35,11 @@ def test_markers_are_compared_with_the_frame_of_their_picture():
 
 @pytest.mark.parametrize('change, bad', [
     ({}, []),
-    ({'shown': 3}, ['3 pictures']),
+    ({'shown': 3}, ['3 images']),
     ({'found': 90}, ['90 of 100 markers']),
-    ({'phantoms': 1}, ['1 markers that are not there']),
-    ({'errors': [0.03] * 100}, ['position off by 3.000 %']),
-    ({'shown': 0, 'asked': 0, 'found': 0, 'errors': []}, ['0 pictures', '0 of 0', 'position off by inf']),
+    ({'phantoms': 1}, ['1 markers reported that are not visible']),
+    ({'errors': [0.03] * 100}, ['median position error 3.000 %']),
+    ({'shown': 0, 'asked': 0, 'found': 0, 'errors': []}, ['0 images', '0 of 0', 'median position error inf']),
 ])
 def test_checks_fail_for_what_is_wrong(change, bad):
     right = {'shown': 50, 'asked': 100, 'found': 100, 'phantoms': 0, 'errors': [0.001] * 100}
@@ -57,13 +57,13 @@ def test_sheet_has_up_to_six_pictures(count):
 
 
 def test_sheet_of_nothing_is_refused():
-    with pytest.raises(DemoError, match='no picture'):
+    with pytest.raises(DemoError, match='no image'):
         sheet([])
 
 
 def test_world_of_another_simulator_is_named(monkeypatch):
     monkeypatch.setitem(__import__('sys').modules, 'robotont_gazebo.core', None)
-    with pytest.raises(DemoError, match='worlds of the stand-in'):
+    with pytest.raises(DemoError, match='needs the robotont_gazebo of this'):
         course_markers.world_plan('{}')
 
 
@@ -79,5 +79,5 @@ def test_pictures_that_a_step_keeps_are_saved_under_its_name_once(tmp_path):
 def test_picture_that_cannot_be_written_is_named(tmp_path):
     harness = DemoHarness(str(tmp_path / 'missing'))
     harness.keep(np.zeros((4, 6, 3), np.uint8))
-    with pytest.raises(DemoError, match=r'missing/1_a\.png could not be written'):
+    with pytest.raises(DemoError, match=r'missing/1_a\.png cannot be written'):
         harness.kept('1_a')

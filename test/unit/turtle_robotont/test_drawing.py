@@ -55,7 +55,7 @@ def test_teleport_spoils_a_drawing_and_shows_in_its_errors(loop):
         if 2.0 < loop.time < 2.01:
             loop.world.teleport_absolute('turtle1', 1.0, 1.0, 0.0)
     run.run(plan.drive, disturb)
-    assert plan.drive.state is State.FAILED and 'of 4: somebody moved the turtle' in plan.drive.reason
+    assert plan.drive.state is State.FAILED and 'of 4: something else moved the turtle' in plan.drive.reason
     worst, gap = plan.errors(run.track)
     assert worst > 1.0 and gap > 1.0
 

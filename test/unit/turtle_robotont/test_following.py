@@ -64,7 +64,7 @@ def test_nothing_is_said_before_the_marker_was_seen():
 
 
 @pytest.mark.parametrize('others, why', [([Sighting(2, 1.0, 0.0, 0.0)], 'not in view'), ([], 'not in view'),
-                                         (None, 'the tracker is silent')])
+                                         (None, 'the tracker publishes nothing')])
 def test_lost_marker_stops_the_robot_once(others, why):
     follower = Follower(1, Settings(lost_after=0.5))
     said = []

@@ -113,7 +113,7 @@ def test_rendering_that_fails_leaves_nothing(tmp_path, monkeypatch, capsys):
         raise OSError('No space left on device')
     monkeypatch.setattr(marker_sequence, 'render_to', render_to)
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
-    with pytest.raises(SystemExit, match='could not be written: No space left on device'):
+    with pytest.raises(SystemExit, match='cannot write the images: No space left on device'):
         sequence_cache.main([])
     assert os.listdir(tmp_path / 'turtle_robotont') == [] and capsys.readouterr().out == ''
 

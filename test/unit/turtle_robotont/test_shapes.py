@@ -59,10 +59,10 @@ def test_largest_size_touches_the_nearest_wall(shape, start, largest):
 @pytest.mark.parametrize('shape, size, start, texts', [
     ('square', 9.0, Goal(5.0, 5.0, 0.0),
      ['square of size 9 m from (5.00, 5.00)', 'corner 1 (14.00, 5.00)', 'corner 2 (14.00, 14.00)',
-      'corner 3 (5.00, 14.00)', 'allowed is 0 to 11.09 m', 'at most 6.08 m']),
-    ('circle', 7.0, Goal(5.0, 5.0, 0.0), ['upper end (5.00, 12.00)', 'at most 6.08 m']),
-    ('circle', 5.0, Goal(2.0, 5.0, 0.0), ['left end (-0.50, 7.50)', 'at most 4.00 m']),
-    ('triangle', 1.0, Goal(11.08, 5.0, 0.0), ['corner 1 (12.08, 5.00)', 'drive or turn the turtle away']),
+      'corner 3 (5.00, 14.00)', 'must be 0 to 11.09 m', 'largest possible size is 6.08 m']),
+    ('circle', 7.0, Goal(5.0, 5.0, 0.0), ['upper end (5.00, 12.00)', 'largest possible size is 6.08 m']),
+    ('circle', 5.0, Goal(2.0, 5.0, 0.0), ['left end (-0.50, 7.50)', 'largest possible size is 4.00 m']),
+    ('triangle', 1.0, Goal(11.08, 5.0, 0.0), ['corner 1 (12.08, 5.00)', 'first drive the turtle away']),
     ('square', math.nan, Goal(5.0, 5.0, 0.0), ['size is nan m', '0.1 to 11.09 m']),
     ('square', math.inf, Goal(5.0, 5.0, 0.0), ['size is inf m']),
     ('square', -1.0, Goal(5.0, 5.0, 0.0), ['size is -1 m']),
@@ -92,8 +92,8 @@ def test_pairs_become_points():
 
 
 @pytest.mark.parametrize('corners, text', [
-    ([], 'there are 0 corners; at least 2'),
-    ([[1.0, 1.0]], 'there are 1 corners'),
+    ([], '0 corners are given; at least 2'),
+    ([[1.0, 1.0]], '1 corners are given'),
     ([[1.0, 1.0], 2.0], 'corner 2 is 2.0; it must be a pair'),
     ([[1.0, 1.0, 1.0], [2.0, 2.0]], 'corner 1 is [1.0, 1.0, 1.0]'),
 ])

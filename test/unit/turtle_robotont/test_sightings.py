@@ -35,4 +35,4 @@ def test_distance_and_bearing_are_over_the_ground():
 def test_pose_that_no_marker_can_have_is_refused(position, text):
     with pytest.raises(InvalidInput, match='marker 7') as refusal:
         sighting(7, position, 'camera_link')
-    assert text in str(refusal.value) and 'only be within 100 m' in str(refusal.value)
+    assert text in str(refusal.value) and 'must be within 100 m' in str(refusal.value)

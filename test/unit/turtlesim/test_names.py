@@ -44,12 +44,12 @@ def test_names_that_ros_forbids_are_refused_with_the_name_and_what_is_allowed(na
         names.TurtleNames(['turtle1']).check(name)
     text = str(refusal.value)
     assert text.startswith(f'spawn: the name {name!r} is not allowed; ')
-    assert 'begins with a letter' in text and 'single / between its parts' in text
+    assert 'starts with a letter' in text and 'single / between its parts' in text
 
 
 @pytest.mark.parametrize('name', ['a' * 201, 'a/' * 500 + 'a'])
 def test_names_without_end_are_refused_by_their_length_without_repeating_them(name):
-    with pytest.raises(InvalidInput, match=f'^spawn: the name has {len(name)} characters; allowed are at most 200$'):
+    with pytest.raises(InvalidInput, match=f'^spawn: the name has {len(name)} characters; at most 200 are allowed$'):
         names.TurtleNames([]).check(name)
 
 

@@ -74,8 +74,8 @@ def test_a_pen_or_clear_booked_one_tick_early_is_moved_and_said(tmp_path, event,
     assert result.booked_different_colours >= 1
     assert replay.main([str(path)]) == 0
     share = f'{100.0 * (1.0 - result.booked_different_colours / 150.0):.2f} %'
-    assert ('100.00 % of the colours equal (with 1 pen or clear events one tick later than booked; '
-            f'{share} as booked), no picture') in capsys.readouterr().out
+    assert ('100.00 % of the colours equal (with 1 pen or clear events one tick later than recorded; '
+            f'{share} as recorded), no picture') in capsys.readouterr().out
 
 
 def test_moved_event_counts_for_the_picture_too(tmp_path):

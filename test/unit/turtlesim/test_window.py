@@ -54,7 +54,7 @@ class TestImageReader:
 
     @pytest.mark.parametrize('beginning', [b'\x89PNG\r\n', b'P6 500 500 65535\n', b'P5 9 9 255\n'])
     def test_refuses_what_is_no_such_picture(self, beginning):
-        with pytest.raises(ValueError, match='is no PPM picture'):
+        with pytest.raises(ValueError, match='is no PPM image'):
             ImageReader().feed(beginning + bytes(40))
 
 
@@ -161,7 +161,7 @@ def test_a_stopped_window_does_not_hold_up_the_simulator(display, window):
 
 @pytest.mark.parametrize('size', [0, 3 * SIZE * SIZE - 1, 4 * SIZE * SIZE])
 def test_refuses_pictures_of_another_size(window, size):
-    with pytest.raises(ValueError, match=f'a picture of {size} bytes; it must be 500 x 500 px of 3 bytes'):
+    with pytest.raises(ValueError, match=f'an image of {size} bytes; it must be 500 x 500 px of 3 bytes'):
         window.show(bytes(size))
 
 
@@ -196,7 +196,7 @@ def test_a_display_that_dies_is_reported_and_is_not_the_user(display, window, re
     shown_window(display)
     display.close()
     until(lambda: reports, 'a report')
-    assert 'The simulator goes on without a window' in reports[0]
+    assert 'The simulator continues without a window' in reports[0]
     assert (window.open, window.closed) == (False, False)
 
 
@@ -224,7 +224,7 @@ def test_a_display_that_is_not_there_is_reported(monkeypatch, reports, value):
     window = Window(report=reports.append)
     until(lambda: reports, 'a report')
     assert f'DISPLAY={value or ""!r} cannot be used' in reports[0]
-    assert 'Set DISPLAY' in reports[0] and '_window:=false' in reports[0] and 'goes on without' in reports[0]
+    assert 'Set DISPLAY' in reports[0] and '_window:=false' in reports[0] and 'continues without' in reports[0]
     window.show(plain(RED))
     assert (window.open, window.closed) == (False, False)
     window.close()
@@ -236,14 +236,14 @@ def test_a_missing_tkinter_is_reported(monkeypatch, tmp_path, reports):
     monkeypatch.syspath_prepend(str(tmp_path))
     window = Window(report=reports.append)
     until(lambda: reports, 'a report')
-    assert 'sudo apt install python3-tk' in reports[0] and 'goes on without a window' in reports[0]
+    assert 'sudo apt install python3-tk' in reports[0] and 'continues without a window' in reports[0]
     window.close()
 
 
 def test_without_report_the_text_goes_to_standard_error(monkeypatch, capfd):
     monkeypatch.setenv('DISPLAY', ':4711')
     window = Window()
-    until(lambda: 'goes on without a window' in capfd.readouterr().err, 'the text')
+    until(lambda: 'continues without a window' in capfd.readouterr().err, 'the text')
     window.close()
 
 

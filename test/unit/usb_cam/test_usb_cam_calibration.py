@@ -59,7 +59,7 @@ def test_what_may_be_missing_or_otherwise(old, new, field, value):
 @pytest.mark.parametrize('old, new, said', [
     (GOOD, '', 'not a calibration: it must have the keys image_width'),
     (GOOD, '- 1\n- 2', 'not a calibration'),
-    (GOOD, 'a: [1', 'no YAML'),
+    (GOOD, 'a: [1', 'not YAML'),
     ('image_width: 640\n', '', 'image_width is missing; a calibration has image_width, image_height, camera_name'),
     ('image_height: 480\n', '', 'image_height is missing'),
     ('camera_matrix:', 'camera_matrx:', 'camera_matrix is missing'),
@@ -102,7 +102,7 @@ def test_bad_files_are_refused_with_the_key(old, new, said, tmp_path):
 
 def test_what_is_no_text_file(tmp_path):
     (tmp_path / 'a.yaml').write_bytes(b'\xff\xfe\0image')
-    with pytest.raises(CalibrationError, match='a.yaml: no UTF-8 text'):
+    with pytest.raises(CalibrationError, match='a.yaml: not UTF-8 text'):
         read(str(tmp_path / 'a.yaml'))
     with pytest.raises(CalibrationError, match='Is a directory'):
         read(str(tmp_path))

@@ -112,7 +112,7 @@ class _Reader:
             if place is not None:
                 corners[index] = place
         if not corners:
-            self.fail('<multimarker>', 'every marker has status="0" (place unknown); one with status 1 is needed')
+            self.fail('<multimarker>', 'every marker has status="0" (position unknown); one with status="1" is needed')
         return Bundle(self.path, ids[0], tuple(ids), corners, tuple(self.notes))
 
     def marker(self, marker: Element, number: int) -> tuple[int, Floats | None]:
@@ -134,15 +134,15 @@ class _Reader:
         side = np.linalg.norm(place[2] - place[1])
         if side > 0 and np.linalg.norm(place[0] - (place[1] + place[3]) / 2) < LOST_CORNER * side:
             place = np.concatenate([[place[1] + place[3] - place[2]], place[1:]])
-            self.notes.append(f'{where}: its first corner lies in its centre, as a faulty createMarker writes it; '
+            self.notes.append(f'{where}: the first corner lies at the centre, as a faulty createMarker writes it; '
                               'it was computed from the other three')
         lengths = sides(place)
         diagonals = np.linalg.norm(place[:2] - place[2:], axis=1)
         if lengths.min() < 1e-3 * max(lengths.max(), 1e-9) or diagonals.min() < 0.1 * diagonals.max():
-            self.fail(where, 'its corners are not a square: two of them coincide')
+            self.fail(where, 'the corners are not a square: two of them coincide')
         expected = np.append(lengths, diagonals / math.sqrt(2))
         if np.ptp(expected) > UNEVEN * expected.mean():
-            self.notes.append(f'{where}: its corners are not a square; its sides are '
+            self.notes.append(f'{where}: the corners are not a square; the sides are '
                               + ', '.join(f'{length:.4g}' for length in lengths) + ' cm, its diagonals '
                               + ', '.join(f'{length:.4g}' for length in diagonals) + ' cm')
         return place
@@ -154,7 +154,7 @@ class _Reader:
         except ValueError:
             value = None
         if value is None or value < low or high is not None and value > high:
-            allowed = f'a whole number from {low}' + (f' to {high}' if high is not None else ' on')
+            allowed = 'a whole number ' + (f'from {low} to {high}' if high is not None else f'of at least {low}')
             self.fail(where, f'{name} is missing; {allowed} is needed' if text is None else
                       f'{name}="{text:.80}": {allowed} is needed')
         return value

@@ -77,12 +77,12 @@ def _numbers(values: ArrayLike, what: str) -> Floats:
 def _checked_matrix(matrix: ArrayLike) -> Floats:
     values = _numbers(matrix, 'camera matrix K')
     if values.size != 9:
-        raise CameraError(f'camera matrix K has {values.size} numbers, 9 are needed')
+        raise CameraError(f'camera matrix K has {values.size} numbers; 9 are needed')
     matrix = values.reshape(3, 3)
     if not np.all(np.isfinite(matrix)) or matrix[0, 0] <= 0 or matrix[1, 1] <= 0 \
             or not np.allclose(matrix[2], [0, 0, 1]):
         raise CameraError(f'camera matrix K is {matrix.ravel().tolist()}: fx and fy must be above 0, the last row '
-                          '0 0 1, all finite; is the camera calibrated?')
+                          'must be 0 0 1, and all must be finite; is the camera calibrated?')
     return matrix
 
 

@@ -194,11 +194,11 @@ def _text_word(text: str, strong: bool, resolution: int | None) -> Word:
     unknown = ''.join(sorted(set(text) - set(LETTERS)))
     if not text or unknown:
         raise CodeError(f"marker text {text!r}: {f'it holds {unknown!r}' if unknown else 'it is empty'}; at least one "
-                        f'letter is needed, and only these are possible: {LETTERS}')
+                        f'letter is needed, and only these are allowed: {LETTERS}')
     bits = [bit for letter in text for bit in _to_bits(LETTERS.index(letter), 6)]
     if resolution == 5:
         enough = _smallest(len(bits), 7, strong, None)[0]
-        raise CodeError(f'a marker of resolution 5 holds a number only; resolution {enough} is enough for {text!r}')
+        raise CodeError(f'a marker of resolution 5 holds only a number; resolution {enough} is enough for {text!r}')
     n, block = _smallest(len(bits), 7, strong, resolution)
     cells = payload_cells(n, block)
     room = data_bits(cells, block)

@@ -28,7 +28,7 @@ def image_of_cells(cells: Bools, side: int, margin: int = code.MARGIN) -> Image:
     """As marker_image(), of data cells (n, n) bool, true is white."""
     count = len(cells) + 2 * margin
     if side < count:
-        raise ValueError(f'a marker of {count} cells does not fit in {side} px; at least one pixel a cell is needed')
+        raise ValueError(f'a marker of {count} cells does not fit in {side} px; at least one pixel per cell is needed')
     white = np.pad(cells, margin).astype(np.uint8) * 255
     edges = np.round(np.arange(count + 1) * side / count).astype(int)
     index = np.repeat(np.arange(count), np.diff(edges))

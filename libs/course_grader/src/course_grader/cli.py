@@ -51,14 +51,14 @@ def main(arguments=None):
         start = time.monotonic()
         session, decided = _grade(chosen, command, seed, folder, options)
         if session and session.busy and session.lockstep:
-            print(f'{session.busy} never rests (is there a rate.sleep() in its loop?): graded again in real time.')
+            print(f'{session.busy} never sleeps (is there a rate.sleep() in its loop?). Grading again in real time.')
             _grade_again(options, seed, folder, ['--real-time', '--busy', session.busy])
         if decided.outcome == scoring.UNDECIDED and options.busy and session.flooded:
             decided = decided._replace(outcome=scoring.FAILED, objections=[
-                f'{options.busy} never rests and leaves the simulator no time; is there a rate.sleep() in its loop?'])
+                f'{options.busy} never sleeps, so the simulator gets no time; is there a rate.sleep() in its loop?'])
         slow = decided.outcome == scoring.UNDECIDED and not session.observed.kept_up
         if slow and options.repeats > 0 and time.monotonic() - start < WORTH_REPEATING:
-            print(f'Graded again, because: {decided.objections[0]}')
+            print(f'Grading again, because {decided.objections[0]}')
             last = ['--real-time'] if options.repeats == 1 and session.lockstep else []  # should it be the lockstep
             _grade_again(options, seed, folder, [*last, '--repeats', str(options.repeats - 1)])
         report.write(folder, chosen, session.observed if session else Observed(), decided, command, seed)
@@ -66,16 +66,16 @@ def main(arguments=None):
             with open(os.path.join(folder, 'junit.xml'), 'rb') as file:
                 write_whole(options.junit, file.read())
     except KeyboardInterrupt:
-        print('./run grade: interrupted; everything that was started is ended', file=sys.stderr)
+        print('./run grade: interrupted; all its processes have ended', file=sys.stderr)
         return exit_codes.INTERRUPTED
     except OSError as error:
-        print(f'./run grade: {folder} cannot be written: {error.strerror}. Give another one with --output',
+        print(f'./run grade: {folder} cannot be written: {error.strerror}. Choose another folder with --output',
               file=sys.stderr)
         return exit_codes.USAGE
     print(report.text(chosen, decided))
     for remark in session.remarks if session else []:
         print(f'  note: {remark}')
-    print(f'  seed {seed}; path.png, result.json, junit.xml, output.txt are in {folder}')
+    print(f'  seed {seed}; path.png, result.json, junit.xml and output.txt are in {folder}')
     return exit_codes.OF_OUTCOME[decided.outcome]
 
 
@@ -120,33 +120,37 @@ def _find(name):
         return known[name]
     if os.path.exists(name):
         return name
-    raise exercise.ExerciseError(f'there is no exercise {name!r}, neither a file nor one of {", ".join(known)}')
+    raise exercise.ExerciseError(f'there is no exercise {name!r}; give the path of an exercise file, or one of '
+                                 f'{", ".join(known)}')
 
 
 def _parse(arguments):
     parser = argparse.ArgumentParser(
         prog='./run grade',
         usage='%(prog)s EXERCISE [--seed N] [--speed X | --real-time] [--output FOLDER] -- COMMAND ...\n'
-        '       %(prog)s --all FOLDER ...   grades a class; %(prog)s --all --help tells more',
-        description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch line): starts "
-        'a master, a simulator and the program, watches, and says what was asked, what was seen and the score.',
-        epilog='Exit code: 0 passed, 1 failed, 2 wrong usage, 3 undecided.')
-    parser.add_argument('exercise', help='a name, or a YAML file of your own; names: ' + ', '.join(exercises()))
-    parser.add_argument('--seed', type=int, help='decides start and stimuli; by default another one each time')
-    parser.add_argument('--speed', type=float, help="times real time, 1 to 20; by default the exercise's")
-    parser.add_argument('--real-time', action='store_true', help='for programs that follow the wall clock')
+        '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help',
+        description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch command): "
+        'starts a master, a simulator and the program, and reports what was asked, what was seen, and the score.',
+        epilog='Exit code: 0 passed, 1 failed, 2 usage error, 3 undecided.')
+    parser.add_argument('exercise', help='name of an exercise, or path of your own YAML file; the names: '
+                        + ', '.join(exercises()))
+    parser.add_argument('--seed', type=int,
+                        help='repeats the start and the stimuli of an earlier grading; default: random')
+    parser.add_argument('--speed', type=float,
+                        help="simulated seconds per wall-clock second, 1 to 20; default: the exercise's")
+    parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
     parser.add_argument('--busy', help=argparse.SUPPRESS)  # the nodes that never rested in the first try
     parser.add_argument('--repeats', type=int, default=REPEATS, help=argparse.SUPPRESS)  # that are left
     parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
-                        help="where roslaunch and rosrun look for the program's packages, too; by default in the one "
-                        'in which its file lies')
-    parser.add_argument('--junit', metavar='FILE', help='where junit.xml is written a second time')
+                        help="where roslaunch and rosrun also look for packages; default: the package that holds the "
+                        "program's file")
+    parser.add_argument('--junit', metavar='FILE', help='write junit.xml also to this file')
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
     cut = _cut(arguments)
     options = parser.parse_args(arguments[:cut])
     options.command = arguments[cut + 1:]
     if options.speed is not None and not 1.0 <= options.speed <= exercise.FASTEST:
-        parser.error(f'--speed {options.speed:g}: it must be 1 to {exercise.FASTEST}')
+        parser.error(f'--speed is {options.speed:g}; it must be 1 to {exercise.FASTEST}')
     return options
 
 

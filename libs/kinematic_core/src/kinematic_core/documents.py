@@ -37,12 +37,12 @@ def parse_yaml(text: Union[str, bytes]) -> Any:
         _entries(node, {})
         return loader.construct_document(node)
     except UnicodeDecodeError as error:
-        raise DocumentError(f'no UTF-8 text: {error.reason} at byte {error.start}') from None
+        raise DocumentError(f'not UTF-8 text: {error.reason} at byte {error.start}') from None
     except yaml.YAMLError as error:
-        raise DocumentError('no YAML: ' + ' '.join(str(error).split())) from None
+        raise DocumentError('not YAML: ' + ' '.join(str(error).split())) from None
     except (ValueError, TypeError, AttributeError, KeyError, IndexError, OverflowError, RecursionError) as error:
         # PyYAML's own words, of values that are tagged as something that they cannot be
-        raise DocumentError(f'no YAML: {error!r:.200}') from None
+        raise DocumentError(f'not YAML: {error!r:.200}') from None
 
 
 def read_xml(path: Path) -> ElementTree.Element:
@@ -67,8 +67,8 @@ def parse_xml(content: Union[str, bytes]) -> ElementTree.Element:
         builder.end(tag)
 
     def entity(name: str, *_: object) -> None:
-        raise DocumentError(f'line {parser.CurrentLineNumber}: it defines the entity {name:.80}; write its text '
-                            'instead')
+        raise DocumentError(f'line {parser.CurrentLineNumber}: it defines the entity {name:.80}; write the text '
+                            'of the entity instead')
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, entity
     try:
@@ -84,7 +84,7 @@ def _read(path: Path, largest: int) -> bytes:
     with open(path, 'rb') as file:
         content = file.read(largest + 1)
     if len(content) > largest:
-        raise DocumentError(f'it is too large; allowed are {largest / 1e6:g} MB')
+        raise DocumentError(f'it is too large; at most {largest / 1e6:g} MB are allowed')
     return content
 
 
@@ -98,7 +98,7 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML comes without ty
     def compose_node(self, parent: Any, index: Any) -> Any:
         self._depth += 1
         if self._depth > DEEPEST:
-            raise yaml.MarkedYAMLError(problem=f'more than {DEEPEST} lists or mappings lie within each other',
+            raise yaml.MarkedYAMLError(problem=f'more than {DEEPEST} lists or mappings are nested',
                                        problem_mark=self.peek_event().start_mark)
         try:
             return super().compose_node(parent, index)
@@ -120,6 +120,6 @@ def _entries(node: Any, known: Dict[int, Optional[int]]) -> int:
                     number += _entries(part, known)
         known[id(node)] = number
     if number > MOST_ENTRIES:
-        raise yaml.MarkedYAMLError(problem=f'it has more than {MOST_ENTRIES} entries, aliases written out',
+        raise yaml.MarkedYAMLError(problem=f'it has more than {MOST_ENTRIES} entries, counting those of aliases',
                                    problem_mark=node.start_mark)
     return number

@@ -31,4 +31,4 @@ def require_sane(what: str, **values: float) -> None:
         if not math.isfinite(value):
             raise InvalidInput(f'{what}: {name} is {value}; it must be a finite number')
         if abs(value) > ABSURD:
-            raise InvalidInput(f'{what}: {name} is {value:g}; allowed is -{ABSURD:g} to {ABSURD:g}')
+            raise InvalidInput(f'{what}: {name} is {value:g}; it must be -{ABSURD:g} to {ABSURD:g}')

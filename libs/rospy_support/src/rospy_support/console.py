@@ -144,8 +144,8 @@ class _NoFile(logging.NullHandler):
 
 
 def _say(where, error):
-    print(f'WARNING: no log file: {where}: {getattr(error, "strerror", None) or error}. The node goes on without it; '
-          'set ROS_LOG_DIR to a folder that can be written.', file=sys.stderr)
+    print(f'WARNING: no log file: {where}: {getattr(error, "strerror", None) or error}. The node continues without it; '
+          'set ROS_LOG_DIR to a writable folder.', file=sys.stderr)
 
 
 def _occupy(descriptor):

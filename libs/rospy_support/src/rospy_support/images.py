@@ -54,19 +54,19 @@ def pixels(image):
     """Return an Image's pixels as they are encoded, where possible without a copy; ImageError if they cannot be."""
     encoding = ENCODINGS.get(image.encoding)
     if encoding is None:
-        raise ImageError(f'encoding {image.encoding!r} is not known; these are: {", ".join(sorted(ENCODINGS))}')
+        raise ImageError(f'encoding {image.encoding!r} is unknown; the known ones are: {", ".join(sorted(ENCODINGS))}')
     size = f'{image.width}x{image.height}'
     if not image.width or not image.height:
-        raise ImageError(f'a picture of {size} pixels has no pixels')
+        raise ImageError(f'an image of {size} pixels has no pixels')
     if image.encoding.startswith('yuv') and image.width % 2:
-        raise ImageError(f'a picture of {size} pixels in {image.encoding} needs an even width')
+        raise ImageError(f'an image of {size} pixels in {image.encoding} needs an even width')
     item = np.dtype(encoding.type).itemsize
     row = image.width * encoding.channels * item
     if image.step < row or image.step % item:
         raise ImageError(f'step is {image.step} bytes; a row of {image.width} pixels in {image.encoding} has {row}')
     needed = image.step * (image.height - 1) + row
     if len(image.data) < needed:
-        raise ImageError(f'a picture of {size} pixels in {image.encoding} has {len(image.data)} bytes of data, '
+        raise ImageError(f'an image of {size} pixels in {image.encoding} has {len(image.data)} bytes of data, '
                          f'{image.step * image.height} are needed; is it cut off?')
     kind = np.dtype(encoding.type).newbyteorder('>' if image.is_bigendian else '<')
     shape = (image.height, image.width, encoding.channels)[:2 if encoding.channels == 1 else 3]
@@ -96,7 +96,7 @@ def to_image(array, encoding=None, header=None):
     encoding = encoding or _KINDS.get((array.dtype, channels))
     known = Encoding(np.float32, 1, None, None) if encoding == DEPTH else ENCODINGS.get(encoding)
     if known is None or array.ndim not in (2, 3) or (array.dtype, channels) != (known.type, known.channels):
-        raise ImageError(f'an array of {array.dtype} {array.shape} is no picture in {encoding}')
+        raise ImageError(f'an array of {array.dtype} {array.shape} is not an image in {encoding}')
     image = Image(height=array.shape[0], width=array.shape[1], encoding=encoding,
                   is_bigendian=int(sys.byteorder == 'big'), step=array.shape[1] * channels * array.itemsize,
                   data=array.tobytes())
@@ -133,6 +133,6 @@ def _decoded(image, flags):
     cut = is_truncated(image.data)
     array = cv2.imdecode(data, flags | _AS_STORED) if data.size and not cut else None
     if array is None:
-        why = 'it is cut off' if cut else 'it is no picture that OpenCV knows'
-        raise ImageError(f'a compressed picture ({image.format!r}, {data.size} bytes) cannot be decoded: {why}')
+        why = 'it is cut off' if cut else 'OpenCV does not know its format'
+        raise ImageError(f'a compressed image ({image.format!r}, {data.size} bytes) cannot be decoded: {why}')
     return array

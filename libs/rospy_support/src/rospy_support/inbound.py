@@ -286,5 +286,5 @@ class SocketWatch:
 
 def out_of_files_text(error):
     """Return what to say about an OSError of OUT_OF_FILES."""
-    return (f'No connection can be accepted: {os.strerror(error.errno)}. Idle connections are dropped, others wait '
-            'until some are closed. Allow more before the node is started: ulimit -n 65536')
+    return (f'The node cannot accept connections: {os.strerror(error.errno)}. It drops idle connections; others wait '
+            'until some close. To allow more, type before starting the node: ulimit -n 65536')

@@ -46,14 +46,14 @@ _ending = threading.Event()  # set once the node shuts down
 def init_node(name, declared=(), argv=None, **options):
     """Initialise rospy; ``declared``: the Parameters that the node may read; ``options`` as those of rospy.init_node.
 
-    Raises rospy.exceptions.ROSInitException when it was ended before a master answered.
+    Raises rospy.exceptions.ROSInitException when it was stopped before a master answered.
     """
     parameters.declare(declared)
     servers.protect()
     with console.log_file_guarded():
         rospy.init_node(name, argv=argv, disable_signals=True, **options)
     if rospy.is_shutdown():
-        raise rospy.exceptions.ROSInitException('it was ended before a master answered')
+        raise rospy.exceptions.ROSInitException('it was stopped before a master answered')
     rospy_internals.shut_down_by(lambda reason: shut_down(reason))
     rospy_internals.log_without_asking()
     rospy.on_shutdown(_limit_the_end)
@@ -66,7 +66,7 @@ def run(main):
     threading.excepthook = _thread_failed
     _catch_signals()
     code = outcome(main)
-    shut_down('the node has done its work').join(LONGEST_END)
+    shut_down('the node is done').join(LONGEST_END)
     _leave(code)
 
 
@@ -84,7 +84,7 @@ def outcome(main):
         rospy.logfatal('%s', error)
         return 1 if isinstance(error, MasterAway) else 2
     except rospy.exceptions.ROSInitException as error:
-        print(f'The node could not start: {error}. Does a ROS master run at {rosgraph.get_master_uri()}? '
+        print(f'The node could not start: {error}. Is a ROS master running at {rosgraph.get_master_uri()}? '
               'Start one with roscore.', file=sys.stderr)
         return 1
     except (rospy.ROSInterruptException, KeyboardInterrupt):
@@ -99,7 +99,7 @@ def outcome(main):
 
 def end_when_unread():
     """End the node in order when the reader of its standard output has gone (``node | head``): it only prints."""
-    console.when_unread(lambda: shut_down('nobody reads what it prints'))
+    console.when_unread(lambda: shut_down('nothing reads its output any more'))
 
 
 def shut_down(reason):
@@ -126,7 +126,7 @@ def _limit_the_end():
 
 
 def _give_up():
-    print(f'The node did not end within {LONGEST_END:g} s of its own; it is ended now.', file=sys.stderr)
+    print(f'The node did not end within {LONGEST_END:g} s; it is stopped now.', file=sys.stderr)
     _leave(1)
 
 
@@ -159,5 +159,5 @@ def _thread_failed(failure):
     """Log what ended a thread; while the node ends that is nothing to tell."""
     if not (_ending.is_set() or rospy.is_shutdown()):
         said = ''.join(traceback.format_exception(failure.exc_type, failure.exc_value, failure.exc_traceback))
-        rospy.logerr('The thread %s of this node has ended by an error; please report it:\n%s',
+        rospy.logerr('The thread %s of this node ended with an error; please report it:\n%s',
                      failure.thread.name if failure.thread else '?', said)

@@ -114,7 +114,7 @@ class Number(_Ranged):
         if nearest != value:
             if not self.clamp:
                 raise ValueError
-            rospy.logwarn('parameter %s is %g; it can be%s %s and counts as %g', rospy.resolve_name(self.name), value,
+            rospy.logwarn('parameter %s is %g; it must be%s %s; using %g', rospy.resolve_name(self.name), value,
                           _range(self.minimum, self.maximum), self.unit, nearest)
         return nearest
 

@@ -52,14 +52,14 @@ def wrong_address():
     try:
         address = socket.gethostbyname(announced)
     except (OSError, UnicodeError):
-        return f'{_source()} is {announced!r}, a name without an address. {_remedy(master)}'
+        return f'{_source()} is {announced!r}, a name that has no address. {_remedy(master)}'
     if not here(announced):
         addresses = ', '.join(rosgraph.network.get_local_addresses())
         return (f'{_source()} is {announced}, but this machine has the addresses {addresses}: nodes on other '
-                f'machines cannot reach this node, and nothing that it publishes arrives there. {_remedy(master)}')
+                f'machines cannot reach this node and receive nothing from it. {_remedy(master)}')
     if address.startswith('127.') and not here(master):
-        return (f'The master is on another machine ({master}), but {_source()} is {announced}, which means this '
-                f'machine only: nothing that this node publishes arrives there. {_remedy(master)}')
+        return (f'The master is on another machine ({master}), but {_source()} is {announced}, which other '
+                f'machines cannot use: nodes there receive nothing from this node. {_remedy(master)}')
     return ''
 
 
@@ -84,7 +84,7 @@ def unconnected():
 
 
 def _silence(topic, nodes):
-    return (f'{topic}: {nodes} is known to the master, but there is no connection. This node says that it is reached '
+    return (f'{topic}: {nodes} is known to the master, but no connection exists. This node says that it is reached '
             f'at {rosgraph.network.get_host_name()} ({_source()}), its master is {rosgraph.get_master_uri()}. '
             f'Check that {nodes} runs (rosnode ping; rosnode cleanup if not) and that ROS_IP is right on both sides. '
             f'{_remedy(_master_host())}')

@@ -97,7 +97,7 @@ class _Watch:
             for hook in list(_hooks):
                 hook()
             self._lost = False
-            rospy.logwarn('The ROS master was started anew: registered again with it.')
+            rospy.logwarn('The ROS master was restarted: registered again.')
         elif self._away:
             rospy.logwarn('The ROS master answers again.')
         self._away = False
@@ -108,9 +108,9 @@ def _known():
     sign = rospy.resolve_name(SIGN)
     (code, _, uri), = Master(TIMEOUT).request([('lookupService', sign)])
     if code == 1 and uri != dict(rospy_internals.services()).get(sign, uri):
-        rospy.logfatal('Another node of the name %s is registered with the ROS master: this one ends, as a ROS node '
+        rospy.logfatal('Another node with the name %s is registered with the ROS master: this one ends, as a ROS node '
                        'does when a newer one takes its name.', rospy.get_name())
-        rospy.signal_shutdown('another node has its name')
+        rospy.signal_shutdown('another node has taken its name')
     return code == 1
 
 

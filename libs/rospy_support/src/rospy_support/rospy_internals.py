@@ -365,7 +365,7 @@ class _Publishers:
 
     def _proxy(self, xmlrpcapi, uri, cache):
         if uri not in self._named.get(getattr(self._own, 'topic', None), (uri,)):
-            raise ConnectionRefusedError(errno.ECONNREFUSED, f'{uri} does not publish it any more')
+            raise ConnectionRefusedError(errno.ECONNREFUSED, f'{uri} no longer publishes it')
         return xmlrpcapi(uri, cache)
 
 
@@ -475,7 +475,7 @@ def shut_down_by(function):
         print(f'shutdown request: {msg}')
         meant = re.match(r'\[(/\S*)\] Reason: ', str(msg))  # the master's way to say who
         if meant and meant.group(1) != self.name:
-            rospy.logwarn('Ignored a request to shut down that was meant for %s', meant.group(1))
+            rospy.logwarn('Ignored a shutdown request for %s', meant.group(1))
             return 0, f'this is {self.name}', 0
         function(f'external shutdown request from [{caller_id}]: [{msg}]')
         return 1, 'shutdown', 0

@@ -42,7 +42,7 @@ def protect():
     unfit = rospy_internals.misfits()
     if unfit:
         print(f'This rospy ({rospy_internals.version()}) differs from those that rospy_support knows, so that idle '
-              f'connections can keep others out of this node: {"; ".join(unfit)}', file=sys.stderr)
+              f'connections can block this node: {"; ".join(unfit)}', file=sys.stderr)
         return
     report = Report()
     watch = SocketWatch(report)

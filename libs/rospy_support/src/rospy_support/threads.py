@@ -49,6 +49,6 @@ def guarded(function):
         except Exception as error:
             text = f'{type(error).__name__}: {error}'
             if not rospy_internals.shutting_down() and throttle.due(text=text, changed=0.0):
-                rospy.logerr('An error in this node, which goes on; please report it:\n%s', traceback.format_exc())
+                rospy.logerr('An error in this node, which continues; please report it:\n%s', traceback.format_exc())
             return None
     return call

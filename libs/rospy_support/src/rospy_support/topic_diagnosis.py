@@ -24,11 +24,11 @@ def text_about(topic, data_type, name, types, publishers):
     """Return the same from {topic: type} and {topic: other nodes that publish it}."""
     own = publishers.get(topic)
     if not own:
-        said = f'{topic}: nobody publishes it.'
+        said = f'{topic}: no node publishes it.'
     elif types.get(topic) not in (data_type, '*'):
         said = f'{topic}: {", ".join(own)} publishes it as {types.get(topic)}, not as {data_type}.'
     else:
-        said = f'{topic}: {", ".join(own)} publishes it, but nothing comes: does it get what it needs itself?'
+        said = f'{topic}: {", ".join(own)} publishes it, but no message arrives: does that node get its own input?'
     others = sorted(key for key, nodes in publishers.items() if nodes and types.get(key) == data_type and key != topic)
     if not others:
         return f'{said} There is no other topic of type {data_type}.'

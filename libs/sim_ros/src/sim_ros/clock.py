@@ -84,7 +84,7 @@ class SimulatorClock:
         lockstep = PARAMETERS['~lockstep'].read(self._publishes and rate == math.inf)
         if lockstep and not self._publishes:
             raise parameters.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
-                                            'nobody follows the steps; set ~clock to true as well')
+                                            'no node follows the steps; set ~clock to true as well')
         self._pacer = Pacer(step, rate, bounded=self._publishes and rate > REAL_TIME, paused=paused)
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._status = StatusReporter(self._pacer, lockstep, self._publishes, self._throttle)
@@ -114,8 +114,8 @@ class SimulatorClock:
             if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
                 time.sleep(self._pacer.step)  # nobody follows yet: years would pass before a node has started
             if given_up and not self._lockstep:
-                rospy.logwarn('The simulator stood still for %.1f s (a suspended machine?); it goes on from here.',
-                              given_up)
+                rospy.logwarn('The simulator stood still for %.1f s (was the machine suspended?); it continues '
+                              'from here.', given_up)
             if self._publishes:
                 self._step_and_publish(step)
             else:
@@ -171,16 +171,16 @@ class SimulatorClock:
 
     def _wait_for_nodes(self):
         if not self._lockstep.wait():
-            self._throttle.warn('late', 'Lockstep: a step began after %g s although this was still busy: %s. The '
+            self._throttle.warn('late', 'Lockstep: after %g s a step started although these were still busy: %s. The '
                                 'result may depend on the machine; ~clock_status counts such steps.',
                                 self._lockstep_timeout, self._lockstep.busy)
 
     def _look_for_lag(self):
         behind = self._lag.look()
         if behind:
-            self._throttle.warn('behind', '%s cannot follow: %.1f s of simulated time behind /clock. The result may '
-                                'depend on the machine; _lockstep:=true waits for nodes, ~clock_status counts this in '
-                                'late_steps.', self._lag.busy, behind)
+            self._throttle.warn('behind', '%s is falling behind: %.1f s of simulated time behind /clock. The result '
+                                'may depend on the machine; _lockstep:=true waits for nodes, ~clock_status counts this '
+                                'in late_steps.', self._lag.busy, behind)
 
     def _report(self):
         watch = self._lockstep or self._lag
@@ -199,7 +199,7 @@ class SimulatorClock:
         """Set /use_sim_time where nobody has; say what speaks against it."""
         others = _other_clocks()
         if others:
-            rospy.logwarn('%s publishes /clock as well: time will jump. Start this node with _clock:=false.',
+            rospy.logwarn('%s also publishes /clock, so time will jump. Start this node with _clock:=false.',
                           ', '.join(others))
         if not rospy.has_param(USE_SIM_TIME):
             rospy.set_param(USE_SIM_TIME, True)
@@ -207,7 +207,7 @@ class SimulatorClock:
             rospy.on_shutdown(self._unset_use_sim_time)
             rospy.loginfo('Set %s to true: nodes that start from now on follow /clock.', USE_SIM_TIME)
         elif not rospy.get_param(USE_SIM_TIME):
-            rospy.logwarn('%s is false: nodes keep wall time, although this simulator publishes /clock. Type: '
+            rospy.logwarn('%s is false: nodes use wall-clock time, although this simulator publishes /clock. Type: '
                           'rosparam set %s true, before the other nodes start.', USE_SIM_TIME, USE_SIM_TIME)
 
     def _use_other_clock(self):
@@ -215,7 +215,7 @@ class SimulatorClock:
         if not rospy_internals.follow_time():
             raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
         if rospy.get_param(USE_SIM_TIME, False) and not _other_clocks():
-            rospy.logwarn('%s is true, but nobody publishes /clock: nodes wait for it for ever. Start this simulator '
+            rospy.logwarn('%s is true, but no node publishes /clock: nodes wait for it forever. Start this simulator '
                           'with _clock:=true, or type: rosparam set %s false', USE_SIM_TIME, USE_SIM_TIME)
 
     def _unset_use_sim_time(self):
@@ -229,7 +229,8 @@ class SimulatorClock:
         request = self._pacer.pause()
         self._wait_until_made(request)
         if not request.made:
-            return TriggerResponse(False, f'the simulator was resumed meanwhile: {self._time_after(self._pacer.steps)}')
+            return TriggerResponse(False, 'the simulator was resumed in the meantime: '
+                                   + self._time_after(self._pacer.steps))
         return TriggerResponse(True, self._time_after(request.last))
 
     def _resume(self, _):
@@ -237,11 +238,11 @@ class SimulatorClock:
 
     def _step_by_hand(self, message):
         if message.steps > MOST_STEPS:
-            raise rospy.ServiceException(f'steps is {message.steps}; allowed is 0 to {MOST_STEPS}')
+            raise rospy.ServiceException(f'steps is {message.steps}; it must be 0 to {MOST_STEPS}')
         request = self._pacer.request(message.steps)
         self._wait_until_made(request)
         if not request.made:
-            raise rospy.ServiceException('the simulator was resumed meanwhile')
+            raise rospy.ServiceException('the simulator was resumed in the meantime')
         return StepResponse(request.last, self._pacer.nanoseconds_after(request.last) / 1e9)
 
     def _wait_until_made(self, request):
@@ -249,10 +250,10 @@ class SimulatorClock:
         while not request.wait(ANSWER_POLL) and not rospy.is_shutdown():
             pass
         if not request.made and rospy.is_shutdown():
-            raise rospy.ServiceException('the simulator ends')
+            raise rospy.ServiceException('the simulator is shutting down')
 
     def _time_after(self, steps):
-        return f'{steps} steps made, the simulated time is {self._pacer.nanoseconds_after(steps) / 1e9:.9g} s'
+        return f'{steps} steps done; the simulated time is {self._pacer.nanoseconds_after(steps) / 1e9:.9g} s'
 
 
 def _other_clocks():

@@ -21,7 +21,7 @@ FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up
 LONGEST_PAUSE = 1e-3  # [s]
 SETTLING = 0.12  # [s] without work after a registration: the master's threads that tell others look every 0.1 s
 WORK = 100_000  # [ns] that a thread runs at least for a registration; threads that poll run less between two looks
-NOBODY = 'the simulator itself, or connections that are being made'  # where no node is busy
+NOBODY = 'the simulator itself, or new connections'  # where no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
 TRIES = 3  # to ask it: a machine that stands still lets that time pass
 

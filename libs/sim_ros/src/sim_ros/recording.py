@@ -59,12 +59,12 @@ class RecordedWorld:
             recorder = self.record(path)
         except OSError as error:
             raise parameters.ParameterError(
-                f'parameter {name} is {path!r}: {error}; it must be a file that can be written, or empty. To forget '
+                f'parameter {name} is {path!r}: {error}; it must be a writable file, or empty. To forget '
                 f'it, type: rosparam delete {name}') from None
         if recorder.path != os.path.abspath(path):
-            rospy.logwarn('%s is %r, which exists and stays as it is: this run is recorded in %s. If no recording is '
-                          'wanted, type: rosparam delete %s', name, path, recorder.path, name)
-        rospy.loginfo('Recording %s, called %s until this node ends.', recorder.path, recorder.path + ACTIVE)
+            rospy.logwarn('%s is %r, which already exists and is not overwritten: this run is recorded in %s. '
+                          'If you want no recording, type: rosparam delete %s', name, path, recorder.path, name)
+        rospy.loginfo('Recording %s; its name is %s until this node ends.', recorder.path, recorder.path + ACTIVE)
 
     def record(self, path):
         """Record from the next step on; return the Recorder. Raise OSError when the file cannot be written."""
@@ -86,7 +86,7 @@ class RecordedWorld:
         try:
             self._recorder.tick(self.world.steps - 1, self._fields(result))
         except OSError as error:
-            rospy.logerr('The recording ends here, after %d ticks: %s', self.world.steps - 1, error)
+            rospy.logerr('The recording stops here, after %d ticks: %s', self.world.steps - 1, error)
             self._recorder = None
 
     def end_recording(self):

@@ -48,7 +48,7 @@ class BundleNode(MarkerNode):
         for (source, number), pictures in self._odd.items():
             if pictures >= ODD_PICTURES:
                 self._complain(('odd', source, number), f'Marker {number} is not where {source} says (or has another '
-                              'size); it is left out. Was it moved, or is there a second one of its number?')
+                              'size); it is ignored. Was it moved, or is there a second one with this number?')
 
 
 def sizes_of(known):
@@ -64,10 +64,10 @@ def read_bundles(names):
     try:
         paths = shlex.split(names)
     except ValueError as error:
-        raise _wrong(f'is {names!r}: {error}; names with blanks are quoted as in a shell') from None
+        raise _wrong(f'is {names!r}: {error}; quote names with spaces as in a shell') from None
     if not paths:
-        raise _wrong('has to be set: the XML files of the bundles, separated by blanks; there are some in the folder '
-                     'bundles of this package, and createMarker writes such files')
+        raise _wrong('must be set: the XML files of the bundles, separated by spaces; the folder bundles of this '
+                     'package contains some, and createMarker writes such files')
     try:
         known = [bundles.read(os.path.abspath(path)) for path in paths]
     except bundles.BundleError as error:
@@ -89,8 +89,8 @@ def _note_shared(known):
             owners.setdefault(number, []).append(bundle.source)
     for number, sources in owners.items():
         if len(sources) > 1:
-            rospy.logwarn('Marker %d belongs to %s; where it is seen, it counts for each of them. Give every marker '
-                          'to one bundle only', number, ' and '.join(sources))
+            rospy.logwarn('Marker %d belongs to %s; it counts for each of them. Use each marker '
+                          'in one bundle only', number, ' and '.join(sources))
 
 
 def _wrong(text):

@@ -84,7 +84,7 @@ def camera_of(info, width, height, rectified=False):
 def _checked(matrix, name):
     if not np.all(np.isfinite(matrix)) or matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
         raise CameraError(f'{name} is {np.round(matrix, 3).tolist()}: fx and fy must be above 0 and all must be '
-                          'finite; an uncalibrated camera publishes zeros: calibrate it (camera_calibration) or give '
+                          'finite; an uncalibrated camera publishes zeros: calibrate it (camera_calibration), or give '
                           'its driver the calibration file')
     return matrix
 
@@ -95,10 +95,10 @@ def _check_size(info, width, height):
     full = (roi.width, roi.height) if roi.width and roi.height else (info.width, info.height)
     expected = full[0] // max(info.binning_x, 1), full[1] // max(info.binning_y, 1)
     if all(expected) and expected != (width, height):
-        raise CameraError(f'the picture has {width}x{height} pixels, camera_info is for {expected[0]}x{expected[1]} '
+        raise CameraError(f'the image has {width}x{height} pixels, camera_info is for {expected[0]}x{expected[1]} '
                           f'(width x height {info.width}x{info.height}, roi {roi.width}x{roi.height}, binning '
                           f'{info.binning_x}x{info.binning_y}): they belong to different cameras or modes; calibrate '
-                          'in the mode that is used, or let the driver set binning and roi')
+                          'in the mode in use, or let the driver set binning and roi')
 
 
 def _of_window(info, matrix):

@@ -32,14 +32,14 @@ class Statistics:
     def report(self, name, elapsed, enabled, stamp):
         """Return the DiagnosticArray of the last ``elapsed`` [s] of the node ``name``, and begin anew."""
         pictures = len(self._times)
-        said = self._trouble or (f'{pictures / elapsed:.1f} pictures a second' if enabled else 'disabled')
+        said = self._trouble or (f'{pictures / elapsed:.1f} images per second' if enabled else 'disabled')
         values = {
-            'rate [Hz]': f'{pictures / elapsed:.2f}', 'time per picture [ms]': _median_ms(self._times),
-            'from arrival to message [ms]': _median_ms(self._latencies),
-            'markers per picture': f'{self._found / max(pictures, 1):.2f}',
+            'rate [Hz]': f'{pictures / elapsed:.2f}', 'time per image [ms]': _median_ms(self._times),
+            'time from image to message [ms]': _median_ms(self._latencies),
+            'markers per image': f'{self._found / max(pictures, 1):.2f}',
             'markers with ambiguous orientation': self._ambiguous, 'markers without transform': self.missing_transforms,
-            'pictures refused': self.refused, 'pictures dropped': self.dropped,
-            'pictures beyond max_frequency': self.skipped, 'enabled': enabled}
+            'images refused': self.refused, 'images dropped': self.dropped,
+            'images beyond max_frequency': self.skipped, 'enabled': enabled}
         status = DiagnosticStatus(level=DiagnosticStatus.WARN if self._trouble else DiagnosticStatus.OK,
                                   name=f'{name.lstrip("/")}: markers', message=said, hardware_id='none',
                                   values=[KeyValue(key, str(value)) for key, value in values.items()])

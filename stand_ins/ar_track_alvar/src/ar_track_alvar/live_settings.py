@@ -30,12 +30,12 @@ class LiveSettings:
         try:
             self._server.update_configuration(changes)
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error) as error:  # it is in effect all the same
-            rospy.logwarn('The parameter server could not be told of a change: %s', error)
+            rospy.logwarn('Cannot write a change to the parameter server: %s', error)
 
     def _changed(self, config, _):
         for name in ParamsConfig.defaults:
             if not math.isfinite(config[name]):
-                rospy.logwarn('dynamic_reconfigure: %s is %s; it must be a finite number and stays %s', name,
+                rospy.logwarn('dynamic_reconfigure: %s is %s; it must be a finite number; it stays %s', name,
                               config[name], getattr(self._settings, name))
                 config[name] = getattr(self._settings, name)
             setattr(self._settings, name, config[name])

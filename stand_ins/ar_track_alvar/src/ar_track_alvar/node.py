@@ -126,7 +126,7 @@ class MarkerNode:
                 if self._tracker is not None:
                     self._start_anew()
                 if not rospy_internals.shutting_down():
-                    self._complain('fault', f'A picture could not be searched:\n{traceback.format_exc()}')
+                    self._complain('fault', f'Cannot search an image:\n{traceback.format_exc()}')
 
     def _turn(self):
         """Wait for something to do, and do it."""
@@ -170,7 +170,7 @@ class MarkerNode:
 
     def _search(self, arrival, message, info):
         if info is None:
-            self._statistics.trouble(f'no camera_info has come on {rospy.resolve_name("camera_info")}')
+            self._statistics.trouble(f'no camera_info received on {rospy.resolve_name("camera_info")}')
             return
         self._notice_jump(message.header.stamp)
         begun = time.perf_counter()
@@ -185,8 +185,8 @@ class MarkerNode:
             return
         numbered, others = conversions.numbered(found)
         for content in others:
-            self._complain('content', f'A marker with the content {content!r} is in sight; it is not published: '
-                           f'AlvarMarker.id holds numbers up to {LARGEST_MARKER_ID} only.')
+            self._complain('content', f'A marker with the content {content!r} is visible, but not published: '
+                           f'AlvarMarker.id holds only numbers up to {LARGEST_MARKER_ID}.')
         detections = self._errors.accepted(numbered, self.settings.max_new_marker_error,
                                            self.settings.max_track_error)
         self._statistics.searched(time.perf_counter() - begun, detections)
@@ -209,14 +209,14 @@ class MarkerNode:
         if key != self._camera_key:
             self.camera = conversions.camera_of(info, grey.shape[1], grey.shape[0], rectified)
             self._camera_key = key
-            rospy.loginfo('The camera now: %dx%d, %s', *key[:2], 'rectified: P is used, not D' if rectified else
+            rospy.loginfo('Camera: %dx%d, %s', *key[:2], 'rectified: P is used, not D' if rectified else
                           f'distortion model {info.distortion_model or "none"}')
             self._tracker.reset()
         return self.camera
 
     def _notice_jump(self, stamp):
         if self._last_stamp is not None and (self._last_stamp - stamp).to_sec() > JUMP_BACK:
-            rospy.loginfo('Time has jumped back by %.1f s; starting anew', (self._last_stamp - stamp).to_sec())
+            rospy.loginfo('Time jumped back by %.1f s; tracking starts again', (self._last_stamp - stamp).to_sec())
             self._start_anew()
             self._report.clear()
         self._last_stamp = stamp
@@ -234,10 +234,10 @@ class MarkerNode:
             with self._condition:
                 info, info_came, picture_came = self._info, self._info_came, self._image_came
             if now - picture_came > SILENCE:
-                self._complain('picture', f'no picture has come for {now - picture_came:.0f} s',
+                self._complain('picture', f'no image received for {now - picture_came:.0f} s',
                                lambda: waiting_text(self._subscriber, 'camera_image'))
             elif info is None and now - info_came > SILENCE:
-                self._complain('camera_info', f'no camera_info has come for {now - info_came:.0f} s',
+                self._complain('camera_info', f'no camera_info received for {now - info_came:.0f} s',
                                lambda: waiting_text(self._info_subscriber, 'camera_info'))
         elapsed, self._reported = now - self._reported, now
         self._diagnostics.publish(self._statistics.report(rospy.get_name(), elapsed, self.settings.enabled,

@@ -29,7 +29,7 @@ class OutputFrame:
         if camera_frame == self.frame:
             return IDENTITY
         if not camera_frame:
-            raise TransformMissing('the pictures have no frame_id; set it in the camera driver')
+            raise TransformMissing('the images have no frame_id; set it in the camera driver')
         if self._buffer is None:
             self._buffer = tf2_ros.Buffer(debug=False)
             self._listener = tf2_ros.TransformListener(self._buffer)
@@ -50,7 +50,7 @@ class OutputFrame:
                 return matrix_of(newest.transform)
         except tf2_ros.TransformException:
             pass
-        known = ', '.join(sorted(self._frames())) or 'none, nobody publishes tf'
+        known = ', '.join(sorted(self._frames())) or 'none, as no node publishes tf'
         raise TransformMissing(f"no transform from the camera's frame {camera_frame} to {self.frame}: "
                                f'{str(reason).rstrip(" .")}. Frames that exist: {known}')
 

@@ -52,9 +52,9 @@ def read():
     settings.output_frame = settings.output_frame.lstrip('/')
     if not settings.output_frame:
         raise parameters.ParameterError(
-            f'parameter {rospy.resolve_name("~output_frame")} has to be set: the tf frame in '
-                                    'which markers are reported, such as the camera\'s own; set it with '
-                                    '_output_frame:=FRAME on the command line or in the launch file')
+            f'parameter {rospy.resolve_name("~output_frame")} must be set: the tf frame of the '
+            'published markers, such as that of the camera; set it with _output_frame:=FRAME on the command line or in '
+            'the launch file')
     try:
         check_resolution(settings.marker_resolution)
     except CodeError as error:

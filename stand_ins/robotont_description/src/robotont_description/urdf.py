@@ -26,9 +26,9 @@ def describe(model, prefix, folder):
 
 def main(arguments=None):
     """Print the URDF that the command line asks for; its folder is the one above the script's."""
-    parser = argparse.ArgumentParser(description='Prints the URDF of a Robotont.')
+    parser = argparse.ArgumentParser(description='Print the URDF of a Robotont.')
     parser.add_argument('model', choices=sorted(MODELS))
-    parser.add_argument('--prefix', default='', help='of the names of links and joints, e.g. robot1/')
+    parser.add_argument('--prefix', default='', help='prefix of the names of links and joints, e.g. robot1/')
     options = parser.parse_args(arguments)
     try:
         import rospkg

@@ -102,8 +102,8 @@ class RobotontNode:
             self._look_at_time()
             if world.timed_out and not self._told_of_watchdog:
                 self._told_of_watchdog = True
-                rospy.logwarn('No message on %s for %g s: the robot stops, as it will from now on without further '
-                              'notice. Publish again and again (10 Hz or more), or set ~watchdog.',
+                rospy.logwarn('No message on %s for %g s: the robot stops. It will do so again without a '
+                              'warning. Publish continuously (10 Hz or more), or set ~watchdog.',
                               rospy.resolve_name('cmd_vel'), world.watchdog)
             if world.steps % ODOMETRY_STEPS == 0:
                 self._publish_motion()
@@ -175,7 +175,7 @@ def _read_world(seed):
         return RobotWorld(plan, start, limits, watchdog, slip, noise, seed)
     except InvalidInput as error:
         raise parameters.ParameterError(
-            f'parameters {rospy.resolve_name("~x")}, ~y: {error}. Start it elsewhere; launch '
+            f'parameters {rospy.resolve_name("~x")}, ~y: {error}. Start it somewhere else; launch '
                                     'files put it at x = -x_pos') from None
 
 

@@ -41,8 +41,8 @@ def other_robot(node, topic):
         for name in sorted({own, *publishers}):
             if _lives(master, name):
                 what = 'has this name' if name == own else f'publishes {published}'
-                return (f'{name} {what} already: two robots would answer to the same topics. End that one, or start '
-                        f'this one in a namespace of its own, e.g. __ns:=robot2')
+                return (f'{name} {what} already: two robots would use the same topics. Stop that node, or start this '
+                        f'one in its own namespace, e.g. __ns:=robot2')
     except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
         pass  # rospy says itself that there is no master
     return None

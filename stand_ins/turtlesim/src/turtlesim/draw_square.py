@@ -187,7 +187,7 @@ def reset_simulator():
         except rospy.ROSInterruptException:
             raise
         except rospy.ServiceException as failure:
-            rospy.logwarn_throttle(PATIENCE, f'{name} failed, it is called again: {failure}')
+            rospy.logwarn_throttle(PATIENCE, f'{name} failed; calling it again: {failure}')
             time.sleep(RETRY_PERIOD)
         except rospy.ROSException:
             rospy.loginfo_throttle(PATIENCE, f'Waiting for the service {name}. Start the simulator: '

@@ -48,7 +48,7 @@ class MimicNode:
         self._input = rospy.resolve_name(source)
         self._refusals = WallThrottle(WARNING_PERIOD)
         rospy.on_shutdown(self._stop)
-        rospy.loginfo('The speeds of %s go to %s (choose turtles with input:=turtle1 output:=turtle2)',
+        rospy.loginfo('%s controls %s (choose other turtles with input:=turtle1 output:=turtle2)',
                       self._input, self._publisher.resolved_name)
         rospy.Subscriber(source, Pose, self._copy, queue_size=1, tcp_nodelay=True)
 

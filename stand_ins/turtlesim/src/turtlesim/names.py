@@ -33,10 +33,10 @@ class TurtleNames:
         A turtle of exactly that name is not looked for here: the world refuses it with a text of its own.
         """
         if not LEGAL.fullmatch(name):
-            raise InvalidInput(f'spawn: the name {name[:LONGEST]!r} is not allowed; a name begins with a letter and '
-                               'has only the letters a-z and A-Z, digits and _, with single / between its parts')
+            raise InvalidInput(f'spawn: the name {name[:LONGEST]!r} is not allowed; a name starts with a letter and '
+                               'contains only letters (a-z, A-Z), digits and _, with single / between its parts')
         if len(name) > LONGEST:
-            raise InvalidInput(f'spawn: the name has {len(name)} characters; allowed are at most {LONGEST}')
+            raise InvalidInput(f'spawn: the name has {len(name)} characters; at most {LONGEST} are allowed')
         resolved = rospy.resolve_name(name)
         if resolved == rospy.get_name() or resolved in map(rospy.resolve_name, NODE_SERVICES):
             raise InvalidInput(f'spawn: the name {name!r} belongs to the simulator itself ({resolved}); choose another')

@@ -159,7 +159,7 @@ class TurtlesimNode:
         try:
             return self._read_background()
         except rospy.ServiceException:
-            rospy.logwarn('Going on with the background %s until the parameter is right and clear is called.',
+            rospy.logwarn('Continuing with the background %s; correct the parameter, then call clear.',
                           BACKGROUND)
             return BACKGROUND
 
@@ -184,7 +184,7 @@ class TurtlesimNode:
         try:
             self._master.unregister(calls)
         except NoMaster as error:
-            rospy.logwarn('%s: it may still know turtles that are gone.', error)
+            rospy.logwarn('%s: it may still list turtles that are gone.', error)
 
 
 def _start():

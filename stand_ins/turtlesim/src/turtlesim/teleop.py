@@ -29,11 +29,11 @@ SCALES = [Number(f'{prefix}scale_{kind}', 2.0, -ABSURD, ABSURD, unit)  # turtles
 PARAMETERS = Table(*SCALES)
 
 HELP = """\
-The arrow keys drive a turtle, by way of {topic}:
+The arrow keys drive a turtle, on {topic}:
   up, down      forward, backward at {linear:g} m/s
   left, right   turn left, right at {angular:g} rad/s
   q             end (Ctrl-C too)
-A press lasts one second; keep a key pressed to go on. The keys go to whatever has the focus:
+A press lasts one second; hold a key to continue. The window with the focus gets the keys:
 click on this terminal, not on the turtle's window."""
 
 _ARROWS = {b'A': 'up', b'B': 'down', b'C': 'right', b'D': 'left'}
@@ -161,7 +161,7 @@ class TeleopNode:
         twist.linear.x = self._linear * forward
         twist.angular.z = self._angular * turn
         if not self._publisher.wanted():
-            rospy.logwarn_throttle(5.0, f'Nobody listens on {self._publisher.resolved_name}. '
+            rospy.logwarn_throttle(5.0, f'No subscriber on {self._publisher.resolved_name}. '
                                         'Is the simulator running? rosrun turtlesim turtlesim_node')
         self._publisher.publish(twist)
 
@@ -170,7 +170,7 @@ class TeleopNode:
         topic = self._publisher.resolved_name
         subscribers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(topic, [])
         if not subscribers:
-            rospy.loginfo('Waiting for a listener on %s', topic)
+            rospy.loginfo('Waiting for a subscriber on %s', topic)
         self._listened.wait()
         deadline = time.monotonic() + LISTENERS_DEADLINE
         while self._publisher.get_num_connections() < len(subscribers) and time.monotonic() < deadline:

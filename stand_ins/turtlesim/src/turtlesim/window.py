@@ -62,7 +62,7 @@ class Window:
         """
         size = picture.nbytes if hasattr(picture, 'nbytes') else len(picture)
         if size != 3 * CANVAS_SIZE * CANVAS_SIZE:
-            raise ValueError(f'a picture of {size} bytes; it must be {CANVAS_SIZE} x {CANVAS_SIZE} px of 3 bytes each')
+            raise ValueError(f'an image of {size} bytes; it must be {CANVAS_SIZE} x {CANVAS_SIZE} px of 3 bytes each')
         with self._change:
             if picture is not self._last:
                 self._newest = self._last = picture
@@ -105,7 +105,7 @@ class Window:
             self._closed_by_user = not asked and code == 0
             self._change.notify()
         if not asked and code != 0:
-            self._report(f'{said or f"The window ended with code {code}."}\nThe simulator goes on without a window.')
+            self._report(f'{said or f"The window ended with code {code}."}\nThe simulator continues without a window.')
 
 
 def _start(title):
@@ -138,7 +138,7 @@ class ImageReader:
             header = _HEADER.match(self._rest)
             if not header:
                 if len(self._rest) >= _LONGEST_HEADER:
-                    raise ValueError(f'{bytes(self._rest[:_LONGEST_HEADER])!r} is no PPM picture (P6 WIDTH HEIGHT 255)')
+                    raise ValueError(f'{bytes(self._rest[:_LONGEST_HEADER])!r} is no PPM image (P6 WIDTH HEIGHT 255)')
                 return newest
             size = header.end() + 3 * int(header[1]) * int(header[2])
             if len(self._rest) < size:
@@ -196,11 +196,11 @@ def main():
         viewer = _Viewer(tkinter, sys.argv[1] if len(sys.argv) > 1 else TITLE, sys.stdin.fileno())
     except tkinter.TclError as error:
         sys.exit(f'No window: the display DISPLAY={os.environ.get("DISPLAY", "")!r} cannot be used ({error}). '
-                 'Set DISPLAY to that of a running X server, or do without a window: _window:=false')
+                 'Set DISPLAY to a running X server, or run without a window: _window:=false')
     try:
         viewer.run()
     except ValueError as error:
-        sys.exit(f'The window ended: its standard input broke: {error}')
+        sys.exit(f'The window ended: its standard input failed: {error}')
 
 
 if __name__ == '__main__':

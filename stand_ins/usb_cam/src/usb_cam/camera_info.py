@@ -68,7 +68,7 @@ class CameraInfos:
     def _fitting(self, width, height):
         """Return the Calibration to use for pictures of this size, or None."""
         if self._calibration is not None and self._calibration.size != (width, height):
-            self._say(rospy.logerr, f'The calibration {self._path} is for pictures of {self._calibration.image_width}x'
+            self._say(rospy.logerr, f'The calibration {self._path} is for images of {self._calibration.image_width}x'
                                     f'{self._calibration.image_height} (image_width, image_height); these are '
                                     f'{width}x{height}. {self._instead()}')
         elif self._calibration is not None:
@@ -86,22 +86,22 @@ class CameraInfos:
 
     def _instead(self):
         if self._fov:
-            return f'An approximate one is used, from horizontal_fov = {self._fov:g} degrees.'
-        return ('Going on uncalibrated: K in ~camera_info is zero. Calibrate the camera (package camera_calibration), '
-                'or set _horizontal_fov to its angle of view in degrees.')
+            return f'Using an approximate one, from horizontal_fov = {self._fov:g} degrees.'
+        return ('Continuing without calibration: K in ~camera_info is all zeros. Calibrate the camera (package '
+                'camera_calibration), or set _horizontal_fov to its angle of view in degrees.')
 
     def _set(self, request):
         with self._lock:
             try:
                 self._calibration = from_message(request.camera_info, self._name)
             except CalibrationError as error:
-                return SetCameraInfoResponse(False, f'The camera_info is refused: {error}')
+                return SetCameraInfoResponse(False, f'set_camera_info refused: {error}')
             self._given, self._message = True, None
             try:
                 self._path = self._path or self._default_path()
                 calibration.write(self._path, self._calibration)
             except (OSError, CalibrationError) as error:
-                return SetCameraInfoResponse(False, f'The calibration is in use until this node ends, but could not be '
+                return SetCameraInfoResponse(False, f'The calibration is used until this node ends, but cannot be '
                                                     f'written: {error}')
         rospy.loginfo('writing calibration data to %s', self._path)
         return SetCameraInfoResponse(True, f'written to {self._path}')

@@ -91,12 +91,12 @@ class UsbCamNode:
         """Publish the picture that was grabbed, in all forms that somebody wants."""
         stamp = _stamp(source.age())
         if stamp is None:
-            self._throttle.warn('time', 'use_sim_time is set, but no time has come on /clock yet: no pictures until '
+            self._throttle.warn('time', 'use_sim_time is true, but there is no time on /clock yet: no pictures until '
                                 'then.')
             return
         bgr = source.retrieve()
         if bgr is None:
-            self._throttle.warn('broken', '%s sends broken pictures now and then, which are left out.', self._device)
+            self._throttle.warn('broken', '%s sometimes sends broken images; they are skipped.', self._device)
             return
         height, width = bgr.shape[:2]
         header = Header(stamp=stamp, frame_id=self._frame_id)
@@ -115,11 +115,11 @@ class UsbCamNode:
     def trouble(self, text):
         """Say why there are no pictures: at once when it is something new, else from time to time."""
         if self._throttle.due('trouble', text, changed=0.0):
-            rospy.logerr('%s Trying again until it works.', text)
+            rospy.logerr('%s Retrying.', text)
 
     def ended(self):
         """Say that the last picture was shown."""
-        rospy.loginfo('%s: that was the last picture, and _loop is false. %s plays it again.', self._device,
+        rospy.loginfo('%s: that was the last image, and ~loop is false. Call %s to play it again.', self._device,
                       rospy.resolve_name('~start_capture'))
 
     def _warn(self, text):
@@ -131,8 +131,8 @@ class UsbCamNode:
 
     def _stop(self, _):
         if not self._capture.stop():
-            raise rospy.ServiceException(f'{self._device} does not answer; it is let go of as soon as it does '
-                                         f'({STOP_TIMEOUT:g} s were not enough)')
+            raise rospy.ServiceException(f'{self._device} did not answer within {STOP_TIMEOUT:g} s; it will be '
+                                         f'closed when it does')
         return EmptyResponse()
 
 
@@ -165,7 +165,7 @@ def _controls():
 
 
 def _stamp(age):
-    """Return the time at which a picture of this age [s] was taken; None while a simulated clock has not begun."""
+    """Return the time at which an image of this age [s] was taken; None while a simulated clock has not begun."""
     now = rospy.Time.now()
     if not rospy_internals.is_wall_time():
         return now or None

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: 0% of the path as asked
+# expected: failed: 0% of the path; pens
 import rospy
 from turtlesim.srv import SetPen, TeleportAbsolute
 

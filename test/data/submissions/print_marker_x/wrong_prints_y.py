@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it must be so, but is not: a line with the x
+# expected: failed: required check failed: a line with the x
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarkers
 

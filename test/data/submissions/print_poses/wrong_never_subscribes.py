@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it subscribes
+# expected: failed: the program subscribes
 import rospy
 
 rospy.init_node('poses')

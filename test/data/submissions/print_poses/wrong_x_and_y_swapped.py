@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: lines with numbers are right
+# expected: failed: lines with numbers are correct
 import rospy
 from turtlesim.msg import Pose
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it must be so, but is not: velocity commands
+# expected: failed: required check failed: velocity commands
 import rospy
 from geometry_msgs.msg import Twist
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it published poses of its own on /odom
+# expected: failed: the program published fake poses on /odom
 import rospy
 from nav_msgs.msg import Odometry
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it was never offered
+# expected: failed: the program never offered it
 import rospy
 from turtlesim.srv import SetPen, TeleportAbsolute, TeleportAbsoluteResponse
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it must be so, but is not: a square
+# expected: failed: required check failed: a square
 import rospy
 from turtlesim.srv import TeleportAbsolute
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it teleported to (2.00, 2.00) where the way is to be driven
+# expected: failed: the program teleported to (2.00, 2.00) instead of driving
 import rospy
 from turtlesim.srv import TeleportAbsolute
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it must be so, but is not
+# expected: failed: required check failed
 import rospy
 from geometry_msgs.msg import Twist
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: of the way lies on a square
+# expected: failed: of the path lies on a square
 import math
 
 import rospy

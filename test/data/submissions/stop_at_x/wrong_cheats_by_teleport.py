@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it teleported to (10.00,
+# expected: failed: the program teleported to (10.00,
 import rospy
 from turtlesim.msg import Pose
 from turtlesim.srv import TeleportAbsolute

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it published poses of its own on /turtle1/pose
+# expected: failed: the program published fake poses on /turtle1/pose
 import rospy
 from turtlesim.msg import Pose
 

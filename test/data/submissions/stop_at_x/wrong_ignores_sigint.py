@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: at rest at x = 9.
+# expected: failed: it stopped at x = 9.
 import signal
 
 import rospy

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it killed turtle1
+# expected: failed: the program killed turtle1
 import rospy
 from turtlesim.srv import Kill, Spawn
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it ended the simulator or the grader, by rosnode kill or by a node of the same name
+# expected: failed: the program ended the simulator or the grader, by rosnode kill or by a node of the same name
 import rospy
 
 rospy.init_node('turtlesim')

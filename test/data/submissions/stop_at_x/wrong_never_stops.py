@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: at rest at x = 11.0
+# expected: failed: it stopped at x = 11.0
 import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose

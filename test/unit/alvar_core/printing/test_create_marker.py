@@ -155,13 +155,13 @@ def test_an_array(folder, monkeypatch):
 
 @pytest.mark.parametrize('arguments, said', [
     (['-r', '5', '256'], 'marker 256: 9 bits do not fit in a marker of resolution 5; resolution 7 is enough'),
-    (['-r', '5', '-1', 'a'], "resolution 5 holds a number only; resolution 7 is enough for 'a'"),
+    (['-r', '5', '-1', 'a'], "resolution 5 holds only a number; resolution 7 is enough for 'a'"),
     (['-r', '7', '-1', 'a longer text'], 'resolution 7; resolution 13 is enough'),
-    (['-1', 'grün'], "it holds 'ü'; at least one letter is needed, and only these are possible: :abc"),
+    (['-1', 'grün'], "it holds 'ü'; at least one letter is needed, and only these are allowed: :abc"),
     (['-1', ''], 'it is empty'),
     (['4294967296'], 'a whole number from 0 to 4294967295 is needed'),
     (['-5'], 'marker id -5: a whole number from 0'),
-    (['five'], "marker 'five': a whole number is needed; to encode a text, put -1 before it"),
+    (['five'], "marker 'five': a whole number is needed; for a text, put -1 before it"),
     (['--size', '5'], 'unknown option --size; createMarker --help lists them'),
     (['-s'], '-s needs a length in units after it'),
     (['-s', 'big', '5'], "-s: marker size 'big': a number from 0.001 to 100000 is needed"),
@@ -172,12 +172,12 @@ def test_an_array(folder, monkeypatch):
     (['-m', '1.5', '5'], '-m: margin 1.5: a whole number of cells'),
     (['-m', '11', '5'], "-m: margin '11': a number from 0 to 10"),
     (['-r', '6', '5'], '-r: marker resolution 6.0: an odd number from 5 to 31'),
-    (['-a', '5'], 'ARToolKit markers are not made'),
-    (['-s', '5'], 'no marker is named'),
+    (['-a', '5'], 'draws no ARToolKit markers'),
+    (['-s', '5'], 'the id is missing'),
     (['-xy', '0', '0', '1', '2'], 'markers 1 and 2 overlap'),
     (['-xy', '0', '0', '1', '-xy', '20', '0', '1'], 'marker 1 appears twice'),
     (['-xy', '0', '0', '1', '-xy', '900', '0', '2'], 'is too large; up to 20000 x 20000'),
-    (['--page', 'a3', '5'], '--page a3: the pages are a4, letter'),
+    (['--page', 'a3', '5'], '--page a3: it must be one of a4, letter'),
 ])
 def test_what_cannot_be_done(folder, capsys, arguments, said):
     assert create_marker.main(arguments) == 2
@@ -189,7 +189,7 @@ def test_what_cannot_be_done(folder, capsys, arguments, said):
 def test_a_file_that_cannot_be_written(folder, capsys):
     (folder / 'MarkerData_5.png').mkdir()
     assert create_marker.main(['5']) == 2
-    assert f'{folder}/MarkerData_5.png could not be written: Is a directory' in capsys.readouterr().err
+    assert f'{folder}/MarkerData_5.png cannot be written: Is a directory' in capsys.readouterr().err
 
 
 def test_help_names_every_option(capsys):

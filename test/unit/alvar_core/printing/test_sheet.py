@@ -152,7 +152,7 @@ def test_from_the_command_line(tmp_path, capsys, monkeypatch):
     assert create_marker.main(['--pdf', str(out), '--page', 'letter', '5', '6']) == 0
     assert out.read_bytes().startswith(b'%PDF')
     assert create_marker.main(['--pdf', str(tmp_path / 'nowhere' / 'out.pdf'), '5']) == 2
-    assert 'nowhere/out.pdf could not be written: No such file or directory' in capsys.readouterr().err
+    assert 'nowhere/out.pdf cannot be written: No such file or directory' in capsys.readouterr().err
 
 
 def test_without_cairo(monkeypatch, capsys, tmp_path):

@@ -50,7 +50,7 @@ class Tracker:
 
     def __init__(self, detector: Detector, full_every: int = 3) -> None:
         if not isinstance(full_every, int) or full_every < 1:
-            raise ValueError(f'full_every {full_every!r}: a whole number from 1 on is needed')
+            raise ValueError(f'full_every {full_every!r}: a whole number of at least 1 is needed')
         self.detector, self.full_every = detector, full_every
         self.reset()
 

@@ -24,24 +24,25 @@ HELP = f"""usage: createMarker [OPTION ...] ID ...
 
 Draws ALVAR markers for ar_track_alvar: for each ID, MarkerData_ID.png in the current folder.
 
-  5                   the marker with the number 5 (0 to 255 fit on the usual 5x5 cells, higher numbers need more)
-  -1 "hello world"    a marker with a text; -2 catalog.xml: with a file name; -3 www.vtt.fi: with a URL
+  5                   the marker with the number 5 (5x5 cells hold 0 to 255; higher numbers need more cells)
+  -1 "hello world"    a marker with a text (-2 catalog.xml: with a file name; -3 www.vtt.fi: with a URL)
   -s 5.0              width and height of the black square, in units (default {SIDE:g})
-  -ucm, -uin, -u 96   unit: centimetres (default), inches, or a number of pixels ({DPI:g} pixels are an inch)
-  -m 2                cells of the black rim (default {code.MARGIN})
-  -r 7                data cells a row (odd, {code.MIN_RESOLUTION} to {code.MAX_RESOLUTION}; default: as few as needed)
-  -f                  the stronger code (Hamming(8,4)) for what does not fit on 5x5 cells
-  -xy 14 0            puts the next markers that far right of and below the origin; all markers go into one image
+  -ucm, -uin, -u 96   unit: centimetres (default), inches, or a number of pixels ({DPI:g} pixels per inch)
+  -m 2                width of the black border in cells (default {code.MARGIN})
+  -r 7                data cells per row (odd, {code.MIN_RESOLUTION} to {code.MAX_RESOLUTION}; default: the fewest)
+  -f                  the stronger code, Hamming(8,4), for markers with more than 5x5 cells
+  -xy 14 0            position of the next markers, right of and below the origin; all markers go into one image
                       MarkerData_8_9.png with a bundle file MarkerData_8_9.xml (in cm) for findMarkerBundlesNoKinect;
                       the first marker is the master and should be at 0 0
-  -p                  asks for ids and places; so does createMarker without arguments
+  -p                  asks for ids and positions; createMarker without arguments does the same
   -ar                 asks for an array of markers
-  --pdf OUT.pdf       a sheet to print instead of images: true sizes, ids, cut lines, and a ruler to check the print
+  --pdf OUT.pdf       a sheet to print instead of images, with true sizes, ids, cut lines, and a ruler
   --page a4|letter    paper of the sheet (default {PAGE})
   -h, --help          this text
 
-An option applies to what comes after it: createMarker -s 4.4 -xy 0 0 8 -xy 14 0 9
-A PNG knows its size: print it without scaling. Set the tracker's marker_size to the side of the black square in cm."""
+An option applies to the ids after it: createMarker -s 4.4 -xy 0 0 8 -xy 14 0 9
+A PNG file contains its size: print it without scaling. Set marker_size of the tracker to the side of the black
+square in cm."""
 
 
 class CommandLine:
@@ -70,7 +71,7 @@ class CommandLine:
         elif argument in _READERS:
             _READERS[argument](self, lambda what: _next(rest, argument, what))
         elif argument == '-a':
-            raise CreateError('-a: ARToolKit markers are not made, because ar_track_alvar does not read them')
+            raise CreateError('-a: createMarker draws no ARToolKit markers, because ar_track_alvar cannot read them')
         elif self.kind == code.NUMBER and argument.startswith('-') and not argument[1:2].isdigit():
             raise CreateError(f'unknown option {argument}; createMarker --help lists them')
         else:
@@ -82,13 +83,13 @@ class CommandLine:
 
     def set_unit(self, read: Read) -> None:
         """-u"""
-        self.unit = number(read('pixels a unit'), '-u: pixels a unit', 1e-3, 1e5)
+        self.unit = number(read('pixels per unit'), '-u: pixels per unit', 1e-3, 1e5)
 
     def set_margin(self, read: Read) -> None:
         """-m"""
         value = number(read('a number of cells'), '-m: margin', 0, code.MAX_MARGIN)
         if value != int(value):
-            raise CreateError(f'-m: margin {value:g}: a whole number of cells is needed; ar_track_alvar reads no other')
+            raise CreateError(f'-m: margin {value:g}: a whole number of cells is needed')
         self.margin = int(value) or code.MARGIN
 
     def set_resolution(self, read: Read) -> None:
@@ -112,7 +113,7 @@ class CommandLine:
         """--page"""
         self.page = read(' or '.join(PAGES)).lower()
         if self.page not in PAGES:
-            raise CreateError(f'--page {self.page}: the pages are {", ".join(PAGES)}')
+            raise CreateError(f'--page {self.page}: it must be one of {", ".join(PAGES)}')
 
     def add(self, text: str) -> None:
         """Add a marker with an id or a text."""
@@ -163,7 +164,7 @@ def whole(text: str, what: str) -> int:
         return int(text)
     except ValueError:
         raise CreateError(f'{what} {text!r}: a whole number is needed'
-                          + ('; to encode a text, put -1 before it' if what == 'marker' else '')) from None
+                          + ('; for a text, put -1 before it' if what == 'marker' else '')) from None
 
 
 def ask(question: str, default: Answer, convert: Callable[[str], Answer]) -> Answer:
@@ -241,8 +242,8 @@ def save(name: str, data: bytes) -> None:
     try:
         write_whole(name, data)
     except OSError as error:
-        raise CreateError(f'{os.path.abspath(name)} could not be written: {error.strerror}; change to a folder that '
-                          'you may write to and that has room') from None
+        raise CreateError(f'{os.path.abspath(name)} cannot be written: {error.strerror}; change to a writable '
+                          'folder with free space') from None
 
 
 def run(arguments: Sequence[str]) -> None:
@@ -255,7 +256,7 @@ def run(arguments: Sequence[str]) -> None:
         converse(line)
     markers = line.markers
     if not markers:
-        raise CreateError('no marker is named; createMarker 5 draws number 5, createMarker --help lists everything')
+        raise CreateError('the id is missing; createMarker 5 draws marker 5, and createMarker --help lists all options')
     if line.pdf is None:
         made = marker_files.files(markers)
     else:

@@ -93,7 +93,7 @@ def image_of_bundle(markers: Sequence[Marker]) -> tuple[Image, float]:
     width, height = (max(c[k] + m.pixels for c, m in zip(corners, markers)) for k in (0, 1))
     if max(width, height) > MAX_PIXELS:
         raise CreateError(f'an image of {width} x {height} pixels is too large; up to {MAX_PIXELS} x {MAX_PIXELS} are '
-                          'possible: put the markers nearer to each other (-xy) or make a sheet of each (--pdf)')
+                          'possible: put the markers closer together (-xy), or print each on its own (--pdf)')
     image = np.full((height, width), 255, np.uint8)
     for (x, y), marker in zip(corners, markers):
         image[y:y + marker.pixels, x:x + marker.pixels] = image_of(marker)
@@ -108,7 +108,7 @@ def check_places(markers: Sequence[Marker]) -> None:
                 raise CreateError(f'marker {one.value} appears twice; each marker of a bundle needs its own id')
             away = max(abs(a - b) for a, b in zip(one.centre, other.centre))
             if away < (one.side + other.side) / 2 - 1e-9:
-                raise CreateError(f'markers {other.value} and {one.value} overlap; -xy X Y before an id places it')
+                raise CreateError(f'markers {other.value} and {one.value} overlap; place them with -xy X Y')
 
 
 def placed(markers: Sequence[Marker]) -> list[Marker]:

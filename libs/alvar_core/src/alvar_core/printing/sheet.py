@@ -199,6 +199,6 @@ def _ruler(context: cairo.Context, page: str, note: str) -> None:
     context.stroke()
     for millimetre in range(0, RULER + 1, 10):
         _text(context, str(millimetre), left + millimetre - 0.8, line + 3.2, 2.4)
-    _text(context, f'This ruler is {RULER} mm long. If it is not on paper, print again at 100 % ("actual size").',
+    _text(context, f'This ruler is {RULER} mm long. If it is not on your paper, print again at 100 % ("actual size").',
           left, line + 7.4, 2.8, 2 * RULER)
     _text(context, note, left + RULER + 10, line + 3.2, 2.8)

@@ -76,14 +76,14 @@ class Session:
                 filter(None, (self._packages, os.environ.get('ROS_PACKAGE_PATH'))))
         own = static_analysis.simulators(self._command)
         if own:
-            raise sandbox.CommandError(f'it starts a simulator of its own ({", ".join(own)}), but the grader has '
-                                       'started one: leave that node out of the launch file that is handed in')
+            raise sandbox.CommandError(f'the launch file starts its own simulator ({", ".join(own)}), but the '
+                                       'grader has already started one: remove that node from the launch file')
         self._slowest_pace = SLOWEST_PACE
         clock = static_analysis.looks_at_the_wall_clock(self._command)
         if clock:
             self._slowest_pace = SLOWEST_WALL_PACE
-            self.remarks.append(f'it looks at the wall clock ({clock}): it is graded in real time; rospy.sleep, '
-                                'rospy.Rate and rospy.Time follow the simulation')
+            self.remarks.append(f'the program uses the wall clock ({clock}), so it is graded in real time; use '
+                                'rospy.sleep, rospy.Rate and rospy.Time to be graded faster')
             real_time = True
         if real_time:
             self.speed, self.lockstep = 1.0, False
@@ -142,8 +142,8 @@ class Session:
                 raise
         self.observed.lines = list(student.lines)  # what it says when it is ended does not count
         if student.dropped:
-            self.remarks.append(f'it printed {len(student.lines) + student.dropped} lines; the first '
-                                f'{len(student.lines)} were looked at')
+            self.remarks.append(f'the program printed {len(student.lines) + student.dropped} lines; only the first '
+                                f'{len(student.lines)} count')
         reader.close()
 
     def _follow(self, box, reader, student, simulator, step, resume):
@@ -168,9 +168,9 @@ class Session:
             simulator.wait(ENDING)
         if simulator.poll() != 0 and not rospy.is_shutdown():
             return False  # it crashed, or was killed
-        self.observed.trouble = (f'it ended the simulator or the grader, by rosnode kill or by a node of the same name '
-                                 f'({self._simulator}, {NODE}): give nodes names of their own, and leave the simulator '
-                                 'out of launch files, as one is running')
+        self.observed.trouble = (
+            'the program ended the simulator or the grader, by rosnode kill or by a node of the same name '
+            f'({self._simulator}, {NODE}): choose another name, and start no simulator, as one is already running')
         return True
 
     def _wait_for_student(self, student, step, reader):
@@ -220,7 +220,7 @@ class Session:
             self.flooded = processes.cpu_time(simulator.pid) - used > FLOODED * watching.look()
         self.observed.timed_out = reader.now >= self.exercise.time
         if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands):
-            self.observed.trouble = 'no node of it was ever there; is there a rospy.init_node, and is it reached?'
+            self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self.lockstep:
             self._note_pace(watching, stood, reader.now)
 
@@ -288,9 +288,9 @@ class Session:
         end = time.monotonic() + PATIENCE
         while not condition():
             if process.poll() is not None:
-                raise SessionError(f'the {what} ended at once with exit code {process.returncode}; see {what}.txt')
+                raise SessionError(f'the {what} ended immediately with exit code {process.returncode}; see {what}.txt')
             if time.monotonic() > end:
-                raise SessionError(f'the {what} was not there within {PATIENCE:g} s')
+                raise SessionError(f'the {what} did not start within {PATIENCE:g} s')
             time.sleep(POLL)
 
     def _student_is_there(self):
@@ -336,5 +336,5 @@ FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/o
 def _executable(package, name):
     found = roslib.packages.find_node(package, name)
     if not found:
-        raise SessionError(f'{package} has no {name} here; is the workspace built (./run build)?')
+        raise SessionError(f'package {package} has no executable {name}; build the workspace with ./run build')
     return found[0]

@@ -97,13 +97,13 @@ class Stimuli:
                 rospy.ServiceProxy(service, service_class)(*request)
                 answer.append('')
             except (rospy.ServiceException, rospy.ROSException, OSError) as error:
-                other = f'{service} is no {service_class._type}: ' if 'md5sum' in str(error) else ''
+                other = f'{service} is not of the type {service_class._type}: ' if 'md5sum' in str(error) else ''
                 answer.append(other + (str(error) or type(error).__name__))
         thread = threading.Thread(target=ask, daemon=True)
         thread.start()
         while thread.is_alive() and self._now() < start + ANSWER_TIME:
             rospy.sleep(POLL)
-        trouble = answer[0] if answer else f'no answer to {service} within {ANSWER_TIME:g} s'
+        trouble = answer[0] if answer else f'{service} did not answer within {ANSWER_TIME:g} s'
         return Call(start, service, request, not trouble, trouble)
 
     def _markers(self, values, shows):

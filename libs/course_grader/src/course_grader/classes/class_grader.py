@@ -94,7 +94,7 @@ class ClassGrader:
         try:
             outcome, score, reasons = self._judge(submission, folder)
         except OSError as error:
-            outcome, score, reasons = scoring.UNDECIDED, 0.0, [f'it could not be graded: {error}']
+            outcome, score, reasons = scoring.UNDECIDED, 0.0, [f'the grading failed: {error}']
         return Graded(submission, outcome, score, tuple(reasons), time.monotonic() - start, folder)
 
     def _judge(self, submission: Submission, folder: str) -> Tuple[str, float, List[str]]:
@@ -114,7 +114,7 @@ class ClassGrader:
             lines = said.read().decode('utf-8', 'replace').splitlines()
         if code is None:
             why = INTERRUPTED if self._stop.is_set() else \
-                f'the grader was not done after {self._limit(submission.exercise):.0f} s and was ended'
+                f'the grader needed more than {self._limit(submission.exercise):.0f} s and was stopped'
             return scoring.UNDECIDED, 0.0, [why]
         return _result(folder, code, lines)
 
@@ -151,11 +151,11 @@ def _result(folder: str, code: int, lines: Sequence[str]) -> Tuple[str, float, L
             result = json.load(file)
         if exit_codes.OF_OUTCOME[result['outcome']] == code:
             reasons = result['objections'] + [
-                f'{reason["points"]:g} of {reason["of"]:g}: asked {reason["asked"]}; seen: {reason["seen"]}'
+                f'{reason["points"]:g} of {reason["of"]:g}: asked: {reason["asked"]}; seen: {reason["seen"]}'
                 for reason in result['reasons']]
             return result['outcome'], float(result['score']), reasons
     except (OSError, ValueError, KeyError, TypeError):
         pass
     how = f'by signal {-code}' if code < 0 else f'with exit code {code}'
-    return scoring.UNDECIDED, 0.0, [f'the grader ended {how}' + (f': {said}' if said else ' and said nothing')]
+    return scoring.UNDECIDED, 0.0, [f'the grader ended {how}' + (f': {said}' if said else ' without output')]
 

@@ -32,14 +32,16 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(prog='./run grade --all', description=(__doc__ or '').split('\n\n')[0])
     made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student; see docs/grading.md')
-    made.add_argument('--exercise', metavar='NAME', help='grade every program that lies in FOLDER for this exercise')
+    made.add_argument('--exercise', metavar='NAME',
+                      help='FOLDER holds one program per student; grade all of them for this exercise')
     made.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N',
-                      help='so many gradings at a time (default: one a core, here %(default)s)')
-    made.add_argument('--output', metavar='DIR', default=OUTPUT, help='where the results go (default: %(default)s)')
-    made.add_argument('--seed', type=int, metavar='N', help='where the turtles begin: as of a single grading')
-    made.add_argument('--speed', type=float, metavar='X', help="in place of the exercises' own speeds")
-    made.add_argument('--limit', type=float, metavar='SECONDS', help='of wall time, after which a grading is ended '
-                      f'(default: the time of the exercise and {EXTRA:g} s)')
+                      help='number of parallel gradings (default: one per CPU core, here %(default)s)')
+    made.add_argument('--output', metavar='DIR', default=OUTPUT, help='folder for the results (default: %(default)s)')
+    made.add_argument('--seed', type=int, metavar='N', help='repeats the starts and the stimuli of an earlier grading')
+    made.add_argument('--speed', type=float, metavar='X',
+                      help="simulated seconds per wall-clock second, 1 to 20 (default: each exercise's)")
+    made.add_argument('--limit', type=float, metavar='SECONDS', help='longest wall-clock time of one grading '
+                      f'(default: the time of the exercise + {EXTRA:g} s)')
     return made
 
 
@@ -74,7 +76,7 @@ def _run(options: argparse.Namespace, grader: Sequence[str], exercises: Dict[str
     results.sort(key=lambda graded: found.index(graded.submission))
     _print_table(students, names, results)
     if left_out:
-        print(f'Left out, as their names are of no exercise: {", ".join(left_out)}')
+        print(f'Left out, because no exercise has such a name: {", ".join(left_out)}')
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
     class_report.write(options.output, title, students, names, results)
     print('Table: ' + ', '.join(os.path.join(options.output, name) for name in class_report.FILES))
@@ -87,9 +89,9 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]
            ) -> Tuple[Dict[str, str], List[str], List[Submission], List[str]]:
     """Return ({name: path} of the exercises, students, submissions, programs left out)."""
     if not os.path.isdir(options.folder):
-        raise GradeAllError(f'there is no folder {options.folder} (looked in {os.getcwd()})'
+        raise GradeAllError(f'there is no folder {options.folder} (current folder: {os.getcwd()})'
                             if not os.path.exists(options.folder) else
-                            f'{options.folder} is no folder; --all takes one, a single program is graded by '
+                            f'{options.folder} is not a folder; to grade one program, type: '
                             f'./run grade EXERCISE -- {options.folder}')
     exercises = {**exercises, **submissions.exercises_in(options.folder)}
     if options.exercise is None:
@@ -97,8 +99,8 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]
     name = os.path.splitext(os.path.basename(options.exercise))[0]
     path = options.exercise if os.path.isfile(options.exercise) else exercises.get(options.exercise)
     if path is None:
-        raise GradeAllError(f'--exercise {options.exercise}: there is no such exercise; there are '
-                            f'{", ".join(sorted(exercises))}, or give the path of an exercise file')
+        raise GradeAllError(f'--exercise {options.exercise}: there is no such exercise; give the path of an '
+                            f'exercise file, or one of {", ".join(sorted(exercises))}')
     return ({name: os.path.abspath(path)}, *submissions.find_flat(options.folder, name))
 
 
@@ -125,7 +127,7 @@ def _grade(grader: ClassGrader, found: Sequence[Submission], options: argparse.N
         try:
             grader.grade(found, options.jobs, done)
         except KeyboardInterrupt:
-            bar.write('Interrupted: everything that was started is ended; the table holds what was graded.')
+            bar.write('Interrupted: all processes have ended; the table holds the gradings that were done.')
             return results, True
     return results, False
 
@@ -142,7 +144,7 @@ def _advice(error: OSError) -> str:
     """Return what went wrong with a file and what to do."""
     text = f'{error.filename or "the results"}: {error.strerror or error}'
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return f'{text}. The disk is full: make room, or write elsewhere with --output DIR'
+        return f'{text}. The disk is full: make room, or choose another folder with --output DIR'
     if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EEXIST, errno.ENOENT):
-        return f'{text}. Write elsewhere with --output DIR'
+        return f'{text}. Choose another folder with --output DIR'
     return text

@@ -65,10 +65,10 @@ def find(folder: str, names: Sequence[str]) -> Tuple[List[str], List[Submission]
     if not found:
         there = others or [name for name in _listed(folder) if name not in students]
         raise SubmissionsError(
-            f'{folder} holds no submission: there has to be a folder for each student, with files named after the '
-            f'exercises ({", ".join(sorted(names))}), such as {os.path.join(folder, "anna", min(names) + ".py")}. '
-            + (f'It holds {_some(there)}. ' if there else 'It is empty. ')
-            + 'For a folder of programs for one exercise, add --exercise NAME.')
+            f'{folder} contains no submissions. It needs one folder per student, with files that have the name of an '
+            f'exercise ({", ".join(sorted(names))}), such as {os.path.join(folder, "anna", min(names) + ".py")}. '
+            + (f'It contains {_some(there)}. ' if there else 'It is empty. ')
+            + 'If it contains programs for one exercise, add --exercise NAME.')
     return students, found, others
 
 
@@ -81,8 +81,8 @@ def find_flat(folder: str, exercise: str) -> Tuple[List[str], List[Submission], 
             by_student.setdefault(os.path.splitext(os.path.basename(path))[0], []).append(path)
     if not by_student:
         there = [os.path.basename(path) for path in paths]
-        raise SubmissionsError(f'{folder} holds no program (a .py, .launch or .cmd file or an executable): '
-                               + (f'it holds {_some(there)}' if there else 'it is empty'))
+        raise SubmissionsError(f'{folder} contains no program (a .py, .launch or .cmd file or an executable): '
+                               + (f'it contains {_some(there)}' if there else 'it is empty'))
     found = [_choose(student, exercise, paths) for student, paths in sorted(by_student.items())]
     return sorted(by_student), found, []
 
@@ -95,7 +95,8 @@ def _choose(student: str, exercise: str, paths: List[str]) -> Submission:
     if len(paths) > 1:
         names = ', '.join(sorted(os.path.relpath(path, os.path.commonpath(list(map(os.path.dirname, paths))))
                                  for path in paths))
-        return Submission(student, exercise, (), folder, f'there are {len(paths)} programs for it ({names}): leave one')
+        return Submission(student, exercise, (), folder,
+                          f'there are {len(paths)} programs for one exercise ({names}): keep one')
     try:
         return Submission(student, exercise, _command(os.path.abspath(paths[0]), folder), folder)
     except (OSError, ValueError) as error:
@@ -110,7 +111,7 @@ def _command(path: str, folder: str) -> Tuple[str, ...]:
     with open(path, encoding='utf-8') as file:
         lines = [line.strip() for line in file if line.strip() and not line.startswith('#')]
     if len(lines) != 1:
-        raise ValueError(f'it holds {len(lines)} command lines; it must hold one')
+        raise ValueError(f'it contains {len(lines)} command lines; it must contain one')
     program, *arguments = shlex.split(lines[0])
     beside = os.path.join(folder, program)
     return (beside if os.path.isfile(beside) else program, *sandbox.from_here(program, arguments, folder))

@@ -154,8 +154,8 @@ class Student:
         if not code or code == 1 and self.said_last().startswith(SHUT_DOWN):
             return ''
         said = self.said_last()
-        hint = '; nobody is there to type anything, all values have to be in the program' if 'EOFError' in said else ''
-        return f'it ended with exit code {code}: {said}{hint}'
+        hint = '; input() does not work here: put all values into the program' if 'EOFError' in said else ''
+        return f'the program ended with exit code {code}: {said}{hint}'
 
     def drain(self, timeout: float = 1.0) -> None:
         """Wait until the output of a program that has ended is read, at most ``timeout`` [s]."""
@@ -164,7 +164,7 @@ class Student:
     def said_last(self) -> str:
         """Return what explains its end: the last line of a traceback and where, or the last line."""
         texts = [line.text for line in list(self.lines)]
-        last = next((text for text in reversed(texts) if text.strip()), 'nothing was printed')
+        last = next((text for text in reversed(texts) if text.strip()), 'it printed nothing')
         positions = [text.strip() for text in texts if re.match(r'\s+File ".*", line \d+', text)]
         return last + (f' ({positions[-1]})' if positions and 'Traceback' in ' '.join(texts) else '')
 
@@ -196,7 +196,7 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     would have stumbled over.
     """
     if not command:
-        raise CommandError('there is no command: type ./run grade EXERCISE -- COMMAND, such as -- publisher.py')
+        raise CommandError('the command is missing; type: ./run grade EXERCISE -- COMMAND, for example -- publisher.py')
     program, *arguments = command
     if program.endswith('.launch') and os.path.isfile(program):
         program, arguments = 'roslaunch', list(command)
@@ -204,17 +204,17 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
         return _by_name(program, arguments)
     program = os.path.abspath(program)
     if os.path.isdir(program):
-        raise CommandError(f'{program} is a folder; give the program in it')
+        raise CommandError(f'{program} is a folder; name the program in it')
     if not os.access(program, os.R_OK):
-        raise CommandError(f'{program} may not be read; type: chmod +r {shlex.quote(program)}')
+        raise CommandError(f'{program} cannot be read; type: chmod +r {shlex.quote(program)}')
     with open(program, 'rb') as file:
         source = file.read()
     if not program.endswith('.py') and not _is_python(source):
         if not os.access(program, os.X_OK):
             raise CommandError(f'{program} is not executable; type: chmod +x {shlex.quote(program)}')
         if source.startswith(b'#!') and b'\r' in source.split(b'\n', 1)[0]:
-            raise CommandError(f'{program}: the first line ends with CR LF (Windows), which Linux takes for a part of '
-                               f"the interpreter's name; type: sed -i 's/\\r$//' {shlex.quote(program)}")
+            raise CommandError(f'{program}: the first line ends with CR LF (Windows), so Linux does not find the '
+                               f"interpreter; type: sed -i 's/\\r$//' {shlex.quote(program)}")
         return [program, *arguments], []
     return [sys.executable, program, *arguments], _remarks(program, source)
 
@@ -226,7 +226,7 @@ def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
     if '/' not in program and not program.endswith('.py') and shutil.which(program):
         on_screen = ['--screen'] if program == 'roslaunch' else []  # what nodes log counts wherever it goes
         return [program, *on_screen, *from_here(program, arguments)], []
-    raise CommandError(f'{program} does not exist (looked in {os.getcwd()})')
+    raise CommandError(f'{program} does not exist (current folder: {os.getcwd()})')
 
 
 def package_of(command: Sequence[str]) -> Optional[str]:
@@ -268,9 +268,10 @@ def _remarks(program: str, source: bytes) -> List[str]:
                            f'{type(error).__name__}: {what}') from None
     remarks = []
     if not source.startswith(b'#!'):
-        remarks.append('its first line should be #!/usr/bin/env python3, or rosrun cannot start it')
+        remarks.append('the first line should be #!/usr/bin/env python3; otherwise rosrun cannot start the file')
     if b'\r\n' in source:
-        remarks.append("its lines end with CR LF (Windows); rosrun needs: sed -i 's/\\r$//' FILE")
+        remarks.append('the lines end with CR LF (Windows), and rosrun cannot start such a file; type: '
+                       "sed -i 's/\\r$//' FILE")
     if not os.access(program, os.X_OK):
-        remarks.append('it is not executable; rosrun needs: chmod +x FILE')
+        remarks.append('the file is not executable, so rosrun cannot start it; type: chmod +x FILE')
     return remarks

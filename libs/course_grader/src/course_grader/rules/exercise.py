@@ -103,7 +103,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
         raise ExerciseError(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
     unknown = [kind for kind in values['allows'] if kind not in ALLOWED]
     if unknown:
-        raise ExerciseError(f'allows has {shown(unknown[0])}; allowed are {", ".join(ALLOWED)}')
+        raise ExerciseError(f'allows has {shown(unknown[0])}; it may have {", ".join(ALLOWED)}')
     start = {axis: limits for axis, limits in _fields(values['start'], START, 'start').items() if limits is not None}
     for axis in 'xy' if values['simulator'] == 'turtlesim' else '':
         if not 0.0 <= start.get(axis, (0.0,))[0] <= start.get(axis, (0.0,))[-1] <= ARENA_SIZE:
@@ -136,13 +136,14 @@ def _stimulus(entry: Any, number: int) -> Tuple[str, Dict[str, Any]]:
     entry = dict(_mapping(entry, where))
     what = entry.pop('do', None)
     if not isinstance(what, str) or what not in STIMULI:
-        raise ExerciseError(f'{where} does {shown(what)}; it must be one of {", ".join(STIMULI)}')
+        raise ExerciseError(f'{where}: do is {shown(what)}; it must be one of {", ".join(STIMULI)}')
     return what, _fields(entry, STIMULI[what], f'{where} ({what})')
 
 
 def _mapping(value: Any, where: str) -> Dict[Any, Any]:
     if not isinstance(value, dict):
-        raise ExerciseError(f'{where} is {"empty" if value is None else shown(value)}; it must be keys with values')
+        raise ExerciseError(
+            f'{where} is {"empty" if value is None else shown(value)}; it must be a mapping (keys with values)')
     return value
 
 
@@ -151,13 +152,13 @@ def _fields(entry: Any, kinds: Parameters, where: str) -> Dict[str, Any]:
     entry = _mapping(entry, where)
     unknown = [key for key in entry if key not in kinds]
     if unknown:
-        raise ExerciseError(f'{where} has the unknown key {shown(unknown[0])}; allowed are '
+        raise ExerciseError(f'{where} has an unknown key {shown(unknown[0])}; it may have '
                             f'{", ".join(kinds) or "none"}')
     values = {}
     for key, (kind, default) in kinds.items():
         if key not in entry:
             if default is ...:
-                raise ExerciseError(f'{where} lacks {key}')
+                raise ExerciseError(f'{where} lacks the key {key}')
             values[key] = default
             continue
         try:
@@ -169,7 +170,7 @@ def _fields(entry: Any, kinds: Parameters, where: str) -> Dict[str, Any]:
 
 PLAIN: Dict[str, Tuple[Any, str]] = {
     'text': (str, 'a text'), 'boolean': (bool, 'true or false'), 'integer': (int, 'a whole number'),
-    'number': ((int, float), 'a number'), 'mapping': (dict, 'keys with values'), 'list': (list, 'a list')}
+    'number': ((int, float), 'a number'), 'mapping': (dict, 'a mapping (keys with values)'), 'list': (list, 'a list')}
 
 
 def _convert(value: Any, kind: Kind) -> Any:
@@ -201,5 +202,5 @@ def _dimension(text: object) -> str:
     """Return what the unit at the end of a text measures."""
     unit = str(text).split()[-1] if str(text).split() else ''
     if unit not in UNITS:
-        raise QuantityError(f'{shown(text)} ends with no unit; the units are {", ".join(UNITS)}')
+        raise QuantityError(f'{shown(text)} has no unit at its end; the units are {", ".join(UNITS)}')
     return UNITS[unit][0]

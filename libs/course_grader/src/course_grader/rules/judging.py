@@ -16,9 +16,9 @@ Kind = Union[str, Tuple[str, ...]]  # of a parameter's value
 Parameters = Mapping[str, Tuple[Kind, Any]]  # {name: (kind, default)}; the default ... stands for none
 ANY = (-math.inf, math.inf)  # the span that everything lies in
 SHORTCUTS = {
-    'teleport': 'it teleported to ({0:.2f}, {1:.2f}) where the way is to be driven',
-    'reset': 'it reset the simulator', 'kill': 'it killed {0}',
-    'fake_pose': 'it published poses of its own on {0}', 'fake_clock': 'it published /clock',
+    'teleport': 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving',
+    'reset': 'the program reset the simulator', 'kill': 'the program killed {0}',
+    'fake_pose': 'the program published fake poses on {0}', 'fake_clock': 'the program published /clock',
 }
 
 

@@ -53,7 +53,7 @@ def span(text: object, dimension: str) -> Tuple[float, float]:
     if between:
         low, high = (quantity(f'{between.group(end)} {between.group(3)}', dimension) for end in (1, 2))
         if low > high:
-            raise QuantityError(f'{shown(text)} begins above its end; it must be like "9 to 11 Hz"')
+            raise QuantityError(f'{shown(text)} starts above its end; write it like "9 to 11 Hz"')
         return low, high
     if isinstance(text, str) and text.startswith('at least '):
         return quantity(text[len('at least '):], dimension), math.inf

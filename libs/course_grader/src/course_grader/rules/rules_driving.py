@@ -20,8 +20,8 @@ def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
     asked += '' if wanted.size == ANY else f', size {written(wanted.size, "m")}'
     found = fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance)
     if not found.quality:
-        return Result(0.0, asked, _path_text(observed) + _unfinished(observed))
-    seen = (f'{found.on_outline:.0%} of the way lies on a {wanted.shape} of size {found.size:.2f} m, of which '
+        return Result(0.0, asked, _path_text(observed, f'that matches no {wanted.shape}') + _unfinished(observed))
+    seen = (f'{found.on_outline:.0%} of the path lies on a {wanted.shape} of size {found.size:.2f} m, of which '
             f'{found.covered:.0%} was drawn{_unfinished(observed) if found.covered < CLOSED else ""}')
     fits_size = within(found.size, (wanted.size[0] - wanted.tolerance, wanted.size[1] + wanted.tolerance))
     closed = min(1.0, max(0.0, (found.covered - OPEN) / (CLOSED - OPEN)))
@@ -31,7 +31,7 @@ def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
 def _unfinished(observed: Observed) -> str:
     """Return words for a path that goes on when the time is over."""
     going_on = observed.timed_out and observed.exit_code is None and observed.standstill() < MOVING
-    return f'; still on its way after {observed.seconds:.0f} s, when the time was over' if going_on else ''
+    return f'; it was still moving when the time was over, after {observed.seconds:.0f} s' if going_on else ''
 
 
 @rule(rate=('span rate', ANY), linear=('span speed', ANY), sideways=('span speed', ANY),
@@ -56,7 +56,7 @@ def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
     rate = 1.0 / max(statistics.median(b.t - a.t for a, b in zip(given, given[1:])), 1e-6)
     share = sum(right) / len(right) * _nearness(rate, wanted.rate)
     seen = ', '.join([f'{name} {statistics.median(map(values[name], given)):.2f} {unit}' for name, _, unit in parts]
-                     + [f'{rate:.1f} Hz', f'{sum(right)} of {len(right)} commands as asked'])
+                     + [f'{rate:.1f} Hz', f'{sum(right)} of {len(right)} commands match'])
     return Result(share, f'velocity commands: {asked}', seen)
 
 
@@ -72,7 +72,7 @@ def _nearness(value: float, span: Span) -> float:
 def moves(observed: Observed, wanted: SimpleNamespace) -> Result:
     """The turtle or robot covers some ground, or a part of it."""
     length = fits.path_length(observed.drawn())
-    return Result(min(1.0, length / wanted.length), f'a way of at least {wanted.length:g} m', f'{length:.2f} m')
+    return Result(min(1.0, length / wanted.length), f'a path of at least {wanted.length:g} m', f'{length:.2f} m')
 
 
 @rule(x=('length', None), y=('length', None), tolerance=('length', 0.05), rest=('time', 1.0), size=('length', 1.0))
@@ -80,16 +80,16 @@ def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It comes to rest at x, at y or at both; the share falls to 0 at ``size`` from there."""
     goals = {axis: value for axis, value in (('x', wanted.x), ('y', wanted.y)) if value is not None}
     goal = ' and '.join(f'{axis} = {value:g}' for axis, value in goals.items())
-    asked = f'at rest at {goal}, within {wanted.tolerance:g} m'
+    asked = f'a stop at {goal}, within {wanted.tolerance:g} m'
     length = fits.path_length(observed.drawn())
     if length < 10.0 * wanted.tolerance:
-        return Result(0.0, asked, _path_text(observed))
+        return Result(0.0, asked, _path_text(observed, 'is too short'))
     last = observed.track[-1]
     if observed.standstill() < wanted.rest:
-        return Result(0.0, asked, f'still moving at x = {last.x:.2f}, y = {last.y:.2f} when the time was over')
+        return Result(0.0, asked, f'still moving when the time was over, at x = {last.x:.2f}, y = {last.y:.2f}')
     miss = max((abs(getattr(last, axis) - value) for axis, value in goals.items()), default=0.0)
     share = 1.0 if miss <= wanted.tolerance else max(0.0, 1.0 - miss / wanted.size)
-    return Result(share, asked, f'at rest at x = {last.x:.3f}, y = {last.y:.3f}')
+    return Result(share, asked, f'it stopped at x = {last.x:.3f}, y = {last.y:.3f}')
 
 
 @rule(count=('integer', ...), apart=('length', 0.5), by=(('teleports', 'driving'), 'teleports'))
@@ -125,9 +125,9 @@ def pen(observed: Observed, wanted: SimpleNamespace) -> Result:
     used = ', '.join(sorted({f'({r}, {g}, {b}) width {width}' for r, g, b, width, off in
                              (change.values for change in changes) if not off})) or 'the pen was not set'
     return Result(right / drawn if drawn else 0.0, asked,
-                  f'{right / drawn:.0%} of the path as asked; pens: {used}' if drawn else f'no path; pens: {used}')
+                  f'{right / drawn:.0%} of the path; pens: {used}' if drawn else f'no path; pens: {used}')
 
 
-def _path_text(observed: Observed) -> str:
+def _path_text(observed: Observed, judgement: str) -> str:
     length = fits.path_length(observed.drawn())
-    return 'it did not move' if length < 0.01 else f'a way of {length:.2f} m that is none'
+    return 'it did not move' if length < 0.01 else f'a path of {length:.2f} m {judgement}'

@@ -42,7 +42,7 @@ def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints lines that match."""
     count = sum(bool(re.search(wanted.pattern, line.text)) for line in observed.lines)
     asked = f'{wanted.what or repr(wanted.pattern)}, printed {wanted.times} times'
-    seen = f'{count} such lines of {len(observed.lines)}' + _example(observed)
+    seen = f'{count} of {len(observed.lines)} lines match' + _example(observed)
     return Result(min(1.0, count / wanted.times), asked, seen)
 
 
@@ -50,12 +50,12 @@ def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
 def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints where the turtle is while it moves: lines with x and y (with ``fields`` 3 theta, too)."""
     names = ('x', 'y', 'theta')[:wanted.fields]
-    asked = f'{wanted.lines} lines with {", ".join(names)} of the turtle, {wanted.share:.0%} of all lines right'
+    asked = f'{wanted.lines} lines with the {", ".join(names)} of the turtle; {wanted.share:.0%} of all lines correct'
     numbered = [statement for statement in _statements(observed.lines, wanted.fields)
                 if len(statement.numbers) >= wanted.fields]
     right = [statement for statement in numbered if _was_there(observed, statement, names, wanted.tolerance)]
     positions = {tuple(statement.numbers) for statement in right}
-    seen = (f'{len(right)} of {len(numbered)} lines with numbers are right, at {len(positions)} places'
+    seen = (f'{len(right)} of {len(numbered)} lines with numbers are correct, at {len(positions)} poses'
             + _example(observed))
     if not numbered:
         seen = f'{len(observed.lines)} lines, none with {wanted.fields} numbers' + _example(observed)
@@ -101,9 +101,10 @@ def _was_there(observed: Observed, statement: Statement, names: Sequence[str], t
 def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It serves a service, answers every call of the grader and, if asked, prints the request's numbers."""
     calls = [call for call in observed.calls if call.service == wanted.service]
-    asked = f'{wanted.service} answers' + (' and prints what was asked of it' if wanted.prints == 'request' else '')
+    asked = f'{wanted.service} answers'
+    asked += ' and prints the numbers of each request' if wanted.prints == 'request' else ''
     if not calls:
-        return Result(0.0, asked, 'it was never offered')
+        return Result(0.0, asked, 'the program never offered it')
     good = [call for call in calls if call.answered]
     trouble = next((call.trouble for call in calls if not call.answered), '')
     seen = f'{len(good)} of {len(calls)} calls answered' + (f'; {trouble}' if trouble else '')
@@ -124,7 +125,7 @@ def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bo
 @rule(what=(('id', 'x'), ...), tolerance=('length', 0.005))
 def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints of every marker that is shown the id, or the x of its position."""
-    asked = f'a line with the {wanted.what} of each marker that is shown'
+    asked = f'a line with the {wanted.what} of each marker shown'
     expected = found = 0
     lines = [(line.t, numbers_in(line.text)) for line in observed.lines]
     for shown in observed.shown:
@@ -147,8 +148,8 @@ def prints_no_marker(observed: Observed, wanted: SimpleNamespace) -> Result:
     said = sum(any(-EARLY <= t - start <= NEAR for t in matching) for start in empty)
     wrong = sum(not any(-EARLY <= t - start <= _lasted(start, observed.shown) for start in empty) for t in matching)
     share = said / len(empty) if empty else 0.0
-    return Result(share * (1.0 if wrong <= 0.1 * len(matching) else 0.5), 'a line that says so when there is no marker',
-                  f'said {said} of {len(empty)} times' + (f', {wrong} times wrongly' if wrong else ''))
+    seen = f'printed {said} of {len(empty)} times' + (f', and {wrong} times with a marker shown' if wrong else '')
+    return Result(share * (1.0 if wrong <= 0.1 * len(matching) else 0.5), 'a line when no marker is shown', seen)
 
 
 def _lasted(start: float, shown: Iterable[ShownMarkers]) -> float:
@@ -161,19 +162,19 @@ def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It publishes, subscribes or serves a name."""
     there = (wanted.topic, wanted.role) in observed.connections
     others = sorted(name for name, role in observed.connections if role == wanted.role)
-    return Result(float(there), f'it {wanted.role} {wanted.topic}',
-                  'so it does' if there else f'it {wanted.role} {", ".join(others) or "nothing"}')
+    return Result(float(there), f'the program {wanted.role} {wanted.topic}',
+                  'yes' if there else f'the program {wanted.role} {", ".join(others) or "nothing"}')
 
 
 @rule(until=(('the end', 'it is done'), 'the end'))
 def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It goes on until it is ended, or ends by itself without a failure."""
     if wanted.until == 'the end':
-        seen = 'it ran' if observed.exit_code is None else f'it ended after {observed.ended_at:.1f} s with exit code ' \
+        seen = 'yes' if observed.exit_code is None else f'it ended after {observed.ended_at:.1f} s with exit code ' \
             f'{observed.exit_code}'
-        return Result(float(observed.exit_code is None), 'the node runs until it is ended', seen)
-    seen = 'it never ended' if observed.exit_code is None else f'exit code {observed.exit_code}'
-    return Result(float(observed.exit_code == 0), 'the node ends when it is done', seen)
+        return Result(float(observed.exit_code is None), 'the program runs until the grader ends it', seen)
+    seen = 'it did not end' if observed.exit_code is None else f'exit code {observed.exit_code}'
+    return Result(float(observed.exit_code == 0), 'the program ends when it is done', seen)
 
 
 def numbers_in(text: str) -> List[PrintedNumber]:

@@ -37,13 +37,13 @@ def decide(exercise: Exercise, observed: Observed) -> Verdict:
         share = 1.0 if result.share >= FULL else max(0.0, result.share)
         reasons.append(Reason(scored.name, round(share * scored.points, 1), scored.points, result.asked, result.seen))
         if scored.must and share < HALF:
-            missing.append(f'it must be so, but is not: {result.asked}')
+            missing.append(f'required check failed: {result.asked}')
     objections = judging.shortcuts(observed, exercise.allows)
     if observed.trouble:
         objections.insert(0, observed.trouble)
     score = 0.0 if objections else round(sum(reason.points for reason in reasons), 1)
     if not observed.kept_up and not objections and score < 100.0:  # what is all right did not come from lost time
-        return Verdict(UNDECIDED, 0.0, reasons, ['the machine or the node could not keep up with the simulation; '
-                                                 'grade it again, or with a lower --speed'])
+        return Verdict(UNDECIDED, 0.0, reasons, ['the machine or the node was too slow for the simulation; grade '
+                                                 'again, or with a lower --speed'])
     passed = not objections and not missing and score >= exercise.pass_score
     return Verdict(PASSED if passed else FAILED, score, reasons, objections or missing)

@@ -106,7 +106,7 @@ class FloorPlan(NamedTuple):
         """Raise InvalidInput for the first impossible shape; the text names the shape and the field."""
         number = len(self.shapes())
         if number > MOST_SHAPES:
-            raise InvalidInput(f'there are {number} shapes; allowed are at most {MOST_SHAPES}')
+            raise InvalidInput(f'there are {number} shapes; at most {MOST_SHAPES} are allowed')
         names = set()
         for shape in self.shapes():
             _check_shape(shape)
@@ -135,7 +135,7 @@ def _check_shape(shape: Shape) -> None:
     for field, value in zip(shape._fields, shape):
         if field == 'name':
             if not isinstance(value, str) or not 0 < len(value) <= LONGEST_NAME:
-                raise InvalidInput(f'{shown(value)}: a name must be a text of 1 to {LONGEST_NAME} characters')
+                raise InvalidInput(f'{shown(value)}: a name must have 1 to {LONGEST_NAME} characters')
         elif field == 'colour':
             _check_colour(f'{shape.name}: colour', value)
         elif field == 'marker_id':
@@ -152,11 +152,11 @@ def _check_length(name: str, field: str, value: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf:
         raise InvalidInput(f'{name}: {field} is {shown(value)}; it must be a finite number')
     if abs(value) > LARGEST:
-        raise InvalidInput(f'{name}: {field} is {shown(value)}; allowed is at most {LARGEST:g}')
+        raise InvalidInput(f'{name}: {field} is {shown(value)}; it must be at most {LARGEST:g}')
     if field not in ('x', 'y', 'yaw', 'bottom') and value <= 0.0:
-        raise InvalidInput(f'{name}: {field} is {value:g}; it must be more than 0')
+        raise InvalidInput(f'{name}: {field} is {value:g}; it must be above 0')
     if field == 'bottom' and value < 0.0:
-        raise InvalidInput(f'{name}: bottom is {value:g}; it must be at least 0, which is the floor')
+        raise InvalidInput(f'{name}: bottom is {value:g}; it must be at least 0, the floor')
 
 
 def _check_colour(name: str, colour: Any) -> None:

@@ -81,8 +81,8 @@ class RobotWorld:
         require_sane('the pose', x=x, y=y, yaw=yaw)
         obstacle = self._obstacles.at(x, y)
         if obstacle is not None:
-            raise InvalidInput(f'the robot cannot be at x={x:g}, y={y:g}: {obstacle} is less than its radius of '
-                               f'{ROBOT_RADIUS:g} m away')
+            raise InvalidInput(f'the robot cannot be at x={x:g}, y={y:g}: {obstacle} is closer than the radius of '
+                               f'{ROBOT_RADIUS:g} m')
         self.pose = Pose2D(x, y, wrap_angle(yaw))
         self.twist = self._target = self._travelled = STILL
         self._stops_at = math.inf
@@ -96,7 +96,7 @@ class RobotWorld:
         self._set_plan(old.with_panel(name, x, y, yaw))
         if self._obstacles.at(self.pose.x, self.pose.y) == name:
             self._set_plan(old)
-            raise InvalidInput(f'the panel {name!r} cannot be at x={x:g}, y={y:g}: the robot stands there, at '
+            raise InvalidInput(f'the panel {name!r} cannot be at x={x:g}, y={y:g}: the robot is there, at '
                                f'x={self.pose.x:.2f}, y={self.pose.y:.2f} with a radius of {ROBOT_RADIUS:g} m')
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
@@ -107,9 +107,9 @@ class RobotWorld:
         try:
             speed = math.hypot(linear_x, linear_y)
             if FASTEST_COMMAND < speed < math.inf:
-                raise InvalidInput(f'the velocity: linear is {speed:g} m/s; allowed is at most {FASTEST_COMMAND:g}')
+                raise InvalidInput(f'the velocity: linear is {speed:g} m/s; it must be at most {FASTEST_COMMAND:g}')
             if FASTEST_TURN < abs(angular_z) < math.inf:
-                raise InvalidInput(f'the velocity: angular.z is {angular_z:g} rad/s; allowed is -{FASTEST_TURN:g} to '
+                raise InvalidInput(f'the velocity: angular.z is {angular_z:g} rad/s; it must be -{FASTEST_TURN:g} to '
                                    f'{FASTEST_TURN:g}')
             require_sane('the velocity', **{'linear.x': linear_x, 'linear.y': linear_y, 'angular.z': angular_z})
         except InvalidInput:

@@ -256,7 +256,7 @@ class TurtleWorld:
         turtle = self._turtle(f'set_pen of {name}: it does not exist', name)
         for field, value in (('r', r), ('g', g), ('b', b), ('width', width)):
             if not 0 <= value <= 255:
-                raise InvalidInput(f'set_pen of {name}: {field} is {value}; allowed is 0 to 255')
+                raise InvalidInput(f'set_pen of {name}: {field} is {value}; it must be 0 to 255')
         turtle.pen_on = not off
         if turtle.pen_on:
             turtle.pen_colour, turtle.pen_width = (r, g, b), width or 1

@@ -19,16 +19,16 @@ class UsageError(ValueError):
 def ros_arguments(words: Sequence[str]) -> List[str]:
     """Return the ROS arguments (name:=value) for the positional ``words``; raise UsageError if they make no sense."""
     if len(words) < len(NEEDED):
-        raise UsageError(f'{len(words)} arguments are given, at least {len(NEEDED)} are needed')
+        raise UsageError(f'{len(words)} arguments are given; at least {len(NEEDED)} are needed')
     if len(words) > len(NEEDED + OPTIONAL):
-        raise UsageError(f'{len(words)} arguments are given, at most {len(NEEDED + OPTIONAL)} are allowed')
+        raise UsageError(f'{len(words)} arguments are given; at most {len(NEEDED + OPTIONAL)} are allowed')
     return [f'{name}:={_value(name, word)}' for name, word in zip(NEEDED + OPTIONAL, words)]
 
 
 def bundle_arguments(words: Sequence[str]) -> List[str]:
     """Return the same for the form with one or more bundle files after the frame."""
     if len(words) <= len(NEEDED):
-        raise UsageError(f'{len(words)} arguments are given, at least {len(NEEDED) + 1} are needed')
+        raise UsageError(f'{len(words)} arguments are given; at least {len(NEEDED) + 1} are needed')
     files = json.dumps(shlex.join(words[len(NEEDED):]))
     return ros_arguments(words[:len(NEEDED)]) + [f'_bundle_files:={files}']
 

@@ -34,7 +34,7 @@ def read_box(path: str) -> Tuple[np.ndarray, np.ndarray]:
     """Return (centre, size), each (3,) [m] in the mesh's frame, of a mesh that is a box; else raise InvalidInput."""
     reader = {'.stl': _stl, '.dae': _collada}.get(os.path.splitext(path)[1].lower())
     if reader is None:
-        raise InvalidInput('only .stl and .dae can be read')
+        raise InvalidInput('only .stl and .dae are supported')
     try:
         vertices = reader(path)
     except OSError as error:
@@ -42,7 +42,7 @@ def read_box(path: str) -> Tuple[np.ndarray, np.ndarray]:
     except (ValueError, OverflowError) as error:
         raise InvalidInput(f'it cannot be read: {error}') from None
     if not len(vertices) or not np.isfinite(vertices).all():
-        raise InvalidInput('it has no vertices, or some that are not finite')
+        raise InvalidInput('it has no vertices, or not all of them are finite')
     low, high = vertices.min(0), vertices.max(0)
     upper = vertices > (low + high) / 2.0
     corners = np.where(upper, high, low)
@@ -74,7 +74,7 @@ def _collada(path: str) -> np.ndarray:
         if node.find('.//instance_geometry') is not None and (
                 any(node.find(tag) is not None for tag in ('translate', 'rotate', 'scale', 'lookat', 'skew'))
                 or not np.allclose(matrix, IDENTITY.ravel())):
-            raise ValueError('its parts are moved or turned')
+            raise ValueError('its parts are translated or rotated')
     unit = root.find('asset/unit')
     metres = float(unit.get('meter', '1')) if unit is not None else 1.0
     sources = {'#' + source.get('id', ''): source.findtext('float_array') or '' for source in root.iter('source')}

@@ -118,7 +118,7 @@ class _Reader:
         if reader:
             reader(geometry, pose, name, colour)
         elif geometry.tag != 'empty':
-            self.warnings.append(f'{name}: <{geometry.tag}> is left out; boxes and upright cylinders can be read')
+            self.warnings.append(f'{name}: <{geometry.tag}> is left out; only box, cylinder, plane and mesh are read')
 
     def _read_box(self, box: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
         self._add_box(_numbers(f'{name}: box: size', box.findtext('size'), 3), pose, name, colour)
@@ -126,7 +126,7 @@ class _Reader:
     def _add_box(self, size: Sequence[float], pose: np.ndarray, name: str, colour: Colour) -> None:
         up = _upright_axis(pose)
         if up is None:
-            self.warnings.append(f'{name}: the box leans and is left out')
+            self.warnings.append(f'{name}: the box is tilted; left out')
             return
         along, across = ((1, 2), (2, 0), (0, 1))[up]  # a right-handed frame with the upright axis
         yaw = math.atan2(pose[1, along], pose[0, along])
@@ -139,7 +139,7 @@ class _Reader:
         radius, = _numbers(f'{name}: cylinder: radius', cylinder.findtext('radius'), 1)
         length, = _numbers(f'{name}: cylinder: length', cylinder.findtext('length'), 1)
         if _upright_axis(pose) != 2:
-            self.warnings.append(f'{name}: the cylinder does not stand upright and is left out')
+            self.warnings.append(f'{name}: the cylinder is tilted; left out')
             return
         self._add(Cylinder(self._name(name), pose[0, 3], pose[1, 3], radius, length,
                            self._bottom(name, pose, length), colour))
@@ -147,7 +147,7 @@ class _Reader:
     def _read_plane(self, plane: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
         normal = pose[:3, :3] @ _numbers(f'{name}: plane: normal', plane.findtext('normal') or '0 0 1', 3)
         if normal[2] < math.cos(UPRIGHT) * np.linalg.norm(normal) or abs(pose[2, 3]) > FLOOR:
-            self.warnings.append(f'{name}: the <plane> is not the floor and is left out')
+            self.warnings.append(f'{name}: the <plane> is not the floor; left out')
         elif colour != GREY:
             self._colours['ground_colour'] = colour
 
@@ -178,7 +178,7 @@ class _Reader:
     def _bottom(self, name: str, pose: np.ndarray, height: float) -> float:
         bottom: float = pose[2, 3] - height / 2.0
         if bottom < -FLOOR:
-            self.warnings.append(f'{name}: it reaches {-bottom:.3f} m into the floor and stands on it here')
+            self.warnings.append(f'{name}: it reaches {-bottom:.3f} m into the floor; here it stands on the floor')
         return max(0.0, bottom)
 
     def _name(self, name: str) -> str:
@@ -196,7 +196,7 @@ class _Reader:
             return np.eye(4)
         other = pose.get('relative_to') or pose.get('frame')
         if other:
-            self.warnings.append(f'{name}: its <pose> relative to {other} is taken as relative to its parent')
+            self.warnings.append(f'{name}: its <pose> relative to {other} is used as relative to its parent')
         x, y, z, roll, pitch, yaw = _numbers(f'{name}: pose', pose.text or '0 0 0 0 0 0', 6)
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = rotations.matrix_from_rpy(roll, pitch, yaw), (x, y, z)

@@ -56,7 +56,7 @@ def find_world(world: str, folder: str) -> str:
     """Return the path of a world that is named as in ``load_world``."""
     if os.path.isfile(world):
         if not world.endswith((SUFFIX, '.yml', *SDF_SUFFIXES)):
-            raise WorldError(f'{world}: a world ends in {SUFFIX}, {" or ".join(SDF_SUFFIXES)}')
+            raise WorldError(f'{world}: the name of a world file ends in {SUFFIX}, {" or ".join(SDF_SUFFIXES)}')
         return world
     name = os.path.splitext(os.path.basename(world))[0]
     known = os.path.join(folder, name + SUFFIX)
@@ -129,7 +129,7 @@ def _shape(where: str, kind: Kind, entry: Any) -> Shape:
     _check_keys(where, entry, kind._fields)
     named = f'{where} ({entry["name"]:.80})' if isinstance(entry.get('name'), str) else where
     if 'name' in entry and named == where:
-        raise InvalidInput(f'{where}: name is {shown(entry["name"])}; it must be a text')
+        raise InvalidInput(f'{where}: name is {shown(entry["name"])}; it must be a string')
     missing = [field for field in kind._fields if field not in entry and field not in kind._field_defaults]
     if missing:
         raise InvalidInput(f'{named}: {missing[0]} is missing')
@@ -144,14 +144,14 @@ def _check_keys(where: str, mapping: Any, known: Iterable[str]) -> None:
                            f'{", ".join(known)}')
     for key in mapping:
         if key not in known:
-            raise InvalidInput(f'{where}: unknown key {shown(key)}; allowed are: {", ".join(known)}')
+            raise InvalidInput(f'{where}: unknown key {shown(key)}; the keys are: {", ".join(known)}')
 
 
 def _colour(where: str, value: Any) -> Any:
     """Return the colour that a value names; anything that is not a colour is left to FloorPlan.check."""
     if isinstance(value, str):
         if value not in COLOURS:
-            raise InvalidInput(f'{where} is {shown(value)}; allowed are [red, green, blue], 0 to 255 each, or one of: '
+            raise InvalidInput(f'{where} is {shown(value)}; it must be [red, green, blue], 0 to 255 each, or one of: '
                                f'{", ".join(COLOURS)}')
         return COLOURS[value]
     return tuple(value) if isinstance(value, list) else value

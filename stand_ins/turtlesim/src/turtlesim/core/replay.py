@@ -115,9 +115,9 @@ def _read(path: str) -> List[Row]:
         raise RecordingError(f'{path}: line {reader.line_num}: not a row of a recording of turtlesim: {error!r}; '
                              f'the columns are {", ".join(("tick", "event", *COLUMNS))}') from None
     if not rows:
-        raise RecordingError(f'{path}: holds no ticks')
+        raise RecordingError(f'{path}: contains no ticks')
     if cut:
-        print(f'{path}: the last row is incomplete, it has no end of line, and is left out', file=sys.stderr)
+        print(f'{path}: the last row is incomplete (no end of line); left out', file=sys.stderr)
     return rows
 
 
@@ -169,7 +169,7 @@ def _equal_pixels(canvas: Canvas, path: str) -> float:
     import cv2
     image = cv2.imread(path, cv2.IMREAD_COLOR)
     if image is None or image.shape != (CANVAS_SIZE, CANVAS_SIZE, 3):
-        raise RecordingError(f'{path}: not a picture of {CANVAS_SIZE} x {CANVAS_SIZE} pixels')
+        raise RecordingError(f'{path}: not an image of {CANVAS_SIZE} x {CANVAS_SIZE} pixels')
     return float((image[:, :, ::-1] == canvas.array()).all(axis=2).mean())
 
 
@@ -177,7 +177,7 @@ def _report(path: str, result: Comparison) -> None:
     def share(different: int) -> str:
         return f'{100.0 * (1.0 - different / result.ticks):.2f} %'
     moved = '' if not result.moved_events else (f' (with {result.moved_events} pen or clear events one tick later than '
-                                                f'booked; {share(result.booked_different_colours)} as booked)')
+                                                f'recorded; {share(result.booked_different_colours)} as recorded)')
     canvas = 'no picture' if result.equal_pixels is None else f'{100.0 * result.equal_pixels:.4f} % of the pixels equal'
     print(f'{path}: {result.ticks} ticks, {result.different_poses} with a different pose, '
           f'{share(len(result.different_colours))} of the colours equal{moved}, {canvas}')
@@ -188,7 +188,8 @@ def _report(path: str, result: Comparison) -> None:
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Replay the files of the command line; return 1 when a pose differs, 2 when a file cannot be replayed."""
     parser = argparse.ArgumentParser(prog='./run replay', description='Replay recordings of the real turtlesim.')
-    parser.add_argument('files', nargs='+', metavar='FILE.csv', help='recordings, each with or without a PNG beside it')
+    parser.add_argument('files', nargs='+', metavar='FILE.csv',
+                        help='recordings (CSV), each with or without a PNG file beside it')
     status = 0
     for path in parser.parse_args(arguments).files:
         try:

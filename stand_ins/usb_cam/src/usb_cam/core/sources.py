@@ -221,7 +221,7 @@ class Video(_File):
         """Return the image grabbed last."""
         image = _retrieved(self._capture)
         if image is None:
-            raise SourceError(f'{self._path}: an image of the video could not be decoded.')
+            raise SourceError(f'{self._path}: an image of the video cannot be decoded.')
         return image
 
     def close(self) -> None:
