@@ -16,7 +16,7 @@ class Model:
     """What a pacer has to do, in wall time that stands still but in ``advance``: the exact time until the next step."""
 
     def __init__(self):
-        self.steps, self.requested, self.paused, self.left, self.rate = 0, 0, False, STEP, 1.0
+        self.steps, self.requested, self.paused, self.left = 0, 0, False, STEP
 
     def pause(self):
         self.paused = True
@@ -27,9 +27,6 @@ class Model:
     def resume(self):
         self.paused, self.requested = False, 0
 
-    def set_rate(self, rate):
-        self.left, self.rate = self.left * self.rate / rate, rate
-
     def advance(self, seconds):
         self.left -= 0.0 if self.paused else seconds
 
@@ -38,13 +35,12 @@ class Model:
         by_hand = self.requested > 0
         in_time = not by_hand and not self.paused and self.left <= 0.0
         self.steps, self.requested = self.steps + (by_hand or in_time), self.requested - by_hand
-        self.left += in_time * STEP / self.rate
+        self.left += in_time * STEP
         return by_hand or in_time
 
 
 OPERATIONS = st.lists(st.one_of(
     st.just(('pause',)), st.just(('resume',)), st.tuples(st.just('request'), st.integers(0, 3)),
-    st.tuples(st.just('set_rate'), st.sampled_from([0.5, 1.0, 2.0])),
     st.tuples(st.just('advance'), st.sampled_from([0.004, 0.007, 0.05])), st.just(('step',))), max_size=60)
 
 
@@ -68,8 +64,8 @@ def test_any_order_of_changes_makes_the_steps_of_the_model(operations):
 
 
 THREAD_OPERATIONS = st.lists(st.one_of(
-    st.just(('pause',)), st.just(('resume',)), st.just(('wake',)), st.tuples(st.just('request'), st.integers(0, 3)),
-    st.tuples(st.just('set_rate'), st.sampled_from([1.0, 20.0, math.inf]))), min_size=1, max_size=20)
+    st.just(('pause',)), st.just(('resume',)), st.just(('wake',)), st.tuples(st.just('request'), st.integers(0, 3))),
+    min_size=1, max_size=20)
 
 
 @given(st.lists(THREAD_OPERATIONS, min_size=2, max_size=5))

@@ -76,7 +76,8 @@ class Pacer:
         self._last = -math.inf  # [s] wall time of the last one
         self._paused = paused
         self._paused_at = math.nan  # [s] wall time of the start of the pause, if there is one
-        self._set_period(rate)
+        self._rate, self._period = rate, self.step / rate  # [s] of wall time; 0 at math.inf
+        self._closest = self._period / (FASTER_BOUNDED if self.bounded else FASTER)
 
     @property
     def rate(self) -> float:
@@ -134,21 +135,6 @@ class Pacer:
                     self._requests.pop().answer(False)
                 self.wake()
             return self._steps
-
-    def set_rate(self, rate: float) -> None:
-        """Go on at another rate; what is left of the time until the next step, and late steps, are kept."""
-        with self._lock:
-            if not math.isnan(self._due):
-                now, old = self._paused_at if self._paused else self._monotonic(), self._period
-                self._set_period(rate)
-                self._due = now + ((self._due - now) / old * self._period if old else self._period)
-            else:
-                self._set_period(rate)
-            self.wake()
-
-    def _set_period(self, rate: float) -> None:
-        self._rate, self._period = rate, self.step / rate  # [s] of wall time; 0 at math.inf
-        self._closest = self._period / (FASTER_BOUNDED if self.bounded else FASTER)
 
     def wake(self) -> None:
         """Let ``wait`` return at once, the present call or else the next one."""
