@@ -12,7 +12,7 @@ from turtle_robotont.demo import course, course_markers
 from turtle_robotont.demo.harness import DemoError, DemoHarness
 
 STEPS = (*course.STEPS, *course_markers.STEPS)
-TIME_LIMIT = 300  # [s] for everything but ending the processes
+TIME_LIMIT = 300  # [s] for everything except ending the processes
 TROUBLES = (DemoError, rospy.ROSException, rospy.ServiceException)
 GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'
 
@@ -59,7 +59,7 @@ class Report:
 
 
 def play(step, number, harness, report):
-    """Play one step and report on it; return whether all of it is as it should be."""
+    """Play one step and report on it; return whether all its measurements are good."""
     report.step(number, step)
     measurements, pictures = [], []
     name = f'{number}_{step.title.lower().replace(" ", "_")}'
@@ -102,7 +102,7 @@ def play_all(steps, output, report):
 
 
 def main():
-    """Play all steps, or those whose title contains a given word; exit 0 only if each was measured to be right."""
+    """Play all steps, or those whose title contains a given word; exit with 0 only if all are good."""
     parser = argparse.ArgumentParser(prog='./run demo', description=__doc__)
     parser.add_argument('--output', default='output', metavar='DIR',
                         help='folder for pictures and logs (default: %(default)s)')

@@ -1,7 +1,7 @@
-"""The steps of the course's turtle part: each plays what is asked on a DemoHarness and measures the outcome.
+"""The turtle steps of the demo: each does a step of the course on a DemoHarness and measures the outcome.
 
-A step starts the node or types the command that the course asks for, looks at the turtle's own poses, colours and
-commands, and judges by them alone: ``play(harness)`` returns the Measurements.
+A step starts the node, or types the command, of the course, and measures only the poses, colours and commands of the
+turtle: ``play(harness)`` returns the Measurements.
 """
 import contextlib
 import math
@@ -28,20 +28,20 @@ SIM_SERVICES = {'/clear', '/kill', '/reset', '/spawn', '/turtle1/set_pen', '/tur
 
 
 class Measurement(NamedTuple):
-    """Something measured, and whether it is as it should be."""
+    """Something measured, and whether it is correct."""
 
     text: str
     good: bool
 
 
 def near(what, value, wanted, tolerance, unit):
-    """Return the Measurement that a value is what is wanted."""
+    """Return the Measurement of a value that should be near ``wanted``."""
     return Measurement(f'{what} {value:.3f} {unit} (expected {wanted:.3f}, tolerance {tolerance:g})',
                        abs(value - wanted) <= tolerance)
 
 
 def at_most(what, value, limit, unit):
-    """Return the Measurement that an error is small enough."""
+    """Return the Measurement of an error that should not exceed ``limit``."""
     return Measurement(f'{what} {value:.3f} {unit} (at most {limit:g})', value <= limit)
 
 

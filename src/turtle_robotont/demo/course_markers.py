@@ -1,6 +1,6 @@
-"""The demo's steps of the robot part: markers in a picture sequence, and a robot that finds its way by markers.
+"""The robot steps of the demo: markers in an image sequence, and a robot that drives from marker to marker.
 
-Each is judged by what is true: by the sequence's frames.json, and by where the simulator says that the robot is.
+Each is compared with the ground truth: the frames.json of the sequence, and the robot's pose in the simulator.
 
 Threads: rospy calls the recorders' callbacks in threads of its own; they only append.
 """
@@ -81,7 +81,7 @@ def truth_of(folder):
 
 
 def compared(messages, pictures, truth):
-    """Return what the tracker's messages say right and wrong: counts, and errors in parts of the distance.
+    """Compare the tracker's messages with the truth: counts, and errors as fractions of the distance.
 
     ``pictures``: {stamp: checksum}; ``truth``: {checksum: frame}.
     """

@@ -1,4 +1,4 @@
-"""Where the demo plays: a master and a simulator of its own, the nodes of a step, and an observer of the turtle.
+"""The environment of the demo: a master, a simulator, the nodes of a step, and an observer of the turtle.
 
 Threads: rospy calls the observer's callbacks in threads of its own, one a topic; its lock guards what they store.
 Processes: each gets a process group of its own and is ended by ``DemoHarness.close``, and by the kernel (SIGINT) if
@@ -28,7 +28,7 @@ from rospy_support import servers
 from rospy_support.own_master import MasterError, own_master
 from turtle_robotont.driving import track_metrics
 
-CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle begins
+CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle starts
 EXACT = 1e-3  # [m]
 PATIENCE = 30.0  # [s] in which master, simulator and nodes must be there, on a loaded machine too
 REST_TIMEOUT = 5.0  # [s] in which a stopped turtle must stand
@@ -37,7 +37,7 @@ POLL = 0.02  # [s]
 
 
 class DemoError(RuntimeError):
-    """What was waited for did not happen; the text says what."""
+    """A wait timed out; the text says for what."""
 
 
 class Process(BackgroundProcess):
@@ -118,7 +118,7 @@ class DemoHarness:
         self.seen = None  # the Observer, once open
 
     def open(self):
-        """Start master, simulator and observer; raise DemoError when they do not come."""
+        """Start master, simulator and observer; raise DemoError if they do not start."""
         os.makedirs(self._log, exist_ok=True)
         for old in glob.glob(os.path.join(self._log, '[0-9][0-9]_*.log')):
             os.remove(old)
@@ -136,7 +136,7 @@ class DemoHarness:
         self.until(lambda: self.seen.track, 'the simulator publishes no pose', PATIENCE, simulator)
 
     def close(self):
-        """End every process that was started, the latest first; a second Ctrl-C does not keep it from that."""
+        """End all started processes, the latest first; a second Ctrl-C does not interrupt it."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         while self._processes:
@@ -174,12 +174,12 @@ class DemoHarness:
             time.sleep(POLL)
 
     def until_rest(self):
-        """Wait until the turtle stands, but not for ever: whoever looks at the track will see."""
+        """Wait until the turtle stops, with a time limit; the track shows whether it did."""
         with contextlib.suppress(DemoError):
             self.until(lambda: track_metrics.stands_still(self.seen.track), 'the turtle does not stop', REST_TIMEOUT)
 
     def reset(self):
-        """Bring the turtle back to the middle of an empty arena and forget what was seen."""
+        """Bring the turtle back to the centre of an empty arena and forget what was seen."""
         if not self._processes[0].runs():
             raise DemoError('the simulator has ended')
         self.call('reset', Empty)

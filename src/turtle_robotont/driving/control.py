@@ -30,7 +30,7 @@ STEER_FADE = 0.1  # [m] closer than this the goal's direction means little, and 
 
 STUCK_AFTER = 2.0  # [s] without any movement although commanded
 MOVED = 1e-3  # [m or rad] counts as a movement
-JUMP = 0.1  # [m] more than the turtle can have driven: somebody teleported it
+JUMP = 0.1  # [m] more than the turtle can have driven: it was teleported
 START_DELAY = 1.0  # [s] at most from planning a drive to its first step, during which the vehicle may still have moved
 JUMPS_FORGIVEN = 3
 DEADLINE_FACTOR = 2.0  # a drive may take this many times as long as at its top speeds

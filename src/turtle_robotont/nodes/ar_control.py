@@ -26,10 +26,10 @@ REMIND = 10.0  # [s] between two warnings of the same kind
 
 
 class MarkerListener:
-    """Takes the markers on ``ar_pose_marker``: prints them, leaves out what cannot be, passes the Sightings on."""
+    """Takes the markers on ``ar_pose_marker``: prints them, drops impossible ones, passes the Sightings on."""
 
     def __init__(self, axes, log_rate, on_sightings=lambda sightings: None):
-        """``axes``: one of sightings.AXES; ``log_rate`` [Hz]: at most so many messages printed, 0: every one."""
+        """``axes``: one of sightings.AXES; ``log_rate`` [Hz]: print at most this many messages, 0: all."""
         self._axes, self._on_sightings = axes, on_sightings
         self._throttle = WallThrottle(1.0 / log_rate if log_rate > 0.0 else 0.0)
         self._heard = time.monotonic()
@@ -57,7 +57,7 @@ class MarkerListener:
             return None
 
     def _watch(self):
-        """Say what to do while no message comes; on wall time, which goes on when a simulator's does not."""
+        """Say what to do while no message arrives; on wall time, because simulated time may be paused."""
         while not rospy.is_shutdown():
             if time.monotonic() - self._heard > SILENT_AFTER:
                 rospy.logwarn('No markers on %s (to start camera and tracker: roslaunch turtle_robotont '
@@ -77,7 +77,7 @@ def print_markers(markers):
 
 
 class Forward:
-    """A velocity that is the same whatever is seen."""
+    """A constant velocity, independent of the markers."""
 
     status = 'publishing a constant velocity'
 
@@ -85,7 +85,7 @@ class Forward:
         self._command = command
 
     def see(self, sightings):
-        """Take Sightings; they do not matter."""
+        """Ignore Sightings."""
 
     def step(self, dt):
         """Return the command, and print it as the course does."""
@@ -101,7 +101,7 @@ class MarkerDriver:
     """
 
     def __init__(self, behaviour, rate, on_step=lambda: None):
-        """``rate`` [Hz]: commands a second; ``on_step()`` is called after each."""
+        """``rate`` [Hz]: commands per second; ``on_step()`` is called after each."""
         self._behaviour, self._on_step = behaviour, on_step
         self._lock = threading.Lock()
         self._status, self._ended = '', False

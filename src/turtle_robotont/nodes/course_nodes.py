@@ -46,7 +46,7 @@ class PosePrinter:
     """Prints the poses of ``topic`` as the course does."""
 
     def __init__(self, topic, rate=0.0):
-        """``rate`` [Hz]: at most so many a second; 0: every one."""
+        """``rate`` [Hz]: print at most this many poses per second; 0: all."""
         self._throttle = WallThrottle(1.0 / rate if rate > 0.0 else 0.0)
         rospy.Subscriber(topic, Pose, self._on_pose)
 

@@ -1,4 +1,4 @@
-"""The services of a turtle that drives by itself: gotoPose, drive_to and draw_shape.
+"""The services of a self-driving turtle: gotoPose, drive_to and draw_shape.
 
 Threads: rospy runs every call in a thread of its own; what they share is the TurtleDriver, which lets the newest
 goal win.
@@ -35,7 +35,7 @@ class DriveServices:
         rospy.loginfo('Ready to command gotoPose service.')
 
     def _goto_pose(self, request):
-        """Answer when the turtle is there; the type has no field for a failure, so the call itself fails then."""
+        """Answer when the turtle has arrived; the type has no field for a failure, so then the call itself fails."""
         rospy.loginfo('Service => x: %g y: %g theta: %g', request.x, request.y, request.theta)
         if self._mode == 'drive':
             answer = self._drive_to(DriveToRequest(request.x, request.y, request.theta, True, 0.0, 0.0))

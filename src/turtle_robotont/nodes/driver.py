@@ -25,7 +25,7 @@ from turtle_robotont.msg import DriveStatus
 READY_TIMEOUT = 10.0  # [s] in which a vehicle must show itself
 POLL = 0.02  # [s] between two looks for a subscriber
 SHORT_WAIT = 0.25  # [s] longer than the rest that a simulator in lockstep asks for
-SAY_AFTER = 5.0  # [s] without a pose while simulated time stands, after which the user is told
+SAY_AFTER = 5.0  # [s] without a pose while simulated time is paused, before a warning
 STANDING = 0.1  # share of the time waited: simulated time that passes less is said to stand
 STATUS_PERIOD = 0.1  # [s]
 POSES_KEPT = 1000  # that a busy machine may leave waiting
@@ -63,7 +63,7 @@ class Driver:
         rospy.on_shutdown(lambda: self.cancel('the node is shutting down'))
 
     def _no_pose(self, timeout):
-        """Return the text that says that no pose came within timeout [s], and what to do."""
+        """Return the error text for no pose within timeout [s], and what to do."""
         raise NotImplementedError
 
     def ready(self, timeout=READY_TIMEOUT):
@@ -122,8 +122,8 @@ class Driver:
     def _await(self, happened, timeout):
         """Wait until ``happened()``; return whether it did before ``timeout`` [s] had passed.
 
-        The time is counted in short waits, so that a machine which stands still for a moment uses up one of them only;
-        and it must have passed in ROS time as well, unless nobody publishes poses: a simulator may be slow, or paused.
+        The time is counted in short waits, so that a machine that stands still for a moment uses up only one of them;
+        and it must have passed in ROS time as well, unless no node publishes poses: a simulator may be slow, or paused.
         """
         begin, waited, said = steady_time(), 0.0, False
         while not self._changed.wait_for(happened, SHORT_WAIT):
@@ -197,7 +197,7 @@ def status_message(drive):
 
 
 def run(main):
-    """Run the main() of a node that drives: what keeps it from its goal is logged and makes the exit code 1."""
+    """Run the main() of a node that drives; log why it failed, and then exit with code 1."""
     def guarded():
         try:
             main()

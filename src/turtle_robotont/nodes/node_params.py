@@ -1,4 +1,4 @@
-"""The parameters that several of the course's nodes have in common; each raises params.ParameterError."""
+"""The parameters that several nodes of the course share; each function raises ParameterError."""
 import rosgraph.names
 import rospy
 

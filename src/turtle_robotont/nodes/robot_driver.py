@@ -18,7 +18,7 @@ UNIT_TOLERANCE = 0.01  # by which the length of a quaternion may differ from 1
 
 
 class RobotDriver(Driver):
-    """Drives a robot by ``odom`` and ``cmd_vel``; tells of it on ``drive_status``. Poses are those in odom's frame.
+    """Drives a robot by ``odom`` and ``cmd_vel``; reports on ``drive_status``. Poses are those in odom's frame.
 
     Odometry whose time is not after the last is left out, until nothing else has come for pose_timeout, not counting
     the time in which this process stood still.

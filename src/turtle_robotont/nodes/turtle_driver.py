@@ -11,7 +11,7 @@ from turtle_robotont.nodes.driver import Driver
 
 
 class TurtleDriver(Driver):
-    """Drives one turtle by ``<turtle>/pose`` and ``<turtle>/cmd_vel``; tells of it on ``<turtle>/drive_status``."""
+    """Drives one turtle by ``<turtle>/pose`` and ``<turtle>/cmd_vel``; reports on ``<turtle>/drive_status``."""
 
     def __init__(self, turtle):
         self.turtle = turtle

@@ -1,6 +1,6 @@
-"""What the course asks of a turtle and a node can do once and end: stop at x, draw a shape, teleport round.
+"""One-shot tasks of the course: stop at x, draw a shape, teleport around.
 
-Each takes a TurtleDriver, returns when it is done and raises DriveError or InvalidInput when it cannot be done.
+Each takes a TurtleDriver, returns when it is done, and raises DriveError or InvalidInput if it fails.
 """
 import math
 

@@ -1,7 +1,7 @@
 """``./run grade EXERCISE -- COMMAND``: the command line of the grader.
 
-Exit codes: 0 passed, 1 failed, 2 wrong usage or exercise file, 3 undecided (no port; could not keep up, in three tries;
-...), 130 interrupted.
+Exit codes: 0 passed, 1 failed, 2 usage error or wrong exercise file, 3 undecided (no free port, or the machine was too
+slow in three attempts), 130 interrupted.
 
 It is a test for rostest, too: ``<test pkg="turtle_robotont" type="grade.py" args="EXERCISE -- COMMAND" .../>``.
 """
@@ -80,7 +80,7 @@ def main(arguments=None):
 
 
 def _grade_again(options, seed, folder, others):
-    """Begin anew, as a program: there is one rospy node in a process's life."""
+    """Start the program again: a process can have only one rospy node in its life."""
     sys.stdout.flush()
     kept = [f'--{name}={value}' for name in ('junit', 'busy', 'speed', 'packages')
             for value in [getattr(options, name)] if value is not None]
@@ -166,5 +166,5 @@ def _without_rostest(arguments):
 
 
 def _cut(arguments):
-    """Return where the command begins; argparse's own remainder would take the options as a part of it."""
+    """Return the index of the command; argparse.REMAINDER would take the options as a part of it."""
     return arguments.index('--') if '--' in arguments else len(arguments)

@@ -60,7 +60,7 @@ def guard(clean_up: Callable[[], None]) -> Tuple[psutil.Process, Callable[[], No
             for number in END_SIGNALS:
                 signal.signal(number, signal.SIG_IGN)
             os.close(held)
-            if not os.read(watched, 1):  # the other end was closed by nobody but the kernel
+            if not os.read(watched, 1):  # only the kernel can have closed the other end
                 clean_up()
         finally:
             os._exit(0)
@@ -219,6 +219,6 @@ def _all() -> Iterator[psutil.Process]:
 
 
 def _reap(pid: int) -> None:
-    """Take the exit code of an orphan that became a child of this process: nobody else will."""
+    """Collect the exit code of an orphan that became a child of this process."""
     with contextlib.suppress(ChildProcessError):
         os.waitpid(pid, os.WNOHANG)

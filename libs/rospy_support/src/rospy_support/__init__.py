@@ -1,1 +1,1 @@
-"""What the simulators' and the course's nodes need on top of rospy."""
+"""What the nodes of the simulators and the course need in addition to rospy."""

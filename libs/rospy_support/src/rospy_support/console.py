@@ -1,7 +1,7 @@
-"""A node's output never ends the node: standard output and error that are closed, full or unread, and the log file.
+"""Output that never ends a node: standard output and error may be closed, full or unread, and so may the log file.
 
-rospy's log handlers raise in whoever logs when the standard output is closed or its reader has gone (``node | head``),
-and print a traceback for every line where the log file cannot be written. The real nodes go on without; so do these.
+rospy's log handlers raise an exception in the code that logs when the standard output is closed or its reader has gone
+(``node | head``), and print a traceback for every line if the log file cannot be written. These nodes continue without.
 """
 import contextlib
 import errno
@@ -14,9 +14,9 @@ import rospkg
 
 from rospy_support import rospy_internals
 
-LOST = errno.EPIPE, errno.EBADF, errno.EIO  # nothing will ever be written there: no reader, closed, terminal gone
+LOST = errno.EPIPE, errno.EBADF, errno.EIO  # the stream is unusable: no reader, closed, terminal gone
 NOWHERE = '/'  # a folder that always exists; nothing is written into it
-_unread = []  # functions to call when nobody reads the standard output any more
+_unread = []  # functions to call when the reader of the standard output has gone
 
 
 def when_unread(function):
@@ -25,7 +25,7 @@ def when_unread(function):
 
 
 def guard():
-    """Make sys.stdout and sys.stderr what never fails. Call it before rospy.init_node, which takes them over."""
+    """Replace sys.stdout and sys.stderr by streams that never fail. Call it before rospy.init_node, which uses them."""
     for descriptor in (0, 1, 2):  # the next file or connection would get the number of a closed one, and all prints
         with contextlib.suppress(FileExistsError):
             _occupy(descriptor)
@@ -34,10 +34,10 @@ def guard():
 
 
 class Console:
-    """A text stream, or None, as one that writes each line at once and drops what cannot be written."""
+    """Wraps a text stream (or None): writes each line immediately and drops what cannot be written."""
 
     def __init__(self, stream, on_lost=lambda: None):
-        """``on_lost()`` is called when there is no reader any more; a stream that Python found closed is None."""
+        """``on_lost()`` is called when the reader has gone; ``stream`` is None if Python found it closed."""
         self._stream = stream if stream is not None else open(os.devnull, 'w', encoding='utf-8')
         self._on_lost = on_lost
         if hasattr(self._stream, 'reconfigure'):  # no locale makes a character an error
@@ -68,7 +68,7 @@ class Console:
             pass
 
     def _let_go(self):
-        """Write to nowhere from now on, what waits in buffers included."""
+        """Discard all further output, including what is still buffered."""
         with contextlib.suppress(OSError, ValueError):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self._stream.fileno())
@@ -78,7 +78,7 @@ class Console:
 
 
 class LogFile(logging.handlers.RotatingFileHandler):
-    """rospy's log file: where it cannot be written that is said once, and the node goes on without it."""
+    """rospy's log file; if it cannot be written, the node says so once and continues without it."""
 
     def __init__(self, *args, **kwds):
         self._lost = False
@@ -94,7 +94,7 @@ class LogFile(logging.handlers.RotatingFileHandler):
             super().emit(record)
 
     def handleError(self, record):
-        """Give the file up when it cannot be written; other errors are reported as ever."""
+        """Give the file up if it cannot be written; other errors are reported as usual."""
         error = sys.exc_info()[1]
         if isinstance(error, (OSError, ValueError)):
             self._give_up(error)
@@ -111,7 +111,7 @@ class LogFile(logging.handlers.RotatingFileHandler):
 
 @contextlib.contextmanager
 def log_file_guarded():
-    """Let rospy.init_node, called in this context, use LogFile and do without a log folder that cannot be made."""
+    """In this context, rospy.init_node uses LogFile and works without a log folder if it cannot be made."""
     original = logging.handlers.RotatingFileHandler
     logging.handlers.RotatingFileHandler = LogFile  # where rosgraph's configuration of logging looks
     try:
@@ -122,7 +122,7 @@ def log_file_guarded():
 
 
 def _configure(configure, *arguments, **options):
-    """Configure logging as rosgraph does, the way that never fails: without a file where there is no folder for it."""
+    """Configure logging as rosgraph does, but without a log file if there is no folder for it."""
     folder = os.path.dirname(os.path.join(rospkg.get_log_dir(), options.get('filename') or ''))
     try:
         if not os.path.isdir(folder):

@@ -1,4 +1,4 @@
-"""sensor_msgs pictures from and to numpy arrays, without cv_bridge, which brings an OpenCV of its own.
+"""Convert sensor_msgs images from and to numpy arrays, without cv_bridge, which brings its own OpenCV.
 
 Arrays are (height, width) or (height, width, channels), uint8 or uint16 in this machine's byte order.
 """
@@ -13,11 +13,11 @@ from kinematic_core.encoded_images import is_truncated
 
 
 class ImageError(ValueError):
-    """A picture that cannot be read; the text says what is wrong with it."""
+    """An image that cannot be read; the text says why."""
 
 
 class Encoding(NamedTuple):
-    """How pixels lie in an Image: type and number of channels, OpenCV's ways to grey and to BGR (None: as they are)."""
+    """Pixel format of an Image: type, number of channels, OpenCV's conversions to grey and BGR (None: not needed)."""
 
     type: type
     channels: int
@@ -51,7 +51,7 @@ _AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera's matrix knows nothing of
 
 
 def pixels(image):
-    """Return an Image's pixels as they are encoded, where possible without a copy; ImageError if they cannot be."""
+    """Return the encoded pixels of an Image, without a copy if possible; raise ImageError for unusable data."""
     encoding = ENCODINGS.get(image.encoding)
     if encoding is None:
         raise ImageError(f'encoding {image.encoding!r} is unknown; the known ones are: {", ".join(sorted(ENCODINGS))}')
@@ -76,21 +76,21 @@ def pixels(image):
 
 
 def grey(image):
-    """Return the grey picture, (height, width) uint8, of an Image or a CompressedImage."""
+    """Return the grey image, (height, width) uint8, of an Image or a CompressedImage."""
     if isinstance(image, CompressedImage):
         return _decoded(image, cv2.IMREAD_GRAYSCALE)
     return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].grey))
 
 
 def bgr(image):
-    """Return the colour picture, (height, width, 3) uint8 in OpenCV's order, of an Image or a CompressedImage."""
+    """Return the colour image, (height, width, 3) uint8 in OpenCV's order, of an Image or a CompressedImage."""
     if isinstance(image, CompressedImage):
         return _decoded(image, cv2.IMREAD_COLOR)
     return _eight_bits(_converted(pixels(image), ENCODINGS[image.encoding].bgr))
 
 
 def to_image(array, encoding=None, header=None):
-    """Return the Image of an array; without ``encoding``: mono8, mono16, bgr8 or bgra8.  ImageError if it is none."""
+    """Return the Image of an array; without ``encoding``: mono8, mono16, bgr8 or bgra8. Raise ImageError."""
     array = np.asarray(array)
     channels = array.shape[2] if array.ndim == 3 else 1
     encoding = encoding or _KINDS.get((array.dtype, channels))

@@ -1,7 +1,7 @@
-"""Connections from outside: read by one thread for all of them, with deadlines and size limits. No rospy.
+"""Incoming connections, read by one thread with deadlines and size limits. No rospy.
 
 A peer that sends nothing, or a byte now and then, costs a file descriptor until its deadline, and never a thread;
-nobody waits for it. What is complete is given away: the socket with it.
+nothing waits for it. A complete request is handed over together with its socket.
 
 Threading contract: ``SocketWatch`` calls back in its own thread, where nothing may block; its methods may be called
 from any thread.
@@ -21,7 +21,7 @@ CHUNK = 1 << 16  # [bytes] of one recv
 TURN = 16  # chunks of one connection before the others have their turn
 SWEEP = 1.0  # [s] between two looks at deadlines
 STANDSTILL = 2.0  # [s] that count at most between two looks: who was stopped, or slept, was not waiting
-SHARE_TO_DROP = 10  # out of file descriptors, one in so many of the waiting connections is dropped
+SHARE_TO_DROP = 10  # without free file descriptors, one in this many waiting connections is dropped
 RETRY = 0.5  # [s] before the next accept where there was nothing to drop
 HEADER_END = b'\r\n\r\n'
 HEADER_LIMIT = 1 << 16  # [bytes] of HTTP
@@ -30,7 +30,7 @@ OUT_OF_FILES = errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM
 
 
 class Refused(Exception):
-    """What a peer sends is not taken: the text says why."""
+    """What a peer sends is refused; the text says why."""
 
 
 class Ended(Exception):
@@ -125,7 +125,7 @@ class SocketWatch:
         self.report = report
         self._selector = selectors.DefaultSelector()
         self._waiting = {}  # socket: _Waiting, the longest waiting first
-        self._paused = {}  # listening socket: (when to go on [s, monotonic], its callback)
+        self._paused = {}  # listening socket: (when to accept again [s, monotonic], its callback)
         self._commands = collections.deque()
         self._wake_reader, self._wake_writer = os.pipe()
         for descriptor in (self._wake_reader, self._wake_writer):

@@ -1,6 +1,6 @@
-"""Many calls of the ROS master in one request, with a time limit: registrations of what comes and goes together.
+"""Many calls of the ROS master in one request, with a time limit, for things that are registered together.
 
-rospy asks the master once for each topic and service, and waits for it without end.
+rospy calls the master once for each topic and service, and waits without a limit.
 
 Threading contract: one thread at a time uses a Master.
 """
@@ -13,11 +13,11 @@ import rospy
 from rospy_support import rospy_internals
 
 TIMEOUT = 5.0  # [s] in which a request must be answered
-MOST_CALLS = 600  # in one request: the master answers nobody else meanwhile
+MOST_CALLS = 600  # per request: meanwhile the master answers no other request
 
 
 class NoMaster(Exception):
-    """The master does not answer; the text says where it was looked for."""
+    """The master does not answer; the text says at which address."""
 
 
 class Master:

@@ -1,4 +1,4 @@
-"""How every node of this repository begins and ends.
+"""How every node of this repository starts and ends.
 
 A node's script::
 
@@ -10,14 +10,14 @@ A node's script::
     if __name__ == '__main__':
         nodes.run(main)
 
-With that a node is registered again with a master that was started anew, its output may be closed, and it ends in
-order and in a bounded time: the hooks of rospy.on_shutdown are called (they stop vehicles), it is unregistered, and
-nothing is printed that frightens. rospy itself runs all this inside of a signal's handler, in the main thread: where
-that holds one of rospy's locks, a call of the master for example, the shutdown waits for that lock for ever. Here a
-signal only wakes a thread, which shuts down. And rospy closes topics before it says that it shuts down: an error of
-main() that comes from that is none.
+Such a node registers again after a restart of the master, survives a closed output, and shuts down in order and in a
+bounded time: the hooks of rospy.on_shutdown are called (they stop vehicles), the node is unregistered, and no traceback
+is printed. rospy itself does all this inside a signal handler, in the main thread: if that thread holds one of rospy's
+locks, for example during a call of the master, the shutdown waits for that lock forever. Here a signal only wakes a
+thread, which shuts down. rospy also closes topics before it reports the shutdown, so errors that main() raises because
+of that are ignored.
 
-Exit codes: what main() gives to sys.exit; 0 when it returns or when the node is shut down; 2 for a ParameterError;
+Exit codes: the argument of sys.exit in main(); 0 when main() returns or the node is shut down; 2 for a ParameterError;
 1 for everything else.
 
 Threading contract: ``run`` is called in the main thread; hooks of rospy.on_shutdown are called in any.
@@ -98,12 +98,12 @@ def outcome(main):
 
 
 def end_when_unread():
-    """End the node in order when the reader of its standard output has gone (``node | head``): it only prints."""
+    """Shut the node down when the reader of its standard output has gone (``node | head``), if it only prints."""
     console.when_unread(lambda: shut_down('nothing reads its output any more'))
 
 
 def shut_down(reason):
-    """Shut rospy down in a thread of its own, which is returned; it ends when that is done, whoever does it."""
+    """Shut rospy down in a separate thread and return the thread, which ends when the shutdown is complete."""
     _limit_the_end()
 
     def work():
@@ -116,7 +116,7 @@ def shut_down(reason):
 
 
 def _limit_the_end():
-    """See to it that the process ends in time, even if a master that stands, or a lock, holds the end up."""
+    """Make sure that the process ends in time, even if a master that hangs, or a lock, blocks the shutdown."""
     if not _ending.is_set():
         _ending.set()
         rospy_internals.limit_calls_of_master(LONGEST_CALL)
@@ -131,7 +131,7 @@ def _give_up():
 
 
 def _leave(code):
-    """End the process, without the ways of the interpreter's end: threads that still run make it crash there."""
+    """End the process without the interpreter's cleanup, which crashes if threads still run."""
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(Exception):
             stream.flush()
@@ -141,7 +141,7 @@ def _leave(code):
 def _catch_signals():
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
-    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)  # written at once, wherever the main thread is
+    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)  # written immediately, whatever the main thread is doing
     for number in SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # nohup
             signal.signal(number, lambda *_: None)
@@ -156,7 +156,7 @@ def _await_signals(reader):
 
 
 def _thread_failed(failure):
-    """Log what ended a thread; while the node ends that is nothing to tell."""
+    """Log the error that ended a thread, unless the node is shutting down."""
     if not (_ending.is_set() or rospy.is_shutdown()):
         said = ''.join(traceback.format_exception(failure.exc_type, failure.exc_value, failure.exc_traceback))
         rospy.logerr('The thread %s of this node ended with an error; please report it:\n%s',

@@ -24,7 +24,7 @@ _declared = None  # names that this node may read; None: any, as in tests of a p
 
 
 class ParameterError(ValueError):
-    """A parameter has a value that it must not have; the text says which, what is allowed and what to type."""
+    """A parameter has an invalid value; the text names it, what is allowed, and what to type."""
 
 
 class MasterAway(ParameterError):
@@ -51,7 +51,7 @@ class Parameter:
     def read(self, default=None, values=None):
         """Return the parameter's value; ``default`` takes the place of the table's, which it must if that is Computed.
 
-        ``values``: {resolved name: value} of the parameters that are set, where they have been read already.
+        ``values``: {resolved name: value} of the parameters that are set, if they have already been read.
         """
         if _declared is not None and self.name not in _declared:
             raise LookupError(f'{self.name} is not in the table of parameters that this node was initialised with')
@@ -94,7 +94,7 @@ class _Ranged(Parameter):
 class Number(_Ranged):
     """A finite float within [minimum, maximum], in ``unit``; the word ``infinite`` stands for math.inf.
 
-    ``clamp``: a value outside counts as the nearest one inside, with a warning, as dynamic_reconfigure has it.
+    ``clamp``: replace a value outside by the nearest one inside, with a warning, as dynamic_reconfigure does.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A port for a ROS master of one's own."""
+"""A free port for a private ROS master."""
 import random
 import socket
 
@@ -6,7 +6,7 @@ PORTS = range(20000, 32000)  # below those that Linux gives to clients
 
 
 def free_port():
-    """Return a port of this machine that nobody listens on; raise OSError when there is none."""
+    """Return a free port of this machine; raise OSError if there is none."""
     for _ in range(200):
         port = random.SystemRandom().choice(PORTS)
         with socket.socket() as probe:

@@ -1,7 +1,7 @@
-"""Say why nodes on other machines do not hear this one, which rospy leaves to a silence.
+"""Say why nodes on other machines receive nothing from this one; rospy says nothing.
 
 A node tells the master under which address it can be reached: ROS_HOSTNAME, else ROS_IP, else the machine's name.
-A subscriber elsewhere connects to that address, and when it is wrong nothing arrives and nothing is said.
+A subscriber on another machine connects to that address. If it is wrong, no message arrives and there is no error.
 
 Threading contract: ``watch`` looks from a thread of its own and only logs.
 """
@@ -45,7 +45,7 @@ def watch(period=PERIOD):
 
 
 def wrong_address():
-    """Return why no node of another machine can reach this one, and what to type; '' when nothing speaks against it."""
+    """Return why no node on another machine can reach this one, and what to type; '' if there is no reason."""
     master = _master_host()
     announced = rosgraph.network.get_host_name()
     here = rosgraph.network.is_local_address

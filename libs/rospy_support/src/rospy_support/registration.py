@@ -1,11 +1,10 @@
-"""Keep a node known to the ROS master, also to one that was started anew.
+"""Keep a node registered with the ROS master, also after a restart of the master.
 
-rospy registers a topic or service once. When roscore is stopped and started again, a node that lives on is
-invisible to it for ever; here it notices and registers everything it has again: parameters that it was given on its
-command line, topics, services.
+rospy registers a topic or service once. After a restart of roscore, a running node is invisible forever. Here it
+notices the restart and registers everything again: the parameters of its command line, topics, services.
 
-Whether a master knows the node is seen from ``~get_loggers``, a service that every node has and that only it
-registers. (Whether it knows the node's name says nothing: it learns that from a node that asks for a parameter.)
+A master knows the node if it knows ``~get_loggers``, a service that every node has and that only the node registers.
+(The name of the node says nothing: the master learns it when the node asks for a parameter.)
 """
 import http.client
 import threading
@@ -21,21 +20,21 @@ PERIOD = 1.0  # [s] between two looks at the master
 SIGN = '~get_loggers'  # the service by which a node is seen to be registered
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
-_hooks = []  # to call after each registration anew
+_hooks = []  # called after each repeated registration
 
 
 def on_return(function):
-    """Let ``function()`` be called, in another thread, each time after the node was registered anew.
+    """Call ``function()``, in another thread, each time the node was registered again.
 
-    Where it raises one of TROUBLES all is done again.
+    If it raises one of TROUBLES, the registration is repeated.
     """
     _hooks.append(function)
 
 
 def keep_registered(parameters=(), period=PERIOD):
-    """Watch the master from a thread of its own, which is returned.
+    """Start a thread that watches the master, and return it.
 
-    parameters: {absolute name: value}, set where a master that was started anew does not have them.
+    parameters: {absolute name: value}, set again on a restarted master.
     """
     watch = _Watch(dict(parameters))
     rospy.on_shutdown(watch.end)
@@ -58,7 +57,7 @@ def values_of(calls):
 
 
 class _Watch:
-    """Looks at the master, and registers the node anew when it has to."""
+    """Watches the master, and registers the node again if necessary."""
 
     def __init__(self, parameters):
         self._parameters = parameters
@@ -68,7 +67,7 @@ class _Watch:
         self._away = False  # said to be
 
     def run(self, period):
-        """Look every ``period`` [s] until the node ends."""
+        """Check every ``period`` [s] until the node ends."""
         while not self._ended.wait(period):
             try:
                 self._look()
@@ -79,7 +78,7 @@ class _Watch:
                                   'again when it returns (roscore).', error)
 
     def end(self):
-        """End looking; what is being registered is awaited after all other hooks of the shutdown."""
+        """Stop watching; registrations in progress are awaited after all other hooks of the shutdown."""
         self._ended.set()
         rospy.on_shutdown(self._await_registration)
 
@@ -104,7 +103,7 @@ class _Watch:
 
 
 def _known():
-    """Return whether the master knows this node; end the node where the master knows another one of its name."""
+    """Return whether the master knows this node; end the node if the master knows another one with its name."""
     sign = rospy.resolve_name(SIGN)
     (code, _, uri), = Master(TIMEOUT).request([('lookupService', sign)])
     if code == 1 and uri != dict(rospy_internals.services()).get(sign, uri):

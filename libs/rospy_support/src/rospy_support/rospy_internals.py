@@ -130,7 +130,7 @@ def connections(publisher):
 
 
 def publish_without_threads(publisher):
-    """Let rospy make no thread for each connection of a Publisher; who publishes then writes to them itself."""
+    """Keep rospy from making a thread for each connection of a Publisher; the publishing thread then writes to them."""
     publisher.impl.set_queue_size(None)
 
 
@@ -370,7 +370,7 @@ class _Publishers:
 
 
 class _Limited:
-    """A socket that gives up to so many bytes."""
+    """A socket that gives up to a number of bytes."""
 
     def __init__(self, connection, left):
         self._connection, self._left = connection, left
@@ -395,11 +395,11 @@ def command_line_parameters(argv=None):
 
 
 def log_without_asking():
-    """Let no line that is logged ask the master; call it once rospy is initialised.
+    """Keep log calls from asking the master; call it once rospy is initialised.
 
-    rospy asks at each line whether LOG_PARAMETER is set, until it is, and subscribes to it: that takes time, a master
-    that stands stops the node with it, one that was started anew believes that it knows the node, and one that the node
-    has left still does: it would tell whoever has the node's port then to shut down. Here it is asked once.
+    Until LOG_PARAMETER is set, rospy asks for it at each log line and subscribes to it. That takes time; a master that
+    hangs blocks the node; a restarted master believes that it knows the node; and a master that the node has left still
+    does, and would tell the next owner of the node's port to shut down. Here the master is asked once.
     """
     try:
         value = rospy.get_param(LOG_PARAMETER, False)
@@ -416,7 +416,7 @@ def new_publishers(topic, uris):
 
 
 def shutting_down():
-    """Return whether the shutdown has begun; rospy.is_shutdown() says so only after hooks were called."""
+    """Return whether the shutdown has started; rospy.is_shutdown() says so only after some hooks were called."""
     return rospy.core.is_shutdown_requested() or rospy.core.is_shutdown()
 
 
@@ -430,7 +430,7 @@ def limit_calls_of_master(seconds):
 
 
 class _LimitedTransport(xmlrpc.client.Transport):
-    """HTTP with a time limit [s]; rospy's shutdown can do with no error of a socket but two that it knows."""
+    """HTTP with a time limit [s]; rospy's shutdown handles only two kinds of socket errors."""
 
     def __init__(self, limit):
         super().__init__()
@@ -451,7 +451,7 @@ class _LimitedTransport(xmlrpc.client.Transport):
 def end_registering(timeout):
     """Let a registration with a master that is away end, for the shutdown; one that lasts longer than ``timeout`` [s].
 
-    rospy tries it again and again until it shuts down, and holds the lock meanwhile that its shutdown needs.
+    rospy retries until it shuts down, and meanwhile holds the lock that its shutdown needs.
     """
     for manager in (get_topic_manager(), get_service_manager()):
         if manager.lock.acquire(timeout=timeout):
@@ -503,11 +503,11 @@ class ServiceCall:
         self._answered = threading.Event()
 
     def answer(self, response):
-        """Write a response at once, without ever waiting for a client that does not read."""
+        """Write a response, without ever waiting for a client that does not read."""
         self._write(b'\x01' + frame(response))
 
     def fail(self, reason):
-        """Write, likewise, why the call failed."""
+        """Write why the call failed, also without waiting."""
         self._write(service_error(reason))
 
     def _write(self, data):
@@ -534,7 +534,7 @@ class ServiceCall:
 
 
 class QueuedService(rospy.Service):
-    """A rospy.Service that answers nothing itself: it hands its requests over, as ServiceCalls."""
+    """A rospy.Service that does not answer itself but hands its requests over as ServiceCalls."""
 
     def __init__(self, name, service_class, hand_over):
         """``hand_over(call)`` is called in one of rospy's threads, which then waits until the call is answered."""
@@ -551,7 +551,7 @@ class _ConnectionPoll:
     """What rospy asks which connections of a topic are broken; its own takes a file descriptor for each topic."""
 
     def __init__(self):
-        self._lock = threading.Lock()  # select.poll refuses to be used by two threads at once
+        self._lock = threading.Lock()  # two threads cannot use select.poll at the same time
         self._poll = select.poll()
         self._files = 0
 
@@ -580,7 +580,7 @@ _collecting = threading.local()  # calls: those of this thread, while it collect
 
 @contextlib.contextmanager
 def collected_registrations():
-    """Tell the master nothing of what this thread registers meanwhile; give a list that gets the calls to make.
+    """Collect this thread's registrations in a list of calls instead of making them.
 
     A call is (method of the master's XML-RPC interface, its arguments after the caller's name).
     """
@@ -628,7 +628,7 @@ def collected_unregistrations():
 
 
 def _divert(listeners):
-    """Let rospy's calls of the master be collected where somebody collects them."""
+    """Collect rospy's calls of the master if a collection is active, else make them."""
     if 'notify_added' in vars(listeners):
         return
     tell_added, tell_removed = listeners.notify_added, listeners.notify_removed
@@ -662,7 +662,7 @@ def version():
 
 
 def misfits():
-    """Return a line for each private part of rospy that is not as this module needs it; none where all fits."""
+    """Return a line for each private part of rospy that is not as this module needs it; none if all fit."""
     return ([said for name, parameters in FUNCTIONS.items() for said in _wrong_function(name, parameters)]
             + [said for name, attributes in ATTRIBUTES.items() for said in _wrong_class(name, attributes)]
             + [f'{name} is missing' for name in OBJECTS if not _there(name)])

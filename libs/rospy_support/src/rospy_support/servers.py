@@ -1,7 +1,7 @@
-"""The servers of a node, such that one peer cannot keep the others out; for whoever calls rospy.init_node.
+"""The servers of a node, so that one peer cannot block the others; for callers of rospy.init_node.
 
-rospy accepts connections and reads their headers in one thread, so that a peer that connects and sends nothing keeps
-everybody else out. Here a SocketWatch reads them (inbound.py).
+rospy accepts connections and reads their headers in one thread, so a peer that connects and sends nothing blocks all
+others. Here a SocketWatch reads them (inbound.py).
 """
 import collections
 import functools
@@ -20,12 +20,12 @@ from rospy_support.tcpros_server import HEADER_LIMIT, TcprosServer
 
 MANY_FILES = 65536  # file descriptors
 MOST_PUBLISHERS = 1000  # of a topic
-MOST_LINES, PERIOD = 5, 10.0  # log lines about peers in so many seconds
+MOST_LINES, PERIOD = 5, 10.0  # log lines about peers per period [s]
 REMINDER = 600.0  # [s] between two lines about file descriptors
 
 
 def allow_many_files():
-    """Raise the soft limit of open files: each connection takes one, and 1024 is a usual limit."""
+    """Raise the soft limit of open files: each connection takes one, and the limit is often 1024."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
     if soft != resource.RLIM_INFINITY and soft < wanted:
@@ -34,9 +34,9 @@ def allow_many_files():
 
 @functools.lru_cache(maxsize=None)
 def protect():
-    """Let a SocketWatch read what comes to this process's servers, and allow it many; to be called before init_node.
+    """Let a SocketWatch read the connections of this process's servers, and allow many; call it before init_node.
 
-    With a rospy that does not fit, a node has rospy's own servers, and warns.
+    With an unknown rospy, the node keeps rospy's own servers and warns.
     """
     allow_many_files()
     unfit = rospy_internals.misfits()
@@ -56,9 +56,9 @@ def protect():
 
 
 class Report:
-    """Logs warnings about peers, at most MOST_LINES of a kind in PERIOD; what is left out is counted.
+    """Logs warnings about peers, at most MOST_LINES of a kind per PERIOD, and counts the others.
 
-    Each is logged from a thread of its own: logging asks the master for a parameter, and a terminal may stand still.
+    Each is logged in a separate thread, because logging asks the master for a parameter, and a terminal may block.
     """
 
     def __init__(self, monotonic=time.monotonic, log=rospy.logwarn):

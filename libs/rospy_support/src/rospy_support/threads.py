@@ -1,6 +1,6 @@
-"""Threads and timers that no error ends: it is logged, and they go on.
+"""Threads and timers that log errors and continue.
 
-A thread that ends by an error does so unnoticed: the node looks healthy and no longer does its work.
+A thread that ends with an error ends silently: the node looks healthy and no longer does its work.
 """
 import functools
 import threading
@@ -12,7 +12,7 @@ import rospy
 from rospy_support import rospy_internals
 from rospy_support.throttle import WallThrottle
 
-PAUSE = 1.0  # [s] of wall time after an error, before a loop is begun anew
+PAUSE = 1.0  # [s] of wall time after an error, before a loop starts again
 REMINDER = 10.0  # [s] of wall time between two reports of the same error
 
 
@@ -36,9 +36,9 @@ def call_every(period, function):
 
 
 def guarded(function):
-    """Return a function that does the same and logs errors instead of raising them; it returns None then.
+    """Return a function that does the same but logs errors instead of raising them, and then returns None.
 
-    Errors of a node that shuts down are none: rospy takes topics and services apart meanwhile.
+    While the node shuts down, errors are ignored: rospy is closing topics and services.
     """
     throttle = WallThrottle(REMINDER)
 

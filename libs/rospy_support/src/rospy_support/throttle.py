@@ -1,7 +1,7 @@
-"""Log lines that would come again and again: each kind once in a period of wall time.
+"""Throttled log lines: each kind at most once per period of wall time.
 
-rospy's own throttle counts ROS time, which a simulator may stop or let run a thousand times as fast, and takes all
-lines that one statement logs as one kind.
+rospy's own throttle uses ROS time, which a simulator may stop or run a thousand times as fast, and treats all lines of
+one statement as one kind.
 """
 import math
 import threading

@@ -1,4 +1,4 @@
-"""What to say when nothing comes on a topic: who publishes it, and where such messages come instead."""
+"""Explain why no message arrives on a topic: which node publishes it, and which other topics have such messages."""
 import xmlrpc.client
 
 import rosgraph
@@ -8,7 +8,7 @@ COMPRESSED = '/compressed'  # what image_transport puts behind a picture's topic
 
 
 def waiting_text(subscriber, name):
-    """Return a text about a rospy.Subscriber that gets nothing; ``name``: what its topic is called unremapped."""
+    """Return a text about a rospy.Subscriber that gets nothing; ``name``: its topic before remapping."""
     topic, data_type = subscriber.resolved_name, subscriber.type
     try:
         master = rosgraph.Master(rospy.get_name())

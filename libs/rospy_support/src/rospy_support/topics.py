@@ -1,4 +1,4 @@
-"""A publisher for many small messages at a high rate, and a listener for those made only while somebody subscribes."""
+"""A publisher for many small messages at a high rate, and a listener for messages that are made only on demand."""
 import socket
 
 import rospy
@@ -8,7 +8,7 @@ from rospy_support.rospy_internals import frame
 
 
 class SubscriptionListener(rospy.SubscribeListener):
-    """Calls ``on_subscribe()`` in one of rospy's threads whenever somebody has subscribed; given to a Publisher."""
+    """Calls ``on_subscribe()`` in one of rospy's threads at each new subscription; pass it to a Publisher."""
 
     def __init__(self, on_subscribe):
         super().__init__()
@@ -37,8 +37,8 @@ class Publisher(rospy.Publisher):
 class LatestPublisher(rospy.Publisher):
     """A rospy.Publisher that writes at once, on the caller's thread, and never waits for a subscriber.
 
-    rospy itself offers either a thread a connection (``queue_size``), which costs four times the processor time
-    at 6,000 messages a second, or writing that blocks the whole node as soon as one subscriber stops reading.
+    rospy itself offers either one thread per connection (``queue_size``), which costs four times the CPU time at
+    6,000 messages per second, or writing that blocks the whole node as soon as one subscriber stops reading.
     Here a subscriber that does not keep up loses messages, as with a queue of one in roscpp.
 
     Only one thread may publish at a time.
@@ -51,7 +51,7 @@ class LatestPublisher(rospy.Publisher):
         self._unsent = {}  # connection -> rest of a message that its socket took only in part
 
     def wanted(self):
-        """Return whether anybody listens."""
+        """Return whether there are subscribers."""
         return bool(rospy_internals.connections(self))
 
     def publish(self, *args, **kwds):

@@ -1,4 +1,4 @@
-"""A simulator's time: in step with the wall clock, N times as fast, as fast as it goes, or by hand; and /clock.
+"""The time of a simulator: as fast as the wall clock, N times as fast, as fast as possible, or by hand; and /clock.
 
 For a simulator's author::
 
@@ -21,8 +21,8 @@ latched).
 Lockstep (see sim_ros.lockstep): no step starts before every node of this machine that follows /clock is idle. A node
 that waits in wall time (time.sleep; rospy.wait_for_message polls) counts as idle.
 
-/use_sim_time: a simulator that publishes /clock sets it to true where nobody has set it, and takes it back when it
-ends; nodes that started before keep wall time. A launch file should set it first.
+/use_sim_time: a simulator that publishes /clock sets it to true if it is not set, and restores it at its end; nodes
+that started before use wall time. A launch file should set it first.
 
 Threading contract: ``run`` is called in one thread, which also answers ``services``; ~pause, ~resume and ~step come in
 rospy's threads.
@@ -112,7 +112,7 @@ class SimulatorClock:
                 self._no_step_due()
                 continue
             if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
-                time.sleep(self._pacer.step)  # nobody follows yet: years would pass before a node has started
+                time.sleep(self._pacer.step)  # no node follows yet: years would pass before one has started
             if given_up and not self._lockstep:
                 rospy.logwarn('The simulator stood still for %.1f s (was the machine suspended?); it continues '
                               'from here.', given_up)
@@ -137,7 +137,7 @@ class SimulatorClock:
         self._report()
 
     def _restore(self):
-        """Set anew what a master that was started anew does not know."""
+        """Set again what a restarted master does not know."""
         if self._lockstep:
             self._lockstep.watch_master()
         if self._sets_sim_time and not rospy.has_param(USE_SIM_TIME):
@@ -161,12 +161,12 @@ class SimulatorClock:
         self._report()
 
     def _call_came(self):
-        """Let a pause be interrupted: calls are answered at once in it."""
+        """Interrupt a pause: calls are answered immediately in it."""
         if self._pacer.paused:
             self._pacer.wake()
 
     def _answer(self):
-        """Answer calls at the start of a step; in lockstep no call may be late, which chance would decide."""
+        """Answer calls at the start of a step; in lockstep no call may be late by chance."""
         self.services.answer(max(MASTER_TIMEOUT, self._lockstep_timeout) if self._lockstep else MASTER_TIMEOUT)
 
     def _wait_for_nodes(self):
@@ -211,7 +211,7 @@ class SimulatorClock:
                           'rosparam set %s true, before the other nodes start.', USE_SIM_TIME, USE_SIM_TIME)
 
     def _use_other_clock(self):
-        """Do what disable_rostime left out: somebody else may publish /clock."""
+        """Do what disable_rostime skipped: another node may publish /clock."""
         if not rospy_internals.follow_time():
             raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
         if rospy.get_param(USE_SIM_TIME, False) and not _other_clocks():
@@ -219,7 +219,7 @@ class SimulatorClock:
                           'with _clock:=true, or type: rosparam set %s false', USE_SIM_TIME, USE_SIM_TIME)
 
     def _unset_use_sim_time(self):
-        """Take back what would let every later node wait for ever for a /clock that is gone."""
+        """Restore /use_sim_time, so that no later node waits forever for a /clock that is gone."""
         try:
             rospy.delete_param(USE_SIM_TIME)
         except (OSError, KeyError, rosgraph.MasterException):

@@ -1,13 +1,13 @@
-"""Services that are answered between two steps of a simulator, as a node does that handles all in its frame.
+"""Services that a simulator answers between two steps, like a node that does everything in its frame.
 
-A call is queued when it comes. The thread that steps takes all calls that are queued, at the start of each step, and
-answers them in the order in which they came; the answers leave before anything that the step publishes. So calls of
-one client, one after the other, take a step each, and those of several clients share one.
+A call is queued when it arrives. At the start of each step, the stepping thread takes all queued calls and answers them
+in the order of their arrival; the answers leave before anything that the step publishes. So consecutive calls of one
+client take a step each, and calls of several clients share one.
 
-What has to ask the master does not hold up the steps: its handler is a generator that yields functions; each is called
-on another thread, and its result (or exception) is what the yield gives. The step waits for it for a moment, in which
-it is nearly always done, so that order and time are those of one thread; else the call, and later ones that ask the
-master as well, go on in the next steps, which do not wait for it again.
+Calls that need the master do not hold up the steps: their handler is a generator that yields functions. Each function
+is called in another thread, and the yield returns its result or raises its exception. The step waits for it for a
+moment, which is nearly always enough, so that order and time are those of one thread; otherwise the call, and later
+ones that need the master, continue in the next steps, which do not wait for it again.
 
 Threading contract: ``put`` may be called from any thread, ``answer`` from the one that steps; handlers run there.
 """
@@ -128,7 +128,7 @@ class _Job:
         self.done.set()
 
     def give(self, steps):
-        """Let a generator go on with the result; return what it yields next."""
+        """Continue a generator with the result; return what it yields next."""
         return steps.send(self._result) if self._error is None else steps.throw(self._error)
 
 

@@ -53,10 +53,10 @@ class Lockstep:
         self._connections = ()
         self._followers = {}  # connection: (name, ProcessThreads, or None where it cannot be watched)
         self.late = 0  # steps that were begun although a node was not idle
-        self.busy = ''  # names of the nodes that were waited for in vain the last time
+        self.busy = ''  # names of the nodes that were still busy at the end of the last wait
 
     def watch_master(self):
-        """Look for the master; again when it was started anew."""
+        """Find the process of the master, again after a restart."""
         if not rospy.has_param(rospy_internals.LOG_PARAMETER):
             # its default; a node that logs asks the master for it at every line until it is set
             rospy.set_param(rospy_internals.LOG_PARAMETER, False)
@@ -132,7 +132,7 @@ class Lockstep:
         return ', '.join(sorted(busy))
 
     def _update_followers(self):
-        """Take in who has come and who has gone."""
+        """Update the list of nodes."""
         connections = tuple(rospy_internals.connections(self._publisher))
         if connections == self._connections:
             return
@@ -151,7 +151,7 @@ class _Settling:
 
     def __init__(self):
         self.asked = False  # whether the master was asked what is registered
-        self.needed = 0.0  # [s] in which nobody may do any work
+        self.needed = 0.0  # [s] in which no node may do any work
         self._since = 0.0  # [s] in the wait, when the last work was seen
         self._ran = None  # {thread: run time [ns]} at the last look
 

@@ -1,7 +1,7 @@
-"""How far the nodes of this machine are behind a topic: the messages that lie unread in their sockets. Linux.
+"""How far the nodes of this machine are behind a topic: the unread messages in their sockets. Linux.
 
-A node that gets no processor time does not read. How much waits for it is in the tables of TCP sockets (proc(5),
-/proc/net/tcp), in the row of the node's end of the connection.
+A node that gets no CPU time does not read. The tables of TCP sockets (proc(5), /proc/net/tcp) tell how much waits for
+it, in the row of the node's end of the connection.
 """
 import time
 

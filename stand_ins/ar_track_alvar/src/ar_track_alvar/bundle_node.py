@@ -13,7 +13,7 @@ from ar_track_alvar.node import MarkerNode
 from rospy_support import parameters
 
 MASTER, OTHERS = ('main_shapes', (1.0, 0.0, 0.0, 1.0)), ('basic_shapes', (0.0, 1.0, 0.0, 0.7))  # in rviz
-ODD_PICTURES = 5  # in a row in which a marker contradicts its bundle, before it is said
+ODD_PICTURES = 5  # in a row in which a marker contradicts its bundle, before a warning
 EXAMPLE = f'{command_line.EXAMPLE} _bundle_files:="FILE.xml OTHER.xml"'
 
 BUNDLE_FILES = parameters.Text('~bundle_files', '')

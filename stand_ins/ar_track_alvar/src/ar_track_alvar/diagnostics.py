@@ -1,11 +1,11 @@
-"""What the tracker says about itself once a second on /diagnostics."""
+"""The tracker's report on /diagnostics, once per second."""
 import statistics
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 
 class Statistics:
-    """Counts of pictures left out and markers without transform since the start; the rest of the last second."""
+    """Counts of dropped images and of markers without transform since the start; everything else of the last second."""
 
     def __init__(self):
         self.skipped = self.dropped = self.refused = self.missing_transforms = 0
@@ -16,13 +16,13 @@ class Statistics:
         self._times, self._latencies, self._trouble = [], [], ''
 
     def searched(self, seconds, detections):
-        """Count a picture that was searched in so many ``seconds``, with its Detections."""
+        """Count an image that was searched in ``seconds``, with its Detections."""
         self._times.append(seconds)
         self._found += len(detections)
         self._ambiguous += sum(d.ambiguous for d in detections)
 
     def published(self, seconds):
-        """Count a message that was published so many ``seconds`` after its picture came."""
+        """Count a message that was published ``seconds`` after its image arrived."""
         self._latencies.append(seconds)
 
     def trouble(self, text):
@@ -30,7 +30,7 @@ class Statistics:
         self._trouble = text
 
     def report(self, name, elapsed, enabled, stamp):
-        """Return the DiagnosticArray of the last ``elapsed`` [s] of the node ``name``, and begin anew."""
+        """Return the DiagnosticArray of the last ``elapsed`` [s] of the node ``name``, and start the next period."""
         pictures = len(self._times)
         said = self._trouble or (f'{pictures / elapsed:.1f} images per second' if enabled else 'disabled')
         values = {

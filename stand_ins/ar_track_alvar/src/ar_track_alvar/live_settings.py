@@ -23,7 +23,7 @@ class LiveSettings:
         self._update({'enabled': bool(enabled)})
 
     def restore(self):
-        """Put the parameters onto a master that was started anew."""
+        """Set the parameters again on a restarted master."""
         self._update({})
 
     def _update(self, changes):

@@ -71,7 +71,7 @@ class Report:
             self._waiting.popleft()
 
     def clear(self):
-        """Forget what waits and the transforms: time began anew."""
+        """Forget waiting poses and transforms: time started again."""
         self._waiting.clear()
         self.output.clear()
 

@@ -1,6 +1,6 @@
-"""The node class of the marker trackers: pictures in, poses out.
+"""The node class of the marker trackers: images in, poses out.
 
-Threading contract: rospy's threads only leave the newest picture, camera_info and settings behind, under
+Threading contract: rospy's threads only store the newest image, camera_info and settings, under
 ``_condition``; one worker thread does everything else: it searches, publishes, and reports on itself.
 """
 import math
@@ -31,13 +31,13 @@ from rospy_support.throttle import WallThrottle
 from rospy_support.topic_diagnosis import COMPRESSED, waiting_text
 from rospy_support.topics import LatestPublisher, Publisher
 
-BUFFER = 1 << 22  # [bytes] read from the pictures' connection at once: one of 1280x720 in colour
-SILENCE = 5.0  # [s] without a picture or camera_info before it is said
+BUFFER = 1 << 22  # [bytes] read from the image connection in one go: one image of 1280x720 in colour
+SILENCE = 5.0  # [s] without an image or camera_info before a warning
 WARNING_PERIOD = 10.0  # [s] between two warnings of a kind
 CHANGED_PERIOD = 1.0  # [s] the same, where the second one names another fault of the input
 REPORT = 1.0  # [s] between two reports on /diagnostics
 SLOW = 0.05  # [s] between pictures: from there on each one is searched wholly, the rest of it after the poses are out
-JUMP_BACK = 1.0  # [s] a stamp that is so much older than the last one means that time began anew
+JUMP_BACK = 1.0  # [s] a stamp that is older than the last one by more than this means that time started again
 
 
 class MarkerNode:
@@ -151,7 +151,7 @@ class MarkerNode:
         size = settings.marker_size / 100.0
         if self._tracker is None or self._tracker.detector.size != size:
             detector = Detector(size, settings.marker_resolution, settings.marker_margin, self._sizes)
-            # With simulated time what is found must not depend on how much time there is: all of each picture at once.
+            # With simulated time the result must not depend on the available time: search each image completely.
             self._tracker = Tracker(detector) if rospy_internals.is_wall_time() else Tracker(detector, full_every=1)
         if settings.enabled and self._subscriber is None:
             self._image_came = time.monotonic()
@@ -196,13 +196,13 @@ class MarkerNode:
             self._debug.publish(images.to_image(drawn, header=message.header))
 
     def _use_spare_time(self, arrival):
-        """Search the rest of the picture that came at ``arrival`` [s] if others come rarely and none waits."""
+        """Search the rest of the image that arrived at ``arrival`` [s] if images are rare and none waits."""
         apart, self._last_arrival = arrival - self._last_arrival, arrival
         if apart > SLOW and self._image is None:
             self._tracker.search_rest()
 
     def _camera_for(self, info, grey):
-        """The Camera of the picture, made anew when camera_info (or the picture's size) changes."""
+        """The Camera of the image, made again when camera_info (or the size of the image) changes."""
         geometry = self.settings.image_geometry
         rectified = geometry == RECTIFIED or geometry == AUTO and 'rect' in self._topic.rsplit('/', 1)[-1]
         key = conversions.camera_key(info, grey.shape[1], grey.shape[0], rectified)

@@ -1,6 +1,6 @@
-"""The node robotont_camera: pictures of what a simulated Robotont's camera sees.
+"""The node robotont_camera: images of the camera of a simulated Robotont.
 
-It follows the simulator's ``ground_truth`` and ``world`` and renders only what somebody subscribes to. Threading
+It follows the simulator's ``ground_truth`` and ``world`` and renders only topics with subscribers. Threading
 contract: everything is made in the thread of the subscription to ``ground_truth``, which has room for one message: a
 slow machine leaves pictures out instead of falling behind. Only the world comes in another thread, as one assignment.
 """
@@ -44,7 +44,7 @@ class CameraNode:
         self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
         self._received = 0
         self._renderer = None
-        self._plan = self._rendered_plan = None  # until the simulator has told what stands where
+        self._plan = self._rendered_plan = None  # until the simulator has published its world
         self._info = camera_info(self._frame, camera.PinholeCamera(*self._size, self._fov))
         self._colour = Publisher('camera/color/image_raw', Image, queue_size=1)
         self._colour_info = Publisher('camera/color/camera_info', CameraInfo, queue_size=1)

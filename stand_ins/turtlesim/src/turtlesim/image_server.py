@@ -60,7 +60,7 @@ class ImageServer:
             due = time.monotonic()
             while self._looked_at() and not self._closed.is_set():
                 self._show(self._frame())
-                due = max(due + self._period, time.monotonic())  # a late picture is not made up for
+                due = max(due + self._period, time.monotonic())  # a late image is not caught up
                 self._closed.wait(due - time.monotonic())
                 if self._window and self._window.closed:
                     rospy.signal_shutdown('the window was closed')
@@ -84,7 +84,7 @@ class ImageServer:
             self._window.show(frame)
 
     def _frame(self):
-        """Return the picture, (500, 500, 3) uint8 RGB, made anew only when something has changed."""
+        """Return the image, (500, 500, 3) uint8 RGB, made again only when something has changed."""
         import numpy
 
         from turtlesim.core import sprites

@@ -137,7 +137,7 @@ class TurtlesimNode:
             self._background = tuple(parameter.read(values=values) for parameter in BACKGROUND_PARAMETERS)
             return self._background
         except parameters.MasterAway:
-            return self._background  # there is nobody to have set another one
+            return self._background  # no one can have set another one
         except parameters.ParameterError as error:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None
@@ -147,7 +147,7 @@ class TurtlesimNode:
         try:
             return self._read_background(self._master.parameters([each.name for each in BACKGROUND_PARAMETERS]))
         except NoMaster:
-            return self._background  # there is nobody to have set another one
+            return self._background  # no one can have set another one
 
     def _set_background(self):
         """Set the parameters that are absent: at the start, and on a new master, which has none."""

@@ -62,7 +62,7 @@ class TurtleInterface:
         """Publish pose and colour (r, g, b) of the turtle as they are after a step."""
         if self._pose.wanted():
             pose = turtle.pose()
-            if pose != self._published:  # one that stands is not serialised anew in every step
+            if pose != self._published:  # the message of a standing turtle is not serialised again in every step
                 self._published, self._pose_frame = pose, frame(Pose(*pose))
             self._pose.publish_frame(self._pose_frame)
         if self._color.wanted():

@@ -18,7 +18,7 @@ CM, INCH = DPI / 2.54, DPI  # pixels a unit
 SIDE = 9.0  # units
 PAGE = 'a4'
 Answer = TypeVar('Answer')
-Read = Callable[[str], str]  # gives the next argument; what it is, is named if there is none
+Read = Callable[[str], str]  # gives the next argument; its parameter names it in the error if there is none
 
 HELP = f"""usage: createMarker [OPTION ...] ID ...
 

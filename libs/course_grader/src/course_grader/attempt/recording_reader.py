@@ -1,7 +1,7 @@
-"""What truly happened in a simulator, read from it and not from what anybody published.
+"""What really happened in a simulator, read from its recording and not from published messages.
 
-Both simulators write a recording (kinematic_core.timing.recorder), in which every command and service call stands with
-the node that sent it; it is read along while it grows.
+Both simulators write a recording (kinematic_core.timing.recorder) of every command and service call with the node that
+sent it; it is read incrementally while it is being written.
 """
 import csv
 import io
@@ -31,7 +31,7 @@ class RecordingReader:
         return self.tick * self.dt - self._observed.start
 
     def read(self):
-        """Take in what has been written since the last call; return the time [s]. Any thread may call it."""
+        """Read what has been written since the last call; return the time [s]. Any thread may call it."""
         with self._lock:
             self._read()
             return self.tick * self.dt
@@ -50,7 +50,7 @@ class RecordingReader:
                 self._take(row)
 
     def close(self):
-        """Take in no more."""
+        """Stop reading."""
         with self._lock:
             if self._file:
                 self._file.close()

@@ -1,8 +1,8 @@
-"""One grading: a master of its own, the simulator in lockstep, the student's program, an observer, and their end.
+"""One grading: a private master, the simulator in lockstep, the student's program, and an observer; all are ended.
 
-Everything runs in simulated time, which stands until the program has registered with the master (or ended); so a slow
-start costs nothing. In lockstep no step begins before the nodes have done with the last: the result does not depend on
-the machine. A program that looks at the wall clock, or never rests, is observed in real time instead.
+Everything runs in simulated time, which is paused until the program has registered with the master (or ended), so a
+slow start costs nothing. In lockstep no step starts before the nodes have finished the last one, so the result does not
+depend on the machine. A program that uses the wall clock, or never sleeps, is observed in real time instead.
 
 Threads: the main thread watches; the stimuli and rospy's callbacks run in their own and only append to lists.
 """
@@ -37,17 +37,17 @@ from rospy_support import own_master, servers
 
 NODE, STIMULI = '/grader', '/grader_stimuli'
 POLL = 0.02  # [s] of wall time
-ENDING = 3.0  # [s] of wall time that a simulator may take to end when it is told to
+ENDING = 3.0  # [s] of wall time that a simulator may take to shut down
 LOOK_PERIOD = 0.7  # [s] of wall time between two looks at the master and at the score
 PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
 START_PATIENCE = 10.0  # [s] of wall time in which a program that rests should have registered with the master
-LONGEST_START = 60.0  # [s] likewise for one that works, such as on its imports
+LONGEST_START = 60.0  # [s] the same for one that is busy, for example with its imports
 COMPLETE = 0.4  # [s] at rest after which all that a launch file or script starts is there
 LONGEST_COMPLETION = 15.0  # [s] in which that should be
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
 SLOWEST_PACE = 0.8  # of real time: below it a program that never rests cannot be judged
-SLOWEST_WALL_PACE = 0.95  # likewise one that looks at the wall clock
+SLOWEST_WALL_PACE = 0.95  # the same for one that uses the wall clock
 FLOODED = 0.5  # share of the wall time that a simulator computes, which by itself takes a twentieth
 LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
@@ -55,7 +55,7 @@ SLACK = 20.0  # [s] of wall time on top of three times what a grading should tak
 
 
 class SessionError(RuntimeError):
-    """The grading could not be carried out; the text says why. Nothing is the student's fault."""
+    """The grading failed; the text says why. It is not the student's fault."""
 
 
 class Session:
@@ -91,7 +91,7 @@ class Session:
         self.observed = Observed()
         self._looked, self._heard = 0.0, 0
         self._students = set()  # names of nodes
-        self.busy = ''  # the nodes that never rested, where lockstep had to go on without them
+        self.busy = ''  # the nodes that never slept, so that lockstep continued without them
         self.flooded = False  # the simulator was busy with what the nodes sent it
 
     def run(self):
@@ -147,7 +147,7 @@ class Session:
         reader.close()
 
     def _follow(self, box, reader, student, simulator, step, resume):
-        """Let time begin when the program is there, and watch until it is over."""
+        """Start time when the program has started, and watch until the end."""
         self._wait_for_student(student, step, reader)
         self.observed.start = reader.read()
         stimuli = self._start_stimuli(box, reader)
@@ -174,11 +174,11 @@ class Session:
         return True
 
     def _wait_for_student(self, student, step, reader):
-        """Let time stand, or nearly, until a node is there and, of several processes, all are."""
+        """Keep time (nearly) paused until a node has started and, of several processes, all have."""
         waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (not self._student_is_there() and student.exit_code() is None and rest.look() < START_PATIENCE
                and waiting.look() < LONGEST_START):
-            step(1)  # whoever waits for a time gets it
+            step(1)  # for nodes that wait for the first time
             reader.read()
             time.sleep(POLL)
         waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
@@ -187,7 +187,7 @@ class Session:
             time.sleep(POLL)
 
     def _start_stimuli(self, box, reader):
-        """Return the program of the stimuli, ready and waiting for time to pass, or None without any."""
+        """Return the program of the stimuli, ready to start, or None if there are no stimuli."""
         if not self.exercise.stimuli:
             return None
         command = [sys.executable, '-m', take_line.__module__, STIMULI[1:], json.dumps(self.exercise.stimuli),
@@ -197,7 +197,7 @@ class Session:
         return doing
 
     def _watch(self, reader, student, simulator, stimuli):
-        """Follow the run until the time is over, or more of it would change nothing."""
+        """Watch the run until the time is over, or the verdict can no longer change."""
         watching, limit = ActiveTimer(), 3.0 * self.exercise.time / self.speed + SLACK
         used, stood = processes.cpu_time(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
@@ -225,7 +225,7 @@ class Session:
             self._note_pace(watching, stood, reader.now)
 
     def _note_pace(self, watching, stood, now):
-        """Note whether a run in real time ``now`` [s] was as long as it took, and without a gap in it [s]."""
+        """Note whether a run of ``now`` [s] kept real time, without a gap."""
         missing = watching.look() + watching.lost - now
         if missing > (1.0 - self._slowest_pace) * now + LAG:
             self.observed.kept_up = False
@@ -241,7 +241,7 @@ class Session:
         return -1.0 if observed.ended_at is None else now - observed.ended_at
 
     def _listen(self, stimuli):
-        """Take in what the stimuli have done since the last time."""
+        """Read what the stimuli have done since the last time."""
         if stimuli:
             new = stimuli.lines[self._heard:]
             self._heard += len(new)
@@ -249,14 +249,14 @@ class Session:
                 take_line(line.text, self.observed)
 
     def _settled(self, stimuli):
-        """Return whether the verdict cannot change any more."""
+        """Return whether the verdict is final."""
         if judging.shortcuts(self.observed, self.exercise.allows) or self.observed.trouble:
             return True
         return (_done(stimuli) and len(self.observed.track) > 0 and self.observed.standstill() > ENOUGH_REST
                 and scoring.decide(self.exercise, self.observed).score >= 100.0)
 
     def _simulator_command(self, box):
-        """Return the command line of the exercise's simulator, standing still at first."""
+        """Return the command line of the exercise's simulator, which starts paused."""
         self._record = os.path.join(box.folder, 'record.csv')
         for old in (self._record, self._record + ACTIVE):  # of an earlier grading
             with contextlib.suppress(FileNotFoundError):
@@ -294,13 +294,13 @@ class Session:
             time.sleep(POLL)
 
     def _student_is_there(self):
-        """Return whether a node of the student's has come."""
+        """Return whether a node of the student is running."""
         state = rosgraph.Master(NODE).getSystemState()
         self._students = {node for kind in state for _, users in kind for node in users} - self._own()
         return bool(self._students)
 
     def _was_there(self):
-        """Return whether a node of the student's ever was: one that ends at once has left its log."""
+        """Return whether a node of the student has ever run: even one that ends immediately leaves a log."""
         return self._students or set(os.listdir(os.environ['ROS_LOG_DIR'])) - {
             f'{name[1:]}.log' for name in ('/master', *self._own())}
 

@@ -1,7 +1,7 @@
-"""What can be read off a program before it runs: whether it looks at the wall clock, and which simulators it starts.
+"""What the source of a program shows before it runs: whether it uses the wall clock, and which simulators it starts.
 
-Simulated time may pass faster only where a program follows it. rospy.sleep, Rate, Timer and Time do; what is searched
-for here does not. Python is searched with the modules of its own, launch files with those that they include.
+Simulated time may pass faster only if the program follows it. rospy.sleep, Rate, Timer and Time do; the calls searched
+for here do not. Python programs are searched with their own modules, launch files with the files that they include.
 """
 import ast
 import os
@@ -26,7 +26,7 @@ FOUND = re.compile(r'\$\((find|dirname)\s*([\w-]*)\)')
 
 
 def looks_at_the_wall_clock(command):
-    """Return what of a program that ``command`` starts, itself or by rosrun or roslaunch, does so; '' if nothing."""
+    """Return the wall-clock call in a program that ``command`` starts, also by rosrun or roslaunch; '' if none."""
     tool = os.path.basename(command[0])
     if tool in COMMANDS:
         return tool
@@ -111,13 +111,13 @@ def _begins(path, pattern):
 
 
 def _shell(path):
-    """Return what of a shell script looks at the wall clock."""
+    """Return the wall-clock command in a shell script."""
     with open(path, encoding='utf-8', errors='replace') as file:
         return _lines(file.read().splitlines())
 
 
 def _lines(lines):
-    """Return what of the lines of a shell script looks at the wall clock."""
+    """Return the wall-clock command in the lines of a shell script."""
     for line in lines:
         try:
             words = shlex.split(line, comments=True)
@@ -130,7 +130,7 @@ def _lines(lines):
 
 
 def _python(path, read):
-    """Return what of a Python program, or of the modules of its own, looks at the wall clock."""
+    """Return the wall-clock call in a Python program or in its own modules."""
     path = os.path.realpath(path)
     try:
         with open(path, 'rb') as file:
@@ -178,7 +178,7 @@ def _dotted(node, names):
 
 
 def _waits(node):
-    """Return whether a call waits for an event, a queue or a thread, but not for ever."""
+    """Return whether a call waits for an event, a queue or a thread with a time limit."""
     if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
         return False
     limited = any(keyword.arg == 'timeout' for keyword in node.keywords)

@@ -89,7 +89,7 @@ class Stimuli:
             self._tell(self._ask(values['service'], service_class, request))
 
     def _ask(self, service, service_class, request):
-        """Call a service, but do not wait for ever; return the Call."""
+        """Call a service with a time limit; return the Call."""
         start, answer = self._now(), []
 
         def ask():
@@ -165,7 +165,7 @@ def main():
     print(json.dumps({'ready': True}), flush=True)
     try:
         doing.run()
-    except rospy.ROSException:  # the time stands or jumps: the grading is over
+    except rospy.ROSException:  # time stops or jumps: the grading is over
         pass
 
 

@@ -1,16 +1,16 @@
-"""What a class has handed in: which file of a folder is whose program for which exercise. Without ROS.
+"""The submissions of a class: which file is whose program for which exercise. Without ROS.
 
-The folder of a class holds a folder for each student, and somewhere in it a file named after each exercise::
+The folder of a class contains one folder per student, and somewhere in it a file with the name of each exercise::
 
     FOLDER/anna/stop_at_x.py                a Python program, whatever its mode
-    FOLDER/anna/src/topic_demo/scripts/publish_circle.py        deeper is as good: a whole package, a repository
+    FOLDER/anna/src/topic_demo/scripts/publish_circle.py        or deeper, in a package or a repository
     FOLDER/ben/black_path.launch            a launch file, started by roslaunch
     FOLDER/ben/square_by_teleport           any other executable (also with an ending: square_by_teleport.bash)
     FOLDER/ben/set_pen_and_goto_pose.cmd    one line with a command; files that it names lie beside it
     FOLDER/exam.yaml                        an exercise file of the teacher's own
 
-Large letters and - for _ in names do not matter. For a single exercise the folder may hold the programs themselves,
-each named after its student.
+Names are matched ignoring case; '-' and '_' are the same. For a single exercise the folder may contain the programs
+themselves, each with the name of its student.
 """
 import os
 import shlex
@@ -26,7 +26,7 @@ LISTED = 8  # names in a text
 
 
 class SubmissionsError(ValueError):
-    """A folder holds nothing that can be graded; the text says what was looked for and what was found."""
+    """A folder contains nothing to grade; the text says what was expected and what was found."""
 
 
 class Submission(NamedTuple):
@@ -49,7 +49,7 @@ def exercises_in(folder: str) -> Dict[str, str]:
 def find(folder: str, names: Sequence[str]) -> Tuple[List[str], List[Submission], List[str]]:
     """Return (students, [Submission], programs left out) of a class for the exercises with these names.
 
-    Left out is what has the name of none; a teacher wants to know of ``stop_at_x (1).py``.
+    Programs with the name of no exercise are left out, such as ``stop_at_x (1).py``.
     """
     students = sorted(name for name in _listed(folder) if os.path.isdir(os.path.join(folder, name)))
     found: List[Submission] = []

@@ -37,9 +37,9 @@ def write(folder: str, title: str, students: Sequence[str], exercises: Sequence[
 
 
 def cells(students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded]) -> List[List[str]]:
-    """Return the table with its heads, as texts: the scores, '' where nothing was handed in, and the mean.
+    """Return the table with its headings, as texts: the scores, '' for missing submissions, and the mean.
 
-    The mean is that of all exercises, what is missing counts 0; it stays empty while a score is undecided.
+    The mean is over all exercises; missing submissions count 0. It is empty if any score is undecided.
     """
     by_place = {(graded.submission.student, graded.submission.exercise): graded for graded in results}
     rows = [['student', *exercises, 'mean']]
@@ -65,7 +65,7 @@ def as_csv(students: Sequence[str], exercises: Sequence[str], results: Sequence[
 
 
 def as_junit(results: Sequence[Graded]) -> str:
-    """Return JUnit XML: a testsuite an exercise, a testcase a student."""
+    """Return JUnit XML: one testsuite per exercise, one testcase per student."""
     root = ElementTree.Element('testsuites')
     for exercise in sorted({graded.submission.exercise for graded in results}):
         of_it = [graded for graded in results if graded.submission.exercise == exercise]

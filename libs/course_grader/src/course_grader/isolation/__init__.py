@@ -1,1 +1,1 @@
-"""What a graded program may do, and the end of whatever it started. Without ROS."""
+"""Isolates a graded program, and ends everything that it started. Without ROS."""

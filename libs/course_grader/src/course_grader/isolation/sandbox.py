@@ -1,10 +1,10 @@
-"""Runs a student's program so that nothing of it remains: own folders, limited output, everything ended afterwards.
+"""Runs a student's program in its own folders, with limited output, and ends everything that it started.
 
-A program may start others, detach them, ignore signals and print for ever: ``close`` ends what has the environment
+A program may start others, detach them, ignore signals and print forever: ``close`` ends all that have the environment
 variable MARK or descends from here, until there is none left (see process_support). Should the grader itself be killed,
 its guardian ends what has MARK.
 
-Threading contract: a thread reads the output; ``lines`` only grows, and is to be copied before it is walked through.
+Threading contract: a thread reads the output; ``lines`` only grows; copy it before iterating over it.
 """
 import os
 import re
@@ -146,9 +146,9 @@ class Student:
         return looked
 
     def trouble(self) -> str:
-        """Return how it failed, '' while it runs and after a good end.
+        """Return how it failed, '' while it runs and after success.
 
-        rospy.signal_shutdown in a callback ends a loop in the main thread by an exception: nothing is wrong with it.
+        rospy.signal_shutdown in a callback ends a loop in the main thread with an exception, which is not a failure.
         """
         code = self.exit_code()
         if not code or code == 1 and self.said_last().startswith(SHUT_DOWN):
@@ -192,8 +192,8 @@ class ProgramIdleTimer:
 def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     """Return (command to start, remarks) of what a student typed; raise CommandError when it cannot be run.
 
-    A Python file runs with this Python whatever its mode, first line or line ends are; the remarks say what rosrun
-    would have stumbled over.
+    A Python file runs with this Python, whatever its mode, first line or line ends; the remarks say why rosrun could
+    not run it.
     """
     if not command:
         raise CommandError('the command is missing; type: ./run grade EXERCISE -- COMMAND, for example -- publisher.py')
@@ -224,7 +224,7 @@ def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
     if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
         return runnable(arguments)
     if '/' not in program and not program.endswith('.py') and shutil.which(program):
-        on_screen = ['--screen'] if program == 'roslaunch' else []  # what nodes log counts wherever it goes
+        on_screen = ['--screen'] if program == 'roslaunch' else []  # because log output counts as printed output
         return [program, *on_screen, *from_here(program, arguments)], []
     raise CommandError(f'{program} does not exist (current folder: {os.getcwd()})')
 
@@ -258,7 +258,7 @@ def _is_python(source: bytes) -> bool:
 
 
 def _remarks(program: str, source: bytes) -> List[str]:
-    """Return what rosrun would object to in a Python file; raise CommandError for what is no Python."""
+    """Return why rosrun could not run a Python file; raise CommandError if it is not Python."""
     try:
         compile(source, program, 'exec')
     except (SyntaxError, ValueError) as error:

@@ -9,8 +9,8 @@ simulator      turtlesim (default) or robotont
 time           how long the node is observed at most, in simulated time, such as ``40 s``
 speed          how many times faster than real time it is simulated; 1 to 20, default 8
 pass           the score from 0 to 100 that passes, default 80
-start          where the turtle or robot begins, drawn by the seed: x, y ``3 to 5 m``, theta ``0 to 90 deg``
-allows         kinds of shortcuts that are none here: teleport, reset, kill
+start          where the turtle or robot starts, drawn by the seed: x, y ``3 to 5 m``, theta ``0 to 90 deg``
+allows         kinds of shortcuts that are allowed: teleport, reset, kill
 stimuli        what the grader does meanwhile, a list of {do: ..., ...}, see STIMULI
 checks         a list of {check: NAME, points: N, must: true|false, ...}; the other keys are the check's parameters
 =============  ==========================================================================================

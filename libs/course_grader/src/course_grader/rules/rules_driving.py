@@ -29,7 +29,7 @@ def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def _unfinished(observed: Observed) -> str:
-    """Return words for a path that goes on when the time is over."""
+    """Return words for a path that was not finished in time."""
     going_on = observed.timed_out and observed.exit_code is None and observed.standstill() < MOVING
     return f'; it was still moving when the time was over, after {observed.seconds:.0f} s' if going_on else ''
 

@@ -1,7 +1,7 @@
 """The rules that look at what a node prints, answers and connects to; see judging.py for their form.
 
-A line counts when it holds the right numbers, however it is worded: what is printed round them is the student's. It
-may round them, and a whole message is as good, which rospy prints with a line for each field.
+A line counts if it contains the right numbers, whatever the other words. The numbers may be rounded. A whole message,
+which rospy prints with one line per field, counts, too.
 """
 import itertools
 import re
@@ -15,8 +15,8 @@ from course_grader.rules.quantities import NUMBER
 EARLY = 0.1  # [s] a line may seem to come before what it tells of
 NEAR = 1.0  # [s] at most between a message and the line that prints it
 TOGETHER = 0.1  # [s] at most between the lines of one message
-MOST_NUMBERS = 12  # of a line that tells a pose; more are no answer but a choice
-MOST_VALUES = 50  # different numbers told of a marker, likewise: a whole message has about 20
+MOST_NUMBERS = 12  # in a line with a pose; more would be guessing
+MOST_VALUES = 50  # different numbers per marker, for the same reason: a whole message has about 20
 
 
 class PrintedNumber(NamedTuple):
@@ -67,7 +67,7 @@ def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
 def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
     """Return the Statements of lines: one each, but lines with fewer numbers than ``fields`` are taken together.
 
-    Those belong together that come at once, until what stands before the number comes again, as in ``x: 1``, ``y: 2``.
+    Lines belong together if they come at the same time, until a label repeats, as in ``x: 1``, ``y: 2``.
     """
     statements: List[Statement] = []
     labels: Set[str] = set()
@@ -168,7 +168,7 @@ def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 @rule(until=(('the end', 'it is done'), 'the end'))
 def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It goes on until it is ended, or ends by itself without a failure."""
+    """It runs until it is ended, or ends without a failure."""
     if wanted.until == 'the end':
         seen = 'yes' if observed.exit_code is None else f'it ended after {observed.ended_at:.1f} s with exit code ' \
             f'{observed.exit_code}'

@@ -7,7 +7,7 @@ from course_grader.rules.observation import Observed
 
 PASSED, FAILED, UNDECIDED = 'passed', 'failed', 'undecided'
 HALF = 0.5  # share below which a rule that must hold fails the exercise
-FULL = 0.97  # share from which a rule counts as completely right: nobody draws without an error
+FULL = 0.97  # share from which a rule counts as completely fulfilled: no drawing is exact
 
 
 class Reason(NamedTuple):

@@ -1,11 +1,11 @@
-"""Whether other processes of this machine are at rest: every thread sleeps and waits for something from outside.
+"""Whether other processes of this machine are idle: every thread sleeps and waits for input.
 
-A simulator in lockstep begins a step only when nothing that the last one set off still goes on. No program has to
-tell it: Linux says for every thread whether it sleeps and how long it has run. Two looks at all threads, in which
-each sleeps and none has run in between, prove that all of them slept at one moment, that between the two looks.
+A simulator in lockstep starts a step only when all work caused by the last step is done. No program has to report that:
+Linux tells for every thread whether it sleeps and how long it has run. If each thread sleeps in two checks, and none
+has run in between, all of them slept at one moment between the two checks.
 
-Two things escape: what sleeps in wall time (``time.sleep``) is at rest as well, nobody but the program could know
-better; and what the kernel holds back (TCP's delayed acknowledgement, for 40 ms) wakes a thread later.
+This misses two cases: a thread that sleeps in wall time (``time.sleep``) counts as idle, because only its program knows
+better; and data that the kernel delays (TCP's delayed acknowledgement, up to 40 ms) wakes a thread later.
 """
 import os
 from typing import Dict, Iterable, Optional, Set, Tuple, Union

@@ -21,15 +21,15 @@ import time
 from typing import Callable, Deque, Optional
 
 BEGIN = 1_000_000_000  # [ns] simulated time before the first step; ROS takes 0 for 'no time yet'
-LONGEST_CATCH_UP = 5.0  # [s] of wall time that is made up for; a longer gap was a suspended machine
-LONGEST_BOUNDED_CATCH_UP = 0.5  # [s] likewise where others follow
+LONGEST_CATCH_UP = 5.0  # [s] of wall time that is caught up; a longer gap means that the machine was suspended
+LONGEST_BOUNDED_CATCH_UP = 0.5  # [s] the same if other nodes follow
 LONGEST_SLEEP = 0.1  # [s] of wall time after which ``wait`` returns at the latest
-FASTER = 3.0  # times the pace, at which late steps are made up for: commands at 10 Hz reach a watchdog of 0.5 s
-FASTER_BOUNDED = 1.25  # likewise where others follow
+FASTER = 3.0  # times the pace, at which late steps are caught up: commands at 10 Hz reach a watchdog of 0.5 s
+FASTER_BOUNDED = 1.25  # the same if other nodes follow
 
 
 class StepRequest:
-    """Steps by hand, none or more, until they are made; what ``pause`` and ``request`` return.
+    """Requested steps (none or more) until they are done; returned by ``pause`` and ``request``.
 
     ``last``: number of the last of them. ``made``: None as long as they are waited for; then True, or False when
     they were given up because of ``resume`` or ``close``.
@@ -56,7 +56,8 @@ class Pacer:
     def __init__(self, step: float, rate: float = 1.0, bounded: bool = False, *, paused: bool = False,
                  monotonic: Callable[[], float] = time.monotonic,
                  sleep: Optional[Callable[[float], object]] = None) -> None:
-        """``step`` [s] of simulated time; ``rate``: simulated seconds a wall second, math.inf: no waiting at all.
+        """``step`` [s] of simulated time; ``rate``: simulated seconds per wall-clock second, math.inf: no waiting at
+        all.
 
         ``monotonic`` [s] is the wall clock; ``sleep`` waits in it, until something has changed or so many seconds
         have passed.
@@ -67,7 +68,7 @@ class Pacer:
         self._monotonic = monotonic
         self._sleep: Callable[[float], object] = sleep or self._changed.wait
         self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
-        self._steps = 0  # begun so far
+        self._steps = 0  # steps started so far
         self._stepping = False  # the last of them is being made
         self._requested = 0  # steps by hand that are still to be made
         self._requests: Deque[StepRequest] = collections.deque()  # without an answer, the first to be made first
@@ -81,7 +82,7 @@ class Pacer:
 
     @property
     def rate(self) -> float:
-        """Return how many simulated seconds a wall second is to have."""
+        """Return the wanted simulated seconds per wall-clock second."""
         return self._rate
 
     @property
@@ -91,7 +92,7 @@ class Pacer:
 
     @property
     def steps(self) -> int:
-        """Return how many steps were begun."""
+        """Return how many steps have started."""
         return self._steps
 
     @property
@@ -100,11 +101,11 @@ class Pacer:
         return self.nanoseconds_after(self._steps)
 
     def nanoseconds_after(self, steps: int) -> int:
-        """Return the simulated time [ns] after so many steps."""
+        """Return the simulated time [ns] after a number of steps."""
         return BEGIN + steps * round(self.step * 1e9)
 
     def pause(self) -> StepRequest:
-        """Make no step any more until ``resume``, but those of ``request``; return a StepRequest of no steps.
+        """Stop stepping until ``resume``, except for steps of ``request``; return a StepRequest of no steps.
 
         It is answered when no step is being made and all that were requested before are made.
         """
@@ -123,9 +124,9 @@ class Pacer:
             return request
 
     def resume(self) -> int:
-        """Go on from here; the time of the pause is not made up for, steps by hand not begun yet are forgotten.
+        """Continue from here; the pause is not caught up, and requested steps that have not started are dropped.
 
-        Return how many steps were begun until then.
+        Return how many steps have started until then.
         """
         with self._lock:
             if self._paused:
@@ -137,7 +138,7 @@ class Pacer:
             return self._steps
 
     def wake(self) -> None:
-        """Let ``wait`` return at once, the present call or else the next one."""
+        """Let ``wait`` return immediately: the current call, or else the next one."""
         with self._lock:
             self._woken = True
             self._changed.notify_all()

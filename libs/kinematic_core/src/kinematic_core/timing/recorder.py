@@ -1,11 +1,11 @@
-"""Recordings of simulators: CSV files with one row a tick, what took effect in it and who asked for it.
+"""Recordings of simulators: CSV files with one row per tick: what took effect in it, and which node asked for it.
 
 Columns: ``tick``, ``event`` (several are separated by ``;``, each a name and its values), those of the simulator, and
 ``callers``, the nodes that asked for the events, in the same order.
 
 As with rosbag's .bag.active, a recording has the suffix ACTIVE while it grows, and its own name once it is closed. No
 file is ever overwritten: where the name is taken, the recording gets the next free one, a_2.csv after a.csv. A row is
-there as a whole or not at all, but where the machine itself dies.
+written completely or not at all, unless the machine itself crashes.
 """
 import contextlib
 import csv
@@ -68,7 +68,7 @@ class Recorder:
                 try:
                     files.name_new(self._growing, free)
                     self.path = free
-                except FileExistsError:  # since the beginning
+                except FileExistsError:  # since the start
                     continue
             break
 

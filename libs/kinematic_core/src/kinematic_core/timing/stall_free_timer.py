@@ -1,8 +1,8 @@
-"""How long something has been waited for, on a machine that may stand still meanwhile.
+"""A timer that does not count the time in which the machine stood still.
 
-A virtual machine that is suspended, or a process that is stopped, finds that seconds have passed in which nobody
-could have answered. Counted is only the time in which this process ran: it looks often, and a longer gap between two
-looks counts no more than ``LONGEST_GAP``.
+After a virtual machine was suspended, or a process stopped, seconds have passed in which nothing could answer. Only the
+time in which this process ran counts: it checks often, and a longer gap between two checks counts only as
+``LONGEST_GAP``.
 """
 import time
 from typing import Callable

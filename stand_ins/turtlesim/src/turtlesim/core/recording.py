@@ -39,7 +39,7 @@ EVENTS: Dict[str, Callable[..., object]] = {  # name: what it does to (DrawnWorl
     'teleport_relative': lambda drawn, turtle, linear, angular: drawn.world.teleport_relative(turtle, linear, angular),
     'timeout': lambda drawn, turtle: drawn.world.turtles[turtle].stop(),
     'clear': _clear,  # to the colour r, g, b, or to turtlesim's own
-    'reset': _reset,  # likewise
+    'reset': _reset,  # the same
     'start': _start,  # where turtle1 starts, x, y, theta; from a new world on
     'spawn': lambda drawn, turtle, x, y, theta: drawn.world.spawn(x, y, theta, turtle),
     'kill': lambda drawn, turtle: drawn.world.kill(turtle),

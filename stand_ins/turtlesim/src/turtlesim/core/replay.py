@@ -20,7 +20,7 @@ from turtlesim.core.canvas import Canvas
 from turtlesim.core.drawn_world import DrawnWorld
 from turtlesim.core.recording import COLUMNS, EMPTY, EVENTS, TURTLE
 
-LONGEST_GAP = 100_000  # [ticks] that nobody recorded: 27 minutes
+LONGEST_GAP = 100_000  # [ticks] without a recording: 27 minutes
 UNSEEN = ('pen', 'clear')  # events that leave no trace in the pose
 
 
@@ -93,7 +93,7 @@ def _run(rows: List[Row], path: str) -> Tuple[Comparison, Canvas]:
     for row in rows:
         if row.tick - tick > LONGEST_GAP:
             raise RecordingError(f'{path}: tick {row.tick} follows tick {tick}; a gap may have {LONGEST_GAP} ticks')
-        for _ in range(tick + 1, row.tick):  # ticks that nobody recorded
+        for _ in range(tick + 1, row.tick):  # ticks without a recording
             drawn.step()
         tick = row.tick
         _apply(drawn, row, path)

@@ -95,7 +95,7 @@ def open_source(path: str, settings: Settings, warn: Warn, capture: OpenCapture 
         mode = os.stat(path).st_mode
     except OSError as error:
         raise SourceError(f'{path}: {error.strerror}. {devices.listing()}') from None
-    if not stat.S_ISDIR(mode) and not stat.S_ISREG(mode):  # reading a pipe would block for ever
+    if not stat.S_ISDIR(mode) and not stat.S_ISREG(mode):  # reading a pipe would block forever
         raise SourceError(f'{path} is neither a device nor a file nor a folder. {devices.listing()}')
     if stat.S_ISDIR(mode) or path.lower().endswith(IMAGE_SUFFIXES):
         return Images(path, settings, warn)
