@@ -21,7 +21,7 @@ class InputTest(TrackerCase):
         self.camera(topic='/other/image_raw', info_topic='/other/camera_info').show(*PLACED.values())
         log.wait(Log.WARN, r'no image received for \d+ s\. /camera_image: no node publishes it\. Topics of type '
                  r'sensor_msgs/Image: /other/image_raw \(by .*\); remap with camera_image:=/other/image_raw')
-        self.status(lambda status: status.level == status.WARN and 'no picture' in status.message, 'a warning')
+        self.status(lambda status: status.level == status.WARN and 'no image' in status.message, 'a warning')
 
     def test_ar_no_camera_info(self):
         """Pictures alone: no poses, a warning that names the topic; poses as soon as there is a camera_info."""

@@ -92,7 +92,7 @@ class DriveRobotTest(RobotCase):
         said = self.ended(process, deadline=SHAPE_DEADLINE)
         self.assertIn('Drawn in', said)
         self.assertLess(math.dist(robot.track[-1][:2], START[:2]), CORNER_TOLERANCE)
-        self.assertRegex(said, r'/odom: the time 1\.000 s is not after .*left out')
+        self.assertRegex(said, r'/odom: the time 1\.000 s is not after .*ignored')
 
     def test_drive_robot_without_robot(self):
         """Exit code 1 after the 10 s that a node waits; where there is odometry instead."""
