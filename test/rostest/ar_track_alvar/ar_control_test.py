@@ -101,7 +101,7 @@ class ControlTest(TrackerCase):
     def test_ar_refuses_to_start(self):
         """Wrong parameters and arguments: one text that says what is allowed, and an exit code."""
         good, number = '_output_frame:=camera', 'it must be a number from'
-        cases = (([], 2, 'output_frame has to be set: '),
+        cases = (([], 2, 'output_frame must be set: '),
                  ([good, '_marker_size:=0'], 2, f'marker_size is 0; {number} 0.1 to 1000 cm'),
                  ([good, '_marker_size:=-4.4'], 2, f'marker_size is -4.4; {number}'),
                  ([good, '_marker_resolution:=6'], 2, 'marker_resolution: marker resolution 6: an odd number from 5'),

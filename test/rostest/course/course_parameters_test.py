@@ -62,7 +62,7 @@ class ParametersTest(CourseCase):
                 said = self.ended(process, code=1, deadline=NO_SIMULATOR_DEADLINE)
                 self.assertRegex(said, r'\[FATAL\].*no pose on /turtle1/pose for 10 s; is the simulator running')
         said = self.ended(pen, code=1, deadline=NO_SIMULATOR_DEADLINE)
-        self.assertRegex(said, r'\[FATAL\].*/turtle1/set_pen could not be called: .*is the simulator running')
+        self.assertRegex(said, r'\[FATAL\].*/turtle1/set_pen cannot be called: .*is the simulator running')
 
 
 if __name__ == '__main__':

@@ -14,7 +14,7 @@ MEASURED_TOLERANCE = 0.02  # [m] between two measurements: the server may miss t
 REFUSED = [  # shape, size, corners, speed, what the reason must contain
     ('star', 0.0, [], 0.0, ["'star'", ', '.join(SHAPES)]),
     ('', 0.0, [], 0.0, ["''", ', '.join(SHAPES)]),
-    ('square', 7.0, [], 0.0, ['(12.54, 5.54)', 'at most 5.54 m fits']),
+    ('square', 7.0, [], 0.0, ['(12.54, 5.54)', 'the largest possible size is 5.54 m']),
     ('square', math.nan, [], 0.0, ['nan', '0.1 to 11.09 m']),
     ('circle', 0.05, [], 0.0, ['0.05', '0.1 to 11.09 m']),
     ('triangle', 2.0, [], 11.0, ['speed is 11 m/s', '0.05 to 10 m/s']),
