@@ -105,7 +105,7 @@ class TroubleTest(CourseCase):
         """Simulated time stands for long: the drive waits, says once for what, and goes on when time does."""
         call, log = self.drive(8.0, MIDDLE, 0.0, False, 1.0, 0.0), NodeLog('/goto_pose_server')
         self.assertTrue(proxy('/turtlesim/pause', Trigger)().success)
-        log.wait(Log.WARN, r'No pose on /turtle1/pose, .* stands at \d+\.\d+ s: is the simulator paused\? Waiting\.')
+        log.wait(Log.WARN, r'No pose on /turtle1/pose, .* stays at \d+\.\d+ s: is the simulator paused\? Waiting\.')
         self.assertTrue(call.is_alive())
         self.assertTrue(proxy('/turtlesim/resume', Trigger)().success)
         answer = call.ended()
