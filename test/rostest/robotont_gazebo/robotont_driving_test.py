@@ -10,7 +10,7 @@ from sensor_msgs.msg import LaserScan
 from rostest_support.common import NodeLog, run, until
 from rostest_support.robotont import COMMAND_LASTS, LENGTH_TOLERANCE, RADIUS, RobotontCase, place, stands
 
-STOPPED = 'No message on /cmd_vel for 0.5 s: the robot stops, .*'
+STOPPED = r'No message on /cmd_vel for 0.5 s: the robot stops\. .*'
 
 
 class DrivingTest(RobotontCase):
@@ -86,7 +86,7 @@ class DrivingTest(RobotontCase):
         self.set_pose(2.0, -1.0, 4.0)
         for where in (self.truth(), self.odometry()):
             self.assert_at(where, 2.0, -1.0, 4.0)
-        for values, said in (((1.0, 0.0, 0.0), 'the robot cannot be at x=1, y=0: wall6 is less than its'),
+        for values, said in (((1.0, 0.0, 0.0), 'the robot cannot be at x=1, y=0: wall6 is closer than the radius'),
                              ((math.nan, 0.0, 0.0), 'the pose: x is nan; it must be a finite number'),
                              ((0.0, 0.0, 1e7), r'the pose: yaw is 1e\+07; it must be')):
             self.assertRegex(self.refused(self.set_pose, *values), said)

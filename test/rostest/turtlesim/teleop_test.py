@@ -190,7 +190,7 @@ class TeleopTest(unittest.TestCase):
                 terminal.wait_for('the focus')
                 master.stop()
                 terminal.press(UP)
-                terminal.wait_for('Nobody listens')
+                terminal.wait_for('No subscriber on')
                 terminal.press(b'q')
                 self.assertEqual(0, terminal.wait_for_end())
                 self.assertEqual(terminal.mode_before, terminal.mode())
