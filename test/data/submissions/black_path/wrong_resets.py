@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: it reset the simulator
+# expected: failed: the program reset the simulator
 import rospy
 from std_srvs.srv import Empty
 from turtlesim.srv import SetPen, TeleportAbsolute
