@@ -8,7 +8,7 @@ shift 2
 export results stress_seconds=240 rostest_seconds=360 grading_seconds=240 page_seconds=900 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
-jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 3 / 2))}  # a rostest mostly waits
+jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 2))}  # a rostest mostly waits
 . "$repo/test/cases.bash"
 
 # Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
