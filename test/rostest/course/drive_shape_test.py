@@ -66,7 +66,8 @@ class DriveShapeTest(ShapeCase):
                                      ('triangle', r'corner 1 \(12\.54, 5\.54\)', r'5\.54')):
             with self.subTest(shape):
                 said = self.ended(self.start('drive_shape.py', f'_shape:={shape}', '_size:=7'), code=1)
-                self.assertRegex(said, fr'\[FATAL\].*a {shape} of size 7 m .*{outside}.*the largest possible size is {fits} m')
+                self.assertRegex(said, fr'\[FATAL\].*a {shape} of size 7 m .*{outside}.*'
+                                       fr'the largest possible size is {fits} m')
         self.assertEqual([], commands.messages)
         self.assertEqual(poses.messages[0], self.pose())
 

@@ -204,7 +204,8 @@ class TimeTest(SimulatorCase):
         node.process.send_signal(signal.SIGCONT)
         self.assertGreater(status.late_steps, 0)
         self.assertFalse(status.lockstep)
-        simulator.wait_for_output(r'/velocity_publisher\S* is falling behind: \d+\.\d s of simulated time behind /clock')
+        simulator.wait_for_output(r'/velocity_publisher\S* is falling behind: '
+                                  r'\d+\.\d s of simulated time behind /clock')
 
     def test_turtlesim_use_sim_time_false(self):
         """Where nodes shall keep wall time, a simulator that publishes /clock says once what to type."""

@@ -235,3 +235,14 @@ def test_what_waited_for_others_is_waited_for_in_its_turn(services, log, master)
 
 def test_a_step_waits_for_the_master_less_than_a_gap_in_the_poses_may_last():
     assert frame_services.MASTER_TIMEOUT < 0.06
+
+
+def test_calls_of_one_step_are_one_batch(log):
+    services = FrameServices()
+    seen = []
+    for name in (1, 2):
+        services.put(Call(name, log), lambda _: seen.append(services.batch))
+    services.answer()
+    services.put(Call(3, log), lambda _: seen.append(services.batch))
+    services.answer()
+    assert seen == [1, 1, 2]

@@ -37,6 +37,7 @@ class FrameServices:
         self._lock = threading.Lock()
         self._queued = []  # (ServiceCall, its handler) since the last step
         self._unfinished = []  # _Answers that wait for the master, and those that wait for them
+        self.batch = 0  # counts the steps with calls: what the master says after one has begun holds for all its calls
         self._worker = _Worker(on_call)
 
     def add(self, name, service_class, handler):
@@ -58,6 +59,7 @@ class FrameServices:
             return
         with self._lock:
             queued, self._queued = self._queued, []
+        self.batch += 1
         if self._by_name:
             queued.sort(key=lambda each: (caller(each[0].request), each[0].service.resolved_name))
         answers = self._unfinished + [_Answer(call, handler, self._worker) for call, handler in queued]

@@ -38,6 +38,7 @@ class TurtlesimNode:
         """Read the parameters and register everything; ``init_simulator`` has been called."""
         self._clock = SimulatorClock(DT)
         self._background = BACKGROUND
+        self._asked_in_batch = None  # the last one in which the master was asked for the background
         self._set_background()
         self._shared = SharedWorld(self._initial_background(), _start())
         self._shared.record_if_asked()
@@ -143,11 +144,15 @@ class TurtlesimNode:
             raise rospy.ServiceException(str(error)) from None
 
     def _ask_background(self):
-        """As _read_background, in one request, and without waiting for ever for a master that does not answer."""
-        try:
-            return self._read_background(self._master.parameters([each.name for each in BACKGROUND_PARAMETERS]))
-        except NoMaster:
-            return self._background  # no one can have set another one
+        """As _read_background, asking the master once a batch, for a limited time."""
+        batch = self._clock.services.batch
+        if batch != self._asked_in_batch:
+            try:
+                self._read_background(self._master.parameters([each.name for each in BACKGROUND_PARAMETERS]))
+            except NoMaster:
+                pass  # no one can have set another one
+            self._asked_in_batch = batch
+        return self._background
 
     def _set_background(self):
         """Set the parameters that are absent: at the start, and on a new master, which has none."""
