@@ -21,7 +21,7 @@ import rospy
 
 from rospy_support.rospy_internals import QueuedService, caller
 
-MASTER_TIMEOUT = 0.04  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
+MASTER_TIMEOUT = 0.03  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
 
 
 class FrameServices:
