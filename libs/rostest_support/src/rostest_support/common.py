@@ -6,6 +6,7 @@ for a second, all processes at once: what must happen soon is timed by kinematic
 out, and a rate is the median of many (``median_rate``).
 """
 import ast
+import contextlib
 import os
 import pathlib
 import re
@@ -69,7 +70,8 @@ class _TestsApart(unittest.TestSuite):
             running = rosnode.get_node_names()
             for name in rospy.get_param('/').keys() - before.keys():
                 if f'/{name}' not in running:
-                    rospy.delete_param(f'/{name}')
+                    with contextlib.suppress(KeyError):  # a node that ends may have deleted it meanwhile
+                        rospy.delete_param(f'/{name}')
         return result
 
 

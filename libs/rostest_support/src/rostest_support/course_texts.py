@@ -7,7 +7,7 @@ import re
 import textwrap
 from pathlib import Path
 
-FOLDER = Path(__file__).resolve().parents[3].parent / 'shared' / 'seeds'
+FOLDER = Path(__file__).resolve().parents[5] / 'shared' / 'seeds'
 MISSING = (f'the course texts are not in {FOLDER}: the programs of the course are NOT tested. '
            'Put the folder "shared" beside the repository to test them.')
 
