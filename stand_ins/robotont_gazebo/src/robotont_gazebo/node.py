@@ -176,7 +176,7 @@ def _read_world(seed):
     except InvalidInput as error:
         raise parameters.ParameterError(
             f'parameters {rospy.resolve_name("~x")}, ~y: {error}. Start it somewhere else; launch '
-                                    'files put it at x = -x_pos') from None
+            'files put it at x = -x_pos') from None
 
 
 def main():

@@ -206,7 +206,7 @@ def _start():
     if not (0.0 <= start[0] <= ARENA_SIZE and 0.0 <= start[1] <= ARENA_SIZE and abs(start[2]) <= math.pi):
         raise parameters.ParameterError(
             f'parameter {rospy.resolve_name("~start")} is {start}; it must be x, y from 0 to '
-                                    f'{ARENA_SIZE:.4f} m and a heading from -pi to pi')
+            f'{ARENA_SIZE:.4f} m and a heading from -pi to pi')
     return tuple(start)
 
 
