@@ -1,0 +1,71 @@
+"""kinematic_core and alvar_core as wheels: they install into a plain Python, and need neither ROS nor catkin there."""
+import importlib.util
+import os
+import pathlib
+import subprocess
+import sys
+import venv
+import zipfile
+from xml.etree import ElementTree
+
+import pytest
+
+LIBS = pathlib.Path(__file__).resolve().parents[2] / 'libs'
+NAMES = ('kinematic_core', 'alvar_core')
+NEEDED = ('numpy', 'cv2', 'yaml')  # what the wheels ask for; linked, as pip would have to download it
+LIBRARIES = ('numpy.libs', 'opencv_python_headless.libs')
+TIMEOUT = 60.0  # [s]
+
+
+def run(*command, **more):
+    result = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False, **more)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+@pytest.fixture(scope='module')
+def wheels(tmp_path_factory):
+    """Return the wheels by the names of their packages."""
+    folder = tmp_path_factory.mktemp('wheels')
+    run(sys.executable, '-m', 'pip', 'wheel', '-q', '--no-build-isolation', '--no-deps', '--no-index', '-w', folder,
+        *(LIBS / name for name in NAMES))
+    return {path.name.partition('-')[0]: path for path in folder.iterdir()}
+
+
+@pytest.fixture(scope='module')
+def python(tmp_path_factory, wheels):
+    """Return the Python of a fresh virtual environment with both wheels and what they need."""
+    folder = tmp_path_factory.mktemp('fresh') / 'venv'
+    venv.create(folder)
+    packages, = folder.glob('lib/python*/site-packages')
+    run(sys.executable, '-m', 'pip', 'install', '-q', '--no-deps', '--no-index', '--target', packages, *wheels.values())
+    for name in NEEDED:
+        source = pathlib.Path(importlib.util.find_spec(name).origin).parent
+        (packages / name).symlink_to(source)
+        for library in LIBRARIES:
+            if (source.parent / library).exists() and not (packages / library).exists():
+                (packages / library).symlink_to(source.parent / library)
+    return folder / 'bin' / 'python3'
+
+
+def test_wheels_hold_all_modules_and_the_version_of_the_package(wheels):
+    assert set(wheels) == set(NAMES)
+    for name, path in wheels.items():
+        version = ElementTree.parse(LIBS / name / 'package.xml').findtext('version')
+        assert path.name == f'{name}-{version}-py3-none-any.whl'
+        source = LIBS / name / 'src'
+        modules = {str(module.relative_to(source)) for module in source.rglob('*.py')}
+        inside = zipfile.ZipFile(path).namelist()
+        assert modules | {f'{name}/py.typed'} == {each for each in inside if '.dist-info/' not in each}
+
+
+def test_every_module_imports_without_ros(python):
+    modules = ['.'.join(path.relative_to(LIBS / name / 'src').with_suffix('').parts)
+               for name in NAMES for path in (LIBS / name / 'src').rglob('[!_]*.py')]
+    assert len(modules) > 30
+    program = ('import importlib, importlib.util, sys\n'
+               'for name in sys.argv[1:]: importlib.import_module(name)\n'
+               'print([name for name in ("rospy", "catkin_pkg", "genpy") if importlib.util.find_spec(name)])\n'
+               'print(importlib.import_module(sys.argv[1]).__file__)')
+    found, file = run(python, '-c', program, *modules, env={'PATH': os.defpath}).splitlines()
+    assert found == '[]' and file.startswith(str(python.parents[1]))
