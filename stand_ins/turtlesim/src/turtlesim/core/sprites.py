@@ -154,6 +154,8 @@ DESIGNS = (
     Design((238, 226, 168), (178, 54, 42), _heart, (255, 214, 206)),
     Design((252, 234, 190), (60, 178, 160), _star, (255, 250, 214)),
 )
+FILES = ('sea-turtle', 'robot-turtle', 'diamondback', 'noetic', 'electric', 'fuerte', 'groovy', 'hydro', 'indigo',
+         'box-turtle')  # images/NAME.png of each design: names that turtlesim has
 NAME_SHIFT = 15  # selects bits of the CRC-32 in which turtle1 to turtle7 all differ
 
 
@@ -240,9 +242,18 @@ def _paste(frame: np.ndarray, left: int, top: int, colours: np.ndarray, backgrou
     covered[:] = cv2.add(background, colours[part])
 
 
+def picture(design: int) -> np.ndarray:
+    """Return a design that faces up, as in turtlesim/images: (SIZE, SIZE, 4) uint8, RGBA."""
+    colours, background_share = _turned(design, DEGREES // 4)
+    alpha = 255 - background_share[:, :, :1]
+    plain = np.minimum(255, np.rint(colours * (255.0 / np.maximum(alpha, 1)))).astype(np.uint8)
+    return np.concatenate([plain, alpha], axis=2)
+
+
 def encode_png(frame: np.ndarray) -> bytes:
-    """Return an image (RGB) as the bytes of a PNG file."""
-    done, data = cv2.imencode('.png', cv2.cvtColor(frame, cv2.COLOR_RGB2BGR))
+    """Return an image (RGB or RGBA) as the bytes of a PNG file."""
+    swap = cv2.COLOR_RGBA2BGRA if frame.shape[2:] == (4,) else cv2.COLOR_RGB2BGR
+    done, data = cv2.imencode('.png', cv2.cvtColor(frame, swap))
     if not done:
         raise ValueError(f'OpenCV cannot encode an image of shape {frame.shape} as PNG')
     return data.tobytes()
