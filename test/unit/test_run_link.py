@@ -1,6 +1,8 @@
 """./run link: what is linked into a catkin workspace of the user's own, what is left out, and what is refused."""
+import os
 import pathlib
 import subprocess
+import venv
 
 import pytest
 
@@ -33,6 +35,9 @@ def test_every_package_is_linked_once_however_often(src, inner):
         assert code == 0, said
     assert links_of(src) == {**PACKAGES, 'turtle_robotont': REPOSITORY}
     assert f'turtlesim {PACKAGES["turtlesim"]}' in said
+    assert said.endswith(f'Build it: cd {src.parent} && catkin_make\n')
+    assert ('sudo apt-get install' in said) == bool(subprocess.run(['/usr/bin/python3', '-c', 'import cv2'],
+                                                                   capture_output=True, check=False).returncode)
 
 
 @pytest.mark.parametrize('place', ['turtlesim', 'ros_tutorials/turtlesim'])
@@ -61,3 +66,41 @@ def test_other_folders_are_refused(tmp_path, folder, said):
 def test_a_workspace_inside_the_repository_is_refused():
     code, text = link(REPOSITORY)
     assert code == 1 and 'inside the repository' in text
+
+
+BUILD_TIMEOUT = 100.0  # [s]; it takes 5
+NODE = 'robotont_urdf'  # a program of a package without messages, whose build takes long
+ENVIRONMENT = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8'}
+
+
+@pytest.fixture(scope='module')
+def built(tmp_path_factory):
+    """Return a workspace of the user's own with a few packages, installed, and the folder of its Python."""
+    workspace = tmp_path_factory.mktemp('own') / 'catkin_ws'
+    (workspace / 'src').mkdir(parents=True)
+    assert link(workspace)[0] == 0
+    for path in (workspace / 'src').iterdir():
+        if path.name not in ('rospy_support', 'robotont_description', 'kinematic_core'):
+            path.unlink()
+    programs = workspace.parent / 'ros_venv' / 'bin'
+    venv.EnvBuilder(system_site_packages=True, symlinks=True).create(programs.parent)
+    result = subprocess.run(['catkin_make', 'install', f'-DPYTHON_EXECUTABLE={programs / "python3"}'], cwd=workspace,
+                            env=ENVIRONMENT, capture_output=True, text=True, timeout=BUILD_TIMEOUT, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return workspace, programs
+
+
+@pytest.mark.parametrize('space', ['devel', 'install'])
+@pytest.mark.parametrize('first', ['', 'conda/bin:'])
+def test_setup_puts_the_python_of_the_nodes_first(built, tmp_path, space, first):
+    workspace, programs = built
+    (tmp_path / 'conda' / 'bin').mkdir(parents=True)
+    (tmp_path / 'conda' / 'bin' / 'python3').symlink_to('/bin/false')
+    path = first and f'{tmp_path}/{first}'
+    node, setup = workspace / space / 'lib' / 'robotont_description' / NODE, workspace / space / 'setup.sh'
+    result = subprocess.run(['sh', '-c', f'. {setup} && . {setup} && echo "$PATH" && {node} --help'], text=True,
+                            env={**ENVIRONMENT, 'PATH': path + os.defpath}, capture_output=True, check=False)
+    assert result.returncode == 0, result.stderr
+    folders = result.stdout.splitlines()[0].split(':')
+    assert folders[0] == str(programs) and folders.count(str(programs)) == 1
+    assert 'usage' in result.stdout

@@ -59,6 +59,12 @@ def test_wheels_hold_all_modules_and_the_version_of_the_package(wheels):
         assert modules | {f'{name}/py.typed'} == {each for each in inside if '.dist-info/' not in each}
 
 
+@pytest.mark.parametrize('name', NAMES)
+def test_setuptools_which_catkin_install_uses_reads_the_file(name):
+    version = ElementTree.parse(LIBS / name / 'package.xml').findtext('version')
+    assert run(sys.executable, 'setup.py', '--version', cwd=LIBS / name).split()[-1] == version
+
+
 def test_every_module_imports_without_ros(python):
     modules = ['.'.join(path.relative_to(LIBS / name / 'src').with_suffix('').parts)
                for name in NAMES for path in (LIBS / name / 'src').rglob('[!_]*.py')]

@@ -14,7 +14,7 @@ IMAGES = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'turtlesim'
 ROUNDING = 3  # of 255 [levels] premultiplied, between versions of OpenCV
 
 
-@pytest.mark.parametrize('design, name', enumerate(sprites.FILES), ids=sprites.FILES)
+@pytest.mark.parametrize('design, name', list(enumerate(sprites.FILES)), ids=sprites.FILES)
 def test_file_shows_the_design(design, name):
     path = IMAGES / f'{name}.png'
     if not path.exists():
