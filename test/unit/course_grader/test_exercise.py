@@ -17,13 +17,12 @@ GOOD = {'title': 'T', 'time': '10 s', 'start': {'x': '3 to 5 m'}, 'allows': ['te
 def test_exercise_files_are_right(path):
     loaded = exercise.load(path)
     assert loaded.name == path.stem and loaded.asks and loaded.title
-    assert loaded.time / loaded.speed <= 12.0  # [s] of wall time, so that a grading takes less than 15
     assert any(scored.must for scored in loaded.rules)
 
 
 def test_values_are_converted():
     loaded = exercise.parse(GOOD, 'good')
-    assert (loaded.time, loaded.speed, loaded.pass_score, loaded.simulator) == (10.0, 8.0, 80.0, 'turtlesim')
+    assert (loaded.time, loaded.pass_score, loaded.simulator) == (10.0, 80.0, 'turtlesim')
     assert loaded.start == {'x': (3.0, 5.0), 'theta': (0.0, 0.0)}
     assert loaded.rules[0] == exercise.ScoredRule('moves', {'length': 2.0}, 60.0, False)
     assert loaded.rules[1].parameters == {'until': 'the end'} and loaded.rules[1].must
@@ -53,8 +52,7 @@ def changed(*path, value=None):
     (changed('time', value='10 parsec'), "the exercise: time: the unit 'parsec'"),
     (changed('time', value='10'), "the exercise: time: '10' is not a number with one of the units s, ms, min"),
     (changed('time', value='1000 s'), "time is '1000 s'; it must be above 0 and at most 120 s"),
-    (changed('speed', value=100), 'speed is 100; it must be 1 to 20'),
-    (changed('speed', value='fast'), "the exercise: speed: 'fast' must be a number"),
+    (changed('pass', value='high'), "the exercise: pass: 'high' must be a number"),
     (changed('pass', value=0), 'pass is 0; it must be above 0'),
     (changed('simulator', value='gazebo'), "the exercise: simulator: 'gazebo' must be one of turtlesim, robotont"),
     (changed('allows', value=['magic']), "allows has 'magic'; it may have teleport, reset, kill"),

@@ -82,7 +82,7 @@ def main(arguments=None):
 def _grade_again(options, seed, folder, others):
     """Start the program again: a process can have only one rospy node in its life."""
     sys.stdout.flush()
-    kept = [f'--{name}={value}' for name in ('junit', 'busy', 'speed', 'packages')
+    kept = [f'--{name}={value}' for name in ('junit', 'busy', 'packages')
             for value in [getattr(options, name)] if value is not None]
     os.execv(sys.executable, [sys.executable, sys.argv[0], options.exercise, f'--seed={seed}', f'--output={folder}',
                               *kept, *(['--real-time'] if options.real_time else []), *others, '--', *options.command])
@@ -91,7 +91,7 @@ def _grade_again(options, seed, folder, others):
 def _grade(chosen, command, seed, folder, options):
     """Return (Session or None, Verdict); raise OSError when the folder cannot be used."""
     try:
-        session = Session(chosen, command, seed, folder, options.speed, options.real_time, options.packages)
+        session = Session(chosen, command, seed, folder, options.real_time, options.packages)
     except sandbox.CommandError as error:
         return None, scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)])
     try:
@@ -127,7 +127,7 @@ def _find(name):
 def _parse(arguments):
     parser = argparse.ArgumentParser(
         prog='./run grade',
-        usage='%(prog)s EXERCISE [--seed N] [--speed X | --real-time] [--output FOLDER] -- COMMAND ...\n'
+        usage='%(prog)s EXERCISE [--seed N] [--real-time] [--output FOLDER] -- COMMAND ...\n'
         '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help',
         description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch command): "
         'starts a master, a simulator and the program, and reports what was asked, what was seen, and the score.',
@@ -136,8 +136,6 @@ def _parse(arguments):
                         + ', '.join(exercises()))
     parser.add_argument('--seed', type=int,
                         help='repeats the start and the stimuli of an earlier grading; default: random')
-    parser.add_argument('--speed', type=float,
-                        help="simulated seconds per wall-clock second, 1 to 20; default: the exercise's")
     parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
     parser.add_argument('--busy', help=argparse.SUPPRESS)  # the nodes that never rested in the first try
     parser.add_argument('--repeats', type=int, default=REPEATS, help=argparse.SUPPRESS)  # that are left
@@ -149,8 +147,6 @@ def _parse(arguments):
     cut = _cut(arguments)
     options = parser.parse_args(arguments[:cut])
     options.command = arguments[cut + 1:]
-    if options.speed is not None and not 1.0 <= options.speed <= exercise.FASTEST:
-        parser.error(f'--speed is {options.speed:g}; it must be 1 to {exercise.FASTEST}')
     return options
 
 

@@ -2,12 +2,15 @@
 
 Everything runs in simulated time, which is paused until the program has registered with the master (or ended), so a
 slow start costs nothing. In lockstep no step starts before the nodes have finished the last one, so the result does not
-depend on the machine. A program that uses the wall clock, or never sleeps, is observed in real time instead.
+depend on the machine, and the simulator makes its steps as fast as the nodes are idle. The grader is one of these
+nodes: it looks when PERIOD has passed, and reads what is printed before the next step starts. A program that uses the
+wall clock, or never sleeps, is observed in real time instead.
 
 Threads: the main thread watches; the stimuli and rospy's callbacks run in their own and only append to lists.
 """
 import contextlib
 import json
+import math
 import os
 import random
 import subprocess
@@ -37,8 +40,8 @@ from rospy_support import own_master, servers
 
 NODE, STIMULI = '/grader', '/grader_stimuli'
 POLL = 0.02  # [s] of wall time
-ENDING = 3.0  # [s] of wall time that a simulator may take to shut down
-LOOK_PERIOD = 0.7  # [s] of wall time between two looks at the master and at the score
+PERIOD = 0.5  # [s] of simulated time between two looks at the master and at the score
+ENDING = 3.0  # [s] of wall time that a simulator may take to shut down, or a program to end when its nodes have
 PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
 START_PATIENCE = 10.0  # [s] of wall time in which a program that rests should have registered with the master
 LONGEST_START = 60.0  # [s] the same for one that is busy, for example with its imports
@@ -51,7 +54,7 @@ SLOWEST_WALL_PACE = 0.95  # the same for one that uses the wall clock
 FLOODED = 0.5  # share of the wall time that a simulator computes, which by itself takes a twentieth
 LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
-SLACK = 20.0  # [s] of wall time on top of three times what a grading should take: the hard limit
+SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit
 
 
 class SessionError(RuntimeError):
@@ -61,14 +64,12 @@ class SessionError(RuntimeError):
 class Session:
     """A grading of ``command`` by an Exercise."""
 
-    def __init__(self, exercise, command, seed, folder, speed=None, real_time=False, packages=None):
-        """``folder`` takes all files; ``speed``: times real time, by default the exercise's; ``real_time``: with 1.
+    def __init__(self, exercise, command, seed, folder, real_time=False, packages=None):
+        """``folder`` takes all files; ``real_time``: at the speed of the wall clock, whatever the program does.
 
         ``packages``: folder with the program's packages, by default that of the package in which its file lies.
         """
         self.exercise, self.seed, self._folder = exercise, seed, str(folder)
-        self.speed = exercise.speed if speed is None else speed
-        self.lockstep = True
         self._command, self.remarks = sandbox.runnable(command)
         self._packages = packages or sandbox.package_of(self._command)
         if self._packages:
@@ -85,12 +86,12 @@ class Session:
             self.remarks.append(f'the program uses the wall clock ({clock}), so it is graded in real time; use '
                                 'rospy.sleep, rospy.Rate and rospy.Time to be graded faster')
             real_time = True
-        if real_time:
-            self.speed, self.lockstep = 1.0, False
+        self.lockstep = not real_time
         self._random = random.Random(seed)
         self.observed = Observed()
         self._looked, self._heard = 0.0, 0
-        self._students = set()  # names of nodes
+        self._students = set()  # names of nodes that were seen
+        self._following = False  # whether one of them follows /clock
         self.busy = ''  # the nodes that never slept, so that lockstep continued without them
         self.flooded = False  # the simulator was busy with what the nodes sent it
 
@@ -104,13 +105,10 @@ class Session:
                 os.environ[name] = box.environment[name]
             self._start_master(box)
             rospy.set_param('/use_sim_time', True)
-            # it polls: no part of the lockstep; the command's remaps are not its own
             servers.protect()
-            rospy.init_node(NODE[1:], argv=[], disable_signals=True, disable_rostime=True)
-            try:
-                self._observe(box)
-            finally:
-                rospy.signal_shutdown('graded')
+            # the command's remaps are not its own; in real time it polls, and nobody waits for it
+            rospy.init_node(NODE[1:], argv=[], disable_signals=True, disable_rostime=not self.lockstep)
+            self._observe(box)
         return scoring.decide(self.exercise, self.observed)
 
     def _start_master(self, box):
@@ -145,14 +143,18 @@ class Session:
             self.remarks.append(f'the program printed {len(student.lines) + student.dropped} lines; only the first '
                                 f'{len(student.lines)} count')
         reader.close()
+        simulator.kill()  # nobody needs its goodbye
+        with contextlib.suppress(FileNotFoundError):
+            os.rename(self._record + ACTIVE, self._record)
 
     def _follow(self, box, reader, student, simulator, step, resume):
         """Start time when the program has started, and watch until the end."""
         self._wait_for_student(student, step, reader)
         self.observed.start = reader.read()
         stimuli = self._start_stimuli(box, reader)
-        rospy.ServiceProxy(resume, Trigger)()
-        self._watch(reader, student, simulator, stimuli)
+        if not self.lockstep:
+            rospy.ServiceProxy(resume, Trigger)()
+        self._watch(reader, student, simulator, stimuli, step)
 
     def _runs(self, simulator):
         """Return whether the simulator runs, or False when the program ended it; raise SessionError when it crashed."""
@@ -196,14 +198,17 @@ class Session:
         self._until(lambda: doing.lines, doing.process, 'stimuli')
         return doing
 
-    def _watch(self, reader, student, simulator, stimuli):
+    def _watch(self, reader, student, simulator, stimuli, step):
         """Watch the run until the time is over, or the verdict can no longer change."""
-        watching, limit = ActiveTimer(), 3.0 * self.exercise.time / self.speed + SLACK
+        watching, limit = ActiveTimer(), self.exercise.time + SLACK
         used, stood = processes.cpu_time(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
-            time.sleep(POLL)
-            stood = max(stood, time.monotonic() - before - POLL)
+            if self.lockstep:
+                step(math.ceil(min(PERIOD, self.exercise.time - reader.now) / reader.dt - 1e-6))
+            else:
+                time.sleep(POLL)
+                stood = max(stood, time.monotonic() - before - POLL)
             reader.read()
             self._listen(stimuli)
             if self._has_ended(student, reader.now) > AFTER_END and _done(stimuli):
@@ -211,9 +216,11 @@ class Session:
             if watching.look() > limit or self.busy:
                 self.observed.kept_up = False
                 break
-            if time.monotonic() > self._looked + LOOK_PERIOD:
-                self._looked = time.monotonic()
+            if reader.now >= self._looked + PERIOD:
+                self._looked, followed = reader.now, self._following
                 self._look_at_names()
+                if self.lockstep and followed and not self._following:
+                    self._wait_for_the_end(student)
                 if self._settled(stimuli):
                     break
         with contextlib.suppress(OSError):  # it may have ended
@@ -223,6 +230,13 @@ class Session:
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self.lockstep:
             self._note_pace(watching, stood, reader.now)
+
+    def _wait_for_the_end(self, student):
+        """Wait for a program whose nodes have just ended: rospy's shutdown waits in wall time for its threads."""
+        waiting = ActiveTimer()
+        while student.exit_code() is None and not self._following and waiting.look() < ENDING:
+            time.sleep(POLL)
+            self._look_at_names()
 
     def _note_pace(self, watching, stood, now):
         """Note whether a run of ``now`` [s] kept real time, without a gap."""
@@ -262,7 +276,7 @@ class Session:
             with contextlib.suppress(FileNotFoundError):
                 os.remove(old)
         start = {axis: self._random.uniform(*limits) for axis, limits in self.exercise.start.items()}
-        common = [f'_rate:={self.speed:g}', '_clock:=true', '_paused:=true', f'_lockstep:={str(self.lockstep).lower()}']
+        common = ['_rate:=1', '_clock:=true', '_paused:=true', f'_lockstep:={str(self.lockstep).lower()}']
         common.append(f'_record:={json.dumps(self._record)}')  # YAML: a folder may be called "Team #1"
         if self.exercise.simulator == 'turtlesim':
             self._simulator, self._dt = '/turtlesim', turtle_world.DT
@@ -297,7 +311,8 @@ class Session:
         """Return whether a node of the student is running."""
         state = rosgraph.Master(NODE).getSystemState()
         self._students = {node for kind in state for _, users in kind for node in users} - self._own()
-        return bool(self._students)
+        self._following = bool(self._students)
+        return self._following
 
     def _was_there(self):
         """Return whether a node of the student has ever run: even one that ends immediately leaves a log."""
@@ -314,6 +329,7 @@ class Session:
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
             return
         own = self._own()
+        self._following = any(name == '/clock' and set(nodes) - own for name, nodes in subscribed)
         for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
             for name, nodes in names:
                 others = set(nodes) - own

@@ -38,8 +38,6 @@ def parser() -> argparse.ArgumentParser:
                       help='number of parallel gradings (default: one per CPU core, here %(default)s)')
     made.add_argument('--output', metavar='DIR', default=OUTPUT, help='folder for the results (default: %(default)s)')
     made.add_argument('--seed', type=int, metavar='N', help='repeats the starts and the stimuli of an earlier grading')
-    made.add_argument('--speed', type=float, metavar='X',
-                      help="simulated seconds per wall-clock second, 1 to 20 (default: each exercise's)")
     made.add_argument('--limit', type=float, metavar='SECONDS', help='longest wall-clock time of one grading '
                       f'(default: the time of the exercise + {EXTRA:g} s)')
     return made
@@ -65,8 +63,8 @@ def main(arguments: Sequence[str], grader: Sequence[str], exercises: Dict[str, s
 def _run(options: argparse.Namespace, grader: Sequence[str], exercises: Dict[str, str]) -> int:
     exercises, students, found, left_out = _class(options, exercises)
     _check_output(options.output)
-    for name, value in (('--seed', options.seed), ('--speed', options.speed)):
-        grader = grader if value is None else [*grader, name, str(value)]
+    if options.seed is not None:
+        grader = [*grader, '--seed', str(options.seed)]
     names = sorted({submission.exercise for submission in found})
     times = {name: exercise.load(exercises[name]).time for name in names}
     graders = ClassGrader(grader, exercises, options.output, lambda name: options.limit or times[name] + EXTRA)

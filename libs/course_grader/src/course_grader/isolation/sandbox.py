@@ -29,7 +29,7 @@ SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop afte
 POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
 FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
-END_STAGES = processes.END_STAGES
+END_STAGES = processes.KILL  # what a program says or does when it is asked to end does not count
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
 ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # what rospy puts before a logged text
 
@@ -76,7 +76,7 @@ class Sandbox:
                 output.close()
 
     def close(self) -> None:
-        """End everything, gently at first; whatever tries to remain is killed."""
+        """End everything at once, also what tries to remain."""
         self._end_all()
         self._dismiss_guardian()
 

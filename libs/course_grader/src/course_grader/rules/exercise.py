@@ -7,7 +7,6 @@ title          one line
 asks           what the student is asked, for the report
 simulator      turtlesim (default) or robotont
 time           how long the node is observed at most, in simulated time, such as ``40 s``
-speed          how many times faster than real time it is simulated; 1 to 20, default 8
 pass           the score from 0 to 100 that passes, default 80
 start          where the turtle or robot starts, drawn by the seed: x, y ``3 to 5 m``, theta ``0 to 90 deg``
 allows         kinds of shortcuts that are allowed: teleport, reset, kill
@@ -30,7 +29,6 @@ from kinematic_core.worlds.turtle_world import ARENA_SIZE
 
 SIMULATORS = ('turtlesim', 'robotont')
 LONGEST = 120.0  # [s] of simulated time
-FASTEST = 20  # times real time: beyond it rospy nodes do not keep up
 ALLOWED = ('teleport', 'reset', 'kill')
 START: Parameters = {'x': ('span length', None), 'y': ('span length', None), 'theta': ('span angle', (0.0, 0.0))}
 STIMULI: Dict[str, Parameters] = {  # what the grader can do
@@ -65,7 +63,6 @@ class Exercise(NamedTuple):
     asks: str
     simulator: str
     time: float
-    speed: float
     pass_score: float
     start: Dict[str, Span]
     allows: Tuple[str, ...]
@@ -75,7 +72,7 @@ class Exercise(NamedTuple):
 
 KEYS: Parameters = {
     'title': ('text', ...), 'asks': ('text', ''), 'simulator': (SIMULATORS, 'turtlesim'), 'time': ('time', ...),
-    'speed': ('number', 8.0), 'pass': ('number', 80.0), 'start': ('mapping', {}), 'allows': ('list', []),
+    'pass': ('number', 80.0), 'start': ('mapping', {}), 'allows': ('list', []),
     'stimuli': ('list', []), 'checks': ('list', ...)}
 
 
@@ -97,8 +94,6 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     values = _fields(content, KEYS, 'the exercise')
     if not 0.0 < values['time'] <= LONGEST:
         raise ExerciseError(f'time is {shown(content["time"])}; it must be above 0 and at most {LONGEST:g} s')
-    if not 1.0 <= values['speed'] <= FASTEST:
-        raise ExerciseError(f'speed is {values["speed"]:g}; it must be 1 to {FASTEST}')
     if not 0.0 < values['pass'] <= 100.0:
         raise ExerciseError(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
     unknown = [kind for kind in values['allows'] if kind not in ALLOWED]
@@ -113,7 +108,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     if abs(points - 100.0) > 1e-6:
         raise ExerciseError(f'the points of the checks add up to {points:g}; they must add up to 100')
     stimuli = [_stimulus(entry, number) for number, entry in enumerate(values['stimuli'], 1)]
-    return Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'], values['speed'],
+    return Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                     values['pass'], start, tuple(values['allows']), stimuli, rules)
 
 
