@@ -3,9 +3,10 @@
 # shellcheck shell=bash
 : "${repo:?}"
 
-# all_cases: units first, then what takes longest.
+# all_cases: what takes longest comes first.
 all_cases() (
   cd "$repo" || return
+  printf 'mypy\tcheck\nruff\tcheck\n'
   find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md README.md
   printf 'stress\t%s\n' fuzz clients master storms system soak
@@ -16,7 +17,6 @@ all_cases() (
   for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do
     printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"
   done
-  printf 'ruff\tcheck\nmypy\tcheck\n'
 )
 
 # chosen_cases [--fast] [NAME ...]: those whose KIND/NAME contains one of the NAMEs; with --fast, those without ROS.

@@ -8,7 +8,8 @@ shift 2
 export results stress_seconds=240 rostest_seconds=360 grading_seconds=240 page_seconds=900 check_seconds=60
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
-jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 2))}  # a rostest mostly waits
+jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 2))}  # of those that start nodes, and so mostly wait
+computing='^(unit|ruff|mypy|catkin_lint|roslaunch-check)'  # kinds that only compute
 . "$repo/test/cases.bash"
 
 # Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
@@ -29,8 +30,18 @@ end_leftovers() {
   done
 }
 
+# Runs all unit tests that were asked for; the tests of a few files are sooner done by one process.
+unit_tests() {
+  local files at_once=(-n "$(nproc)" --dist worksteal) few_files=5
+  mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
+  [ ${#files[@]} -ge "$few_files" ] || at_once=()
+  cd "$repo"
+  python3 -m pytest -q --tb=short ${at_once[@]+"${at_once[@]}"} --junitxml="$results/unit/pytest.xml" "${files[@]}"
+}
+
 case_command() {
   case $1 in
+    unit) unit_tests ;;
     rostest) timeout -s INT -k 20 "$rostest_seconds" rostest --results-base-dir "$3/xml" "$repo/$2" ;;
     page) timeout -s INT -k 60 "$page_seconds" python3 "$repo/test/pages/check_page.py" "$2" "$3" ;;
     grading) timeout -s INT -k 20 "$grading_seconds" python3 "$repo/test/check_grading.py" "$2" "$3/files" ;;
@@ -60,8 +71,24 @@ run_case() {
   printf '%-6s %3d s  %s %s\n' "$verdict" $((SECONDS - start)) "$1" "$2"
 }
 
-# Reads `KIND<TAB>NAME` lines and runs these cases, $1 at a time.
-run_cases() { tr '\t\n' '\0\0' | xargs -0 -r -n 2 -P "$1" bash -c 'run_case "$@"' run_case; }
+# run_cases JOBS [COMMAND ...]: reads `KIND<TAB>NAME` lines and runs these cases, JOBS at a time, each by the COMMAND.
+run_cases() { tr '\t\n' '\0\0' | xargs -0 -r -n 2 -P "$1" "${@:2}" bash -c 'run_case "$@"' run_case; }
+
+# Of a file of cases those that only compute, all unit tests as one.
+computing_cases() {
+  sed -n '/^unit/{s/\t.*/\tpytest/p;q}' "$1"
+  grep -E "$computing" "$1" | grep -v '^unit'
+}
+
+# Runs all cases: those that only compute at a lower priority, in the time in which the nodes of the others wait.
+# The two run at once as a pipeline, because bash would start a background command with SIGINT ignored.
+run_all() {
+  local cases=$results/expected.tsv
+  {
+    grep -vE "$computing" "$cases" | run_cases "$jobs" >&3 |
+      computing_cases "$cases" | run_cases 2 nice -n 10
+  } 3>&1
+}
 
 # What failed beside others is run again with nothing beside it; what it left at first is kept in NAME.beside_others.
 repeat_failed() {
@@ -75,17 +102,6 @@ repeat_failed() {
   run_cases 1 <"$results/repeated.tsv"
 }
 
-run_units() {
-  local few_files=5
-  local -a files at_once
-  mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
-  [ ${#files[@]} -gt 0 ] || return 0
-  mkdir -p "$results/unit"
-  [ ${#files[@]} -lt "$few_files" ] || at_once=(-n "$(nproc)" --dist loadfile)
-  (cd "$repo" && python3 -m pytest -q --tb=short --no-summary ${at_once[@]+"${at_once[@]}"} --junitxml="$results/unit/pytest.xml" \
-    "${files[@]}") || true
-}
-
 cases_here "$@" >"$results/expected.tsv" || true
 if [ ! -s "$results/expected.tsv" ]; then
   echo "./run test: no test's name contains: $*. Names look like rostest/test/rostest/x.test or ruff/check." >&2
@@ -94,8 +110,7 @@ fi
 ln -sfn "$results" "$ws/test_results/latest"
 find "$ws/test_results" -mindepth 1 -maxdepth 1 -type d -mtime +2 -exec rm -rf {} +
 trap 'end_leftovers "$results/"' EXIT
-export -f run_case case_command end_leftovers
-run_units
-{ grep -v '^unit' "$results/expected.tsv" || true; } | run_cases "$jobs"
+export -f run_case case_command unit_tests end_leftovers
+run_all
 repeat_failed
 python3 "$repo/test/summary.py" "$results"

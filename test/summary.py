@@ -5,7 +5,7 @@ usage: summary.py RESULTS
 
 RESULTS is the folder that run_tests.bash fills:
   expected.tsv              one `KIND<TAB>NAME` a line: what had to run
-  unit/pytest.xml           JUnit XML of all cases of kind `unit`
+  unit/pytest.xml           JUnit XML of all cases of kind `unit`, and exit_code and output.txt in unit/pytest/
   rostest/NAME/xml/...      rostest's XML, and exit_code and output.txt beside the folder xml
   KIND/NAME/exit_code       of the other kinds; each is one case, passed when the exit code is 0
   repeated.tsv              what --to-repeat printed: what was run again, alone; the second result counts
@@ -74,7 +74,8 @@ def unit_cases(results, names):
     """
     report = results / 'unit' / 'pytest.xml'
     if not report.is_file():
-        return [Case('pytest', FAILED, f'pytest left no results in {report}; see its output above')]
+        text = f'pytest left no results in {report}\n{_last_lines(results / "unit" / "pytest")}'
+        return [Case('pytest', FAILED, text)]
     cases = read_junit(report)
     missing = [name for name in names if not any(_is_of_file(case, name) for case in cases)]
     return cases + [Case(name, FAILED, 'no case of this file ran') for name in missing]
