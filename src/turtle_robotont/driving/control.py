@@ -190,7 +190,8 @@ class Leg(Drive):
             self._anchor, self._anchored_at = pose, self._time
         elif self._time - self._anchored_at > STUCK_AFTER:
             self.end(State.FAILED, f'the {self.vehicle.name} has not moved for {STUCK_AFTER:.0f} s despite its '
-                                   f'commands, {self.distance_left:.2f} m left; is another node commanding it?')
+                                   f'commands, {self.distance_left:.2f} m left; does it stand at a wall, or is '
+                                   'another node commanding it?')
 
     def _moves(self, pose: VehicleState) -> bool:
         anchor = self._anchor

@@ -3,12 +3,16 @@
 import tempfile
 import time
 
+import rosgraph
+import roslib.packages
+import rosnode
 import rospy
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock, Log
+from sensor_msgs.msg import Image
 from sim_ros.srv import Step
 
-from rostest_support.common import Collected, NodeLog, proxy, run, until
+from rostest_support.common import Collected, NodeLog, Process, proxy, run, until
 from rostest_support.robotont import RADIUS, RobotontCase, place, stands, used
 
 FIRST_ODOMETRY = 1.0  # [s] from the start of the process, on a machine that has nothing else to do
@@ -76,6 +80,22 @@ class StartupTest(RobotontCase):
         self.start()
         odometry = self.collected('odom', Odometry)
         self.drive_until(lambda: place(odometry.messages[-1])[0] > 0.1, 'a robot that drives', 0.5)
+
+    def test_robotont_starts_where_another_node_has_the_port_of_one_that_has_gone(self):
+        """The master knows /robotont_gazebo and /robotont_camera at the addresses of a node with another name."""
+        other = self.start('__name:=other', '__ns:=elsewhere')
+        master = rosgraph.Master(rospy.get_name())
+        until(lambda: '/elsewhere/other' in rosnode.get_node_names(), 'the other node')
+        uri, service = master.lookupNode('/elsewhere/other'), master.lookupService('/elsewhere/other/get_loggers')
+        for name, topic in (('/robotont_gazebo', '/odom'), ('/robotont_camera', '/camera/color/image_raw')):
+            rosgraph.Master(name).registerPublisher(topic, '*', uri)
+            rosgraph.Master(name).registerService(f'{name}/get_loggers', service, uri)
+        self.start()
+        self.message('odom', Odometry)
+        camera = Process(roslib.packages.find_node('robotont_gazebo', 'robotont_camera')[0])
+        self.addCleanup(camera.stop)
+        self.message('camera/color/image_raw', Image)
+        self.assertTrue(other.runs(), other.output())
 
     def test_robotont_starts_within_a_second(self):
         """From the start of the process to the first odometry."""

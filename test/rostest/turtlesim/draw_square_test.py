@@ -101,7 +101,6 @@ class DrawSquareTest(SimulatorCase):
         process = self.start('_side:=9.0')
         process.wait_for_output('/draw_square/side is 9.0; it must be a number from 0.1 to 5.5 m')
         self.assertEqual(2, process.process.wait(DEADLINE))
-        self.addCleanup(rospy.delete_param, '/draw_square/side')
 
 
 if __name__ == '__main__':

@@ -30,6 +30,7 @@ from rostest_support.common import (
     own_simulator,
     proxy,
     registered_names,
+    restore_parameter,
     run,
     until,
 )
@@ -230,7 +231,7 @@ class TimeTest(SimulatorCase):
             with own_simulator(argument) as simulator:
                 simulator.wait_for_output(text)
                 self.assertEqual(2, simulator.process.wait(DEADLINE), argument)
-            rospy.delete_param('/turtlesim')
+            restore_parameter('/turtlesim', None)
 
 
 if __name__ == '__main__':

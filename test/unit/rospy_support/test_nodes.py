@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+import threading
 
 import pytest
 import rospy
@@ -198,3 +199,17 @@ def test_nohup_is_respected():
         process.wait(0.3)
     process.send_signal(signal.SIGINT)
     assert process.wait(DEADLINE) == 0
+
+
+def test_ctrl_c_during_the_start_does_not_doubt_a_master_that_answers(monkeypatch, capsys):
+    class Master:
+        def __init__(self, timeout):
+            pass
+
+        def request(self, calls):
+            return [[1, '', 4711]]
+    monkeypatch.setattr(nodes, 'Master', Master)
+    monkeypatch.setattr(nodes, '_ending', threading.Event())
+    nodes._ending.set()
+    assert nodes.outcome(raising(rospy.exceptions.ROSInitException('stopped'))) == 0
+    assert capsys.readouterr().err == 'The node was stopped while it was starting.\n'

@@ -308,3 +308,27 @@ def test_node_reads_only_what_it_declares(server, monkeypatch):
 ])
 def test_range_as_pages_write_it(parameter, text):
     assert parameter.range == text
+
+
+STALE_TABLE = Table(Number('~rate', 10.0), Boolean('~strafe', False), Text('~shape', 'square'), Numbers('~corners', [1]),
+                    Number('~size', Computed('by the shape')), Number('scale', 2.0))
+
+
+@pytest.mark.parametrize('there, given, said', [
+    ({}, (), None),
+    ({'~rate': 10, '~strafe': False, '~shape': 'square', '~corners': [1]}, (), None),  # the defaults
+    ({'~shape': 'circle', '~other': 5, 'scale': 7.0}, ('~shape',), None),
+    ({'~shape': 'circle', '~strafe': True, '~rate': 5}, ('~rate',), 'shape=circle, strafe=true'),
+    ({'~size': 2.0, '~corners': [[8, 6], [6, 8]]}, (), 'corners=[[8, 6], [6, 8]], size=2.0'),
+])
+def test_parameters_that_were_there_before_are_told(server, monkeypatch, there, given, said):
+    class Master:
+        def parameters(self, names):
+            return {rospy.resolve_name(name): there[name] for name in names if name in there}
+    warned = []
+    monkeypatch.setattr(parameters, 'Master', Master)
+    monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
+    monkeypatch.setattr(rospy, 'logwarn', lambda text, *values: warned.append(text % values))
+    parameters.warn_of_stale(STALE_TABLE, {rospy.resolve_name(name) for name in given})
+    assert warned == ([] if said is None else [
+        f'{NODE} has parameters from an earlier run: {said}; rosparam delete {NODE} forgets them'])

@@ -57,7 +57,11 @@ class Master:
             return (1, '', self.services[arguments[0]]) if arguments[0] in self.services else (-1, 'unknown', '')
         if method == 'hasParam':
             return 1, '', arguments[0] in self.parameters
+        if method == 'getParam':
+            return (1, '', self.parameters[arguments[0]]) if arguments[0] in self.parameters else (-1, 'not set', 0)
         self.calls.append((method, *arguments))
+        if method == 'deleteParam':
+            del self.parameters[arguments[0]]
         if method == 'setParam':
             self.parameters[arguments[0]] = arguments[1]
         if method == 'registerService':
@@ -284,3 +288,24 @@ def test_many_registrations_take_few_requests_and_all_values_come_back(master):
 def test_a_refused_call_of_many_is_named(master):
     with pytest.raises(rosgraph.MasterError, match='lookupService: unknown'):
         registration.values_of([('lookupService', SIGN), ('lookupService', '/none')])
+
+
+@pytest.mark.parametrize('change, left', [
+    (lambda master: None, {'/sim/node/other': 1}),
+    (lambda master: master.parameters.update({'/sim/node/rate': 7.0}), {'/sim/node/rate': 7.0, '/sim/node/other': 1}),
+    (lambda master: master.parameters.pop('/sim/node/name'), {'/sim/node/other': 1}),
+    (lambda master: master.services.update({SIGN: 'rosrpc://localhost:2'}), {**PARAMETERS, '/sim/node/other': 1}),
+    (lambda master: master.services.clear(), {**PARAMETERS, '/sim/node/other': 1}),
+], ids=['its own', 'set to something else', 'deleted', 'a newer node has the name', 'a master that does not know it'])
+def test_the_end_deletes_what_the_command_line_has_set(master, watch, change, left):
+    master.parameters.update(PARAMETERS, **{'/sim/node/other': 1})
+    registration.keep_registered(PARAMETERS, 1000.0)
+    change(master)
+    watch.shutdown()
+    assert master.parameters == left
+
+
+def test_the_end_of_a_node_without_parameters_does_not_ask_the_master(master, watch):
+    registration.keep_registered({}, 1000.0)
+    watch.shutdown()
+    assert (master.calls, master.looked) == ([], 0)

@@ -32,12 +32,15 @@ import traceback
 import rosgraph
 import rospy
 
+from ros_doctor import findings
 from rospy_support import console, parameters, registration, rospy_internals, servers
+from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import MasterAway, ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
 REGISTERING = 0.5  # [s] for a registration that has begun
 LONGEST_CALL = 2.0  # [s] for the master to take note of the end
+CLOCK_PATIENCE = 5.0  # [s] in which the source of /clock may start, too
 LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
 
 _ending = threading.Event()  # set once the node shuts down
@@ -57,7 +60,28 @@ def init_node(name, declared=(), argv=None, **options):
     rospy_internals.shut_down_by(lambda reason: shut_down(reason))
     rospy_internals.log_without_asking()
     rospy.on_shutdown(_limit_the_end)
-    registration.keep_registered(rospy_internals.command_line_parameters(argv))
+    given = rospy_internals.command_line_parameters(argv)
+    registration.keep_registered(given)
+    if not launched(argv):  # nobody can tell then what the launch file has set
+        parameters.warn_of_stale(declared, given)
+    if not rospy_internals.is_wall_time():
+        timer = threading.Timer(CLOCK_PATIENCE, _warn_of_no_clock)
+        timer.daemon = True
+        timer.start()
+
+
+def launched(argv=None):
+    """Return whether roslaunch has started this process."""
+    return any(argument.startswith('__log:=') for argument in (sys.argv if argv is None else argv))
+
+
+def _warn_of_no_clock():
+    """Say why nothing happens where time does not start because nobody publishes it."""
+    with contextlib.suppress(NoMaster, rospy.exceptions.ROSInitException):
+        if rospy.get_time() == 0.0 and not _ending.is_set():
+            (code, _, state), = Master().request([('getSystemState',)])
+            if code == 1 and '/clock' not in dict(state[0]):
+                rospy.logwarn('%s', findings.no_clock())
 
 
 def run(main):
@@ -84,6 +108,9 @@ def outcome(main):
         rospy.logfatal('%s', error)
         return 1 if isinstance(error, MasterAway) else 2
     except rospy.exceptions.ROSInitException as error:
+        if _ending.is_set() and _master_answers():
+            print('The node was stopped while it was starting.', file=sys.stderr)
+            return 0
         print(f'The node could not start: {error}. Is a ROS master running at {rosgraph.get_master_uri()}? '
               'Start one with roscore.', file=sys.stderr)
         return 1
@@ -95,6 +122,13 @@ def outcome(main):
             return 0
         traceback.print_exc()
         return 1
+
+
+def _master_answers():
+    try:
+        return bool(Master(LONGEST_CALL).request([('getPid',)]))
+    except NoMaster:
+        return False
 
 
 def end_when_unread():

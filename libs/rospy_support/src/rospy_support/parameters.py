@@ -19,6 +19,9 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
+from ros_doctor import findings
+from rospy_support.master import Master, NoMaster
+
 _effective = {}  # resolved name -> text of the value, in the order of reading
 _declared = None  # names that this node may read; None: any, as in tests of a part of a node
 
@@ -227,6 +230,25 @@ def declare(parameters):
     """Let the node read these Parameters (mostly a Table) and no others; nodes.init_node does that."""
     global _declared
     _declared = {parameter.name for parameter in parameters}
+
+
+def warn_of_stale(parameters, given):
+    """Warn of private parameters that an earlier run has left: those that are set, but are not ``given``.
+
+    Those that have their default are left out: they change nothing. ``given``: resolved names from the command line.
+    """
+    private = [parameter for parameter in parameters if parameter.name.startswith('~')]
+    try:
+        values = Master().parameters([parameter.name for parameter in private])
+    except NoMaster:
+        return  # rospy has just been registered there; whoever reads a parameter says more
+    stale = {}
+    for parameter in private:
+        resolved = rospy.resolve_name(parameter.name)
+        if resolved in values and resolved not in given and values[resolved] != parameter.default:
+            stale[parameter.name[1:]] = values[resolved]
+    if stale:
+        rospy.logwarn('%s', findings.stale_parameters(rospy.get_name(), stale))
 
 
 def log_effective():

@@ -1,11 +1,15 @@
-"""Keep a node registered with the ROS master, also after a restart of the master.
+"""Keep a node registered with the ROS master, also after a restart of the master; take its parameters back at its end.
 
 rospy registers a topic or service once. After a restart of roscore, a running node is invisible forever. Here it
 notices the restart and registers everything again: the parameters of its command line, topics, services.
 
+rospy leaves the parameters of a command line (_name:=value) on the master for ever, where they change what the same
+command does the next time. Here they are deleted when the node ends, unless somebody has set them to something else.
+
 A master knows the node if it knows ``~get_loggers``, a service that every node has and that only the node registers.
 (The name of the node says nothing: the master learns it when the node asks for a parameter.)
 """
+import contextlib
 import http.client
 import threading
 import xmlrpc.client
@@ -18,6 +22,7 @@ from rospy_support.master import TIMEOUT, Master, NoMaster
 
 PERIOD = 1.0  # [s] between two looks at the master
 SIGN = '~get_loggers'  # the service by which a node is seen to be registered
+LAST_CALL = 2.0  # [s] for the master to answer a node that ends
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 _hooks = []  # called after each repeated registration
@@ -34,7 +39,7 @@ def on_return(function):
 def keep_registered(parameters=(), period=PERIOD):
     """Start a thread that watches the master, and return it.
 
-    parameters: {absolute name: value}, set again on a restarted master.
+    parameters: {absolute name: value}, set again on a restarted master, and deleted at the end.
     """
     watch = _Watch(dict(parameters))
     rospy.on_shutdown(watch.end)
@@ -78,13 +83,16 @@ class _Watch:
                                   'again when it returns (roscore).', error)
 
     def end(self):
-        """Stop watching; registrations in progress are awaited after all other hooks of the shutdown."""
+        """Stop watching; what may take time comes after all other hooks of the shutdown, which stop vehicles."""
         self._ended.set()
-        rospy.on_shutdown(self._await_registration)
+        rospy.on_shutdown(self._finish)
 
-    def _await_registration(self):
+    def _finish(self):
+        """Await a registration in progress, and delete the parameters."""
         if self._registering.acquire(timeout=TIMEOUT):
             self._registering.release()
+            with contextlib.suppress(*TROUBLES):
+                _delete(self._parameters)
 
     def _look(self):
         self._lost = self._lost or not _known()
@@ -111,6 +119,17 @@ def _known():
                        'does when a newer one takes its name.', rospy.get_name())
         rospy.signal_shutdown('another node has taken its name')
     return code == 1
+
+
+def _delete(parameters):
+    """Delete those {absolute name: value} that are still so, unless a newer node has taken this one's name."""
+    if not parameters:
+        return
+    sign, master = rospy.resolve_name(SIGN), Master(LAST_CALL)
+    (code, _, uri), *answers = master.request([('lookupService', sign), *(('getParam', name) for name in parameters)])
+    if code == 1 and uri == dict(rospy_internals.services()).get(sign):
+        master.request([('deleteParam', name) for (name, value), (there, _, now) in zip(parameters.items(), answers)
+                        if there == 1 and now == value])
 
 
 def _register_all(parameters):

@@ -21,8 +21,8 @@ latched).
 Lockstep (see sim_ros.lockstep): no step starts before every node of this machine that follows /clock is idle. A node
 that waits in wall time (time.sleep; rospy.wait_for_message polls) counts as idle.
 
-/use_sim_time: a simulator that publishes /clock sets it to true if it is not set, and restores it at its end; nodes
-that started before use wall time. A launch file should set it first.
+/use_sim_time: a simulator that publishes /clock sets it to true if it is not set; nodes that started before use wall
+time. A launch file should set it first. At its end the simulator deletes it if it or a launch file has set it.
 
 Threading contract: ``run`` is called in one thread, which also answers ``services``; ~pause, ~resume and ~step come in
 rospy's threads.
@@ -37,6 +37,7 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.timing.pacing import Pacer
+from ros_doctor import findings
 from rospy_support import nodes, parameters, registration, rospy_internals
 from rospy_support.parameters import Boolean, Computed, Integer, Number, Table
 from rospy_support.rospy_internals import frame
@@ -201,12 +202,14 @@ class SimulatorClock:
         if others:
             rospy.logwarn('%s also publishes /clock, so time will jump. Start this node with _clock:=false.',
                           ', '.join(others))
-        if not rospy.has_param(USE_SIM_TIME):
-            rospy.set_param(USE_SIM_TIME, True)
+        value = rospy.get_param(USE_SIM_TIME, None)
+        if value is None or (value and nodes.launched()):
             self._sets_sim_time = True
             rospy.on_shutdown(self._unset_use_sim_time)
+        if value is None:
+            rospy.set_param(USE_SIM_TIME, True)
             rospy.loginfo('Set %s to true: nodes that start from now on follow /clock.', USE_SIM_TIME)
-        elif not rospy.get_param(USE_SIM_TIME):
+        elif not value:
             rospy.logwarn('%s is false: nodes use wall-clock time, although this simulator publishes /clock. Type: '
                           'rosparam set %s true, before the other nodes start.', USE_SIM_TIME, USE_SIM_TIME)
 
@@ -215,13 +218,13 @@ class SimulatorClock:
         if not rospy_internals.follow_time():
             raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
         if rospy.get_param(USE_SIM_TIME, False) and not _other_clocks():
-            rospy.logwarn('%s is true, but no node publishes /clock: nodes wait for it forever. Start this simulator '
-                          'with _clock:=true, or type: rosparam set %s false', USE_SIM_TIME, USE_SIM_TIME)
+            rospy.logwarn('%s', findings.no_clock())
 
     def _unset_use_sim_time(self):
-        """Restore /use_sim_time, so that no later node waits forever for a /clock that is gone."""
+        """Delete /use_sim_time, so that no later node waits forever for a /clock that is gone."""
         try:
-            rospy.delete_param(USE_SIM_TIME)
+            if not _other_clocks():
+                rospy.delete_param(USE_SIM_TIME)
         except (OSError, KeyError, rosgraph.MasterException):
             pass
 

@@ -1,11 +1,11 @@
 """There is one robot a namespace: a second one is told before it disturbs the first."""
-import os
-import socket
 import sys
 import xmlrpc.client
 
 import rosgraph
 import rosgraph.names
+
+from ros_doctor import registrations
 
 TIMEOUT = 2.0  # [s] for a node to say that it lives
 
@@ -49,17 +49,9 @@ def other_robot(node, topic):
 
 
 def _lives(master, node):
-    """Return whether a node answers; what a crash has left registered does not."""
+    """Return whether a node answers by its name; what an end has left registered does not, whoever has its port now."""
+    service = rosgraph.names.ns_join(node, registrations.SIGN)
     try:
-        uri = master.lookupNode(node)
+        return registrations.offers(service, master.lookupService(service), TIMEOUT)
     except rosgraph.MasterException:
         return False
-    timeout = socket.getdefaulttimeout()
-    socket.setdefaulttimeout(TIMEOUT)
-    try:
-        code, _, pid = xmlrpc.client.ServerProxy(uri).getPid('/robotont_gazebo')
-        return code == 1 and pid != os.getpid()
-    except (OSError, xmlrpc.client.Error):
-        return False
-    finally:
-        socket.setdefaulttimeout(timeout)

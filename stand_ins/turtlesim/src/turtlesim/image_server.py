@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.files import create_numbered
 from kinematic_core.worlds.turtle_world import CANVAS_SIZE
+from ros_doctor import findings
 from rospy_support import threads
 from rospy_support.parameters import Boolean, Computed, Number, Table, Text
 from rospy_support.topics import Publisher, SubscriptionListener
@@ -38,11 +39,14 @@ class ImageServer:
         self._image = Publisher('~image_raw', Image, listener, queue_size=1)
         self._compressed = Publisher('~image_raw/compressed', CompressedImage, listener, queue_size=1)
         self._window, self._window_failed = None, False
-        if PARAMETERS['~window'].read() and os.environ.get('DISPLAY'):
+        rospy.Service('~snapshot', Trigger, self._snapshot)
+        reason = _no_window()
+        if reason:
+            rospy.loginfo('%s', findings.no_window(reason, rospy.resolve_name('~snapshot')))
+        else:
             from turtlesim.window import Window
             self._window = Window('TurtleSim', self._window_fails)
             self._wanted.set()
-        rospy.Service('~snapshot', Trigger, self._snapshot)
         self._thread = threads.keep_running('pictures', self._serve)
 
     def close(self):
@@ -109,3 +113,10 @@ class ImageServer:
                                               f'rosparam set {rospy.resolve_name("~snapshot_dir")} FOLDER')
         rospy.loginfo('Saved %s', path)
         return TriggerResponse(True, path)
+
+
+def _no_window():
+    """Return why no window is to be opened; '' where there is no reason."""
+    if not PARAMETERS['~window'].read():
+        return f'{rospy.resolve_name("~window")} is false'
+    return '' if os.environ.get('DISPLAY') else 'DISPLAY is not set'

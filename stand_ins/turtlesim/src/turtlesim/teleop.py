@@ -139,7 +139,7 @@ class TeleopNode:
         """Read the parameters, register the topic."""
         self._linear = _scale('scale_linear')
         self._angular = _scale('scale_angular')
-        self._listened = threading.Event()
+        self._listened, self._pressed = threading.Event(), False
         self._publisher = LatestPublisher(TOPIC, Twist, SubscriptionListener(self._listened.set))
         self._wake, wake_writer = os.pipe()
         rospy.on_shutdown(lambda: os.write(wake_writer, b'.'))
@@ -160,6 +160,9 @@ class TeleopNode:
         twist = Twist()
         twist.linear.x = self._linear * forward
         twist.angular.z = self._angular * turn
+        if not self._pressed:
+            self._pressed = True
+            self._wait_for_connections(1 if self._listeners() else 0)
         if not self._publisher.wanted():
             rospy.logwarn_throttle(5.0, f'No subscriber on {self._publisher.resolved_name}. '
                                         'Is the simulator running? rosrun turtlesim turtlesim_node')
@@ -167,15 +170,25 @@ class TeleopNode:
 
     def _wait_for_listeners(self):
         """Keys from a file or program come at once: without this they would be over before anybody had connected."""
-        topic = self._publisher.resolved_name
-        subscribers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(topic, [])
-        if not subscribers:
-            rospy.loginfo('Waiting for a subscriber on %s', topic)
+        listeners = self._listeners()
+        if not listeners:
+            rospy.loginfo('Waiting for a subscriber on %s', self._publisher.resolved_name)
         self._listened.wait()
+        self._wait_for_connections(len(listeners))
+
+    def _listeners(self):
+        """Return the names of the nodes that subscribe; on a loaded machine they connect later."""
+        try:
+            subscribers = rosgraph.Master(rospy.get_name()).getSystemState()[1]
+        except (OSError, rosgraph.MasterException):
+            return []
+        return dict(subscribers).get(self._publisher.resolved_name, [])
+
+    def _wait_for_connections(self, number):
         deadline = time.monotonic() + LISTENERS_DEADLINE
-        while self._publisher.get_num_connections() < len(subscribers) and time.monotonic() < deadline:
+        while self._publisher.get_num_connections() < number and time.monotonic() < deadline:
             self._listened.clear()
-            if self._publisher.get_num_connections() < len(subscribers):
+            if self._publisher.get_num_connections() < number:
                 self._listened.wait(deadline - time.monotonic())
 
 

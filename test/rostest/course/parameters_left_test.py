@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""Private parameters on one roscore: those of a command line end with its node, all others are told by the next one."""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+import roslib.packages
+import rosnode
+import rospy
+
+from rostest_support.common import DEADLINE, Process, own_simulator, run, until
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(REPOSITORY / 'test' / 'pages'))
+import page  # noqa: E402
+
+STEP_DEADLINE = 90.0  # [s] for a command of the course; drives take up to 10
+DRIVE_SHAPE = roslib.packages.find_node('turtle_robotont', 'drive_shape.py')[0]
+ROBOTONT = roslib.packages.find_node('robotont_gazebo', 'robotont_gazebo')[0]
+DRAWN = [('drive_shape.py', 'square, starting at (5.54, 5.54)'),
+         ('_shape:=corners', 'corners, starting at (8.00, 6.00)'),
+         ('_robot:=true', 'square, starting at (-2.00, ')]
+OLD = 'from an earlier run'
+
+
+def step(number):
+    """Return what the course's page says in a step: its Commands and Outputs for terminal 3."""
+    text = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
+    section = re.search(rf'^## {number}\. .*?(?=^## )', text, re.MULTILINE | re.DOTALL).group()
+    return [action for action in page.actions(section) if getattr(action, 'terminal', None) == 3]
+
+
+class ParametersLeftTest(unittest.TestCase):
+
+    def simulator(self):
+        simulator = own_simulator('_window:=false')
+        self.addCleanup(simulator.stop)
+        until(lambda: '/turtlesim' in rosnode.get_node_names(), 'the simulator')
+        return simulator
+
+    def do(self, number):
+        """Type what a step of the page says, compare what it prints, and return that of each drive."""
+        drawn, printed = [], ''
+        for action in step(number):
+            if isinstance(action, page.Output):
+                self.assertIsNone(page.missing(action.lines, printed.splitlines()), printed)
+            elif isinstance(action, page.Command):
+                done = subprocess.run(['bash', '-c', action.text], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                      text=True, timeout=STEP_DEADLINE, check=False, cwd=self.folder)
+                printed = done.stdout
+                self.assertEqual(0, done.returncode, printed)
+                if 'drive_shape.py' in action.text:
+                    expected = [drawing for sign, drawing in DRAWN if sign in action.text][-1]
+                    self.assertIn(f'Drawing: {expected}', printed)
+                    drawn.append(printed)
+        return drawn
+
+    def test_steps_4_and_11_and_4_again(self):
+        """As printed on the page, one after the other: no step changes what another one does."""
+        self.folder = os.environ['ROS_HOME']
+        self.simulator()
+        robot = Process(ROBOTONT, '_world:=minimaze', '_x:=-2.0')
+        self.addCleanup(robot.stop)
+        until(lambda: '/robotont_gazebo' in rosnode.get_node_names(), 'the robot')
+        drives = [printed for number in (4, 11, 4) for printed in self.do(number)]
+        self.assertEqual(5, len(drives))
+        self.assertNotIn(OLD, ''.join(drives))
+        self.assertFalse(rospy.get_param('/drive_shape', {}))
+
+    def test_others_are_told_and_stay(self):
+        """Of a killed node and of rosparam; not those of the command line, nor those that change nothing."""
+        self.simulator()
+        first = Process(DRIVE_SHAPE, '_shape:=circle', '_size:=0.5', '_speed:=0.05', '_strafe:=false')
+        first.wait_for_output('Drawing: circle')
+        first.process.kill()
+        first.stop()
+        rospy.set_param('/drive_shape/speed', 4.0)
+        with Process(DRIVE_SHAPE, '_size:=1.0') as second:
+            second.wait_for_output(re.escape(
+                f'/drive_shape has parameters {OLD}: shape=circle, speed=4.0; rosparam delete /drive_shape forgets'))
+            until(lambda: not second.runs(), 'the end of the drive', STEP_DEADLINE)
+        self.assertEqual({'shape': 'circle', 'speed': 4.0, 'strafe': False}, rospy.get_param('/drive_shape'))
+        rospy.delete_param('/drive_shape')
+
+    def test_a_value_that_somebody_else_has_set_meanwhile_stays(self):
+        simulator = own_simulator('_window:=false', '_background_r:=7', '_background_g:=8')
+        simulator.wait_for_output('Spawning')
+        rospy.set_param('/turtlesim/background_r', 200)
+        simulator.stop()
+        left = rospy.get_param('/turtlesim')
+        self.assertEqual((200, False, False), (left.get('background_r'), 'background_g' in left, 'window' in left))
+        with own_simulator('_window:=false') as again:
+            again.wait_for_output(f'{OLD}: background_r=200;')
+        rospy.delete_param('/turtlesim')
+
+    def test_a_node_that_takes_the_name_keeps_its_parameters(self):
+        """The older one ends, and deletes nothing of the newer one's."""
+        first = own_simulator('_window:=false', '_background_r:=7')
+        first.wait_for_output('Spawning')
+        second = own_simulator('_window:=false', '_background_r:=7')
+        self.addCleanup(second.stop)
+        until(lambda: not first.runs(), 'the end of the first one')
+        self.assertEqual(7, rospy.get_param('/turtlesim/background_r'))
+        first.stop()
+
+    def test_what_a_launch_file_gives_is_not_old(self):
+        """The second start of a launch file finds what the first one has set; /use_sim_time ends with the simulator."""
+        for _ in range(2):
+            with Process('roslaunch', 'turtle_robotont', 'drive_shape.launch', 'sim_rate:=max', 'size:=1.5') as launch:
+                until(lambda launch=launch: not launch.runs(), 'the end of the launch', STEP_DEADLINE)
+                self.assertRegex(launch.output(), 'Drawn in')
+                self.assertNotIn(OLD, launch.output())
+            self.assertFalse(rospy.has_param('/use_sim_time'))
+        with Process(DRIVE_SHAPE) as alone:
+            alone.wait_for_output(f'{OLD}: corners=.*size=1.5', DEADLINE)
+        rospy.delete_param('/drive_shape')
+        rospy.delete_param('/turtlesim')
+
+
+if __name__ == '__main__':
+    run(ParametersLeftTest)
