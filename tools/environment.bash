@@ -98,7 +98,12 @@ write_shell_files() {
   } >"$ws/env.bash"
   cat >"$ws/shell.bash" <<END
 # Written by ./run: what an interactive ./run shell reads.
-[ -f ~/.bashrc ] && . ~/.bashrc
+# A ~/.bashrc with exec zsh or exit would end this shell, one with set -e at the first command that fails.
+exec() { [ \$# = 0 ] || echo "Left out of your ~/.bashrc: exec \$*. ./run shell needs bash." >&2; }
+exit() { echo "Left out of your ~/.bashrc: exit. It would end this shell." >&2; }
+if [ -f ~/.bashrc ]; then . ~/.bashrc || true; fi
+set +eu
+unset -f exec exit
 [ -n "\${BASH_COMPLETION_VERSINFO:-}" ] || . /usr/share/bash-completion/bash_completion
 . "$ws/env.bash"
 cd "$ws"

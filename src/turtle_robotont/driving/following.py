@@ -14,6 +14,7 @@ from turtle_robotont.markers.sightings import Sighting
 GAIN = 1.2  # [1/s] speed per metre of error; a tracker at 8 Hz answers after 0.2 s, which this leaves room for
 TURN_GAIN = 1.5  # [1/s] angular velocity per radian of error
 TURN_FIRST = 0.6  # [rad] further aside than this the robot only turns
+ADVISE_AFTER = 10.0  # [s] without the marker after which the status says what to do
 DEAD_BAND = 0.01  # [m] or [rad] errors below this are not corrected
 ACCELERATION, TURN_ACCELERATION = ROBOT.acceleration, ROBOT.turn_deceleration  # [m/s^2], [rad/s^2]
 
@@ -69,7 +70,11 @@ class Follower:
 
     @property
     def status(self) -> str:
-        """Return what it is doing as a text."""
+        """Return what it is doing as a text; while the marker stays out of view, also what to do."""
+        if self.state is not State.FOLLOWING and self._unseen > ADVISE_AFTER >= self._unheard:
+            return (f'marker {self.marker_id} has not been in view for {ADVISE_AFTER:g} s, and this node does not '
+                    'search for it; turn the robot until it is (rostopic pub -r 10 /cmd_vel geometry_msgs/Twist '
+                    "'{angular: {z: 0.3}}'), or use ar_maze.py, which searches")
         if self.state is State.LOST:
             why = 'the tracker publishes nothing' if self._unheard > self.settings.lost_after else 'not in view'
             return f'marker {self.marker_id} lost for {self.settings.lost_after:g} s ({why}): stopped'

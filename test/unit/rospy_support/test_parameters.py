@@ -310,8 +310,8 @@ def test_range_as_pages_write_it(parameter, text):
     assert parameter.range == text
 
 
-STALE_TABLE = Table(Number('~rate', 10.0), Boolean('~strafe', False), Text('~shape', 'square'), Numbers('~corners', [1]),
-                    Number('~size', Computed('by the shape')), Number('scale', 2.0))
+STALE_TABLE = Table(Number('~rate', 10.0), Boolean('~strafe', False), Text('~shape', 'square'),
+                    Numbers('~corners', [1]), Number('~size', Computed('by the shape')), Number('scale', 2.0))
 
 
 @pytest.mark.parametrize('there, given, said', [

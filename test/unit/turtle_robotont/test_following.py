@@ -63,6 +63,18 @@ def test_nothing_is_said_before_the_marker_was_seen():
     assert follower.status == 'waiting for marker 1'
 
 
+@pytest.mark.parametrize('heard, advised', [(True, True), (False, False)])  # a silent tracker is another problem
+def test_a_marker_that_stays_out_of_view_has_to_be_searched_for_and_that_is_said(heard, advised):
+    follower, said = Follower(1), []
+    for _ in range(int(2.0 * following.ADVISE_AFTER / DT)):
+        if heard:
+            follower.see([])
+        assert follower.step(DT) is None
+        said.append(follower.status)
+    assert set(said[:round(following.ADVISE_AFTER / DT)]) == {'waiting for marker 1'}
+    assert ('turn the robot' in said[-1] and 'ar_maze.py' in said[-1]) is advised
+
+
 @pytest.mark.parametrize('others, why', [([Sighting(2, 1.0, 0.0, 0.0)], 'not in view'), ([], 'not in view'),
                                          (None, 'the tracker publishes nothing')])
 def test_lost_marker_stops_the_robot_once(others, why):

@@ -1,0 +1,30 @@
+"""./run COMMAND --help in a clone that has installed nothing: an answer at once, and nothing is made."""
+import os
+import pathlib
+import re
+import subprocess
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+COMMANDS = re.findall(r'^describe (\w+) ', (REPOSITORY / 'run').read_text(encoding='utf-8'), re.MULTILINE)
+
+
+def run(home, *arguments):
+    """Return what ./run prints, for a user with this home folder and no workspace; it ends with code 0."""
+    environment = {'PATH': '/usr/bin:/bin', 'HOME': str(home), 'LANG': 'C.UTF-8'}
+    return subprocess.run([REPOSITORY / 'run', *arguments], env=environment, stdin=subprocess.DEVNULL, text=True,
+                          capture_output=True, check=True, cwd=home).stdout
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+@pytest.mark.parametrize('arguments', [('--help',), ('-h',), ('word', '--help')], ids=' '.join)
+def test_help_needs_no_installation(tmp_path, command, arguments):
+    said = run(tmp_path, command, *arguments)
+    assert f'./run {command}' in said or command == 'help'
+    assert said.startswith('usage: ./run')
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_commands_were_found():
+    assert {'demo', 'grade', 'shell'} < set(COMMANDS)
