@@ -69,12 +69,12 @@ class Child(processes.BackgroundProcess):
 
     alive = []
 
-    def __init__(self, name, command, env, folder, lines=False):
+    def __init__(self, name, command, env, folder, lines=False, stdin=subprocess.DEVNULL):
         self.name, self._pending = name, b''
         log = os.path.join(folder, f'{name.replace(" ", "_")}_{time.monotonic_ns()}.log')
         signal.pthread_sigmask(signal.SIG_BLOCK, processes.END_SIGNALS)  # started and noted, or neither
         try:
-            super().__init__(command, log, env=env, preexec_fn=_default_signals,
+            super().__init__(command, log, env=env, stdin=stdin, preexec_fn=_default_signals,
                              **({'stdout': subprocess.PIPE} if lines else {}))
             Child.alive.append(self)
         except OSError as error:

@@ -71,10 +71,10 @@ class Subject:
         except MasterError as error:
             raise BenchError(str(error)) from None
 
-    def start(self, name, command, **environment):
+    def start(self, name, command, stdin=subprocess.DEVNULL, **environment):
         """Start any program beside the node under test: a Child. A variable of the environment that is None goes."""
         env = {key: value for key, value in {**self._node_env, **environment}.items() if value is not None}
-        return Child(name, command, env, self.folder)
+        return Child(name, command, env, self.folder, stdin=stdin)
 
     def node(self, *arguments):
         """Start the node under test: a Child, to be used as a context manager."""

@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import os
 import struct
+import subprocess
 import sys
 import tempfile
 import threading
@@ -236,7 +237,7 @@ def running(subject, *keys, before=(), **environment):
 def started(subject, kind, before=(), **environment):
     """A Node of a kind that has just been started."""
     command = [*before, *command_of(kind, subject)]
-    with subject.start(f'{kind.key} of {subject.side}', command, **environment) as child:
+    with subject.start(f'{kind.key} of {subject.side}', command, stdin=subprocess.PIPE, **environment) as child:
         yield Node(kind, child, subject)
 
 

@@ -1,15 +1,12 @@
 #!/usr/bin/env python3
 """Nodes that run, and the pages that describe their topics and services: both name the same, with the same types."""
-import os
-import pathlib
 import re
 import unittest
 
-import rospkg
 import rosservice
 from nodes_tools import Nodes, OwnMaster, all_kinds
 
-from rostest_support import node_kinds, node_pages
+from rostest_support import node_pages
 from rostest_support.common import run
 
 KINDS = 'publishes', 'subscribes', 'serves'
@@ -17,18 +14,12 @@ OF_LIBRARIES = {('/rosout', 'publishes'), ('/tf', 'subscribes'), ('/tf_static', 
                 *((f'~{name}', 'serves') for name in ('get_loggers', 'set_logger_level', 'set_parameters')),
                 ('~parameter_descriptions', 'publishes'), ('~parameter_updates', 'publishes')}
 NOT_BY_DEFAULT = {('/clock', 'publishes', 'rosgraph_msgs/Clock')}  # with a parameter that would give all nodes its time
-BUNDLE = os.path.join(rospkg.RosPack().get_path('ar_track_alvar'), 'bundles')
 
 
 def kinds_of_pages():
     """Return the kinds to start, with arguments that make them offer all that they can."""
-    tracker = node_kinds.BY_KEY['tracker']
-    file = sorted(pathlib.Path(BUNDLE).glob('*.xml'))[0]
-    remaps = tuple(argument for argument in tracker.arguments if not argument.startswith('__'))
-    bundles = tracker._replace(key='bundles', node='/bundles', executable='findMarkerBundlesNoKinect',
-                               arguments=(*remaps, '__name:=bundles', f'_bundle_files:={file}'))
     return [kind._replace(arguments=(*kind.arguments, '_model:=robotont_gazebo_lidar')) if kind.key == 'robotont'
-            else kind for kind in all_kinds()] + [bundles]
+            else kind for kind in all_kinds()]
 
 
 def written(name, node, arguments):

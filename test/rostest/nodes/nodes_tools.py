@@ -75,7 +75,7 @@ class Nodes:
         """
         for kind in kinds:
             command = [*(under or {}).get(kind, ()), *command_of(kind, self._folder.name)]
-            self.running[kind] = Process(*command, ROS_MASTER_URI=self._master.uri)
+            self.running[kind] = Process(*command, stdin=subprocess.PIPE, ROS_MASTER_URI=self._master.uri)
         for kind in kinds:
             until(lambda kind=kind: not self.missing(kind), lambda kind=kind: f'{self.missing(kind)} of {kind.key}:\n'
                   f'{self.output(kind)}', START_DEADLINE)

@@ -7,16 +7,14 @@ from rostest_support import node_kinds
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 NOT_NODES = {'demo.py', 'grade.py', 'marker_sequence.py', 'createMarker', 'robotont_urdf'}
-SHORT_LIVED = {'set_pen.py'}  # calls once and ends
-NEEDS_A_TERMINAL = {'turtle_teleop_key'}
-NEEDS_A_FILE = {'findMarkerBundlesNoKinect'}  # the tracker with a bundle: one node class with individualMarkersNoKinect
+SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 10 s
 
 
 def test_every_node_is_in_the_table():
     scripts = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
                for path in folder.iterdir() if path.is_file()}
     told = {kind.executable for kind in node_kinds.KINDS}
-    assert scripts - told == NOT_NODES | SHORT_LIVED | NEEDS_A_TERMINAL | NEEDS_A_FILE
+    assert scripts - told == NOT_NODES | SHORT_LIVED
     assert told <= scripts
 
 

@@ -35,6 +35,11 @@ def test_wrong_addresses_are_named(monkeypatch, environment, master, said):
         assert 'export ROS_IP=' in text and ('unset ROS_HOSTNAME' in text) == ('ROS_HOSTNAME' in environment)
 
 
+@pytest.mark.parametrize('took, pause', [(0.0, 3.0), (0.02, 3.0), (0.2, 20.0)])
+def test_looks_take_little_of_the_time(took, pause):
+    assert reachability.pause_after(took, 3.0) == pytest.approx(pause)
+
+
 class Topic:
     def __init__(self, connections):
         self._connections = connections

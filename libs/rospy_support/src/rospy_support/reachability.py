@@ -9,6 +9,7 @@ import http.client
 import os
 import socket
 import threading
+import time
 import xmlrpc.client
 
 import rosgraph
@@ -19,6 +20,7 @@ from rospy_support import rospy_internals, threads
 from rospy_support.throttle import WallThrottle
 
 PERIOD = 3.0  # [s] between two looks; a connection takes far less
+SHARE = 0.01  # of the time at most is spent on looks: one at the topics of a thousand turtles takes 0.2 s
 LOG_TOPIC = '/rosout'
 REMINDER = 30.0  # [s] between two warnings of the same kind
 
@@ -32,16 +34,24 @@ def watch(period=PERIOD):
     rospy.on_shutdown(ended.set)
 
     def look():
-        before = set()
-        while not ended.wait(period):
+        before, pause = set(), period
+        while not ended.wait(pause):
+            start = time.monotonic()
             try:
                 now = unconnected()
             except (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException):
                 continue  # without a master there is nothing to compare with
+            finally:
+                pause = pause_after(time.monotonic() - start, period)
             for topic, others in sorted(now & before):  # twice in a row: not just about to connect
                 reminders.warn((topic, others), '%s', _silence(topic, others))
             before = now
     return threads.keep_running('reachability', look)
+
+
+def pause_after(took, period):
+    """Return how long [s] to wait after a look that took ``took`` [s]."""
+    return max(period, took / SHARE)
 
 
 def wrong_address():

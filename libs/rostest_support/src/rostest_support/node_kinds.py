@@ -8,6 +8,8 @@ one turtle: `on_turtle` gives one of them a turtle of its own, which has to be s
 import os
 from typing import NamedTuple
 
+import rospkg
+
 WIDTH, HEIGHT = 160, 120  # [px] of the picture that usb_cam shows
 TURTLE_SERVICES = tuple(f'/turtle1/{name}' for name in ('set_pen', 'teleport_absolute', 'teleport_relative'))
 
@@ -16,7 +18,8 @@ class NodeKind(NamedTuple):
     """One kind of node.
 
     key: its name in tables; node: its name in ROS; package, executable: as for rosrun; arguments: parameters and
-    remaps, where {folder} stands for a folder with a picture; needs: keys of the kinds that must run before it;
+    remaps, where {folder} stands for a folder with a picture, {bundle} for the file of a bundle of markers; needs: keys
+    of the kinds that must run before it; its standard input has to stay open, which turtle_teleop_key reads;
     published, subscribed, services: names that it has registered once it is up; drives: it moves a turtle or a robot,
     for ever or until it has arrived.
     """
@@ -60,6 +63,13 @@ KINDS = (
              ('_video_device:={folder}', '_rate:=5', '_horizontal_fov:=60'),
              published=('/usb_cam/image_raw', '/usb_cam/camera_info'),
              services=('/usb_cam/start_capture', '/usb_cam/stop_capture', '/usb_cam/set_camera_info')),
+    NodeKind('bundles', '/bundles', 'ar_track_alvar', 'findMarkerBundlesNoKinect',
+             ('_bundle_files:={bundle}', 'camera_image:=/usb_cam/image_raw', 'camera_info:=/usb_cam/camera_info',
+              'ar_pose_marker:=/bundles/ar_pose_marker', '_output_frame:=head_camera', '__name:=bundles'),
+             needs=('usb_cam',), published=('/bundles/ar_pose_marker', '/visualization_marker', '/diagnostics'),
+             subscribed=('/usb_cam/image_raw', '/usb_cam/camera_info')),
+    NodeKind('teleop', '/teleop_turtle', 'turtlesim', 'turtle_teleop_key', ('_scale_linear:=1.5',),
+             needs=('turtlesim',), published=('/turtle1/cmd_vel',)),
     NodeKind('goto_pose_server', '/goto_pose_server', 'turtle_robotont', 'goto_pose_server.py', ('_speed:=1.5',),
              needs=('turtlesim',), published=('/turtle1/cmd_vel', '/turtle1/drive_status'),
              subscribed=('/turtle1/pose',),
@@ -106,7 +116,12 @@ def in_order(keys):
 
 def arguments(kind, folder):
     """The arguments of a kind's command, with ``folder`` as the place of a picture for usb_cam."""
-    return [argument.format(folder=folder) for argument in kind.arguments]
+    return [argument.format(folder=folder, bundle=_bundle() if '{bundle}' in argument else '')
+            for argument in kind.arguments]
+
+
+def _bundle():
+    return os.path.join(rospkg.RosPack().get_path('ar_track_alvar'), 'bundles', 'board.xml')
 
 
 def on_turtle(kind, turtle):
