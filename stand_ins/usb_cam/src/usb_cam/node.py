@@ -172,10 +172,17 @@ def _stamp(age):
     return now - rospy.Duration.from_sec(age)
 
 
+def silence_opencv():
+    """Keep OpenCV from logging, where it can: 4.6, which Debian 12 has, lacks ``cv2.utils.logging``."""
+    logging = getattr(cv2.utils, 'logging', None)
+    if logging is not None:
+        logging.setLogLevel(logging.LOG_LEVEL_SILENT)
+
+
 def main():
     """Run usb_cam_node."""
     os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: what is wrong is said here, once
     os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] a webcam may hang; below STOP_TIMEOUT
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    silence_opencv()
     nodes.init_node('usb_cam', PARAMETERS)
     UsbCamNode().run()
