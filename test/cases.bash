@@ -42,5 +42,6 @@ needs_of_cases() {
 printing/test_sheet            poppler-utils
 turtlesim/(test_)?window       xvfb
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
+recordings?\.test              $repo/test/requirements.txt
 END
 }

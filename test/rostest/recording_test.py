@@ -1,13 +1,23 @@
 #!/usr/bin/env python3
-"""Recordings of both simulators: what exists stays, what is cut can be read, a full disk ends the recording alone."""
+"""Recordings of both simulators: what exists stays, what is cut can be read, a full disk ends the recording alone.
+
+And the Gymnasium environments make the same ones.
+"""
+import csv
 import os
 import signal
 
+import gymnasium
+import numpy as np
 import roslib.packages
 import rospy
 from sim_ros.srv import Step
 
-from rostest_support.common import DEADLINE, Process, SimulatorCase, run
+from kinematic_core.environments.tasks import TASKS  # the package registers the environments
+from kinematic_core.timing.recorder import ACTIVE
+from kinematic_core.worlds.turtle_world import float32
+from robotont_gazebo.core.worlds import to_json
+from rostest_support.common import DEADLINE, Process, SimulatorCase, run, until
 
 LARGEST = 40  # [KB] of a file on the full disk: the log fits, the recording does not
 
@@ -64,6 +74,60 @@ class RecordingTest(SimulatorCase):
 
     def test_robotont_recordings(self):
         self.check('robotont_gazebo', 'robotont_gazebo')
+
+    def recorded(self, package, node, cmd_vel, commands, *arguments):
+        """Return the rows (dicts) of a run in which each of ``commands`` took effect, some steps after the other."""
+        path = os.path.join(self.temporary_directory(), 'run.csv')
+        simulator = self.start(package, node, f'_record:={path}', *arguments)
+        step, drive = rospy.ServiceProxy(f'/{package}/step', Step), self.driver(cmd_vel)
+
+        def rows():
+            with open(path + ACTIVE, encoding='utf-8', newline='') as file:
+                return list(csv.DictReader(file))
+
+        def took_effect(number):
+            step(1)
+            return sum('cmd ' in row['event'] for row in rows()) == number
+        for number, command in enumerate(commands, 1):
+            drive(*command)
+            until(lambda number=number: took_effect(number), f'command {number} in the recording')
+            step(7 + number)
+        found = rows()
+        simulator.stop()
+        return found
+
+    def check_environment(self, task, seed, rows, text):
+        """Compare the rows of a simulator's recording with those that an environment makes of its commands."""
+        env = gymnasium.make(f'kinematic_core/{task}-v0').unwrapped
+        env.reset(seed=seed)
+        fastest = np.array(TASKS[task].fastest)
+        command = np.zeros(3)
+        for row in rows:
+            event = row['event'].rpartition(';')[2].split()  # the first row also has turtle1's start
+            if event[:1] == ['cmd']:
+                command = np.array(event[1:], float)
+            env.step((command if len(fastest) == 3 else command[[0, 2]]) / fastest)
+            self.assertEqual([row['x'], row['y'], row['theta']], [text(value) for value in env.pose], row)
+
+    def test_turtle_environment_makes_the_recording(self):
+        """Also at the wall."""
+        commands = [(0.1 * number, 0.0, 2.0 - 0.3 * number) for number in range(14)] + [(2.0, 0.0, 0.25)] * 40
+        rows = self.recorded('turtlesim', 'turtlesim_node', 'turtle1/cmd_vel', commands, '_seed:=7')
+        self.check_environment('TurtleGoal', 7, rows, lambda value: f'{float32(value):.9g}')
+
+    def test_robotont_environments_make_the_recording(self):
+        """In an empty world, and against a wall and along it."""
+        commands = [(0.5 - 0.05 * number, 0.04 * number, 0.1 * number - 0.6) for number in range(12)]
+        rows = self.recorded('robotont_gazebo', 'robotont_gazebo', 'cmd_vel', commands)
+        self.check_environment('RobotontGoal', 3, rows, lambda value: f'{value:.9g}')
+        env = gymnasium.make('kinematic_core/RobotontBetweenWalls-v0').unwrapped
+        env.reset(seed=5)
+        world = os.path.join(self.temporary_directory(), 'gap.yaml')
+        with open(world, 'w', encoding='utf-8') as file:
+            file.write(to_json(env.plan))
+        commands = [(0.5, 0.1, 0.0)] * 30 + [(0.3, -0.5, 0.8)] * 10
+        rows = self.recorded('robotont_gazebo', 'robotont_gazebo', 'cmd_vel', commands, f'_world:={world}')
+        self.check_environment('RobotontBetweenWalls', 5, rows, lambda value: f'{value:.9g}')
 
     def test_turtlesim_snapshot_names(self):
         """A file, a folder and a link that leads nowhere are at the next names: they stay, a free one is found."""

@@ -20,7 +20,7 @@ LAYERS = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor'}, {'r
           {'course_grader'}, {'turtle_robotont'}, {'rostest_support'}]  # each imports from itself and from those before
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
-ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml'},  # test_core_import.py: all but rays do without numpy
+ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
             'libs/alvar_core/src': IMAGES | {'cairo'},
             'libs/process_support/src': {'psutil'},
             'libs/ros_doctor/src': {'psutil'},

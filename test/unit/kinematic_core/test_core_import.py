@@ -1,4 +1,5 @@
-"""kinematic_core runs with plain python3: no ROS, no site-packages; casting rays takes numpy, reading files yaml."""
+"""kinematic_core runs with plain python3: no ROS, no site-packages; casting rays takes numpy, reading files yaml,
+the environments gymnasium."""
 import pathlib
 import shutil
 import subprocess
@@ -7,9 +8,9 @@ import pytest
 
 CORE = pathlib.Path(__file__).resolve().parents[3] / 'libs' / 'kinematic_core' / 'src'
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
-WITH_MORE = {'rays', 'documents'}
+WITH_MORE = {'rays', 'documents', 'environments'}  # modules and folders
 MODULES = sorted('.'.join(path.relative_to(CORE).with_suffix('').parts) for path in CORE.rglob('[!_]*.py')
-                 if path.stem not in WITH_MORE)
+                 if path.stem not in WITH_MORE and path.parent.name not in WITH_MORE)
 TIMEOUT = 20.0  # [s]
 PROGRAM = '''
 import sys
