@@ -28,7 +28,7 @@ MARK = 'TURTLE_ROBOTONT_CHECK'
 SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
 TIMEOUT = 150  # [s]; the grader's own limits are shorter
 GRADED = {'result.json', 'junit.xml', 'path.png', 'output.txt'}
-OF_A_SESSION = {'master.txt', 'simulator.txt', 'stimuli.txt', 'record.csv'}
+OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv'}
 REPEATED, TIMES, AT_ONCE = 'square_by_topics/right_four_positions.py', 10, 4
 EXIT_CODES = {'passed': 0, 'failed': 1}
 

@@ -28,6 +28,7 @@ ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most d
             'libs/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
             'libs/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},
             'libs/course_grader/src/course_grader/formats': IMAGES,
+            'libs/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': IMAGES,
             'stand_ins/*/src/*/core': IMAGES | {'yaml'}}  # folder: what it may use beside the standard library and us

@@ -1,6 +1,5 @@
-"""A class graded by stand-ins for the grader, which crash, hang, hide children or find the disk full."""
+"""A class graded by stand-ins for the attempts, which crash, hang, hide children or find the disk full."""
 import csv
-import json
 import os
 import pathlib
 import signal
@@ -16,19 +15,22 @@ import pytest
 from course_grader.classes import class_grader, grade_all, submissions
 from course_grader.formats import class_report
 
-# A grader that does what the file it is to grade says
-GRADER = r'''
-import json, os, signal, subprocess, sys, time
-*options, exercise, _, folder, _, program = sys.argv[1:]
-result = {'outcome': 'passed', 'score': 100.0, 'objections': [], 'reasons': [
-    {'check': 'draws', 'points': 100.0, 'of': 100.0, 'asked': 'a <square>', 'seen': 'it & more ' + ' '.join(options)}]}
-def write(**changes):
-    with open(os.path.join(folder, 'result.json'), 'w') as file:
-        json.dump({**result, **changes}, file)
-exec(open(program).read())
+# An attempt that does what the file it is to grade says
+ATTEMPT = r'''
+import os, signal, subprocess, sys, time
+from course_grader.supervision.job import Attempted
+from course_grader.rules import scoring
+from course_grader.rules.observation import Observed
+def run(job):
+    def verdict(outcome='passed', score=100.0, objections=()):
+        reasons = [scoring.Reason('draws', 100.0, 100.0, 'a <square>', f'it & more, seed {job.seed}')]
+        return Attempted(scoring.Verdict(outcome, score, reasons, list(objections)), Observed())
+    names = {**globals(), 'verdict': verdict, 'folder': job.output}
+    exec(open(job.command[0]).read(), names)
+    return names['got']
 '''
-PASS = 'write()'
-FAIL = "write(outcome='failed', score=12.5, objections=['it did not move']); sys.exit(1)"
+PASS = 'got = verdict()'
+FAIL = "got = verdict('failed', 12.5, ['it did not move'])"
 HANG = '''
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -36,13 +38,6 @@ child = subprocess.Popen(['sleep', '1000'], start_new_session=True, env={})
 open(os.path.join(folder, 'pid'), 'w').write(str(child.pid))
 time.sleep(1000)
 '''
-
-
-@pytest.fixture
-def grader(tmp_path):
-    path = tmp_path / 'fake_grader.py'
-    path.write_text(GRADER)
-    return [sys.executable, str(path)]
 
 
 def a_class(tmp_path, programs):
@@ -55,18 +50,20 @@ def a_class(tmp_path, programs):
     return folder
 
 
-def command(tmp_path, grader, *arguments):
+def command(tmp_path, *arguments):
     """Return a command that runs grade_all in a process of its own, as ./run grade does."""
-    program = (f'import sys; sys.path[:] = {sys.path!r}\nfrom course_grader.classes import class_grader, grade_all\n'
-               'class_grader.CLEANING = 0.3\n'
-               f'sys.exit(grade_all.main({list(arguments)!r}, {grader!r}, {{"x": {str(tmp_path / "x.yaml")!r}}}))')
+    (tmp_path / 'obedient_attempt.py').write_text(ATTEMPT)
+    program = (f'import functools, sys; sys.path[:] = {[str(tmp_path), *sys.path]!r}\n'
+               'from course_grader.classes import grade_all\n'
+               'grade_all.Supervisor = functools.partial(grade_all.Supervisor, "obedient_attempt")\n'
+               f'sys.exit(grade_all.main({list(arguments)!r}, {{"x": {str(tmp_path / "x.yaml")!r}}}))')
     return [sys.executable, '-c', program]
 
 
-def grade(tmp_path, grader, programs, *arguments):
+def grade(tmp_path, programs, *arguments):
     """Grade a class; return (exit code, printed text, the table as rows)."""
     folder, output = a_class(tmp_path, programs), tmp_path / 'out'
-    done = subprocess.run(command(tmp_path, grader, str(folder), '--output', str(output), *arguments), timeout=60,
+    done = subprocess.run(command(tmp_path, str(folder), '--output', str(output), *arguments), timeout=60,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, cwd=tmp_path)
     with open(output / 'scores.csv', encoding='utf-8', newline='') as file:
         return done.returncode, done.stdout.decode(), list(csv.reader(file))
@@ -80,8 +77,8 @@ def ended(pid):
         return True
 
 
-def test_a_class_gets_its_table(tmp_path, grader):
-    code, said, rows = grade(tmp_path, grader, {'anna': PASS, 'ben': FAIL}, '--seed', '5', '--jobs', '2')
+def test_a_class_gets_its_table(tmp_path):
+    code, said, rows = grade(tmp_path, {'anna': PASS, 'ben': FAIL}, '--seed', '5', '--jobs', '2')
     assert code == 1
     assert rows == [['student', 'x', 'mean'], ['anna', '100', '100.0'], ['ben', '12.5', '12.5']]
     assert 'ben x: failed, 12.5 of 100' in said and ': it did not move' in said
@@ -89,36 +86,29 @@ def test_a_class_gets_its_table(tmp_path, grader):
     assert (suite.get('name'), suite.get('tests'), suite.get('failures'), suite.get('errors')) == ('x', '2', '1', '0')
     assert suite.find('testcase[@name="ben"]/failure').get('message') == 'it did not move'
     page = (tmp_path / 'out' / 'index.html').read_text()
-    assert 'asked: a &lt;square&gt;; seen: it &amp; more --seed 5' in page
+    assert 'asked: a &lt;square&gt;; seen: it &amp; more, seed 5' in page
 
 
-@pytest.mark.parametrize('text, said', [
-    ('sys.exit(0)', 'the grader ended with exit code 0 without output'),
-    ('raise RuntimeError("no port")', 'the grader ended with exit code 1: '),
-    ('write(); sys.exit(1)', 'the grader ended with exit code 1 without output'),
-    ('write(outcome="great")', 'the grader ended with exit code 0 without output'),
-    ('open(os.path.join(folder, "result.json"), "w").write("{"); print("half done")', 'exit code 0: half done'),
-    ('os.kill(os.getpid(), signal.SIGKILL)', 'the grader ended by signal 9'),
-])
-def test_a_grader_that_crashes_leaves_it_undecided(tmp_path, grader, text, said):
-    code, printed, rows = grade(tmp_path, grader, {'anna': text, 'ben': PASS})
+@pytest.mark.parametrize('text', ['sys.exit(0)', 'raise RuntimeError', 'os.kill(os.getpid(), signal.SIGKILL)'])
+def test_an_attempt_that_crashes_leaves_it_undecided(tmp_path, text):
+    code, printed, rows = grade(tmp_path, {'anna': text, 'ben': PASS})
     assert code == 3
     assert rows[1:] == [['anna', 'undecided', ''], ['ben', '100', '100.0']]
-    assert said in (tmp_path / 'out' / 'index.html').read_text()
+    assert 'the grader ended without a result; see grader.txt' in (tmp_path / 'out' / 'index.html').read_text()
     assert 'anna x: undecided' in printed
 
 
-def test_a_grader_that_hangs_is_ended_with_all_it_started(tmp_path, grader):
-    code, _, rows = grade(tmp_path, grader, {'anna': HANG, 'ben': PASS}, '--limit', '1.5')
+def test_an_attempt_that_hangs_is_ended_with_all_it_started(tmp_path):
+    code, _, rows = grade(tmp_path, {'anna': HANG, 'ben': PASS}, '--limit', '1.5')
     assert code == 3 and rows[1:] == [['anna', 'undecided', ''], ['ben', '100', '100.0']]
     assert 'the grader needed more than 2 s and was stopped' in (tmp_path / 'out' / 'index.html').read_text()
     assert ended(int((tmp_path / 'out' / 'anna' / 'x' / 'pid').read_text()))
 
 
 @pytest.mark.parametrize('sign', [signal.SIGINT, signal.SIGTERM])
-def test_ctrl_c_ends_everything_and_keeps_what_is_graded(tmp_path, grader, sign):
+def test_ctrl_c_ends_everything_and_keeps_what_is_graded(tmp_path, sign):
     folder, output = a_class(tmp_path, {'anna': PASS, 'ben': HANG, 'carl': HANG}), tmp_path / 'out'
-    running = subprocess.Popen(command(tmp_path, grader, str(folder), '--output', str(output), '--jobs', '2'),
+    running = subprocess.Popen(command(tmp_path, str(folder), '--output', str(output), '--jobs', '2'),
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
     pids = [output / student / 'x' / 'pid' for student in ('ben', 'carl')]
     end = time.monotonic() + 30.0
@@ -133,12 +123,14 @@ def test_ctrl_c_ends_everything_and_keeps_what_is_graded(tmp_path, grader, sign)
         assert [row[1] for row in csv.reader(file)] == ['x', '100', 'undecided', 'undecided']
 
 
-def test_results_of_an_earlier_time_do_not_count(tmp_path, grader):
+def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     old = tmp_path / 'out' / 'anna' / 'x'
     old.mkdir(parents=True)
-    (old / 'result.json').write_text(json.dumps({'outcome': 'passed', 'score': 100.0, 'objections': [], 'reasons': []}))
-    _, _, rows = grade(tmp_path, grader, {'anna': 'pass'})
+    (old / 'result.json').write_text('old')
+    (old / 'junit.xml').write_text('old')
+    _, _, rows = grade(tmp_path, {'anna': 'sys.exit(0)'})
     assert rows[1] == ['anna', 'undecided', '']
+    assert '"undecided"' in (old / 'result.json').read_text() and '<error' in (old / 'junit.xml').read_text()
 
 
 @pytest.mark.parametrize('arguments, said', [
@@ -150,20 +142,20 @@ def test_results_of_an_earlier_time_do_not_count(tmp_path, grader):
     (['class', '--output', 'x.yaml/out'], 'x.yaml/out: Not a directory. Choose another folder with --output DIR'),
     (['class', '--output', '/proc/nowhere'], '/proc/nowhere: No such file or directory. Choose another folder with'),
 ])
-def test_wrong_usage_is_explained(tmp_path, grader, arguments, said):
+def test_wrong_usage_is_explained(tmp_path, arguments, said):
     a_class(tmp_path, {'anna': PASS})
-    done = subprocess.run(command(tmp_path, grader, *arguments), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    done = subprocess.run(command(tmp_path, *arguments), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           timeout=60, cwd=tmp_path, check=False)
     assert done.returncode == 2
     assert said in done.stdout.decode() and 'Traceback' not in done.stdout.decode()
 
 
-def test_a_full_disk_is_named_and_the_table_printed(tmp_path, grader):
+def test_a_full_disk_is_named_and_the_table_printed(tmp_path):
     """/dev/full refuses every byte; the results go to it through a link."""
     folder, output = a_class(tmp_path, {'anna': PASS}), tmp_path / 'out'
     output.mkdir()
     (output / 'scores.csv').symlink_to('/dev/full')
-    done = subprocess.run(command(tmp_path, grader, str(folder), '--output', str(output)), timeout=60,
+    done = subprocess.run(command(tmp_path, str(folder), '--output', str(output)), timeout=60,
                           capture_output=True, check=False)
     assert done.returncode == 2
     assert 'No space left on device. The disk is full: make room, or choose another folder' in done.stderr.decode()

@@ -1,14 +1,15 @@
-"""The grader's command line and the small parts of a session that need no ROS to run."""
+"""The grader's command line, and attempts that fail before or beside ROS."""
 import json
 import sys
 
 import pytest
 
 from course_grader import cli
-from course_grader.attempt import session
-from course_grader.attempt.stimuli import take_line
+from course_grader.attempt import attempt
 from course_grader.formats import exit_codes
-from course_grader.rules.observation import Call, Observed, ShownMarkers
+from course_grader.rules import exercise
+from course_grader.supervision.job import Job
+from course_grader.supervision.supervisor import Supervisor
 from process_support import processes
 
 OF_ROSTEST = ['--gtest_output=xml:/r/x.xml', '__name:=stop', '__log:=/r/stop.log']
@@ -62,19 +63,29 @@ def test_a_program_that_cannot_run_fails_with_the_reason(tmp_path, monkeypatch, 
         (tmp_path / 'output' / 'grades' / 'stop_at_x' / 'junit.xml').read_bytes()
 
 
-@pytest.mark.parametrize('error, code, said', [
-    (RuntimeError('out of luck'), 3, 'UNDECIDED'), (session.SessionError('no port'), 3, 'UNDECIDED'),
-    (KeyboardInterrupt(), 130, 'interrupted; all its processes have ended'),
+@pytest.mark.parametrize('error, said', [
+    (RuntimeError('out of luck'), 'the grader itself failed: RuntimeError: out of luck'),
+    (attempt.AttemptError('no port'), 'no port'),
 ])
-def test_a_grader_that_fails_decides_nothing(tmp_path, monkeypatch, capsys, error, code, said):
+def test_an_attempt_that_fails_decides_nothing(tmp_path, monkeypatch, error, said):
     def crash(_):
         raise error
     (tmp_path / 'a.py').write_text('')
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(session.Session, 'run', crash)
-    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--', 'a.py'])
-    assert cli.main() == code
-    assert said in ''.join(capsys.readouterr())
+    monkeypatch.setattr(attempt, '_set_environment', lambda environment: None)
+    monkeypatch.setattr(attempt.Attempt, 'run', crash)
+    chosen = exercise.load(cli.exercises()['stop_at_x'])
+    got = attempt.run(Job(chosen, ('a.py',), str(tmp_path), str(tmp_path / 'out'), 1))
+    assert (got.verdict.outcome, got.verdict.objections) == ('undecided', [said])
+
+
+def test_an_interruption_is_said(tmp_path, monkeypatch, capsys):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+    monkeypatch.setattr(Supervisor, 'grade', interrupt)
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', str(tmp_path), '--', 'a.py'])
+    assert cli.main() == exit_codes.INTERRUPTED
+    assert 'interrupted; all its processes have ended' in capsys.readouterr().err
 
 
 def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
@@ -82,12 +93,3 @@ def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', f'{tmp_path}/file/x', '--', 'none.py'])
     assert cli.main() == exit_codes.USAGE
     assert 'file/x cannot be written: Not a directory. Choose another folder with --output' in capsys.readouterr().err
-
-
-def test_stimuli_are_told_and_what_rospy_logs_is_left_out():
-    observed = Observed()
-    for line in ('{"ready": true}', '[ERROR] [12.5]: md5sum mismatch', '["Call", 1.5, "/s", [1.0, 2.0], true, ""]',
-                 '["ShownMarkers", 2.0, {"7": [0.1, 0.2, 0.3]}]', ''):
-        take_line(line, observed)
-    assert observed.calls == [Call(1.5, '/s', (1.0, 2.0), True, '')]
-    assert observed.shown == [ShownMarkers(2.0, {7: (0.1, 0.2, 0.3)})]

@@ -53,8 +53,8 @@ def alive(pid):
 def run(folder, *arguments, then=''):
     """Run a sandbox in a process of its own, as the grader does; return what it prints. ``then``: what it does last."""
     program = (f'import sys; sys.path[:] = {sys.path!r}\nfrom course_grader.isolation import sandbox\n'
-               'import time\n'
-               f'with sandbox.Sandbox({str(folder / "box")!r}, {{}}) as box:\n'
+               'import os, time\n'
+               f'with sandbox.Sandbox({str(folder / "box")!r}, os.environ) as box:\n'
                f'    student = sandbox.Student(box, {[sys.executable, *arguments]!r}, lambda: 1.5)\n'
                '    end = time.monotonic() + 10\n'
                '    while len(student.lines) < 2 and time.monotonic() < end: time.sleep(0.01)\n'
@@ -92,7 +92,7 @@ print('[WARN] [1668.25]: x: 1')
 sys.stdout.buffer.write(b'\xff\n' + b'y' * 5000 + b'\n')
 for number in range(100): print(number, file=sys.stderr)
 ''')
-    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
         student = sandbox.Student(box, [sys.executable, program], lambda: 1.5)
         until(lambda: student.exit_code() == 0)
         student.drain()
@@ -103,7 +103,7 @@ for number in range(100): print(number, file=sys.stderr)
 
 def test_a_traceback_is_explained(tmp_path):
     program = write(tmp_path, 'import rospy\nimport no_such_module\n', 'crash.py')
-    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
         student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
         until(lambda: student.exit_code() == 1)
         student.drain()
@@ -117,7 +117,7 @@ def test_a_traceback_is_explained(tmp_path):
     ('input("size? ")\n', 'input() does not work here'),
 ])
 def test_an_end_is_no_trouble_unless_it_failed(tmp_path, text, trouble):
-    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
         student = sandbox.Student(box, [sys.executable, write(tmp_path, text)], lambda: 0.0)
         until(lambda: student.exit_code() is not None)
         student.drain()
@@ -126,7 +126,7 @@ def test_an_end_is_no_trouble_unless_it_failed(tmp_path, text, trouble):
 
 def test_it_is_seen_whether_a_program_and_its_children_work(tmp_path):
     program = write(tmp_path, 'import os, time\nif os.fork(): time.sleep(60)\nprint(os.getpid())\nwhile True: pass\n')
-    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
         student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
         until(lambda: student.lines)
         child = int(student.lines[0].text)
@@ -146,7 +146,7 @@ simtime._is_use_simtime = lambda: True
 simtime.rospy.topics.Subscriber = lambda *_, **__: threading.Timer(0.3, rostime._set_rostime, [rostime.Time(7)]).start()
 print(simtime.init_simtime(), rostime.get_time())
 """)
-    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
         student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
         until(lambda: student.exit_code() is not None)
         student.drain()
@@ -156,7 +156,7 @@ print(simtime.init_simtime(), rostime.get_time())
 def test_the_distributions_sitecustomize_runs_as_well(tmp_path, monkeypatch):
     write(tmp_path, 'import sys\nprint("of the distribution", type(sys.meta_path[0]).__name__)\n', 'sitecustomize.py')
     monkeypatch.setenv('PYTHONPATH', str(tmp_path))
-    with sandbox.Sandbox(tmp_path / 'box', {}) as box:
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
         student = sandbox.Student(box, [sys.executable, write(tmp_path, 'print("program")\n')], lambda: 0.0)
         until(lambda: student.exit_code() == 0)
         student.drain()

@@ -9,34 +9,26 @@ import argparse
 import os
 import random
 import sys
-import time
-import traceback
 
 import rospkg
 
-from course_grader.attempt.session import Session, SessionError
 from course_grader.classes import grade_all
 from course_grader.formats import exit_codes, report
-from course_grader.isolation import sandbox
-from course_grader.rules import exercise, scoring
-from course_grader.rules.observation import Observed
+from course_grader.rules import exercise
+from course_grader.supervision.job import Job
+from course_grader.supervision.supervisor import Supervisor
 from kinematic_core.files import write_whole
 from process_support import processes
 
-REPEATS = 2  # of a grading that could not be decided: the machine may have stood still
-WORTH_REPEATING = 45.0  # [s] of wall time; what took longer is not repeated
 GTEST_OUTPUT = '--gtest_output=xml:'
 
 
 def main(arguments=None):
     """Grade as the command line says; return the exit code."""
     arguments, junit = _without_rostest(sys.argv[1:] if arguments is None else arguments)
-    del sys.argv[1:]  # rospy would take the command's names for this node's
     if '--all' in arguments[:_cut(arguments)]:
-        return grade_all.main([argument for argument in arguments if argument != '--all'],
-                              [sys.executable, os.path.abspath(sys.argv[0])], exercises())
+        return grade_all.main([argument for argument in arguments if argument != '--all'], exercises())
     options = _parse(arguments)
-    options.junit = junit or options.junit
     try:
         chosen = exercise.load(_find(options.exercise))
     except (exercise.ExerciseError, OSError) as error:
@@ -44,27 +36,14 @@ def main(arguments=None):
         return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
-    command = options.command
     processes.make_interruptible()
+    job = Job(chosen, tuple(options.command), os.getcwd(), folder, seed, options.packages, options.real_time)
     try:
-        os.makedirs(folder, exist_ok=True)
-        start = time.monotonic()
-        session, decided = _grade(chosen, command, seed, folder, options)
-        if session and session.busy and session.lockstep:
-            print(f'{session.busy} never sleeps (is there a rate.sleep() in its loop?). Grading again in real time.')
-            _grade_again(options, seed, folder, ['--real-time', '--busy', session.busy])
-        if decided.outcome == scoring.UNDECIDED and options.busy and session.flooded:
-            decided = decided._replace(outcome=scoring.FAILED, objections=[
-                f'{options.busy} never sleeps, so the simulator gets no time; is there a rate.sleep() in its loop?'])
-        slow = decided.outcome == scoring.UNDECIDED and not session.observed.kept_up
-        if slow and options.repeats > 0 and time.monotonic() - start < WORTH_REPEATING:
-            print(f'Grading again, because {decided.objections[0]}')
-            last = ['--real-time'] if options.repeats == 1 and session.lockstep else []  # should it be the lockstep
-            _grade_again(options, seed, folder, [*last, '--repeats', str(options.repeats - 1)])
-        report.write(folder, chosen, session.observed if session else Observed(), decided, command, seed)
-        if options.junit:
+        with Supervisor() as supervisor:
+            got = supervisor.grade(job, say=lambda text: print(text, flush=True))
+        if junit or options.junit:
             with open(os.path.join(folder, 'junit.xml'), 'rb') as file:
-                write_whole(options.junit, file.read())
+                write_whole(junit or options.junit, file.read())
     except KeyboardInterrupt:
         print('./run grade: interrupted; all its processes have ended', file=sys.stderr)
         return exit_codes.INTERRUPTED
@@ -72,38 +51,11 @@ def main(arguments=None):
         print(f'./run grade: {folder} cannot be written: {error.strerror}. Choose another folder with --output',
               file=sys.stderr)
         return exit_codes.USAGE
-    print(report.text(chosen, decided))
-    for remark in session.remarks if session else []:
+    print(report.text(chosen, got.verdict))
+    for remark in got.remarks:
         print(f'  note: {remark}')
     print(f'  seed {seed}; path.png, result.json, junit.xml and output.txt are in {folder}')
-    return exit_codes.OF_OUTCOME[decided.outcome]
-
-
-def _grade_again(options, seed, folder, others):
-    """Start the program again: a process can have only one rospy node in its life."""
-    sys.stdout.flush()
-    kept = [f'--{name}={value}' for name in ('junit', 'busy', 'packages')
-            for value in [getattr(options, name)] if value is not None]
-    os.execv(sys.executable, [sys.executable, sys.argv[0], options.exercise, f'--seed={seed}', f'--output={folder}',
-                              *kept, *(['--real-time'] if options.real_time else []), *others, '--', *options.command])
-
-
-def _grade(chosen, command, seed, folder, options):
-    """Return (Session or None, Verdict); raise OSError when the folder cannot be used."""
-    try:
-        session = Session(chosen, command, seed, folder, options.real_time, options.packages)
-    except sandbox.CommandError as error:
-        return None, scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)])
-    try:
-        return session, session.run()
-    except SessionError as error:
-        return session, scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
-    except OSError:
-        raise
-    except Exception as error:  # whatever it is, it is not the student's fault; Python's exit code 1 would say so
-        traceback.print_exc()
-        said = f'the grader itself failed: {type(error).__name__}: {error}'
-        return session, scoring.Verdict(scoring.UNDECIDED, 0.0, [], [said])
+    return exit_codes.OF_OUTCOME[got.verdict.outcome]
 
 
 def exercises():
@@ -137,8 +89,6 @@ def _parse(arguments):
     parser.add_argument('--seed', type=int,
                         help='repeats the start and the stimuli of an earlier grading; default: random')
     parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
-    parser.add_argument('--busy', help=argparse.SUPPRESS)  # the nodes that never rested in the first try
-    parser.add_argument('--repeats', type=int, default=REPEATS, help=argparse.SUPPRESS)  # that are left
     parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
                         help="where roslaunch and rosrun also look for packages; default: the package that holds the "
                         "program's file")

@@ -8,6 +8,7 @@ import os
 import pathlib
 import re
 import shlex
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import roslib.packages
@@ -20,6 +21,7 @@ WALL_CLOCK = re.compile(
 COMMANDS = ('rostopic', 'rosservice', 'sleep', 'timeout')  # that follow the wall clock, rostopic's rates too
 SHELLS = ('sh', 'bash', 'dash', 'zsh')
 SHELL = re.compile(rb'#!\s*\S*/(env\s+)?(ba|da|z)?sh\b')
+COMPILED = re.compile(rb'\x7fELF')
 SIMULATORS = {('turtlesim', 'turtlesim_node'), ('robotont_gazebo', 'robotont_gazebo')}  # package, executable
 OWN = 'turtle_robotont'  # the package whose modules look at the wall clock for their timeouts alone
 FOUND = re.compile(r'\$\((find|dirname)\s*([\w-]*)\)')
@@ -34,6 +36,13 @@ def looks_at_the_wall_clock(command):
         return _first(_shell(part) if os.path.isfile(part) else _lines([part]) for part in command[1:])
     read = set()
     return _first(_shell(path) if _begins(path, SHELL) else _python(path, read) for path in _programs(command))
+
+
+def compiled(command):
+    """Return the name of a compiled executable that ``command`` starts, which cannot be searched; '' if none."""
+    found = [path for node in _started(command) for path in _find(*node)]
+    own = [command[0]] if os.path.isabs(command[0]) and command[0] != sys.executable else []
+    return next((os.path.basename(path) for path in own + found if _begins(path, COMPILED)), '')
 
 
 def _first(texts):

@@ -1,16 +1,11 @@
 """What the grader does while a student's node is observed: drives the turtle, calls services, shows markers.
 
-A node of its own: it follows simulated time and so is a part of the lockstep, while the grader itself polls. It prints
-one JSON object a line: ``{"ready": true}``, Calls and ShownMarkers. Random numbers are drawn before anything begins,
-so that the seed alone decides them.
+They follow simulated time. Random numbers are drawn before anything begins, so that the seed alone decides them.
 
-Threads: each stimulus has its own.
+Threads: each stimulus has its own, which only appends to lists.
 """
-import json
 import random
-import sys
 import threading
-import time
 
 import rosgraph
 import roslib.message
@@ -19,7 +14,6 @@ from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
 from geometry_msgs.msg import Twist
 
 from course_grader.rules.observation import Call, ShownMarkers
-from rospy_support import servers
 
 DRIVE_RATE = 10.0  # [Hz]
 LEG = 2.0  # [s] for which a drawn velocity lasts
@@ -45,26 +39,30 @@ def draw(what, values, numbers):
 class Stimuli:
     """The stimuli of an exercise, counted from the simulated time ``zero`` [s]."""
 
-    def __init__(self, stimuli, seed, zero, out):
-        """``stimuli``: [(what, values)] as Exercise has them; ``out``: the file for what was done."""
+    def __init__(self, stimuli, seed, zero, observed):
+        """``stimuli``: [(what, values)] as Exercise has them; ``observed``: the Observed that takes what was done."""
         numbers = random.Random(seed)
-        self._zero, self._out, self._lock = zero, out, threading.Lock()
-        self._threads = [threading.Thread(target=getattr(self, f'_{what}'), args=(values, draw(what, values, numbers)))
-                         for what, values in stimuli]
+        self._zero, self._observed = zero, observed
+        self._threads = [threading.Thread(target=self._do, args=(what, values, draw(what, values, numbers)),
+                                          name=what, daemon=True) for what, values in stimuli]
 
-    def run(self):
-        """Do all of them; return when they are done."""
+    def start(self):
+        """Start all of them."""
         for thread in self._threads:
             thread.start()
-        for thread in self._threads:
-            thread.join()
+
+    def done(self):
+        """Return whether all are done."""
+        return not any(thread.is_alive() for thread in self._threads)
+
+    def _do(self, what, values, drawn):
+        try:
+            getattr(self, f'_{what}')(values, drawn)
+        except rospy.ROSException:  # time stops or jumps: the grading is over
+            pass
 
     def _now(self):
         return rospy.get_time() - self._zero
-
-    def _tell(self, done):
-        with self._lock:
-            print(json.dumps([type(done).__name__, *done]), file=self._out, flush=True)
 
     def _drive(self, values, velocities):
         publisher = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=10)
@@ -86,7 +84,8 @@ class Stimuli:
                 if self._now() > start + ANSWER_TIME:
                     return  # never offered: there is no Call
                 rospy.sleep(POLL)
-            self._tell(self._ask(values['service'], service_class, request))
+            call = self._ask(values['service'], service_class, request)
+            self._observed.calls.append(call._replace(t=call.t + self._observed.start))
 
     def _ask(self, service, service_class, request):
         """Call a service with a time limit; return the Call."""
@@ -112,7 +111,7 @@ class Stimuli:
             rospy.sleep(POLL)
         rate = rospy.Rate(values['rate'])
         for markers in shows:
-            self._tell(ShownMarkers(self._now(), markers))
+            self._observed.shown.append(ShownMarkers(self._now() + self._observed.start, markers))
             publisher.publish(_message(markers))
             rate.sleep()
 
@@ -135,39 +134,3 @@ def _offered(service):
         return bool(rosgraph.Master(rospy.get_name()).lookupService(service))
     except rosgraph.MasterError:
         return False
-
-
-def take_line(line, observed):
-    """Take a line that a stimuli node has printed into an Observed; those that rospy has logged are left out.
-
-    The node counts from when the graded program was there.
-    """
-    if not line.startswith('["'):
-        return
-    kind, *values = json.loads(line)
-    if kind == 'Call':
-        call = Call(*values)
-        observed.calls.append(call._replace(t=call.t + observed.start, request=tuple(call.request)))
-    else:
-        t, markers = values
-        shown = {int(marker): tuple(position) for marker, position in markers.items()}
-        observed.shown.append(ShownMarkers(t + observed.start, shown))
-
-
-def main():
-    """Run the stimuli node: arguments are its name, the stimuli as JSON, the seed and the time zero [s]."""
-    name, stimuli, seed, zero = sys.argv[1:5]
-    servers.protect()
-    rospy.init_node(name)
-    while rospy.get_rostime().is_zero():  # nothing has come on /clock yet
-        time.sleep(POLL)
-    doing = Stimuli(json.loads(stimuli), int(seed), float(zero), sys.stdout)
-    print(json.dumps({'ready': True}), flush=True)
-    try:
-        doing.run()
-    except rospy.ROSException:  # time stops or jumps: the grading is over
-        pass
-
-
-if __name__ == '__main__':
-    main()

@@ -18,10 +18,10 @@ from course_grader.classes.class_grader import ClassGrader, Graded
 from course_grader.classes.submissions import Submission
 from course_grader.formats import class_report, exit_codes
 from course_grader.rules import exercise, scoring
+from course_grader.supervision.supervisor import EXTRA, Supervisor
 from process_support import processes
 
 OUTPUT = os.path.join('output', 'grades')
-EXTRA = 120.0  # [s] that a grading may take beyond its exercise in real time, before it is ended from outside
 
 
 class GradeAllError(Exception):
@@ -43,8 +43,8 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def main(arguments: Sequence[str], grader: Sequence[str], exercises: Dict[str, str]) -> int:
-    """Grade a class; return the exit code. ``grader``: the command of one grading; ``exercises``: {name: path}."""
+def main(arguments: Sequence[str], exercises: Dict[str, str]) -> int:
+    """Grade a class; return the exit code. ``exercises``: {name: path}."""
     options = parser().parse_args(arguments)
     if options.jobs < 1:
         parser().error(f'--jobs is {options.jobs}; it must be 1 or more')
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str], grader: Sequence[str], exercises: Dict[str, s
         parser().error(f'--limit is {options.limit:g} s; it must be above 0')
     processes.make_interruptible()
     try:
-        return _run(options, grader, exercises)
+        return _run(options, exercises)
     except (GradeAllError, submissions.SubmissionsError, exercise.ExerciseError) as error:
         print(f'./run grade: {error}', file=sys.stderr)
     except OSError as error:
@@ -60,15 +60,14 @@ def main(arguments: Sequence[str], grader: Sequence[str], exercises: Dict[str, s
     return exit_codes.USAGE
 
 
-def _run(options: argparse.Namespace, grader: Sequence[str], exercises: Dict[str, str]) -> int:
+def _run(options: argparse.Namespace, exercises: Dict[str, str]) -> int:
     exercises, students, found, left_out = _class(options, exercises)
     _check_output(options.output)
-    if options.seed is not None:
-        grader = [*grader, '--seed', str(options.seed)]
     names = sorted({submission.exercise for submission in found})
-    times = {name: exercise.load(exercises[name]).time for name in names}
-    graders = ClassGrader(grader, exercises, options.output, lambda name: options.limit or times[name] + EXTRA)
-    results, interrupted = _grade(graders, found, options)
+    loaded = {name: exercise.load(exercises[name]) for name in names}
+    with Supervisor() as supervisor:
+        grader = ClassGrader(supervisor, loaded, options.output, options.limit, options.seed)
+        results, interrupted = _grade(grader, found, options)
     results += [class_grader.interrupted(submission, options.output) for submission in found
                 if submission not in {graded.submission for graded in results}]
     results.sort(key=lambda graded: found.index(graded.submission))

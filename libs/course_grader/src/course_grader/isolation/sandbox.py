@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 import uuid
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Protocol, Sequence, Set, Tuple
 
 import psutil
 
@@ -34,6 +34,15 @@ ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
 ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # what rospy puts before a logged text
 
 
+class Started(Protocol):
+    """What ``poll()`` returns the exit code of, or None while it runs; a Popen, for example."""
+
+    pid: int
+
+    def poll(self) -> Optional[int]:
+        """Return the exit code, or None."""
+
+
 class CommandError(ValueError):
     """A command cannot be run at all; the text says why and what to do."""
 
@@ -41,18 +50,19 @@ class CommandError(ValueError):
 class Sandbox:
     """Folders, environment and processes of one grading; use it in a with statement."""
 
-    def __init__(self, folder: str, environment: Mapping[str, str]) -> None:
-        """``folder`` becomes home of everything that is written; ``environment`` is added to this process's own."""
+    def __init__(self, folder: str, environment: Mapping[str, str], mark: str = '') -> None:
+        """``folder`` becomes home of everything that is written.
+
+        ``environment``: of all that is started; ``mark``: the value of MARK in it, by default a new one.
+        """
         self.folder = str(folder)
-        self._mark = uuid.uuid4().hex
+        self._mark = mark or uuid.uuid4().hex
         folders = {name: os.path.join(self.folder, subfolder) for name, subfolder in FOLDERS.items()}
         for path in folders.values():
             os.makedirs(path, exist_ok=True)
-        self.environment = {**os.environ, **environment, **folders, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
+        self.environment = {**environment, **folders, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
                             'PYTHONDONTWRITEBYTECODE': '1'}
-        self._started: List[subprocess.Popen[bytes]] = []
-        for name in ('ROSCONSOLE_FORMAT', 'ROSCONSOLE_CONFIG_FILE', 'ROS_NAMESPACE', 'DISPLAY'):
-            self.environment.pop(name, None)
+        self._started: List[Started] = []
         self._guardian = psutil.Process()  # until there is one
         self._guardian, self._dismiss_guardian = processes.guard(self._end_all)
         processes.adopt_orphans()
@@ -75,6 +85,10 @@ class Sandbox:
             if log:
                 output.close()
 
+    def keep(self, process: Started) -> None:
+        """Take in a child that was started elsewhere: its exit code is left to ``poll()``."""
+        self._started.append(process)
+
     def close(self) -> None:
         """End everything at once, also what tries to remain."""
         self._end_all()
@@ -84,8 +98,7 @@ class Sandbox:
         processes.end(self._alive, END_STAGES)
         for process in self._started:
             process.poll()
-        for folder in FOLDERS.values():
-            shutil.rmtree(os.path.join(self.folder, folder), ignore_errors=True)
+        remove_folders(self.folder)
 
     def _alive(self) -> Set[psutil.Process]:
         """Return the processes to end: those with the mark, and all that descend from this one."""
@@ -97,6 +110,12 @@ class Sandbox:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def remove_folders(folder: str) -> None:
+    """Remove what a Sandbox has made in its folder."""
+    for name in FOLDERS.values():
+        shutil.rmtree(os.path.join(folder, name), ignore_errors=True)
 
 
 class Student:

@@ -1,0 +1,83 @@
+"""The master and the simulator of a grading, forked from this process, which has imported them already.
+
+Starting a Python program and importing rospy takes 0.4 s of CPU time; a fork takes some milliseconds. Both are to be
+forked while this process has one thread.
+"""
+import contextlib
+import importlib
+import multiprocessing
+import os
+import signal
+import sys
+import time
+
+import rosmaster.master
+import rosmaster.threadpool
+
+from process_support import processes
+from rospy_support import nodes
+
+SIMULATORS = {'turtlesim': 'turtlesim.node', 'robotont': 'robotont_gazebo.node'}  # of an exercise: module with main()
+for _module in SIMULATORS.values():
+    with contextlib.suppress(ImportError):  # start_simulator says which one is missing
+        importlib.import_module(_module)
+LONGEST_UPDATE = 0.01  # [s] until the master begins to tell nodes of a new publisher; by default up to 0.1
+
+
+class Forked:
+    """A process that runs ``run()`` as if it was started anew; it ends with this one, at the latest."""
+
+    def __init__(self, name, run, arguments, log):
+        """``arguments``: as on the command line of ``name``; ``log``: the file for what it prints."""
+        self.process = multiprocessing.get_context('fork').Process(
+            target=_become, args=(name, run, arguments, log), name=name)
+        self.process.start()
+        self.pid = self.process.pid
+
+    def poll(self):
+        """Return its exit code (below 0: the signal that ended it), or None while it runs; as Popen does."""
+        return self.process.exitcode
+
+    def wait(self, longest):
+        """Wait for its end, at most ``longest`` [s]; return its exit code or None."""
+        self.process.join(longest)
+        return self.process.exitcode
+
+
+def start_master(log, patience):
+    """Fork a ROS master; return (Forked, its URI). Raise TimeoutError when there is none after ``patience`` [s]."""
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+    forked = Forked('rosmaster', lambda: _run_master(sender), (), log)
+    sender.close()
+    with receiver, contextlib.suppress(EOFError):
+        if receiver.poll(patience):
+            return forked, receiver.recv()
+    raise TimeoutError(f'no ROS master answered within {patience:g} s; see {log}')
+
+
+def start_simulator(simulator, arguments, log):
+    """Fork the simulator of an exercise; return it as Forked. Raise ImportError where there is none."""
+    module = importlib.import_module(SIMULATORS[simulator])
+    return Forked(simulator, lambda: nodes.run(module.main), arguments, log)
+
+
+def _run_master(sender):
+    rosmaster.threadpool.ThreadPoolThread.threadSleepTime = LONGEST_UPDATE
+    master = rosmaster.master.Master(0)  # any free port
+    master.start()
+    sender.send(master.uri)
+    sender.close()
+    while master.ok():
+        time.sleep(1.0)
+
+
+def _become(name, run, arguments, log):
+    """Be another program from here on."""
+    processes.end_with_parent(signal.SIGKILL)
+    os.setsid()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+    for stream in (sys.stdout, sys.stderr):
+        os.dup2(file, stream.fileno())
+    sys.argv = [name, *arguments]
+    run()

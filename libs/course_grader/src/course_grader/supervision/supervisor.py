@@ -1,0 +1,195 @@
+"""Grades programs, for ./run grade and for a class alike: one attempt after the other, until there is a verdict.
+
+Each attempt is a process that grades once (attempt/attempt.py), forked from one that has imported all that it needs
+(warm_start.py). One that crashes, hangs or is killed cannot keep the supervisor from its result: the grading is then
+undecided with the reason, and all that it started is ended.
+
+Threading contract: a Supervisor is made while the process has one thread; ``grade`` may then be called in several at
+once, and ``stop`` in any.
+"""
+import contextlib
+import math
+import os
+import threading
+import time
+import uuid
+from types import ModuleType
+from typing import Callable, Container, NamedTuple, Optional, Set, Union
+
+import psutil
+
+from course_grader.formats import report
+from course_grader.isolation import sandbox
+from course_grader.rules import scoring
+from course_grader.rules.observation import Observed
+from course_grader.supervision.job import Attempted, Job
+from course_grader.supervision.warm_start import WarmStart
+from process_support import processes
+
+ATTEMPT = 'course_grader.attempt.attempt'  # imported only in the children: it imports ROS
+RESULTS = ('result.json', 'junit.xml', 'path.png', 'output.txt')  # what a grading writes
+EXTRA = 120.0  # [s] of wall time that a grading may take beyond its exercise in real time, before it is ended
+LOG = 'grader.txt'  # what an attempt itself prints
+POLL = 0.1  # [s]
+WORTH_REPEATING = 45.0  # [s] of wall time; what took longer is not repeated because the machine was slow
+INTERRUPTED = 'the grading was interrupted'
+
+
+class Retry(NamedTuple):
+    """When an attempt is repeated, once in a grading: ``applies(attempted)``; ``real_time``: not in lockstep any more.
+
+    ``within`` [s] of wall time since the first attempt began. ``text`` may use {busy} and {reason}.
+    """
+
+    name: str
+    applies: Callable[[Attempted], bool]
+    real_time: bool
+    within: float
+    text: str
+
+
+def _was_busy(got: Attempted) -> bool:
+    return got.lockstep and bool(got.busy)
+
+
+def _was_slow(got: Attempted) -> bool:
+    return got.verdict.outcome == scoring.UNDECIDED and not got.observed.kept_up
+
+
+RETRIES = (  # the first one counts that applies and was not used yet
+    Retry('busy', _was_busy, True, math.inf,
+          '{busy} never sleeps (is there a rate.sleep() in its loop?). Grading again in real time.'),
+    Retry('slow', _was_slow, False, WORTH_REPEATING, 'Grading again, because {reason}'),
+    Retry('slow again', _was_slow, True, WORTH_REPEATING, 'Grading again, because {reason}'),
+)
+
+
+def next_try(got: Attempted, used: Container[str], seconds: float) -> Optional[Retry]:
+    """Return the Retry after an attempt, or None when it stands.
+
+    ``used``: names of those that were used; ``seconds``: of wall time since the first attempt began.
+    """
+    return next((retry for retry in RETRIES
+                 if retry.applies(got) and retry.name not in used and seconds < retry.within), None)
+
+
+def final(got: Attempted, busy: str) -> Attempted:
+    """Return the last attempt with its verdict; ``busy``: the nodes that never slept in an earlier one.
+
+    Who floods the simulator is not saved by its being slow.
+    """
+    if not (busy and got.flooded and got.verdict.outcome == scoring.UNDECIDED):
+        return got
+    objection = f'{busy} never sleeps, so the simulator gets no time; is there a rate.sleep() in its loop?'
+    return got._replace(verdict=got.verdict._replace(outcome=scoring.FAILED, objections=[objection]))
+
+
+def remove_results(folder: str) -> None:
+    """Remove what an earlier grading has written into a folder."""
+    for name in RESULTS:
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(os.path.join(folder, name))
+
+
+def undecided(reason: str) -> Attempted:
+    """Return what stands for an attempt that returned nothing."""
+    return Attempted(scoring.Verdict(scoring.UNDECIDED, 0.0, [], [reason]), Observed())
+
+
+class Supervisor:
+    """Grades Jobs; use it in a with statement. However that is left, no process of a grading remains."""
+
+    def __init__(self, attempt: str = ATTEMPT) -> None:
+        """``attempt``: the module whose ``run(job)`` returns an Attempted."""
+        processes.adopt_orphans()
+        self._starter = WarmStart(attempt, _be_an_attempt)
+        self._kept = set(psutil.Process().children())
+        self._stop = threading.Event()
+
+    def grade(self, job: Job, limit: Optional[float] = None, say: Callable[[str], object] = lambda text: None
+              ) -> Attempted:
+        """Grade a Job and write its results; return the last attempt.
+
+        ``limit`` [s] of wall time, by default that of the exercise and EXTRA; ``say(text)`` is told of repeats. Raise
+        OSError when the results cannot be written.
+        """
+        os.makedirs(job.output, exist_ok=True)
+        remove_results(job.output)
+        got = self._grade(job, job.exercise.time + EXTRA if limit is None else limit, say)
+        report.write(job.output, job.exercise, got.observed, got.verdict, job.command, job.seed)
+        return got
+
+    def stop(self) -> None:
+        """End all gradings; what is called from now on returns at once."""
+        self._stop.set()
+
+    def stopped(self) -> bool:
+        """Return whether ``stop`` was called."""
+        return self._stop.is_set()
+
+    def _grade(self, job: Job, limit: float, say: Callable[[str], object]) -> Attempted:
+        start, busy = time.monotonic(), ''
+        used: Set[str] = set()
+        while True:
+            got = self._attempt(job, start + limit, limit)
+            retry = next_try(got, used, time.monotonic() - start)
+            if retry is None:
+                return final(got, busy)
+            used.add(retry.name)
+            busy = busy or got.busy
+            say(retry.text.format(busy=got.busy, reason=(got.verdict.objections or [''])[0]))
+            job = job._replace(real_time=job.real_time or retry.real_time)
+
+    def _attempt(self, job: Job, deadline: float, limit: float) -> Attempted:
+        """Let a child grade once; return what it found, or why it found nothing."""
+        job = job._replace(mark=uuid.uuid4().hex)
+        child, receiver = self._starter.start(job)
+        done = False
+        try:
+            while not receiver.poll(POLL):
+                if self._stop.is_set():
+                    return undecided(INTERRUPTED)
+                if time.monotonic() > deadline:
+                    return undecided(f'the grader needed more than {limit:.0f} s and was stopped')
+            got: Union[Attempted, OSError] = receiver.recv()
+            done = True
+        except EOFError:
+            return undecided(f'the grader ended without a result; see {LOG}')
+        finally:
+            receiver.close()
+            if not done:  # else it has ended all that it started
+                processes.end(lambda: _living(child) | processes.related(f'{sandbox.MARK}={job.mark}', child),
+                              processes.KILL)
+                sandbox.remove_folders(job.output)
+        if isinstance(got, OSError):
+            raise got
+        return got
+
+    def close(self) -> None:
+        """End all that has remained: orphans that have cleared their environment became children of this process."""
+        self.stop()
+        self._starter.close()
+        processes.end(lambda: {process for child in set(psutil.Process().children()) - self._kept
+                               for process in processes.tree(child)}, processes.KILL)
+
+    def __enter__(self) -> 'Supervisor':
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _living(process: psutil.Process) -> Set[psutil.Process]:
+    return {process} if process.is_running() else set()
+
+
+def _be_an_attempt(attempt: ModuleType, job: Job) -> Union[Attempted, OSError]:
+    """Grade once, in a process of its own."""
+    with open(os.path.join(job.output, LOG), 'wb') as log:
+        for stream in (1, 2):
+            os.dup2(log.fileno(), stream)
+    try:
+        got: Attempted = attempt.run(job)
+        return got
+    except OSError as error:
+        return error

@@ -1,0 +1,97 @@
+"""Starts processes that need a slow import, at the cost of a fork: a server imports once, and forks on request.
+
+As multiprocessing's forkserver, without its socket in the temporary folder, whose name may be too long for one, and
+without starting Python anew: the server is a fork of this process.
+
+Threading contract: a WarmStart is made while the process has one thread; ``start`` may then come from any.
+"""
+import contextlib
+import gc
+import importlib
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import traceback
+from multiprocessing import reduction
+from multiprocessing.connection import Connection
+from types import ModuleType
+from typing import Any, Callable, Tuple
+
+import psutil
+
+from process_support import processes
+
+
+class WarmStart:
+    """Calls ``run(module, argument)`` in processes that have imported ``module``; what it returns is sent back."""
+
+    def __init__(self, module: str, run: Callable[[ModuleType, Any], object]) -> None:
+        """Start the server; it imports while the caller goes on."""
+        context = multiprocessing.get_context('fork')
+        self._lock = threading.Lock()
+        self._requests, theirs = context.Pipe()
+        self._server = context.Process(target=_serve, args=(module, run, theirs, self._requests))
+        self._server.start()
+        theirs.close()
+
+    def start(self, argument: object) -> Tuple[psutil.Process, Connection]:
+        """Fork a process; return it and the end of a pipe that receives its result, or is closed without one."""
+        receiver, sender = multiprocessing.Pipe(duplex=False)
+        with sender, self._lock:
+            self._requests.send(argument)
+            reduction.send_handle(self._requests, sender.fileno(), self._server.pid)
+            started = psutil.Process(self._requests.recv())
+            self._requests.send(None)  # from now on its number may become another process's
+        return started, receiver
+
+    def close(self) -> None:
+        """End the server; the processes that it has forked end with it."""
+        self._requests.close()
+        self._server.join()
+
+
+def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Connection, other_end: Connection) -> None:
+    """Import, then fork a process for each request, until the other end is closed."""
+    other_end.close()
+    os.setsid()  # Ctrl-C is for the caller, who then ends this
+    processes.end_with_parent(signal.SIGKILL)
+    for number in processes.END_SIGNALS:
+        signal.signal(number, signal.SIG_DFL)
+    del sys.argv[1:]  # they are not the module's: rospy would take names of a graded command for its own
+    imported = importlib.import_module(module)
+    gc.freeze()  # what is imported is garbage in no process
+    with contextlib.suppress(EOFError):
+        while True:
+            argument = requests.recv()
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # the next one keeps its number until it is known
+            sender = Connection(reduction.recv_handle(requests), readable=False)
+            child = os.fork()
+            if not child:
+                _work(imported, run, argument, requests, sender)
+            sender.close()
+            requests.send(child)
+            requests.recv()
+            signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # whoever ends is gone
+            with contextlib.suppress(ChildProcessError):
+                while os.waitpid(-1, os.WNOHANG)[0]:
+                    pass
+    os._exit(0)
+
+
+def _work(module: ModuleType, run: Callable[[ModuleType, Any], object], argument: object, requests: Connection,
+          sender: Connection) -> None:
+    """Be the process that was asked for; never return."""
+    try:
+        requests.close()
+        os.setsid()
+        processes.end_with_parent(signal.SIGKILL)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        sender.send(run(module, argument))
+        os._exit(0)  # threads and hooks of the module have nothing left to do
+    except BaseException:
+        traceback.print_exc()
+        sys.stderr.flush()
+    finally:
+        os._exit(1)
