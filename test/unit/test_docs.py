@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from course_grader.rules import exercise, judging
+from course_grader.rules import exercise, registry
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
@@ -145,7 +145,7 @@ def written_kind(kind):
 
 
 @pytest.mark.parametrize('heading, table', [
-    ('Checks', {name: check.parameters for name, check in judging.RULES.items()}), ('Stimuli', exercise.STIMULI)])
+    ('Checks', {name: check.parameters for name, check in registry.RULES.items()}), ('Stimuli', exercise.STIMULI)])
 def test_parameters_of_exercise_files_are_described(heading, table):
     rows = parameter_rows(text_of(REPOSITORY / 'docs' / 'exercise_files.md'), heading)
     written = {name: {parameter: kind for parameter, (kind, _) in parameters.items()}

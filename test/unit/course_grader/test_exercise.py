@@ -5,7 +5,7 @@ import pathlib
 
 import pytest
 
-from course_grader.rules import exercise, judging
+from course_grader.rules import exercise, registry
 
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
 GOOD = {'title': 'T', 'time': '10 s', 'start': {'x': '3 to 5 m'}, 'allows': ['teleport'],
@@ -102,4 +102,4 @@ def test_files_that_are_no_yaml_or_not_there(tmp_path):
 
 
 def test_every_check_says_what_it_looks_at():
-    assert all(registered.judge.__doc__ for registered in judging.RULES.values()) and len(judging.RULES) >= 11
+    assert all(registered.judge.__doc__ for registered in registry.RULES.values()) and len(registry.RULES) >= 11

@@ -20,7 +20,7 @@ import re
 import sys
 from typing import Any, Dict, List, NamedTuple, Tuple
 
-from course_grader.rules import judging, rules_driving, rules_output
+from course_grader.rules import registry
 from course_grader.rules.judging import Kind, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from kinematic_core import documents
@@ -39,7 +39,6 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'markers': {'topic': ('text', 'ar_pose_marker'), 'rate': ('rate', 2.0), 'most': ('integer', 3),
                 'for': ('time', ...)},
 }
-assert rules_driving and rules_output  # importing them registers their rules
 
 
 class ExerciseError(ValueError):
@@ -116,14 +115,14 @@ def _rule(entry: Any, number: int) -> ScoredRule:
     where = f'check {number}'
     entry = dict(_mapping(entry, where))
     name = entry.pop('check', None)
-    if not isinstance(name, str) or name not in judging.RULES:
-        raise ExerciseError(f'{where} is {shown(name)}; it must be one of {", ".join(sorted(judging.RULES))}')
+    if not isinstance(name, str) or name not in registry.RULES:
+        raise ExerciseError(f'{where} is {shown(name)}; it must be one of {", ".join(sorted(registry.RULES))}')
     where = f'{where} ({name})'
     common = _fields({key: entry.pop(key) for key in ('points', 'must') if key in entry},
                      {'points': ('number', ...), 'must': ('boolean', False)}, where)
     if common['points'] <= 0.0:
         raise ExerciseError(f'{where}: points is {common["points"]:g}; it must be above 0')
-    return ScoredRule(name, _fields(entry, judging.RULES[name].parameters, where), common['points'], common['must'])
+    return ScoredRule(name, _fields(entry, registry.RULES[name].parameters, where), common['points'], common['must'])
 
 
 def _stimulus(entry: Any, number: int) -> Tuple[str, Dict[str, Any]]:

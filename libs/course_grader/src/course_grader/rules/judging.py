@@ -1,9 +1,9 @@
-"""What counts: each rule looks at what was Observed and says which share of it is right, what was asked and seen.
+"""What a rule is: it looks at what was Observed and says which share of it is right, what was asked and seen.
 
-A rule is a function (observed, parameters) -> Result, registered with the parameters that an exercise file may give
-it in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), a span of one ('span
-rate'), 'text', 'pattern' (a regular expression), 'integer', 'colour' ([r, g, b]), or a tuple of the words that are
-allowed. ``...`` as default: it has to be given.
+A rule is a function (observed, parameters) -> Result. registry.py lists them all, with the parameters that an exercise
+file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), a span of one
+('span rate'), 'text', 'pattern' (a regular expression), 'integer', 'colour' ([r, g, b]), or a tuple of the words that
+are allowed. ``...`` as default: it has to be given.
 """
 import math
 from types import SimpleNamespace
@@ -34,26 +34,10 @@ Judge = Callable[[Observed, SimpleNamespace], Result]
 
 
 class Rule(NamedTuple):
-    """A registered rule: the function and {parameter: (kind, default)}."""
+    """A rule as an exercise file names it: the function and {parameter: (kind, default)}."""
 
     judge: Judge
     parameters: Parameters
-
-
-RULES: Dict[str, Rule] = {}
-
-
-def rule(**parameters: Tuple[Kind, Any]) -> Callable[[Judge], Judge]:
-    """Register a rule under its function's name; see the module's text for ``parameters``."""
-    def register(judge: Judge) -> Judge:
-        RULES[judge.__name__] = Rule(judge, parameters)
-        return judge
-    return register
-
-
-def judge(name: str, observed: Observed, parameters: Mapping[str, Any]) -> Result:
-    """Return the Result of the rule ``name`` with {parameter: value}, all of them."""
-    return RULES[name].judge(observed, SimpleNamespace(**parameters))
 
 
 def shortcuts(observed: Observed, allowed: Container[str]) -> List[str]:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from typing import Callable, Dict, List, Tuple
 
 from course_grader.rules import fits
-from course_grader.rules.judging import ANY, Result, Span, rule, within, written
+from course_grader.rules.judging import ANY, Result, Span, within, written
 from course_grader.rules.observation import Command, Observed
 from kinematic_core.worlds.turtle_world import PEN_COLOUR, PEN_WIDTH
 
@@ -13,7 +13,6 @@ OPEN, CLOSED = 0.5, 0.95  # shares of an outline: no shape yet, and closed; thre
 MOVING = 0.5  # [s] of rest at most
 
 
-@rule(shape=(fits.SHAPES, ...), tolerance=('length', 0.1), size=('span length', ANY))
 def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
     """The path, or its end, is a closed shape wherever it lies."""
     asked = f'a {wanted.shape}, within {wanted.tolerance:g} m'
@@ -34,8 +33,6 @@ def _unfinished(observed: Observed) -> str:
     return f'; it was still moving when the time was over, after {observed.seconds:.0f} s' if going_on else ''
 
 
-@rule(rate=('span rate', ANY), linear=('span speed', ANY), sideways=('span speed', ANY),
-       angular=('span turn speed', ANY), turning=('span turn speed', ANY))
 def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
     """Velocity commands come at a rate, with these velocities; a share of the commands may be others.
 
@@ -68,14 +65,12 @@ def _nearness(value: float, span: Span) -> float:
     return value / low if value < low else high / value
 
 
-@rule(length=('length', ...))
 def moves(observed: Observed, wanted: SimpleNamespace) -> Result:
     """The turtle or robot covers some ground, or a part of it."""
     length = fits.path_length(observed.drawn())
     return Result(min(1.0, length / wanted.length), f'a path of at least {wanted.length:g} m', f'{length:.2f} m')
 
 
-@rule(x=('length', None), y=('length', None), tolerance=('length', 0.05), rest=('time', 1.0), size=('length', 1.0))
 def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It comes to rest at x, at y or at both; the share falls to 0 at ``size`` from there."""
     goals = {axis: value for axis, value in (('x', wanted.x), ('y', wanted.y)) if value is not None}
@@ -92,7 +87,6 @@ def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
     return Result(share, asked, f'it stopped at x = {last.x:.3f}, y = {last.y:.3f}')
 
 
-@rule(count=('integer', ...), apart=('length', 0.5), by=(('teleports', 'driving'), 'teleports'))
 def positions(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It goes to a number of different positions, by teleports or by driving there and resting or turning."""
     if wanted.by == 'teleports':
@@ -109,7 +103,6 @@ def positions(observed: Observed, wanted: SimpleNamespace) -> Result:
                   f'{len(different)}: {listed}')
 
 
-@rule(colour=('colour', ...), width=('span pixels', ANY))
 def pen(observed: Observed, wanted: SimpleNamespace) -> Result:
     """The path is drawn in a colour: the share of its length, the pen being down."""
     red, green, blue = wanted.colour

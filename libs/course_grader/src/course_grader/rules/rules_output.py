@@ -8,7 +8,7 @@ import re
 from types import SimpleNamespace
 from typing import Iterable, List, NamedTuple, Sequence, Set
 
-from course_grader.rules.judging import Result, rule
+from course_grader.rules.judging import Result
 from course_grader.rules.observation import Call, Observed, OutputLine, ShownMarkers
 from course_grader.rules.quantities import NUMBER
 
@@ -37,7 +37,6 @@ class Statement(NamedTuple):
     numbers: List[PrintedNumber]
 
 
-@rule(pattern=('pattern', ...), times=('integer', 1), what=('text', ''))
 def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints lines that match."""
     count = sum(bool(re.search(wanted.pattern, line.text)) for line in observed.lines)
@@ -46,7 +45,6 @@ def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     return Result(min(1.0, count / wanted.times), asked, seen)
 
 
-@rule(fields=('integer', 2), tolerance=('length', 0.02), share=('share', 0.8), lines=('integer', 20))
 def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints where the turtle is while it moves: lines with x and y (with ``fields`` 3 theta, too)."""
     names = ('x', 'y', 'theta')[:wanted.fields]
@@ -97,7 +95,6 @@ def _was_there(observed: Observed, statement: Statement, names: Sequence[str], t
                for window in windows for sample in near)
 
 
-@rule(service=('text', ...), prints=(('request', 'nothing'), 'nothing'), tolerance=('length', 0.01))
 def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It serves a service, answers every call of the grader and, if asked, prints the request's numbers."""
     calls = [call for call in observed.calls if call.service == wanted.service]
@@ -122,7 +119,6 @@ def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bo
                for numbers in rows)
 
 
-@rule(what=(('id', 'x'), ...), tolerance=('length', 0.005))
 def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints of every marker that is shown the id, or the x of its position."""
     asked = f'a line with the {wanted.what} of each marker shown'
@@ -140,7 +136,6 @@ def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
     return Result(found / expected if expected else 0.0, asked, seen)
 
 
-@rule(pattern=('pattern', '(?i)\\bno\\b'))
 def prints_no_marker(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It says so when no marker is seen, and only then."""
     matching = [line.t for line in observed.lines if re.search(wanted.pattern, line.text)]
@@ -157,7 +152,6 @@ def _lasted(start: float, shown: Iterable[ShownMarkers]) -> float:
     return min((later.t for later in shown if later.t > start), default=float('inf')) - start + NEAR
 
 
-@rule(topic=('text', ...), role=(('publishes', 'subscribes', 'serves'), ...))
 def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It publishes, subscribes or serves a name."""
     there = (wanted.topic, wanted.role) in observed.connections
@@ -166,7 +160,6 @@ def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
                   'yes' if there else f'the program {wanted.role} {", ".join(others) or "nothing"}')
 
 
-@rule(until=(('the end', 'it is done'), 'the end'))
 def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It runs until it is ended, or ends without a failure."""
     if wanted.until == 'the end':

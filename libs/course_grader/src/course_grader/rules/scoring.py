@@ -1,7 +1,7 @@
 """From what was observed to a score with its reasons."""
 from typing import List, NamedTuple
 
-from course_grader.rules import judging
+from course_grader.rules import judging, registry
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 
@@ -33,7 +33,7 @@ def decide(exercise: Exercise, observed: Observed) -> Verdict:
     """Return the Verdict. A node that could not work at all, or took a shortcut, scores 0."""
     reasons, missing = [], []
     for scored in exercise.rules:
-        result = judging.judge(scored.name, observed, scored.parameters)
+        result = registry.judge(scored.name, observed, scored.parameters)
         share = 1.0 if result.share >= FULL else max(0.0, result.share)
         reasons.append(Reason(scored.name, round(share * scored.points, 1), scored.points, result.asked, result.seen))
         if scored.must and share < HALF:
