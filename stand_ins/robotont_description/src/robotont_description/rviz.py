@@ -1,0 +1,40 @@
+"""Starts rviz with the configuration for a Robotont, or says what is missing. No ROS but rospkg."""
+import argparse
+import os
+import shutil
+import sys
+
+FIXED_FRAME = 'odom'
+
+
+class CannotStart(Exception):
+    """rviz cannot be started here; the text says what to do."""
+
+
+def command(prefix, folder, others=(), find=shutil.which, environment=os.environ):
+    """Return the command line of rviz; raise CannotStart where it is not installed or has no display.
+
+    ``prefix`` is that of the frames' names, ``folder`` that of robotont_description; ``others`` are passed on.
+    """
+    program = find('rviz')
+    if program is None:
+        raise CannotStart('rviz is not installed. To install it, type: ./run build --rviz (in a workspace of your own: '
+                          'sudo apt-get install --no-install-recommends rviz)')
+    if not environment.get('DISPLAY') and not environment.get('WAYLAND_DISPLAY'):
+        raise CannotStart('rviz needs a display, and DISPLAY is not set. Start it in a terminal on the desktop, or '
+                          'leave out rviz:=true')
+    config = os.path.join(folder, 'config', 'robotont_description.rviz')
+    return [program, '-d', config, '-f', f'{prefix}{FIXED_FRAME}', *others]
+
+
+def main(arguments=None):
+    """Become rviz."""
+    parser = argparse.ArgumentParser(description='Start rviz with the configuration for a Robotont.')
+    parser.add_argument('--prefix', default='', help='prefix of the names of frames, e.g. robot1/')
+    options, others = parser.parse_known_args(arguments)
+    import rospkg
+    try:
+        words = command(options.prefix, rospkg.RosPack().get_path('robotont_description'), others)
+    except CannotStart as error:
+        sys.exit(f'robotont_rviz: {error}.')
+    os.execv(words[0], words)
