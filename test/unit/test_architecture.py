@@ -16,7 +16,8 @@ PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
             if path.parts[-4] in ('libs', 'stand_ins') and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
 STAND_INS = {name for name, path in PACKAGES.items() if REPOSITORY / 'stand_ins' in path.parents}
-LAYERS = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor'}, {'rospy_support'}, {'sim_ros'}, STAND_INS,
+LAYERS = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
+          {'sim_ros'}, STAND_INS,
           {'course_grader'}, {'turtle_robotont'}, {'rostest_support'}]  # each imports from itself and from those before
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
@@ -24,6 +25,7 @@ ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most d
             'libs/alvar_core/src': IMAGES | {'cairo'},
             'libs/process_support/src': {'psutil'},
             'libs/ros_doctor/src': {'psutil'},
+            'libs/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'libs/course_grader/src/course_grader/isolation': {'psutil'},
             'libs/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
             'libs/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},

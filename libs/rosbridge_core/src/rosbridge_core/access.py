@@ -1,0 +1,102 @@
+"""Who may connect: the rules for Host, Origin and token, and the rate of messages.
+
+* **Host** must be an address, localhost, or a name of this machine. Else a page of a foreign site, whose name suddenly
+  means 127.0.0.1, could read everything (DNS rebinding).
+* **Origin**, which browsers send with the page's site, must be that of this server, localhost, or file://. Else every
+  site that a student visits could drive the robot. Programs that are no browsers send none.
+* **Token**: clients on other machines need it, in the address: ws://robot:9090/?token=...
+"""
+import hmac
+import ipaddress
+import time
+import urllib.parse
+from typing import Callable, Collection, NamedTuple, Optional
+
+ANY, OFF = 'any', 'off'
+LOCAL_NAMES = 'localhost', 'localhost.localdomain'
+
+
+class Access(NamedTuple):
+    """The rules of a server: ``token``, or OFF; ``origins`` beside the usual ones, or ANY in it; ``hosts``: its names.
+
+    ``null_origin``: allow the origin "null", which Firefox sends for files, and any site can send from a sandbox.
+    """
+
+    token: str
+    origins: Collection[str] = ()
+    hosts: Collection[str] = ()
+    null_origin: bool = False
+
+    def refusal(self, peer: str, host: Optional[str], origin: Optional[str], token: Optional[str]) -> str:
+        """Return why a request is refused, '' if it is not: ``peer`` is the client's address, the others its words."""
+        return self._host_refusal(host) or self._origin_refusal(origin, host or '') or self._token_refusal(peer, token)
+
+    def _host_refusal(self, host: Optional[str]) -> str:
+        name = host_name(host or '')
+        if name and (is_address(name) or name in LOCAL_NAMES or name in {known.lower() for known in self.hosts}):
+            return ''
+        return (f'the Host {host!r} is not a name of this server. Use its address, or allow the name with the '
+                'parameter ~hosts')
+
+    def _origin_refusal(self, origin: Optional[str], host: str) -> str:
+        if origin is None or ANY in self.origins or origin in self.origins or origin == 'file://':
+            return ''
+        if origin == 'null' and self.null_origin:
+            return ''
+        scheme, _, rest = origin.partition('://')
+        if scheme in ('http', 'https') and (rest.lower() == host.lower() or is_loopback(host_name(rest))):
+            return ''
+        if origin == 'null':
+            return ('the Origin "null" can be a file, but also any site. If you open files in Firefox, start the '
+                    'server with websocket_null_origin:=true')
+        return f'pages from {origin} may not connect. To allow them, start the server with origins:={origin}'
+
+    def _token_refusal(self, peer: str, token: Optional[str]) -> str:
+        if self.token == OFF or is_loopback(peer):
+            return ''
+        if token is None:
+            return 'the token is missing; other machines need it in the address, as ?token=...'
+        if not hmac.compare_digest(token.encode(), self.token.encode()):
+            return 'the token is wrong; the server has printed the right one when it started'
+        return ''
+
+
+def host_name(host: str) -> str:
+    """Return the name or address of ``name:port``, in lower case; '' if it is none."""
+    try:
+        return (urllib.parse.urlsplit(f'//{host}').hostname or '').rstrip('.')
+    except ValueError:
+        return ''
+
+
+def is_address(name: str) -> bool:
+    """Return whether a text is an IP address."""
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+def is_loopback(name: str) -> bool:
+    """Return whether a name or address always means this machine."""
+    if not is_address(name):
+        return name in LOCAL_NAMES
+    address = ipaddress.ip_address(name)
+    mapped = getattr(address, 'ipv4_mapped', None)
+    return (mapped or address).is_loopback
+
+
+class Rate:
+    """A limit for the messages of a client: ``rate`` [1/s] on average, ``burst`` at once."""
+
+    def __init__(self, rate: float, burst: float, clock: Callable[[], float] = time.monotonic) -> None:
+        self._rate, self._burst, self._clock = rate, burst, clock
+        self._left, self._seen = burst, clock()
+
+    def pause(self) -> float:
+        """Count a message; return how long [s] the client has to wait before the next one is read."""
+        now = self._clock()
+        self._left = min(self._burst, self._left + (now - self._seen) * self._rate) - 1
+        self._seen = now
+        return max(0.0, -self._left / self._rate)

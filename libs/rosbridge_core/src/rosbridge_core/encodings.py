@@ -1,0 +1,149 @@
+"""How messages get from the server to a client: JSON, PNG, CBOR, CBOR-RAW, and in fragments."""
+import base64
+import binascii
+import json
+import math
+import struct
+import time
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
+
+import cbor2
+import cv2
+import numpy as np
+
+from rosbridge_core.conversion import cbor_values, json_values
+from rosbridge_core.operations import Operation, Refused
+
+Frame = Union[str, bytes]  # a text frame, or a binary one
+MOST_OPEN = 32  # messages of which a client has sent only some fragments
+PNG_HEADER = struct.Struct('>8s4x4sII')  # signature, length of the first chunk, IHDR, width, height
+_dump: Callable[[Any], str] = json.JSONEncoder(separators=(',', ':'), allow_nan=False).encode
+_dump_cbor: Callable[[Any], bytes] = cbor2.dumps
+
+
+def to_json(operation: Operation) -> str:
+    """Return the text of an operation; it holds no NaN."""
+    return _dump(operation)
+
+
+class Message:
+    """A message of a topic on its way to clients: deserialised and encoded once for all of them, when one can take it.
+
+    ``data``: as ROS serialises it; ``deserialise``: returns the message; ``received``: ROS time (secs, nsecs).
+    """
+
+    def __init__(self, topic: str, data: bytes, deserialise: Callable[[bytes], Any], received: Tuple[int, int]) -> None:
+        self.topic, self.data, self.received = topic, data, received
+        self._deserialise = deserialise
+        self._message: Any = None
+        self._frames: Dict[str, Frame] = {}
+
+    def frame(self, compression: str) -> Frame:
+        """Return the publish operation of this message in one of COMPRESSIONS."""
+        if compression not in self._frames:
+            self._frames[compression] = self._encode(compression)
+        return self._frames[compression]
+
+    def _encode(self, compression: str) -> Frame:
+        operation: Operation = {'op': 'publish', 'topic': self.topic}
+        if compression == 'cbor-raw':
+            secs, nsecs = self.received
+            return _dump_cbor({**operation, 'msg': {'bytes': self.data, 'secs': secs, 'nsecs': nsecs}})
+        if compression == 'png':
+            return to_json({'op': 'png', 'data': to_png(str(self.frame('none')))})
+        if self._message is None:
+            self._message = self._deserialise(self.data)
+        if compression == 'cbor':
+            return _dump_cbor({**operation, 'msg': cbor_values(self._message)})
+        return to_json({**operation, 'msg': json_values(self._message)})
+
+
+def to_png(text: str) -> str:
+    """Return the bytes of a text as the pixels of a PNG, in base64; line feeds fill up the image."""
+    data = text.encode()
+    width = max(1, math.isqrt(len(data) // 3))
+    height = max(1, -(-len(data) // (3 * width)))
+    pixels = np.frombuffer(data.ljust(3 * width * height, b'\n'), np.uint8).reshape(height, width, 3)
+    return base64.b64encode(cv2.imencode('.png', pixels[..., ::-1])[1].tobytes()).decode('ascii')
+
+
+def from_png(text: str, most: int) -> str:
+    """Return the text that ``to_png`` has made an image of, at most ``most`` bytes; raise Refused."""
+    try:
+        data = base64.b64decode(text, validate=True)
+        signature, chunk, width, height = PNG_HEADER.unpack(data[:PNG_HEADER.size])
+    except (binascii.Error, ValueError, struct.error):
+        raise Refused('png: "data" is not a PNG image in base64') from None
+    if signature != b'\x89PNG\r\n\x1a\n' or chunk != b'IHDR':
+        raise Refused('png: "data" is not a PNG image in base64')
+    if 3 * width * height > most:
+        raise Refused(f'png: the image has {width} x {height} pixels; the message may have {most} bytes')
+    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    if pixels is None:
+        raise Refused('png: the image is damaged')
+    try:
+        return bytes(pixels[..., ::-1].tobytes()).decode().rstrip('\n\0')
+    except UnicodeDecodeError:
+        raise Refused('png: the image holds no text') from None
+
+
+def fragments(frame: Frame, size: Optional[int], name: str) -> Iterator[Frame]:
+    """Yield the frames that a client gets, whose ``data`` have at most ``size`` characters; binary ones stay whole."""
+    if size is None or isinstance(frame, bytes) or len(frame) <= size:
+        yield frame
+        return
+    total = -(-len(frame) // size)
+    for number in range(total):
+        yield to_json({'op': 'fragment', 'id': name, 'data': frame[number * size:(number + 1) * size], 'num': number,
+                       'total': total})
+
+
+class Defragmenter:
+    """Puts the fragments of a client together, within bounds of memory and time."""
+
+    def __init__(self, most: int, timeout: float, clock: Callable[[], float] = time.monotonic) -> None:
+        """``most`` [characters] of all messages that are incomplete; ``timeout`` [s] for a message to be complete."""
+        self._most, self._timeout, self._clock = most, timeout, clock
+        self._open: Dict[Any, Tuple[float, List[Optional[str]]]] = {}
+        self._size = 0
+
+    def add(self, fragment: Operation) -> Optional[str]:
+        """Return the whole message once its last fragment is there; raise Refused."""
+        name, number, total = fragment['id'], fragment['num'], fragment['total']
+        self._forget_old()
+        if not 0 <= number < total or total > max(1, self._most):
+            raise Refused(f'fragment: "num" is {number}; it must be from 0 to "total" - 1, and "total" is {total}')
+        if name not in self._open and len(self._open) >= MOST_OPEN:
+            raise Refused(f'fragment: {MOST_OPEN} messages are incomplete already')
+        if name not in self._open:
+            self._size += total
+            self._refuse_if_large(name)
+            self._open[name] = self._clock(), [None] * total
+        parts = self._open[name][1]
+        if len(parts) != total:
+            self._forget(name)
+            raise Refused(f'fragment: "total" is {total}, but was {len(parts)} in an earlier fragment of {name!r}')
+        if parts[number] is None:
+            parts[number] = fragment['data']
+            self._size += len(fragment['data'])
+            self._refuse_if_large(name)
+        if any(part is None for part in parts):
+            return None
+        self._forget(name)
+        return ''.join(part or '' for part in parts)
+
+    def _refuse_if_large(self, name: Any) -> None:
+        if self._size > self._most:
+            self._open.clear()
+            self._size = 0
+            raise Refused(f'fragment: incomplete messages have more than {self._most} characters with {name!r}; all '
+                          'are dropped')
+
+    def _forget(self, name: Any) -> None:
+        parts = self._open.pop(name)[1]
+        self._size -= len(parts) + sum(len(part or '') for part in parts)
+
+    def _forget_old(self) -> None:
+        oldest = self._clock() - self._timeout
+        for name in [name for name, (start, _) in self._open.items() if start < oldest]:
+            self._forget(name)

@@ -1,0 +1,118 @@
+"""What waits for a client: answers and statuses in order, and for each topic its newest messages.
+
+The order of sending: answers and statuses, then small messages, then large ones, each kind in the order of arrival. A
+topic that nobody limits may be late by LATEST; then its newer messages replace the older ones, so that a client that
+is too slow sees the present, not the past. A large message that has waited for PATIENCE comes next.
+
+Threading contract: one thread uses an Outbox.
+"""
+import collections
+import math
+from typing import Any, Deque, Dict, NamedTuple, Optional, Tuple
+
+SMALL = 16384  # [B]
+BURST = 100  # messages of a topic that wait, if the client has not said how many
+BURST_BYTES = 1 << 20  # of them
+LATEST = 0.1  # [s]
+PATIENCE = 1.0  # [s]
+MOST_ANSWERS = 64 << 20  # [B] of answers and statuses
+Answer = Tuple[Any, int]
+
+
+class Full(Exception):
+    """The client does not take its answers."""
+
+
+class _Waiting(NamedTuple):
+    arrived: float
+    item: Any
+    size: int
+    kept: bool
+
+
+class _Lane:
+    """A topic: what waits, and when the next one may go."""
+
+    def __init__(self) -> None:
+        self.waiting: Deque[_Waiting] = collections.deque()
+        self.size = 0
+        self.period, self.length, self.due = 0.0, 0, -math.inf
+
+    def put(self, one: _Waiting) -> None:
+        self.waiting.append(one)
+        self.size += one.size
+        newest_only = one.size > SMALL or self.period > 0
+        most = self.length or (1 if newest_only and not one.kept else BURST)
+        while len(self.waiting) > most or (self.size > BURST_BYTES and len(self.waiting) > 1):
+            self.drop()
+
+    def drop(self) -> _Waiting:
+        one = self.waiting.popleft()
+        self.size -= one.size
+        return one
+
+    def forget_late(self, now: float) -> None:
+        if not self.length:
+            while len(self.waiting) > 1 and not self.waiting[0].kept and self.waiting[0].arrived < now - LATEST:
+                self.drop()
+
+    def rank(self, now: float) -> Tuple[bool, float]:
+        first = self.waiting[0]
+        return first.size > SMALL and first.arrived > now - PATIENCE, first.arrived
+
+
+class Outbox:
+    """What waits for one client."""
+
+    def __init__(self) -> None:
+        self._answers: Deque[Answer] = collections.deque()
+        self._answers_size = 0
+        self._lanes: Dict[str, _Lane] = {}
+
+    def answer(self, item: Any, size: int) -> None:
+        """Put an answer or a status of ``size`` [B]; raise Full."""
+        if self._answers_size + size > MOST_ANSWERS and self._answers:
+            raise Full
+        self._answers.append((item, size))
+        self._answers_size += size
+
+    def configure(self, topic: str, period: float, length: int) -> None:
+        """Let at most one message of a topic go each ``period`` [s], and ``length`` wait; 0: see above."""
+        lane = self._lanes.setdefault(topic, _Lane())
+        lane.period, lane.length = period, length
+
+    def forget(self, topic: str) -> None:
+        """Drop what waits of a topic."""
+        self._lanes.pop(topic, None)
+
+    def put(self, topic: str, item: Any, size: int, now: float, kept: bool = False) -> None:
+        """Put a message of a topic; ``kept``: it is not replaced by newer ones, like those of a latched topic."""
+        lane = self._lanes.get(topic)
+        if lane is not None:
+            lane.put(_Waiting(now, item, size, kept))
+
+    def take(self, now: float) -> Any:
+        """Return what has to be sent now, or None."""
+        if self._answers:
+            item, size = self._answers.popleft()
+            self._answers_size -= size
+            return item
+        ready = [lane for lane in self._lanes.values() if lane.waiting and lane.due <= now]
+        if not ready:
+            return None
+        for lane in ready:
+            lane.forget_late(now)
+        lane = min(ready, key=lambda one: one.rank(now))
+        lane.due = now + lane.period
+        return lane.drop().item
+
+    def next_due(self) -> Optional[float]:
+        """Return when something has to be sent, None if nothing waits."""
+        if self._answers:
+            return -math.inf
+        return min((lane.due for lane in self._lanes.values() if lane.waiting), default=None)
+
+    @property
+    def waiting_bytes(self) -> int:
+        """[B] in memory."""
+        return self._answers_size + sum(lane.size for lane in self._lanes.values())

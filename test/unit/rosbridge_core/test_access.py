@@ -1,0 +1,82 @@
+"""Who may connect."""
+import pytest
+
+from rosbridge_core.access import ANY, OFF, Access, Rate, host_name, is_loopback
+
+LOCAL, FAR = '127.0.0.1', '192.168.1.7'
+ACCESS = Access('secret', hosts=['robot', 'robot.local'])
+
+
+@pytest.mark.parametrize('host', [
+    'localhost:9090', 'LOCALHOST', '127.0.0.1:9090', '[::1]:9090', '192.168.1.5:9090', 'robot:9090', 'Robot.local',
+    'localhost.:9090',
+])
+def test_names_of_this_machine_are_right_hosts(host):
+    assert ACCESS.refusal(LOCAL, host, None, None) == ''
+
+
+@pytest.mark.parametrize('host', [
+    None, '', 'evil.example:9090', 'localhost.evil.example', '127.0.0.1.evil.example', ':9090', '[::1', 'evil.example@',
+])
+def test_other_hosts_are_refused(host):
+    assert 'is not a name of this server' in ACCESS.refusal(LOCAL, host, None, None)
+
+
+@pytest.mark.parametrize('origin', [
+    None, 'http://localhost', 'http://localhost:8000', 'https://127.0.0.1:3000', 'http://[::1]:80', 'file://',
+    'http://robot:9090',
+])
+def test_own_and_local_pages_may_connect(origin):
+    assert ACCESS.refusal(LOCAL, 'robot:9090', origin, None) == ''
+
+
+@pytest.mark.parametrize('origin', [
+    'http://evil.example', 'https://localhost.evil.example', 'http://robot:80', 'chrome-extension://abc', 'null', '',
+    'http://localhost@evil.example', 'file://evil', 'ftp://localhost', 'http://127.0.0.1.evil.example',
+])
+def test_foreign_pages_are_refused(origin):
+    assert 'start the server with' in ACCESS.refusal(LOCAL, 'robot:9090', origin, None)
+
+
+@pytest.mark.parametrize('changed, origin', [
+    ({'origins': ['http://class.example']}, 'http://class.example'), ({'origins': [ANY]}, 'http://evil.example'),
+    ({'null_origin': True}, 'null'), ({'origins': ['null']}, 'null'),
+])
+def test_other_origins_can_be_allowed(changed, origin):
+    assert ACCESS._replace(**changed).refusal(LOCAL, 'robot:9090', origin, None) == ''
+
+
+@pytest.mark.parametrize('peer, token, said', [
+    (LOCAL, None, ''), ('::1', None, ''), ('::ffff:127.0.0.1', None, ''), (FAR, 'secret', ''),
+    (FAR, None, 'the token is missing'), (FAR, '', 'the token is wrong'), (FAR, 'Secret', 'wrong'),
+    (FAR, 'sécret', 'wrong'),
+])
+def test_other_machines_need_the_token(peer, token, said):
+    refusal = ACCESS.refusal(peer, 'robot:9090', None, token)
+    assert said in refusal and bool(said) == bool(refusal)
+
+
+def test_token_can_be_switched_off_by_name():
+    assert Access(OFF).refusal(FAR, '192.168.1.5:9090', None, None) == ''
+
+
+@pytest.mark.parametrize('host, name', [
+    ('a:1', 'a'), ('[::1]:9090', '::1'), ('A.b.', 'a.b'), ('', ''), ('[', ''), ('user@host', 'host'),
+])
+def test_name_of_a_host(host, name):
+    assert host_name(host) == name
+
+
+@pytest.mark.parametrize('name, found', [
+    ('127.9.9.9', True), ('::1', True), ('localhost', True), ('0.0.0.0', False), ('10.0.0.1', False), ('', False)])
+def test_loopback(name, found):
+    assert is_loopback(name) is found
+
+
+def test_rate_allows_a_burst_and_then_its_average():
+    now = [0.0]
+    rate = Rate(100.0, 10, lambda: now[0])
+    assert [rate.pause() for _ in range(10)] == [0.0] * 10
+    assert rate.pause() == pytest.approx(0.01)
+    now[0] = 0.02
+    assert rate.pause() == pytest.approx(0.0)

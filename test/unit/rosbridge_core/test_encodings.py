@@ -1,0 +1,131 @@
+"""Frames: each compression, each way; fragments within their bounds."""
+import base64
+import json
+import math
+
+import cbor2
+import cv2
+import numpy as np
+import pytest
+
+from rosbridge_core.encodings import MOST_OPEN, Defragmenter, Message, fragments, from_png, to_json, to_png
+from rosbridge_core.operations import Refused
+from unit_support.messages import Point
+
+VALUES = {'x': 1.0, 'y': None, 'z': 0.5}
+WANTED = {'op': 'publish', 'topic': '/p', 'msg': VALUES}
+
+
+def message(calls=None):
+    def deserialise(data):
+        if calls is not None:
+            calls.append(data)
+        return Point(x=1.0, y=math.nan, z=0.5)
+    return Message('/p', b'raw', deserialise, (3, 4))
+
+
+def test_json_is_valid():
+    frame = message().frame('none')
+    assert json.loads(frame, parse_constant=lambda name: pytest.fail(name)) == WANTED
+
+
+def test_cbor_keeps_nan():
+    values = cbor2.loads(message().frame('cbor'))
+    assert values['topic'] == '/p' and math.isnan(values['msg']['y'])
+
+
+def test_cbor_raw_is_not_deserialised():
+    calls = []
+    assert cbor2.loads(message(calls).frame('cbor-raw')) == {
+        'op': 'publish', 'topic': '/p', 'msg': {'bytes': b'raw', 'secs': 3, 'nsecs': 4}}
+    assert calls == []
+
+
+def test_message_is_encoded_once_for_all_clients():
+    calls = []
+    one = message(calls)
+    assert one.frame('none') is one.frame('none')
+    one.frame('cbor'), one.frame('png')
+    assert calls == [b'raw']
+
+
+def test_png_holds_the_json():
+    outer = json.loads(message().frame('png'))
+    assert outer['op'] == 'png'
+    assert json.loads(from_png(outer['data'], 10000)) == WANTED
+
+
+@pytest.mark.parametrize('text', ['', 'a', 'ab' * 500, 'Tõnu' * 10, '{"a": 1}'])
+def test_png_is_reversible(text):
+    assert from_png(to_png(text), 10000) == text
+
+
+def test_png_has_the_bytes_of_the_text_as_red_green_blue():
+    image = cv2.imdecode(np.frombuffer(base64.b64decode(to_png('RGB')), np.uint8), cv2.IMREAD_COLOR)
+    assert image[0, 0].tolist() == [ord('B'), ord('G'), ord('R')]  # OpenCV has blue first
+
+
+@pytest.mark.parametrize('data, said', [
+    ('***', 'not a PNG image in base64'), ('', 'not a PNG'), (base64.b64encode(b'x' * 100).decode(), 'not a PNG'),
+    (to_png('a' * 3000), 'pixels; the message may have 1000 bytes'), (to_png('abc')[:60], 'not a PNG|damaged'),
+    (base64.b64encode(cv2.imencode('.png', np.full((2, 2, 3), 255, np.uint8))[1].tobytes()).decode(), 'no text'),
+])
+def test_what_is_no_png_is_refused(data, said):
+    with pytest.raises(Refused, match=said):
+        from_png(data, 1000)
+
+
+def test_json_refuses_nan():
+    with pytest.raises(ValueError):
+        to_json({'a': math.nan})
+
+
+def test_fragments_come_together_again_in_any_order():
+    text = to_json({'op': 'publish', 'data': 'x' * 25})
+    parts = [json.loads(part) for part in fragments(text, 10, 'name')]
+    assert [(part['num'], part['total'], part['id']) for part in parts] == \
+        [(number, len(parts), 'name') for number in range(len(parts))]
+    assert all(len(part['data']) <= 10 for part in parts)
+    together = Defragmenter(1000, 600)
+    answers = [together.add(part) for part in reversed(parts)]
+    assert answers == [None] * (len(parts) - 1) + [text]
+
+
+@pytest.mark.parametrize('frame, size', [('short', 10), ('short', None), (b'binary' * 10, 10)])
+def test_other_frames_stay_whole(frame, size):
+    assert list(fragments(frame, size, 'name')) == [frame]
+
+
+def part(name='a', number=0, total=2, data='x'):
+    return {'op': 'fragment', 'id': name, 'num': number, 'total': total, 'data': data}
+
+
+@pytest.mark.parametrize('parts, said', [
+    ([part(number=2)], '"num" is 2'), ([part(number=-1)], '"num" is -1'),
+    ([part(total=10**9)], '"total" is 1000000000'),
+    ([part(), part(total=3, number=1)], '"total" is 3, but was 2'),
+    ([part(data='x' * 101)], 'more than 100 characters'),
+    ([part(name, total=30) for name in 'abcd'], 'more than 100 characters'),
+    ([part(str(name)) for name in range(MOST_OPEN + 1)], f'{MOST_OPEN} messages are incomplete|more than 100'),
+])
+def test_fragments_are_bounded(parts, said):
+    together = Defragmenter(100, 600)
+    with pytest.raises(Refused, match=said):
+        for one in parts:
+            together.add(one)
+
+
+def test_incomplete_messages_are_forgotten():
+    now = [0.0]
+    together = Defragmenter(10, 5.0, lambda: now[0])
+    assert together.add(part(data='1234')) is None
+    now[0] = 6.0
+    assert together.add(part('b', data='1234')) is None  # 2 x (4 + 2) characters would be too many
+    assert together.add(part('b', 1, data='5')) == '12345'
+
+
+def test_repeated_fragment_counts_once():
+    together = Defragmenter(10, 5.0)
+    for _ in range(10):
+        assert together.add(part(data='1234')) is None
+    assert together.add(part(number=1, data='5')) == '12345'
