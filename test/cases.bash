@@ -43,5 +43,6 @@ printing/test_sheet            poppler-utils
 turtlesim/(test_)?window       xvfb
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
 recordings?\.test              $repo/test/requirements.txt
+^(unit|mypy|stress)            $repo/stress/requirements.txt
 END
 }

@@ -3,9 +3,11 @@
 A module's folder tells what it may import: see ``LAYERS`` and ``ROS_FREE``. No list here names a single module.
 """
 import ast
+import importlib.metadata
 import importlib.util
 import os
 import pathlib
+import re
 import sysconfig
 import xml.etree.ElementTree as ElementTree
 
@@ -37,6 +39,9 @@ ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most d
 INTERNALS = 'libs/rospy_support/src/rospy_support/rospy_internals.py'  # may use private parts of rospy
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
+REQUIREMENTS = {'stress': ('requirements.txt', 'stress/requirements.txt')}  # folder: what its command installs
+REQUIREMENTS.update(dict.fromkeys(('bench', 'libs', 'scripts', 'src', 'stand_ins'), ('requirements.txt',)))
+EXTRAS = {'gymnasium'}  # of kinematic_core; ./run bench environments installs it, too
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
 
@@ -182,6 +187,32 @@ def dotted(node):
         before = dotted(node.value)
         return before and f'{before}.{node.attr}'
     return node.id if isinstance(node, ast.Name) else ''
+
+
+def distributions():
+    """Return {module: distribution} of what pip has installed into the virtual environment, and {distribution: names
+    of those that it requires}.
+    """
+    found = list(importlib.metadata.distributions(path=[sysconfig.get_path('purelib')]))
+    return ({top(file.parts[0]): each.metadata['Name'] for each in found for file in each.files or ()},
+            {each.metadata['Name']: names_in(each.requires or ()) for each in found})
+
+
+def names_in(requirements):
+    return {re.match('[A-Za-z0-9_.-]+', line).group() for line in requirements}
+
+
+@pytest.mark.parametrize('folder', REQUIREMENTS)
+def test_a_command_installs_what_its_modules_import(folder):
+    """Other commands' requirements, which are installed here, would hide what is missing."""
+    distribution_of, requires = distributions()
+    required = names_in(line for file in REQUIREMENTS[folder]
+                        for line in (REPOSITORY / file).read_text().splitlines())
+    required |= set().union(*(requires[name] for name in required))
+    names = {top(name) for path in MODULES if path.relative_to(REPOSITORY).parts[0] == folder
+             and path.name != 'setup.py' for name in imports_of(path)}
+    assert {name: distribution_of[name] for name in names if name in distribution_of
+            and distribution_of[name] not in required | EXTRAS} == {}
 
 
 def private_parts(source):
