@@ -76,9 +76,10 @@ def guard(clean_up: Callable[[], None]) -> Tuple[psutil.Process, Callable[[], No
 def tree(root: psutil.Process) -> List[psutil.Process]:
     """Return a process and all that descend from it; nothing when it has ended and was waited for."""
     try:
-        return [root, *root.children(recursive=True)]
+        descendants = root.children(recursive=True)
     except psutil.NoSuchProcess:
         return []
+    return [root, *descendants] if root.is_running() else []  # psutil 7 raises nothing
 
 
 def descendant_ids(root: int) -> Set[int]:
