@@ -5,7 +5,7 @@
 
 debian_packages=(bash-completion g++ make cmake python3-cairo python3-cbor2 python3-psutil python3-tk python3-tornado python3-venv)
 debian_ros_packages=(
-  catkin rosbash python3-rospy python3-roslaunch python3-rostest librostest-dev
+  catkin ros-environment rosbash python3-rospy python3-roslaunch python3-rostest librostest-dev
   python3-rosservice python3-rostopic python3-rosmsg python3-rosnode python3-rosparam python3-roswtf
   libroscpp-dev ros-message-generation ros-message-runtime
   ros-std-msgs libstd-msgs-dev python3-std-msgs ros-std-srvs libstd-srvs-dev python3-std-srvs
@@ -24,6 +24,9 @@ required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic 
 no_network='could not resolve|temporary failure (resolving|in name resolution)|network is unreachable|could not connect|'
 no_network+='failed to establish a new connection|cannot connect to proxy|connection (timed out|refused|failed)|'
 no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout'
+not_offered='Not offered by apt: '
+other_systems=("With Docker, type in the folder $repo: docker compose run --rm course ./run demo"
+  "With ROS 1 in another folder, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo")
 default_parent=${HOME:-}/.cache/turtle_robotont
 
 # ---------------------------------------------------------------------------------------------------- messages
@@ -48,6 +51,7 @@ disk_is_full() { df --output=avail -k "$ws" / /tmp | awk 'NR > 1 && $1 < 20000 {
 
 explain_failure() {
   local reason="see the lines above" hint="Type ./run build to try again: it continues where it stopped." part
+  local -a lacking
   part=$(tac "$log" | sed '/^==== /q')
   log_has() { grep -qiE "$1" <<<"$part"; }
   say "" "The last lines of the log $log:"
@@ -62,9 +66,16 @@ explain_failure() {
   elif log_has "$no_network"; then
     reason="no network: cannot reach the package server"
     hint="Check the cable or the wifi (and http_proxy, if you use a proxy), then type ./run build."
-  elif log_has 'unable to locate package|has no installation candidate'; then
-    reason="apt does not know these packages" \
-      hint="Add Debian's bookworm main to /etc/apt/sources.list (man sources.list shows how), then type ./run build."
+  elif log_has "^$not_offered"; then
+    read -ra lacking < <(sed -n "s/^$not_offered//p" <<<"$part")
+    reason="apt does not offer ${lacking[*]:0:3}"
+    [ ${#lacking[@]} -le 3 ] || reason+=" and $((${#lacking[@]} - 3)) more packages"
+    hint="Debian 12 and later have these packages in main, Ubuntu 22.04 and 24.04 in universe; see man sources.list."
+    hint+=$'\n'"$(printf '%s\n' "${other_systems[@]}")"
+  elif log_has 'unmet dependencies|held broken packages'; then
+    reason="apt cannot install these packages beside others that are installed"
+    hint="See the lines above; packages from packages.ros.org and Debian's can exclude each other."
+    hint+=$'\n'"${other_systems[0]}"
   elif own_packages "$ws/src" | grep -q .; then
     hint="If the error is in your own package, correct it or move it out of $ws/src: $(own_packages "$ws/src" | xargs)"
   fi
@@ -202,18 +213,16 @@ apt_command() {
 }
 
 check_system() {
-  local codename pkg lacking=""
-  codename=$( (. /etc/os-release && echo "${DEBIAN_CODENAME:-${VERSION_CODENAME:-}}") 2>/dev/null || true)
+  local pkg lacking=""
   if [ -n "$ros_dir" ]; then
     for pkg in "${required_ros[@]}"; do
       [ -f "$ros_dir/share/$pkg/package.xml" ] || [ -f "/usr/share/$pkg/package.xml" ] ||
         lacking+=" ros-$(basename "$ros_dir")-${pkg//_/-}"
     done
     [ -z "$lacking" ] || die "the ROS in $ros_dir lacks packages." "Type: sudo apt-get install$lacking"
-  elif [ "$codename" != bookworm ] && [ -n "$(missing_packages)" ]; then
-    die "this is neither Debian 12 nor a system with ROS 1 in /opt/ros/noetic or /opt/ros/one." \
-      "With Docker, type: docker run --rm -it -v '$repo':/turtle_robotont debian:12 /turtle_robotont/run demo" \
-      "With ROS 1 in another folder, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo"
+  elif ! command -v apt-get >/dev/null && [ -n "$(missing_packages)" ]; then
+    die "this system has neither apt (as Debian and Ubuntu have) nor ROS 1 in /opt/ros/noetic or /opt/ros/one." \
+      "${other_systems[@]}"
   fi
 }
 
@@ -235,8 +244,14 @@ become_root() {
     "Ask someone who may use sudo to type the following line, then type ./run again:" "  sudo sh -c '$(apt_command)'"
 }
 
+# packages_not_offered PACKAGE...: those that no source of apt has. This decides on which systems ./run works, not a name.
+packages_not_offered() {
+  comm -23 <(printf '%s\n' "$@" | sort) \
+    <(LC_ALL=C apt-cache policy "$@" | awk '/^[^ ]/ { name = $1 } /^  Candidate: [^(]/ { sub(":", "", name); print name }' | sort)
+}
+
 install_packages() {
-  local attempt output
+  local attempt output lacking
   local -a packages
   mapfile -t packages < <(missing_packages)
   as_root dpkg --configure -a || true
@@ -246,6 +261,11 @@ install_packages() {
     [[ $output == *"Could not get lock"* ]] || break
     sleep 5
   done
+  lacking=$(packages_not_offered "${packages[@]}" | xargs)
+  if [ -n "$lacking" ]; then
+    echo "$not_offered$lacking"
+    return 1
+  fi
   as_root apt-get -q install -y --no-install-recommends -o DPkg::Lock::Timeout=300 "${packages[@]}" &&
     [ -z "$(missing_packages)" ]
 }
@@ -332,7 +352,8 @@ build_workspace() {
   (
     set +eu
     enter_workspace build
-    catkin_make -C "$ws" --force-cmake -j"$(nproc)" -DPYTHON_EXECUTABLE="$ws/venv/bin/python3"
+    # catkin of Debian 12 reads PYTHON_EXECUTABLE, that of 13 Python_EXECUTABLE.
+    catkin_make -C "$ws" --force-cmake -j"$(nproc)" -D{PYTHON,Python}_EXECUTABLE="$ws/venv/bin/python3"
   ) && mv "$ws/.building" "$ws/.built"
 }
 

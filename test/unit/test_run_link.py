@@ -84,7 +84,8 @@ def built(tmp_path_factory):
             path.unlink()
     programs = workspace.parent / 'ros_venv' / 'bin'
     venv.EnvBuilder(system_site_packages=True, symlinks=True).create(programs.parent)
-    result = subprocess.run(['catkin_make', 'install', f'-DPYTHON_EXECUTABLE={programs / "python3"}'], cwd=workspace,
+    python = [f'-D{name}_EXECUTABLE={programs / "python3"}' for name in ('PYTHON', 'Python')]
+    result = subprocess.run(['catkin_make', 'install', *python], cwd=workspace,
                             env=ENVIRONMENT, capture_output=True, text=True, timeout=BUILD_TIMEOUT, check=False)
     assert result.returncode == 0, result.stdout + result.stderr
     return workspace, programs
