@@ -16,7 +16,7 @@ enter_workspace() {
   export PYTHONNOUSERSITE=1 PATH="/usr/bin:/bin:$PATH" VIRTUAL_ENV="$ws/venv"
   [ -n "${LC_ALL:-}${LC_CTYPE:-}${LANG:-}" ] || export LANG=C.UTF-8
   [ -n "${ROS_IP:-}${ROS_HOSTNAME:-}" ] || export ROS_HOSTNAME=localhost
-  export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
+  export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:$(master_port)}"
   find_temporary_room
   if [ "${1:-}" != build ] && [ -f "$ws/devel/setup.bash" ]; then
     # shellcheck disable=SC1091
@@ -25,8 +25,24 @@ enter_workspace() {
     # shellcheck disable=SC1091
     . "$ros_dir/setup.bash"
   fi
-  export PATH="$ws/venv/bin:$PATH"
+  export PATH="$ws/bin:$ws/venv/bin:$PATH"
   keep_local ros
+}
+
+# The port of this user's master in this workspace, chosen once: with ROS's own, 11311, all users of a machine would share
+# one master, where a second turtlesim_node ends the first.
+master_port() {
+  local file port="" first=12000 number=8000  # below the ports that free_port and Linux give
+  file=$ws/.master_port.$(id -u)
+  [ ! -f "$file" ] || read -r port <"$file" || true
+  if [ -z "$port" ]; then
+    port=$((first + $(id -u) % number))
+    while grep -qsx "$port" "${ws%/*}"/*/.master_port.* || (: <"/dev/tcp/localhost/$port") 2>/dev/null; do
+      port=$((first + RANDOM % number))
+    done
+    { echo "$port" >"$file"; } 2>/dev/null || true
+  fi
+  echo "$port"
 }
 
 # keep_local all|ros: while ROS_HOSTNAME is localhost, sockets of all programs, or only those of ROS's C++ libraries,
@@ -91,9 +107,9 @@ write_shell_files() {
   rosbash >"$ws/rosbash.bash"
   {
     printf '# Written by ./run. In a bash of your own, type: source %s/env.bash\n' "$ws"
-    declare -f enter_workspace keep_local find_temporary_room
+    declare -f enter_workspace keep_local find_temporary_room master_port
     printf 'enter_turtle_robotont() { local ws=%q ros_dir=%q; enter_workspace; }\n' "$ws" "$ros_dir"
-    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace keep_local find_temporary_room'
+    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace keep_local find_temporary_room master_port'
     printf '. %q\n' "$ws/rosbash.bash"
   } >"$ws/env.bash"
   cat >"$ws/shell.bash" <<END
@@ -114,5 +130,20 @@ Open three terminals, type ./run shell in each, and then type:
   1: roscore    2: rosrun turtlesim turtlesim_node    3: rosrun turtlesim turtle_teleop_key
 exit leaves this shell.
 GREETING
+echo "Your ROS master is \$ROS_MASTER_URI; other users of this machine have another one."
 END
+  mkdir -p "$ws/bin"
+  cat >"$ws/bin/roscore" <<'END'
+#!/bin/bash
+# Written by ./run: ROS's roscore, at the port of ROS_MASTER_URI; by itself it takes 11311 whatever that says.
+port=${ROS_MASTER_URI##*:}
+port=${port%%/*}
+[[ $port =~ ^[0-9]+$ ]] && set -- -p "$port" "$@"
+while read -r roscore; do
+  [ "$roscore" -ef "$0" ] || exec "$roscore" "$@"
+done < <(type -aP roscore)
+echo "roscore: ROS is not in the PATH; type ./run shell" >&2
+exit 127
+END
+  chmod +x "$ws/bin/roscore"
 }

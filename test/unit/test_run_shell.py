@@ -1,5 +1,7 @@
 """What ./run shell starts: a bash that stays one, whatever the user's ~/.bashrc does."""
+import os
 import pathlib
+import socket
 import subprocess
 
 import pytest
@@ -38,3 +40,59 @@ def test_the_shell_goes_on_and_is_in_the_workspace(workspace, bashrc, said):
 
 def test_what_a_bashrc_sets_stays(workspace):
     assert 'mine: 5\n' in shell(workspace, 'export MINE=5\nalias mine="echo mine:"\nset -e\n', 'mine $MINE\n')[0]
+
+
+def port(workspace, user, before=''):
+    """Return the port of the master of the user with this number in a workspace."""
+    script = f'{before}id() {{ echo {user}; }}; . "$0/tools/environment.bash"; ws=$1; master_port'
+    return int(subprocess.run(['bash', '-euc', script, REPOSITORY, workspace], capture_output=True, text=True,
+                              check=True).stdout)
+
+
+@pytest.fixture
+def workspaces(tmp_path):
+    folders = [tmp_path / 'a', tmp_path / 'b']
+    for folder in folders:
+        folder.mkdir()
+    return folders
+
+
+def test_every_user_and_every_workspace_has_a_port_of_its_own_and_keeps_it(workspaces):
+    pairs = [(folder, user) for folder in workspaces for user in (1000, 1001, 0, 123456)]
+    ports = [port(*pair) for pair in pairs]
+    assert len(set(ports)) == len(pairs) and all(12000 <= number < 20000 for number in ports)
+    assert [port(*pair) for pair in pairs] == ports
+
+
+def test_a_port_that_is_taken_is_left_to_whoever_has_it(workspaces):
+    first = port(workspaces[0], 1003)
+    (workspaces[0] / '.master_port.1003').unlink()
+    with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        other.bind(('127.0.0.1', first))
+        other.listen()
+        assert port(workspaces[0], 1003) != first
+
+
+def test_a_workspace_that_cannot_be_written_has_a_port_too(tmp_path):
+    assert 12000 <= port(tmp_path / 'missing', 1000) < 20000
+
+
+@pytest.mark.parametrize('uri, arguments', [
+    ('http://localhost:12345', '-p 12345 -v'), ('http://robot:12345/', '-p 12345 -v'), ('http://localhost', '-v'),
+])
+def test_roscore_takes_the_port_of_the_master_uri(workspace, tmp_path, uri, arguments):
+    (tmp_path / 'roscore').write_text('#!/bin/sh\necho "$@"\n')
+    (tmp_path / 'roscore').chmod(0o755)
+    path = f'{workspace}/bin:{tmp_path}:/usr/bin:/bin'
+    done = subprocess.run([workspace / 'bin' / 'roscore', '-v'], env={'PATH': path, 'ROS_MASTER_URI': uri},
+                          capture_output=True, text=True, check=True)
+    assert done.stdout == arguments + '\n'
+
+
+def test_the_master_of_the_user_is_shown_and_a_given_one_stays(workspace):
+    printed = shell(workspace, '', 'echo "[$ROS_MASTER_URI]"\n')[0]
+    own = f'http://localhost:{port(workspace, os.getuid())}'
+    assert f'Your ROS master is {own};' in printed and f'[{own}]' in printed
+    given = shell(workspace, '', 'echo "[$ROS_MASTER_URI]"\n', ROS_MASTER_URI='http://robot:11311')[0]
+    assert 'Your ROS master is http://robot:11311' in given and '[http://robot:11311]' in given
