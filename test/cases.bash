@@ -38,7 +38,7 @@ needs_of_cases() {
   while read -r pattern need; do
     if grep -qE "$pattern" <<<"$cases"; then echo "$need"; fi
   done <<END
-/network/|^page|^stress.system iproute2
+/network/|^page|^stress.system|_doctor iproute2
 printing/test_sheet            poppler-utils
 turtlesim/(test_)?window       xvfb
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt

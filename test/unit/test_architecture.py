@@ -26,7 +26,7 @@ PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
             'libs/alvar_core/src': IMAGES | {'cairo'},
             'libs/process_support/src': {'psutil'},
-            'libs/ros_doctor/src': {'psutil'},
+            'libs/ros_doctor/src': set(),
             'libs/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'libs/course_grader/src/course_grader/isolation': {'psutil'},
             'libs/course_grader/src/course_grader/rules': IMAGES | {'yaml'},

@@ -1,5 +1,5 @@
 """The text and the cure of each problem, once for the node that meets it and for ``./run doctor`` that looks for it."""
-from typing import Any, Mapping, NamedTuple
+from typing import Any, Iterable, Mapping, NamedTuple
 
 
 class Finding(NamedTuple):
@@ -20,11 +20,139 @@ class Finding(NamedTuple):
         return f'{self.text}; {self.cure}'
 
 
+# ---------------------------------------------------------------------------------------------------- system
+
+def packages_unavailable(packages: Iterable[str]) -> Finding:
+    """``apt`` does not offer Debian packages that are missing."""
+    return Finding('packages_unavailable', f'apt does not offer: {", ".join(packages)}',
+                   "add Debian's main to /etc/apt/sources.list, then type apt-get update")
+
+
+def packages_forbidden(packages: Iterable[str]) -> Finding:
+    """Debian packages are missing, and this user cannot become root."""
+    return Finding('packages_forbidden', 'Debian packages are missing, and there is no sudo to install them',
+                   f'ask an administrator to type apt-get install -y --no-install-recommends {" ".join(packages)}')
+
+
+def disk_full(folder: str, free: float, needed: float) -> Finding:
+    """``free`` and ``needed``: space [MB]."""
+    return Finding('disk_full', f'the disk of {folder} has {free:.0f} MB left of the {needed:.0f} MB that are needed',
+                   f'make room; df -h {folder} shows the disk')
+
+
+def folder_not_writable(folder: str, owner: str, user: str) -> Finding:
+    """A folder that this user has to write to belongs to somebody else, mostly since a sudo."""
+    return Finding('folder_not_writable', f'{user} cannot write to {folder}, which belongs to {owner}',
+                   f'type sudo chown -R {user} {folder}')
+
+
+def python_shadowed(python: str, why: str, cure: str, fails: bool) -> Finding:
+    """Another Python than that of ROS is the first in the PATH."""
+    return Finding('python_shadowed', f'python3 is {python}{why}, where ROS is not installed', cure, fails)
+
+
+def foreign_variable(name: str, value: str, inside: bool) -> Finding:
+    """A variable makes Python, ROS or the linker look elsewhere; ``inside``: in ./run shell, which has unset it."""
+    cure = (f'type unset {name} and open ./run shell again' if inside else
+            f'./run removes it, a catkin workspace of your own does not: type unset {name}')
+    return Finding('foreign_variable', f'{name} is {value}, which does not belong to ROS 1 here', cure, fails=inside)
+
+
+def opencv_unusable(python: str, said: str) -> Finding:
+    """The workspace's Python has no OpenCV that the nodes can use."""
+    return Finding('opencv_unusable', f'{python}: {said}', 'type ./run clean, then ./run build')
+
+
+def time_set_back(file: str, seconds: float) -> Finding:
+    """A file was written later than now."""
+    return Finding('time_set_back', f'{file} was written {_span(seconds)} from now: the clock was set back',
+                   'set the clock (timedatectl set-ntp true), or type touch on that file', fails=False)
+
+
+def clock_jumps(seconds: float) -> Finding:
+    """The wall clock moves otherwise than the time that passes, by ``seconds`` in a second."""
+    return Finding('clock_jumps', f'the clock gains {seconds:+.2f} s a second on the time that passes',
+                   'nodes that wait for times will wait too long or not at all; check chrony, ntp or the host of this '
+                   'virtual machine')
+
+
+def no_isolation(said: str) -> Finding:
+    """Neither bubblewrap nor a user namespace can keep a graded program apart."""
+    return Finding('no_isolation', f'a program cannot be kept apart from this machine ({said})',
+                   'grade only programs that you trust, or type sudo apt-get install bubblewrap and '
+                   'sudo sysctl kernel.unprivileged_userns_clone=1', fails=False)
+
+
+# ---------------------------------------------------------------------------------------------------- network
+
+def name_without_address(source: str, name: str, cure: str) -> Finding:
+    """What this machine announces as its address (``source`` says where that comes from) cannot be looked up."""
+    return Finding('name_without_address', f'{source} is {name!r}, a name that has no address', cure)
+
+
+def address_not_here(source: str, address: str, cure: str) -> Finding:
+    """This machine announces an address that it does not have."""
+    return Finding('address_not_here', f'{source} is {address}, which is no address of this machine: nodes on other '
+                   'machines cannot reach its nodes and receive nothing from them', cure)
+
+
+def address_only_here(source: str, address: str, master: str, cure: str) -> Finding:
+    """This machine announces loopback to a master elsewhere."""
+    return Finding('address_only_here', f'The master is on another machine ({master}), but {source} is {address}, '
+                   'which other machines cannot use: nodes there receive nothing from this one', cure)
+
+
+def bad_master_uri(uri: str) -> Finding:
+    """ROS_MASTER_URI is no address of a master."""
+    return Finding('bad_master_uri', f'ROS_MASTER_URI is {uri!r}, which is not http://HOST:PORT',
+                   'type unset ROS_MASTER_URI and open ./run shell again')
+
+
+def master_unreachable(uri: str, said: str) -> Finding:
+    """The machine of the master does not answer."""
+    return Finding('master_unreachable', f'no ROS master answers at {uri} on another machine ({said})',
+                   'start roscore there, with its ROS_IP set; if you want one here, type unset ROS_MASTER_URI')
+
+
+def port_taken(port: int, holder: str) -> Finding:
+    """The master's port is somebody else's."""
+    return Finding('port_taken', f"the master's port {port} is taken by {holder}, which is no ROS master",
+                   f'end it, or choose another port: export ROS_MASTER_URI=http://localhost:{port + 1}')
+
+
+def master_hangs(uri: str, holder: str) -> Finding:
+    """Something listens at the master's port and does not answer."""
+    return Finding('master_hangs', f'{holder} has the port of {uri} and does not answer: is it suspended?',
+                   'type fg in the terminal of roscore, or end it')
+
+
+def foreign_master(uri: str, user: str, pid: int) -> Finding:
+    """The master belongs to another user of this machine."""
+    return Finding('foreign_master', f'the ROS master at {uri} belongs to the user {user} (process {pid}): nodes '
+                   'with the same name end each other',
+                   'type unset ROS_MASTER_URI, then ./run shell, which gives you a master of your own')
+
+
+def exposed(holder: str, address: str) -> Finding:
+    """A process of ROS listens for other machines, too."""
+    return Finding('exposed', f'{holder} listens on {address}: every machine in the network can reach it',
+                   'start it with ROS_HOSTNAME=localhost (./run shell sets it); docs/two_machines.md says more',
+                   fails=False)
+
+
+# ---------------------------------------------------------------------------------------------------- master
+
 def stale_parameters(node: str, values: Mapping[str, Any]) -> Finding:
     """Private parameters {name without the node: value} that were on the master before ``node`` started."""
     said = ', '.join(f'{name}={_typed(value)}' for name, value in sorted(values.items()))
     return Finding('stale_parameters', f'{node} has parameters from an earlier run: {said}',
                    f'rosparam delete {node} forgets them', fails=False)
+
+
+def stale_registration(node: str, uri: str) -> Finding:
+    """The master knows a node that does not answer."""
+    return Finding('stale_registration', f'{node} is registered at {uri}, but does not answer there',
+                   'rosnode cleanup forgets nodes that have ended', fails=False)
 
 
 def no_clock() -> Finding:
@@ -34,12 +162,37 @@ def no_clock() -> Finding:
                    'again')
 
 
+def two_clocks(nodes: Iterable[str]) -> Finding:
+    """Several nodes publish the time."""
+    return Finding('two_clocks', f'{" and ".join(nodes)} publish /clock, so time will jump',
+                   'start one of the simulators with _clock:=false')
+
+
+# ---------------------------------------------------------------------------------------------------- machine
+
 def no_window(why: str, snapshot: str = '/turtlesim/snapshot') -> Finding:
     """The simulator opens no window; ``snapshot``: the service that saves a picture."""
-    return Finding('no_window', f'No window: {why}', f'rosservice call {snapshot} saves a picture of the turtle',
+    return Finding('no_window', f'No window: {why}', f'set DISPLAY to an X server that runs, or see the turtle '
+                   f'without: rosservice call {snapshot} saves a picture',
                    fails=False)
+
+
+def left_over(holder: str, what: str) -> Finding:
+    """A process of ROS runs on though whoever started it has ended."""
+    return Finding('left_over', f'{holder} still runs, though what started it has ended: {what}',
+                   f'end it: kill {holder.rpartition(" ")[2].rstrip(")")}', fails=False)
+
+
+def camera_unusable(said: str) -> Finding:
+    """A camera cannot be used; the text comes from devices.explain and contains its cure."""
+    text, _, cure = said.partition(': ')
+    return Finding('camera_unusable', f'the camera {text} cannot be used', cure, fails=False)
 
 
 def _typed(value: Any) -> str:
     """Return a parameter's value as rosparam takes it."""
     return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _span(seconds: float) -> str:
+    return f'{seconds / 3600.0:.1f} hours' if seconds >= 3600.0 else f'{seconds:.0f} s'

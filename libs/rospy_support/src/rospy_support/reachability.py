@@ -6,16 +6,14 @@ A subscriber on another machine connects to that address. If it is wrong, no mes
 Threading contract: ``watch`` looks from a thread of its own and only logs.
 """
 import http.client
-import os
-import socket
 import threading
 import time
 import xmlrpc.client
 
 import rosgraph
-import rosgraph.network
 import rospy
 
+from ros_doctor import addresses
 from rospy_support import rospy_internals, threads
 from rospy_support.throttle import WallThrottle
 
@@ -27,7 +25,7 @@ REMINDER = 30.0  # [s] between two warnings of the same kind
 
 def watch(period=PERIOD):
     """Warn at once when this node's address cannot be right, and later of topics that stay unconnected."""
-    wrong = wrong_address()
+    wrong = addresses.wrong_address()
     if wrong:
         rospy.logwarn('%s', wrong)
     ended, reminders = threading.Event(), WallThrottle(REMINDER)
@@ -54,25 +52,6 @@ def pause_after(took, period):
     return max(period, took / SHARE)
 
 
-def wrong_address():
-    """Return why no node on another machine can reach this one, and what to type; '' if there is no reason."""
-    master = _master_host()
-    announced = rosgraph.network.get_host_name()
-    here = rosgraph.network.is_local_address
-    try:
-        address = socket.gethostbyname(announced)
-    except (OSError, UnicodeError):
-        return f'{_source()} is {announced!r}, a name that has no address. {_remedy(master)}'
-    if not here(announced):
-        addresses = ', '.join(rosgraph.network.get_local_addresses())
-        return (f'{_source()} is {announced}, but this machine has the addresses {addresses}: nodes on other '
-                f'machines cannot reach this node and receive nothing from it. {_remedy(master)}')
-    if address.startswith('127.') and not here(master):
-        return (f'The master is on another machine ({master}), but {_source()} is {announced}, which other '
-                f'machines cannot use: nodes there receive nothing from this node. {_remedy(master)}')
-    return ''
-
-
 def unconnected():
     """Return {(topic, nodes)}: topics of this node whose other side the master knows but nobody is connected with.
 
@@ -94,31 +73,8 @@ def unconnected():
 
 
 def _silence(topic, nodes):
+    place = addresses.master_address()
     return (f'{topic}: {nodes} is known to the master, but no connection exists. This node says that it is reached '
-            f'at {rosgraph.network.get_host_name()} ({_source()}), its master is {rosgraph.get_master_uri()}. '
-            f'Check that {nodes} runs (rosnode ping; rosnode cleanup if not) and that ROS_IP is right on both sides. '
-            f'{_remedy(_master_host())}')
-
-
-def _master_host():
-    return rosgraph.network.parse_http_host_and_port(rosgraph.get_master_uri())[0]
-
-
-def _source():
-    """Return where the announced address comes from."""
-    for name in (rosgraph.ROS_HOSTNAME, rosgraph.ROS_IP):
-        if name in os.environ:
-            return name
-    return "this machine's host name"
-
-
-def _remedy(master):
-    """Return what to type: the address of this machine on the way to the master."""
-    unset = 'unset ROS_HOSTNAME; ' if rosgraph.ROS_HOSTNAME in os.environ else ''
-    try:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.connect((master, 9))  # sends nothing, but chooses the way
-            address = probe.getsockname()[0]
-    except OSError:
-        address = 'ADDRESS (hostname -I shows those of this machine)'
-    return f'Type: {unset}export ROS_IP={address}, and start it again.'
+            f'at {addresses.announced()} ({addresses.source()}), its master is {rosgraph.get_master_uri()}. '
+            f'Check that {nodes} runs (rosnode ping; rosnode cleanup if not) and that ROS_IP is right on both sides; '
+            f'{addresses.remedy(place.host if place else "localhost")}')

@@ -200,8 +200,7 @@ class SimulatorClock:
         """Set /use_sim_time where nobody has; say what speaks against it."""
         others = _other_clocks()
         if others:
-            rospy.logwarn('%s also publishes /clock, so time will jump. Start this node with _clock:=false.',
-                          ', '.join(others))
+            rospy.logwarn('%s', findings.two_clocks([*others, rospy.get_name()]))
         value = rospy.get_param(USE_SIM_TIME, None)
         if value is None or (value and nodes.launched()):
             self._sets_sim_time = True

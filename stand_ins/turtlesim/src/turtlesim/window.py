@@ -15,6 +15,7 @@ import threading
 import time
 
 from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
+from ros_doctor import findings
 
 TITLE = 'TurtleSim'
 SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two pictures shown; pictures in between are left out
@@ -195,8 +196,8 @@ def main():
     try:
         viewer = _Viewer(tkinter, sys.argv[1] if len(sys.argv) > 1 else TITLE, sys.stdin.fileno())
     except tkinter.TclError as error:
-        sys.exit(f'No window: the display DISPLAY={os.environ.get("DISPLAY", "")!r} cannot be used ({error}). '
-                 'Set DISPLAY to a running X server, or run without a window: _window:=false')
+        display = os.environ.get('DISPLAY', '')
+        sys.exit(str(findings.no_window(f'the display DISPLAY={display} does not answer ({error})')))
     try:
         viewer.run()
     except ValueError as error:

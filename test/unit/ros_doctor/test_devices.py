@@ -1,11 +1,11 @@
-"""usb_cam.core.devices: which there are, why one cannot be used; with folders that look like /dev, /sys and /proc."""
+"""ros_doctor.devices: which there are, why one cannot be used; with folders that look like /dev, /sys and /proc."""
 import errno
 import getpass
 import os
 
 import pytest
 
-from usb_cam.core import devices
+from ros_doctor import devices
 
 
 @pytest.fixture

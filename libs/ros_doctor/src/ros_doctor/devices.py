@@ -1,12 +1,13 @@
 """Lists the cameras that Linux knows, and explains why one of them cannot be used. Without ROS."""
 import errno
-import getpass
 import glob
 import grp
 import os
 import re
 import stat
 from typing import List, Tuple
+
+from ros_doctor.processes import user_name
 
 DEV, SYSFS = '/dev', '/sys/class/video4linux'
 VIDEO4LINUX = 81  # major device number
@@ -32,7 +33,13 @@ def listing(dev: str = DEV, sysfs: str = SYSFS) -> str:
 
 
 def explain(path: str, proc: str = '/proc') -> str:
-    """Return why a device cannot be used as a camera, and what to do about it."""
+    """Return why a device that has failed cannot be used as a camera, and what to do about it."""
+    return trouble(path, proc) or (f'{path} delivers no images: it is busy, does not capture images, or was just '
+                                   f'unplugged. {listing()}')
+
+
+def trouble(path: str, proc: str = '/proc') -> str:
+    """Return what is seen to be wrong with a camera, and what to do about it; '' for one that can be opened."""
     try:
         state = os.stat(path)
         if stat.S_ISCHR(state.st_mode) and os.major(state.st_rdev) != VIDEO4LINUX:
@@ -48,7 +55,7 @@ def explain(path: str, proc: str = '/proc') -> str:
         return f'{path} is in use by {holders or "another program"}: stop it, or choose another camera. {listing()}'
     if reason:
         return f'{path}: {os.strerror(reason)}. {listing()}'
-    return f'{path} delivers no images: it is busy, does not capture images, or was just unplugged. {listing()}'
+    return ''
 
 
 def users(path: str, proc: str = '/proc') -> List[Tuple[int, str]]:
@@ -74,7 +81,7 @@ def is_device(path: str) -> bool:
 
 
 def _permission(path: str) -> str:
-    user = getpass.getuser()
+    user = user_name(os.getuid())
     try:
         group = grp.getgrgid(os.stat(path).st_gid).gr_name
     except (KeyError, OSError):

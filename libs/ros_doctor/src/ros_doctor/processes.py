@@ -1,0 +1,121 @@
+"""Processes and the TCP ports at which they listen, as /proc shows them. Linux; nothing has to be installed for it."""
+import contextlib
+import glob
+import ipaddress
+import os
+import pwd
+import socket
+import struct
+from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
+
+LISTENING = '0A'  # state in /proc/net/tcp
+
+
+class Process(NamedTuple):
+    """A process; ``environment`` is empty where this user may not read it."""
+
+    pid: int
+    user: int
+    parent: int
+    session: int
+    name: str
+    command: Tuple[str, ...]
+    environment: Dict[str, str]
+
+    def __str__(self) -> str:
+        return f'{self.name} (process {self.pid})'
+
+
+class Listener(NamedTuple):
+    """A listening TCP socket; ``process`` is None where this user may not see whose it is."""
+
+    address: str
+    port: int
+    user: int
+    process: Optional[Process]
+
+    @property
+    def holder(self) -> str:
+        """Return who it is, in words."""
+        return str(self.process) if self.process else f'a process of the user {user_name(self.user)}'
+
+    @property
+    def local(self) -> bool:
+        """Return whether only this machine can reach it."""
+        return ipaddress.ip_address(self.address).is_loopback
+
+
+def user_name(user: int) -> str:
+    """Return the name of a user, else the number."""
+    try:
+        return pwd.getpwuid(user).pw_name
+    except KeyError:
+        return str(user)
+
+
+def all_processes() -> Iterator[Process]:
+    """Yield the processes that this user may see."""
+    for folder in glob.glob('/proc/[0-9]*'):
+        with contextlib.suppress(OSError, ValueError):
+            yield _process(folder)
+
+
+def listeners() -> List[Listener]:
+    """Return all listening TCP sockets of this machine."""
+    owners = _owners()
+    found = []
+    for path, family in (('/proc/net/tcp', socket.AF_INET), ('/proc/net/tcp6', socket.AF_INET6)):
+        for fields in _rows(path):
+            if fields[3] == LISTENING:
+                address, port = fields[1].split(':')
+                pid = owners.get(fields[9])
+                process = None
+                with contextlib.suppress(OSError, ValueError):
+                    process = _process(f'/proc/{pid}') if pid else None
+                found.append(Listener(_address(address, family), int(port, 16), int(fields[7]), process))
+    return found
+
+
+def _rows(path: str) -> List[List[str]]:
+    try:
+        with open(path, encoding='ascii') as file:
+            return [line.split() for line in file.readlines()[1:]]
+    except OSError:
+        return []
+
+
+def _address(text: str, family: int) -> str:
+    words = [int(text[start:start + 8], 16) for start in range(0, len(text), 8)]  # in the machine's byte order
+    packed = struct.pack(f'={len(words)}I', *words)
+    address = ipaddress.ip_address(packed)
+    mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
+    return str(mapped or address)
+
+
+def _owners() -> Dict[str, int]:
+    """Return {inode of a socket: number of a process that has it}."""
+    found = {}
+    for link in glob.glob('/proc/[0-9]*/fd/*'):
+        with contextlib.suppress(OSError):
+            target = os.readlink(link)
+            if target.startswith('socket:['):
+                found[target[len('socket:['):-1]] = int(link.split('/')[2])
+    return found
+
+
+def _process(folder: str) -> Process:
+    with open(f'{folder}/stat', encoding='utf-8', errors='replace') as file:
+        before, _, after = file.read().rpartition(')')
+    fields = after.split()
+    environment: Dict[str, str] = {}
+    with contextlib.suppress(OSError):
+        for entry in _parts(f'{folder}/environ'):
+            name, _, value = entry.partition('=')
+            environment[name] = value
+    return Process(int(before.split()[0]), os.stat(folder).st_uid, int(fields[1]), int(fields[3]),
+                   before.partition('(')[2], tuple(_parts(f'{folder}/cmdline')), environment)
+
+
+def _parts(path: str) -> List[str]:
+    with open(path, 'rb') as file:
+        return file.read().decode(errors='replace').rstrip('\0').split('\0')
