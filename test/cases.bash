@@ -42,6 +42,7 @@ needs_of_cases() {
 printing/test_sheet            poppler-utils
 turtlesim/(test_)?window       xvfb
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
+test_notebooks                 $repo/test/notebook_requirements.txt
 recordings?\.test              $repo/test/requirements.txt
 ^(unit|mypy|stress)            $repo/stress/requirements.txt
 END
