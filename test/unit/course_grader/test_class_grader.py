@@ -82,9 +82,13 @@ def test_a_class_gets_its_table(tmp_path):
     assert code == 1
     assert rows == [['student', 'x', 'mean'], ['anna', '100', '100.0'], ['ben', '12.5', '12.5']]
     assert 'ben x: failed, 12.5 of 100' in said and ': it did not move' in said
-    suite = ElementTree.parse(tmp_path / 'out' / 'junit.xml').getroot().find('testsuite')
-    assert (suite.get('name'), suite.get('tests'), suite.get('failures'), suite.get('errors')) == ('x', '2', '1', '0')
-    assert suite.find('testcase[@name="ben"]/failure').get('message') == 'it did not move'
+    anna, ben = ElementTree.parse(tmp_path / 'out' / 'junit.xml').getroot()
+    assert (anna.get('name'), anna.get('failures'), ben.get('name'), ben.get('failures')) == (
+        'anna: x', '0', 'ben: x', '1')  # the verdict; the check has all its points
+    assert ben.find('testcase[@name="verdict"]/failure').get('message') == 'it did not move'
+    grades = list(csv.reader((tmp_path / 'out' / 'grades.csv').read_text().splitlines()))
+    assert grades == [['student', 'exercise', 'score', 'verdict', 'reason'], ['anna', 'x', '100', 'passed', ''],
+                      ['ben', 'x', '12.5', 'failed', 'it did not move']]
     page = (tmp_path / 'out' / 'index.html').read_text()
     assert 'asked: a &lt;square&gt;; seen: it &amp; more, seed 5' in page
 

@@ -1,4 +1,5 @@
 """The grader's command line, and attempts that fail before or beside ROS."""
+import csv
 import json
 import sys
 
@@ -36,6 +37,7 @@ def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):
 
 @pytest.mark.parametrize('arguments, said', [
     (['no_such_exercise', '--', 'a.py'], "there is no exercise 'no_such_exercise'; give the path of an exercise file"),
+    (['stop_at_x', '--format', 'classroom50', '--', 'a.py'], '--format classroom50 needs CLASSROOM, ASSIGNMENT'),
     (['stop_at_x', '--seed', 'x', '--', 'a.py'], "--seed: invalid int value: 'x'"),
 ])
 def test_wrong_usage_is_explained(monkeypatch, capsys, arguments, said):
@@ -61,6 +63,25 @@ def test_a_program_that_cannot_run_fails_with_the_reason(tmp_path, monkeypatch, 
     assert said.replace("'", '') in capsys.readouterr().out
     assert (tmp_path / 'second.xml').read_bytes() == \
         (tmp_path / 'output' / 'grades' / 'stop_at_x' / 'junit.xml').read_bytes()
+
+
+def test_a_format_has_standard_output_for_itself(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'broken.py').write_text('print 1\n')
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--format', 'csv', '--', 'broken.py'])
+    assert cli.main() == 1
+    rows = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+    assert [(row['program'], row['score'], row['verdict']) for row in rows] == [('broken.py', '0', 'failed')]
+
+
+def test_a_system_is_recognized_by_its_environment(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'broken.py').write_text('print 1\n')
+    for name, value in (('VPL_GRADEMIN', '0'), ('VPL_GRADEMAX', '10')):
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--', 'broken.py'])
+    assert cli.main() == 0
+    assert capsys.readouterr().out.endswith('--|>\nGrade :=>> 0\n')
 
 
 @pytest.mark.parametrize('error, said', [

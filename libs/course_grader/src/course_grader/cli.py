@@ -13,7 +13,7 @@ import sys
 import rospkg
 
 from course_grader.classes import grade_all
-from course_grader.formats import exit_codes, report
+from course_grader.formats import exit_codes, harmless, systems
 from course_grader.rules import exercise
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import Supervisor
@@ -29,9 +29,12 @@ def main(arguments=None):
     if '--all' in arguments[:_cut(arguments)]:
         return grade_all.main([argument for argument in arguments if argument != '--all'], exercises())
     options = _parse(arguments)
+    place = systems.Place(os.environ)
+    form = options.format or systems.detect(place)
     try:
+        systems.check(form, place)
         chosen = exercise.load(_find(options.exercise))
-    except (exercise.ExerciseError, OSError) as error:
+    except (exercise.ExerciseError, systems.FormatError, OSError) as error:
         print(f'./run grade: {error}', file=sys.stderr)
         return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
@@ -40,22 +43,24 @@ def main(arguments=None):
     job = Job(chosen, tuple(options.command), os.getcwd(), folder, seed, options.packages, options.real_time)
     try:
         with Supervisor() as supervisor:
-            got = supervisor.grade(job, say=lambda text: print(text, flush=True))
+            got = supervisor.grade(job, say=lambda text: print(harmless.printed(text), file=sys.stderr))
         if junit or options.junit:
             with open(os.path.join(folder, 'junit.xml'), 'rb') as file:
                 write_whole(junit or options.junit, file.read())
+        notes = [*(f'  note: {remark}' for remark in got.remarks),
+                 f'  seed {seed}; path.png, result.json, junit.xml and output.txt are in {folder}']
+        written = systems.rendered(form, systems.Grading(chosen, job.command, got.verdict, got.observed.seconds, folder,
+                                                         notes), place)
+        systems.write(written)
     except KeyboardInterrupt:
         print('./run grade: interrupted; all its processes have ended', file=sys.stderr)
         return exit_codes.INTERRUPTED
     except OSError as error:
-        print(f'./run grade: {folder} cannot be written: {error.strerror}. Choose another folder with --output',
-              file=sys.stderr)
+        print(f'./run grade: {error.filename or folder} cannot be written: {error.strerror}. Choose another folder '
+              'with --output', file=sys.stderr)
         return exit_codes.USAGE
-    print(report.text(chosen, got.verdict))
-    for remark in got.remarks:
-        print(f'  note: {remark}')
-    print(f'  seed {seed}; path.png, result.json, junit.xml and output.txt are in {folder}')
-    return exit_codes.OF_OUTCOME[got.verdict.outcome]
+    print(written.stdout)
+    return written.code
 
 
 def exercises():
@@ -92,6 +97,9 @@ def _parse(arguments):
     parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
                         help="where roslaunch and rosrun also look for packages; default: the package that holds the "
                         "program's file")
+    parser.add_argument('--format', choices=systems.FORMATS, metavar='FORMAT',
+                        help='print and write what a system reads: ' + ', '.join(systems.FORMATS) + '; default: text, '
+                        'or that of Classroom 50, Gradescope or VPL where one of them runs the grader')
     parser.add_argument('--junit', metavar='FILE', help='write junit.xml also to this file')
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
     cut = _cut(arguments)

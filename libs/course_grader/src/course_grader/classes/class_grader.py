@@ -14,12 +14,16 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 from course_grader.classes.submissions import Submission
 from course_grader.rules import scoring
 from course_grader.rules.exercise import Exercise
+from course_grader.rules.scoring import Verdict
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import INTERRUPTED, Supervisor, remove_results
 
 
 class Graded(NamedTuple):
-    """The grading of one submission: outcome, score 0..100, reasons (texts), wall time [s], folder with the files."""
+    """The grading of one submission: outcome, score 0..100, reasons (texts), wall time [s], folder with the files.
+
+    ``verdict`` has the objections and checks; None: there was no attempt.
+    """
 
     submission: Submission
     outcome: str
@@ -27,6 +31,7 @@ class Graded(NamedTuple):
     reasons: Tuple[str, ...]
     seconds: float
     folder: str
+    verdict: Optional[Verdict] = None
 
 
 def folder_of(submission: Submission, output: str) -> str:
@@ -71,21 +76,21 @@ class ClassGrader:
             return interrupted(submission, self._output)
         folder = folder_of(submission, self._output)
         try:
-            outcome, score, reasons = self._judge(submission, folder)
+            verdict = self._judge(submission, folder)
         except OSError as error:
-            outcome, score, reasons = scoring.UNDECIDED, 0.0, [f'the grading failed: {error}']
-        return Graded(submission, outcome, score, tuple(reasons), time.monotonic() - start, folder)
+            verdict = Verdict(scoring.UNDECIDED, 0.0, [], [f'the grading failed: {error}'])
+        reasons = [f'{reason.points:g} of {reason.of:g}: asked: {reason.asked}; seen: {reason.seen}'
+                   for reason in verdict.reasons]
+        return Graded(submission, verdict.outcome, verdict.score, (*verdict.objections, *reasons),
+                      time.monotonic() - start, folder, verdict)
 
-    def _judge(self, submission: Submission, folder: str) -> Tuple[str, float, List[str]]:
-        """Return (outcome, score, reasons); raise OSError when the folder cannot be used."""
+    def _judge(self, submission: Submission, folder: str) -> Verdict:
+        """Return the Verdict; raise OSError when the folder cannot be used."""
         os.makedirs(folder, exist_ok=True)
         if submission.trouble:
             remove_results(folder)
-            return scoring.FAILED, 0.0, [submission.trouble]
+            return Verdict(scoring.FAILED, 0.0, [], [submission.trouble])
         seed = random.SystemRandom().randrange(1, 10_000) if self._seed is None else self._seed
-        verdict = self._supervisor.grade(
+        return self._supervisor.grade(
             Job(self._exercises[submission.exercise], tuple(submission.command), os.path.abspath(submission.folder),
                 os.path.abspath(folder), seed, submission.packages), self._limit).verdict
-        reasons = [f'{reason.points:g} of {reason.of:g}: asked: {reason.asked}; seen: {reason.seen}'
-                   for reason in verdict.reasons]
-        return verdict.outcome, verdict.score, verdict.objections + reasons

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from course_grader.classes import class_grader, submissions
 from course_grader.classes.class_grader import ClassGrader, Graded
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_report, exit_codes
+from course_grader.formats import class_report, exit_codes, harmless
 from course_grader.rules import exercise, scoring
 from course_grader.supervision.supervisor import EXTRA, Supervisor
 from process_support import processes
@@ -73,7 +73,7 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str]) -> int:
     results.sort(key=lambda graded: found.index(graded.submission))
     _print_table(students, names, results)
     if left_out:
-        print(f'Left out, because no exercise has such a name: {", ".join(left_out)}')
+        print(harmless.printed(f'Left out, because no exercise has such a name: {", ".join(left_out)}'))
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
     class_report.write(options.output, title, students, names, results)
     print('Table: ' + ', '.join(os.path.join(options.output, name) for name in class_report.FILES))
@@ -118,8 +118,9 @@ def _grade(grader: ClassGrader, found: Sequence[Submission], options: argparse.N
             bar.update()
             place = f'[{len(results)}/{len(found)}]'
             reason = '' if graded.outcome == scoring.PASSED else f': {graded.reasons[0]}' if graded.reasons else ''
-            bar.write(f'{place} {graded.submission.student} {graded.submission.exercise}: {graded.outcome}, '
-                      f'{graded.score:g} of 100, {graded.seconds:.1f} s{reason}'[:200])
+            line = (f'{place} {graded.submission.student} {graded.submission.exercise}: {graded.outcome}, '
+                    f'{graded.score:g} of 100, {graded.seconds:.1f} s{reason}')
+            bar.write(harmless.printed(line[:200]))
             sys.stdout.flush()
         try:
             grader.grade(found, options.jobs, done)
@@ -133,8 +134,8 @@ def _print_table(students: Sequence[str], names: Sequence[str], results: Sequenc
     rows = class_report.cells(students, names, results)
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     for row in rows:
-        print('  '.join(cell.ljust(width) if place == 0 else cell.rjust(width)
-                        for place, (cell, width) in enumerate(zip(row, widths))).rstrip())
+        print(harmless.printed('  '.join(cell.ljust(width) if place == 0 else cell.rjust(width)
+                                         for place, (cell, width) in enumerate(zip(row, widths))).rstrip()))
 
 
 def _advice(error: OSError) -> str:

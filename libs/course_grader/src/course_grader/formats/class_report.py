@@ -1,7 +1,5 @@
 """The table of a class, students x exercises: as CSV, as an HTML page that needs nothing else, and as JUnit XML."""
 import base64
-import csv
-import io
 import os
 from typing import Dict, List, Optional, Sequence
 from urllib.parse import quote
@@ -10,12 +8,14 @@ from xml.etree import ElementTree
 import cv2
 
 from course_grader.classes.class_grader import Graded
-from course_grader.formats import report
+from course_grader.formats import harmless, junit, systems
 from course_grader.rules import scoring
+from course_grader.rules.scoring import Verdict
 from kinematic_core.files import write_whole
 
 THUMBNAIL = 200  # [px]
-FILES = 'scores.csv', 'index.html', 'junit.xml'
+FILES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
+COLUMNS = ('student', *systems.COLUMNS[1:])  # of grades.csv
 STYLE = '''
 body { font: 15px/1.4 sans-serif; margin: 2em; color: #222 } table { border-collapse: collapse }
 th, td { border: 1px solid #bbb; padding: .3em .7em; text-align: right } th { background: #eee }
@@ -29,9 +29,9 @@ h2 span { border-radius: .3em; padding: 0 .4em } ul { margin-left: 220px } code 
 
 def write(folder: str, title: str, students: Sequence[str], exercises: Sequence[str],
           results: Sequence[Graded]) -> None:
-    """Write scores.csv, index.html and junit.xml into a folder; raise OSError when that cannot be."""
+    """Write the FILES into a folder; raise OSError when that cannot be."""
     os.makedirs(folder, exist_ok=True)
-    for name, content in zip(FILES, (as_csv(students, exercises, results),
+    for name, content in zip(FILES, (as_csv(students, exercises, results), as_rows(results),
                                      as_html(title, students, exercises, results, folder), as_junit(results))):
         write_whole(os.path.join(folder, name), content)
 
@@ -59,31 +59,27 @@ def _cell(graded: Optional[Graded]) -> str:
 
 def as_csv(students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded]) -> str:
     """Return the table as CSV."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator='\n').writerows(cells(students, exercises, results))
-    return text.getvalue()
+    return systems.table(cells(students, exercises, results))
+
+
+def as_rows(results: Sequence[Graded]) -> str:
+    """Return CSV with a row for each submission."""
+    return systems.table([COLUMNS, *(
+        [graded.submission.student, graded.submission.exercise,
+         '' if graded.outcome == scoring.UNDECIDED else f'{graded.score:g}', graded.outcome,
+         systems.first_reason(_verdict(graded))] for graded in results)])
 
 
 def as_junit(results: Sequence[Graded]) -> str:
-    """Return JUnit XML: one testsuite per exercise, one testcase per student."""
-    root = ElementTree.Element('testsuites')
-    for exercise in sorted({graded.submission.exercise for graded in results}):
-        of_it = [graded for graded in results if graded.submission.exercise == exercise]
-        outcomes = [graded.outcome for graded in of_it]
-        suite = ElementTree.SubElement(root, 'testsuite', name=exercise, tests=str(len(of_it)),
-                                       failures=str(outcomes.count(scoring.FAILED)),
-                                       errors=str(outcomes.count(scoring.UNDECIDED)))
-        for graded in of_it:
-            case = ElementTree.SubElement(suite, 'testcase', classname=exercise, name=graded.submission.student,
-                                          time=f'{graded.seconds:.3f}')
-            said = report.printable('\n'.join((f'{graded.score:g} of 100', *graded.reasons)))
-            if graded.outcome == scoring.PASSED:
-                ElementTree.SubElement(case, 'system-out').text = said
-            else:
-                kind = 'failure' if graded.outcome == scoring.FAILED else 'error'
-                message = report.printable((*graded.reasons, 'no reason')[0])
-                ElementTree.SubElement(case, kind, message=message).text = said
-    return ElementTree.tostring(root, encoding='unicode', xml_declaration=True) + '\n'
+    """Return JUnit XML: a testsuite for each submission."""
+    return junit.document([
+        junit.Suite(f'{graded.submission.student}: {graded.submission.exercise}',
+                    f'{graded.submission.exercise}.{graded.submission.student}', _verdict(graded), graded.seconds)
+        for graded in results])
+
+
+def _verdict(graded: Graded) -> Verdict:
+    return graded.verdict or Verdict(graded.outcome, graded.score, [], list(graded.reasons))
 
 
 def as_html(title: str, students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded],
@@ -95,10 +91,10 @@ def as_html(title: str, students: Sequence[str], exercises: Sequence[str], resul
     page = ElementTree.Element('html', lang='en')
     head = _add(page, 'head')
     _add(head, 'meta', charset='utf-8')
-    _add(head, 'title', report.printable(title))
+    _add(head, 'title', harmless.plain(title))
     _add(head, 'style', STYLE)
     body = _add(page, 'body')
-    _add(body, 'h1', report.printable(title))
+    _add(body, 'h1', harmless.plain(title))
     _add(body, 'p', f'{len(results)} submissions: ' + ', '.join(
         f'{sum(graded.outcome == outcome for graded in results)} {outcome}' for outcome in
         (scoring.PASSED, scoring.FAILED, scoring.UNDECIDED)))
@@ -116,13 +112,13 @@ def _table(body: ElementTree.Element, rows: Sequence[Sequence[str]], by_anchor: 
     inside = _add(table, 'tbody')
     for student, *scores, mean in rows[1:]:
         line = _add(inside, 'tr')
-        _add(line, 'td', report.printable(student))
+        _add(line, 'td', harmless.plain(student))
         for exercise, score in zip(rows[0][1:], scores):
             graded = by_anchor.get(f'{student}/{exercise}')
             cell = _add(line, 'td', **{'class': graded.outcome if graded else 'missing'})
             if graded:
                 _add(cell, 'a', score, href='#' + _quoted(_anchor(graded)),
-                     title=report.printable(' | '.join(graded.reasons)))
+                     title=harmless.plain(' | '.join(graded.reasons)))
             else:
                 cell.text = '\u2013'
         _add(line, 'td', mean)
@@ -131,7 +127,7 @@ def _table(body: ElementTree.Element, rows: Sequence[Sequence[str]], by_anchor: 
 def _section(body: ElementTree.Element, graded: Graded, folder: str) -> None:
     section = _add(body, 'section', id=_anchor(graded))
     submission = graded.submission
-    heading = _add(section, 'h2', report.printable(f'{submission.student}: {submission.exercise} '))
+    heading = _add(section, 'h2', harmless.plain(f'{submission.student}: {submission.exercise} '))
     _add(heading, 'span', f'{graded.outcome}, {graded.score:g}', **{'class': graded.outcome})
     picture = os.path.join(graded.folder, 'path.png')
     small = _thumbnail(picture)
@@ -141,11 +137,11 @@ def _section(body: ElementTree.Element, graded: Graded, folder: str) -> None:
              width=str(THUMBNAIL), height=str(THUMBNAIL))
     reasons = _add(section, 'ul')
     for reason in graded.reasons:
-        _add(reasons, 'li', report.printable(reason))
+        _add(reasons, 'li', harmless.plain(reason))
     output = os.path.join(graded.folder, 'output.txt')
     if os.path.isfile(output):
         _add(_add(reasons, 'li'), 'a', 'what it printed', href=_relative(output, folder))
-    _add(_add(reasons, 'li'), 'code', report.printable(' '.join(submission.command) or 'no command'))
+    _add(_add(reasons, 'li'), 'code', harmless.plain(' '.join(submission.command) or 'no command'))
 
 
 def _thumbnail(path: str) -> Optional[bytes]:

@@ -3,13 +3,13 @@ import json
 import os
 import textwrap
 from typing import List, Sequence, Tuple
-from xml.etree import ElementTree
 
 import cv2
 import numpy as np
 
 from alvar_core.arrays import ArrayLike, Floats, Image, Integers
-from course_grader.rules import fits, scoring
+from course_grader.formats import junit
+from course_grader.rules import fits
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.fits import Fit
 from course_grader.rules.observation import Observed
@@ -46,31 +46,13 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code}
     write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
-    write_whole(os.path.join(folder, 'junit.xml'), junit([(exercise, command, decided, observed.seconds)]))
+    suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided, observed.seconds)
+    write_whole(os.path.join(folder, 'junit.xml'), junit.document([suite]))
     said = ''.join(f'{line.t - observed.start:8.2f}  {line.text}\n' for line in observed.lines)
     write_whole(os.path.join(folder, 'output.txt'), said)
     encoded, png = cv2.imencode('.png', picture(exercise, observed))
     assert encoded
     write_whole(os.path.join(folder, 'path.png'), png.tobytes())
-
-
-def junit(graded: Sequence[Tuple[Exercise, Sequence[str], Verdict, float]]) -> str:
-    """Return the JUnit XML of [(exercise, command, verdict, seconds)]: a testcase each, its reasons as the failure."""
-    failures = sum(decided.outcome == scoring.FAILED for _, _, decided, _ in graded)
-    errors = sum(decided.outcome == scoring.UNDECIDED for _, _, decided, _ in graded)
-    suite = ElementTree.Element('testsuite', name='course_grader', tests=str(len(graded)),
-                                failures=str(failures), errors=str(errors))
-    for exercise, command, decided, seconds in graded:
-        case = ElementTree.SubElement(suite, 'testcase', classname=exercise.name, time=f'{seconds:.3f}',
-                                      name=' '.join(command) or exercise.name)
-        said = printable(text(exercise, decided))
-        if decided.outcome == scoring.PASSED:
-            ElementTree.SubElement(case, 'system-out').text = said
-        else:
-            kind = 'failure' if decided.outcome == scoring.FAILED else 'error'
-            first = (decided.objections or [f'{decided.score:g} of 100'])[0]
-            ElementTree.SubElement(case, kind, message=printable(first)).text = said
-    return ElementTree.tostring(suite, encoding='unicode', xml_declaration=True) + '\n'
 
 
 def picture(exercise: Exercise, observed: Observed) -> Image:
@@ -111,8 +93,3 @@ def _view(exercise: Exercise, points: Floats) -> Tuple[Floats, float]:
         low, high = np.minimum(low, 0.0), np.maximum(high, ARENA_SIZE)
     size = max(*(high - low), 1.0)
     return (low + high - size) / 2.0, (PICTURE - 2 * MARGIN) / size
-
-
-def printable(words: str) -> str:
-    """Return a text without the control characters that XML forbids."""
-    return ''.join(char if char in '\n\t' or char >= ' ' else '?' for char in words)

@@ -1,0 +1,68 @@
+"""A grading as a testsuite of JUnit: a testcase for the verdict and one for each check.
+
+A check fails when it got less than its points, unless the exercise is passed without them. Of an undecided grading the
+verdict is an error, and its checks are skipped.
+"""
+from typing import NamedTuple, Sequence
+from xml.etree import ElementTree
+
+from course_grader.formats import harmless
+from course_grader.rules import scoring
+from course_grader.rules.scoring import Reason, Verdict
+
+VERDICT = 'verdict'  # the name of the first testcase
+TAGS = {scoring.FAILED: 'failure', scoring.UNDECIDED: 'error'}
+
+
+class Suite(NamedTuple):
+    """What becomes a testsuite: its name, the class name of its testcases, how it came out, and the time [s]."""
+
+    name: str
+    classname: str
+    decided: Verdict
+    seconds: float
+
+
+def document(suites: Sequence[Suite]) -> str:
+    """Return the XML of some gradings."""
+    root = ElementTree.Element('testsuites')
+    for suite in suites:
+        _add(root, suite)
+    for name in ('tests', 'failures', 'errors'):
+        root.set(name, str(sum(int(element.get(name, '0')) for element in root)))
+    return ElementTree.tostring(root, encoding='unicode', xml_declaration=True) + '\n'
+
+
+def _add(root: ElementTree.Element, suite: Suite) -> None:
+    decided = suite.decided
+    element = ElementTree.SubElement(root, 'testsuite', name=harmless.plain(suite.name), time=f'{suite.seconds:.3f}')
+    first = _case(element, suite, VERDICT, suite.seconds)
+    said = f'{decided.outcome}, {decided.score:g} of 100'
+    text = '\n'.join((said, *decided.objections))
+    _judge(first, TAGS.get(decided.outcome, ''), (*decided.objections, said)[0], text)
+    for number, reason in enumerate(decided.reasons, 1):
+        case = _case(element, suite, f'{number}. {reason.check}: {reason.asked}', 0.0)
+        _judge(case, _tag(decided, reason), f'{reason.points:g} of {reason.of:g} points', f'seen: {reason.seen}')
+    element.set('tests', str(len(element.findall('testcase'))))
+    element.set('failures', str(len(element.findall('*/failure'))))
+    element.set('errors', str(len(element.findall('*/error'))))
+    element.set('skipped', str(len(element.findall('*/skipped'))))
+
+
+def _case(element: ElementTree.Element, suite: Suite, name: str, seconds: float) -> ElementTree.Element:
+    return ElementTree.SubElement(element, 'testcase', classname=harmless.plain(suite.classname),
+                                  name=harmless.plain(name), time=f'{seconds:.3f}')
+
+
+def _tag(decided: Verdict, reason: Reason) -> str:
+    """Return the element that tells how a check came out, or '' where it is passed."""
+    if decided.outcome == scoring.UNDECIDED:
+        return 'skipped'
+    return 'failure' if decided.outcome == scoring.FAILED and reason.points < reason.of else ''
+
+
+def _judge(case: ElementTree.Element, tag: str, message: str, text: str) -> None:
+    if tag:
+        ElementTree.SubElement(case, tag, message=harmless.plain(message)).text = harmless.plain(text)
+    else:
+        ElementTree.SubElement(case, 'system-out').text = harmless.plain(f'{message}\n{text}')

@@ -1,0 +1,271 @@
+"""What the systems of teachers read of one grading: ``./run grade --format NAME``.
+
+Each format says what goes to standard output, which files are written (None: removed, if they are there), and the exit
+code. Where a system reads a score, the exit code is 0 whatever the score, and an undecided grading is what the system
+takes for a failure of its own: no result at all, and the exit code 3.
+"""
+import base64
+import contextlib
+import csv
+import datetime
+import html
+import io
+import json
+import os
+from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Union
+
+from course_grader.formats import exit_codes, harmless, junit, report
+from course_grader.rules import scoring
+from course_grader.rules.exercise import Exercise
+from course_grader.rules.scoring import Verdict
+from kinematic_core.files import write_whole
+
+TEXT = 'text'  # the format for people
+HIGHEST = 100  # score
+PICTURE = 'path.png'  # in the folder of a grading
+COLUMNS = 'program', 'exercise', 'score', 'verdict', 'reason'
+CLASSROOM50_SCHEMA = 'classroom50/result/v1'
+CLASSROOM50_NAMES = ('CLASSROOM', 'ASSIGNMENT', 'SUBMISSION_TAG', 'COMMIT_URL', 'RELEASE_URL')  # its runner sets them
+VPL_NAMES = ('VPL_GRADEMIN', 'VPL_GRADEMAX')
+
+
+class Grading(NamedTuple):
+    """One grading: what was asked, which command was graded, how it came out, and the folder with its files."""
+
+    exercise: Exercise
+    command: Sequence[str]
+    decided: Verdict
+    seconds: float
+    folder: str
+    notes: Sequence[str] = ()  # lines for the end of the text
+
+
+class Place(NamedTuple):
+    """Where the grader runs: environment, current folder, and where Gradescope has its files."""
+
+    environment: Mapping[str, str]
+    folder: str = '.'
+    autograder: str = '/autograder'
+
+
+class Written(NamedTuple):
+    """What a format makes of a grading: standard output, {path: content or None}, exit code."""
+
+    stdout: str
+    files: Mapping[str, Union[bytes, str, None]]
+    code: int
+
+
+class FormatError(ValueError):
+    """A format does not fit the place; the text says why and what to do."""
+
+
+def detect(place: Place) -> str:
+    """Return the name of the format that the place calls for; TEXT where it is no system's."""
+    if all(place.environment.get(name) for name in CLASSROOM50_NAMES):
+        return 'classroom50'
+    if all(os.path.isdir(os.path.join(place.autograder, name)) for name in ('submission', 'results')):
+        return 'gradescope'
+    if all(place.environment.get(name) for name in VPL_NAMES):
+        return 'vpl'
+    return TEXT
+
+
+def check(name: str, place: Place) -> None:
+    """Raise FormatError if a format needs what the place does not have; better before the grading than after it."""
+    missing = [name for name in CLASSROOM50_NAMES if not place.environment.get(name)]
+    if name == 'classroom50' and missing:
+        raise FormatError(f'--format classroom50 needs {", ".join(missing)} in the environment, which the runner of '
+                          'Classroom 50 sets; choose another format elsewhere')
+    if name == 'gradescope' and not os.path.isdir(place.autograder):
+        raise FormatError(f'--format gradescope writes to {place.autograder}/results, but there is no folder '
+                          f'{place.autograder}; choose another format outside of Gradescope')
+
+
+def rendered(name: str, grading: Grading, place: Place) -> Written:
+    """Return what the format ``name`` makes of a grading."""
+    return FORMATS[name](grading, place)
+
+
+def write(written: Written) -> None:
+    """Write and remove the files of a format; raise OSError. What a student has put there is replaced."""
+    for path, content in written.files.items():
+        if content is None or os.path.islink(path):
+            with contextlib.suppress(FileNotFoundError):
+                os.remove(path)
+        if content is not None:
+            os.makedirs(os.path.dirname(path) or '.', exist_ok=True)
+            write_whole(path, content)
+
+
+def text(grading: Grading, place: Place) -> Written:
+    """For people."""
+    return Written(_text(grading), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
+
+
+def classroom50(grading: Grading, place: Place) -> Written:
+    """result.json, release-body.md and path.png in the current folder, which is the student's repository."""
+    result, body, picture = (os.path.join(place.folder, *parts) for parts in
+                             (('result.json',), ('release-body.md',), (PICTURE,)))
+    if _undecided(grading):
+        return Written(_text(grading), {result: None, body: None}, _code(grading))
+    decided = grading.decided
+    environment = place.environment
+    tests = [{'test-name': row.name, 'passed': row.passed, 'score': int(row.points), 'max-score': int(row.of)}
+             for row in _rows(grading)]
+    content = {
+        'schema': CLASSROOM50_SCHEMA, 'classroom': environment['CLASSROOM'], 'assignment': environment['ASSIGNMENT'],
+        'assignment_type': environment.get('ASSIGNMENT_TYPE') or 'individual',
+        'owner': environment.get('OWNER') or environment.get('USERNAME') or environment.get('GITHUB_ACTOR', ''),
+        'submission': environment['SUBMISSION_TAG'], 'commit': environment['COMMIT_URL'],
+        'release': environment['RELEASE_URL'],
+        'review': environment.get('REVIEW_URL') or environment['COMMIT_URL'],
+        'datetime': datetime.datetime.now(datetime.timezone.utc).strftime('%Y-%m-%dT%H:%M:%SZ'),
+        'score': int(decided.score), 'max-score': HIGHEST, 'tests': tests}
+    heading = f'### {harmless.plain(grading.exercise.title)}: {decided.outcome}, {int(decided.score)} of {HIGHEST}\n\n'
+    image = _picture(grading)
+    block = harmless.fenced(report.text(grading.exercise, decided))
+    files: Dict[str, Union[bytes, str, None]] = {result: _json(content), body: heading + block}
+    if image:
+        files[picture] = image
+    return Written(_text(grading), files, _code(grading))
+
+
+def gradescope(grading: Grading, place: Place) -> Written:
+    """results/results.json of Gradescope; an undecided grading keeps the score of the student's last submission."""
+    path = os.path.join(place.autograder, 'results', 'results.json')
+    score: Optional[float] = grading.decided.score
+    if _undecided(grading):
+        score = _last_score(os.path.join(place.autograder, 'submission_metadata.json'))
+    if score is None:
+        return Written(_text(grading), {path: None}, _code(grading))
+    shown = html.escape(harmless.plain(report.text(grading.exercise, grading.decided)))
+    content: Dict[str, Any] = {'score': score, 'execution_time': round(grading.seconds), 'output_format': 'html',
+                               'output': f'<pre>{shown}</pre>', 'visibility': 'visible', 'stdout_visibility': 'hidden'}
+    if _undecided(grading):
+        content['output'] += '<p>There is no verdict. The score of your last submission stays: submit again.</p>'
+        return Written(_text(grading), {path: _json(content)}, _code(grading))
+    image = _picture(grading)
+    if image:
+        content['output'] += f'<img alt="the path" src="data:image/png;base64,{base64.b64encode(image).decode()}">'
+    content['tests'] = [
+        {'name': row.name, 'number': str(number), 'score': row.points, 'max_score': row.of,
+         'status': 'passed' if row.passed else 'failed', 'output': row.seen, 'output_format': 'text',
+         'visibility': 'visible'} for number, row in enumerate(_rows(grading), 1)]
+    return Written(_text(grading), {path: _json(content)}, _code(grading))
+
+
+def vpl(grading: Grading, place: Place) -> Written:
+    """A block of comments and a grade between VPL_GRADEMIN and VPL_GRADEMAX, for VPL of Moodle."""
+    lowest, highest = _vpl_grades(place.environment)
+    first, *others = _text(grading).split('\n')
+    lines = ['<|--', f'-{first}', *(f'>{line}' for line in others), '--|>']
+    if not _undecided(grading):
+        grade = lowest + (highest - lowest) * grading.decided.score / HIGHEST
+        lines.append(f'Grade :=>> {round(grade, 2):g}')
+    return Written('\n'.join(lines), {}, _code(grading))
+
+
+def autolab(grading: Grading, place: Place) -> Written:
+    """The text, and in the last line the score of the problem that has the name of the exercise."""
+    if _undecided(grading):
+        return Written(f'{_text(grading)}\nNo score: there is no verdict.', {}, _code(grading))
+    score = json.dumps({'scores': {grading.exercise.name: grading.decided.score}})
+    return Written(f'{_text(grading)}\n{score}', {}, _code(grading))
+
+
+def as_junit(grading: Grading, place: Place) -> Written:
+    """JUnit XML, and nothing else, on standard output."""
+    name = ' '.join(grading.command) or grading.exercise.name
+    suite = junit.Suite(name, grading.exercise.name, grading.decided, grading.seconds)
+    return Written(junit.document([suite]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
+
+
+def as_csv(grading: Grading, place: Place) -> Written:
+    """A heading and a row, and nothing else, on standard output."""
+    decided = grading.decided
+    score = '' if _undecided(grading) else f'{decided.score:g}'
+    row = [' '.join(grading.command), grading.exercise.name, score, decided.outcome, first_reason(decided)]
+    return Written(table([COLUMNS, row]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[decided.outcome])
+
+
+FORMATS: Dict[str, Callable[[Grading, Place], Written]] = {
+    TEXT: text, 'classroom50': classroom50, 'gradescope': gradescope, 'vpl': vpl, 'autolab': autolab,
+    'junit': as_junit, 'csv': as_csv}
+
+
+def table(rows: Iterable[Sequence[str]]) -> str:
+    """Return a table with its headings as CSV, without formulas."""
+    lines = io.StringIO()
+    csv.writer(lines, lineterminator='\n').writerows([harmless.cell(value) for value in row] for row in rows)
+    return lines.getvalue()
+
+
+def first_reason(decided: Verdict) -> str:
+    """Return why a grading did not pass: an objection, or the check that lost most points; '' where nothing did."""
+    if decided.objections or decided.outcome == scoring.PASSED or not decided.reasons:
+        return (*decided.objections, '')[0]
+    worst = max(decided.reasons, key=lambda reason: reason.of - reason.points)
+    return f'{worst.points:g} of {worst.of:g}: asked: {worst.asked}; seen: {worst.seen}'
+
+
+class _Row(NamedTuple):
+    """A check as the systems list it: the points that count, and whether they are enough."""
+
+    name: str
+    seen: str
+    passed: bool
+    points: float
+    of: float
+
+
+def _rows(grading: Grading) -> List[_Row]:
+    """Return a row for each check; one for the exercise where the program could not be judged at all."""
+    decided = grading.decided
+    counted = decided.score > 0.0  # a shortcut takes the points of all checks
+    rows = [_Row(harmless.plain(f'{reason.check}: {reason.asked}'), harmless.plain(f'seen: {reason.seen}'),
+                 decided.outcome == scoring.PASSED or (counted and reason.points >= reason.of),
+                 reason.points if counted else 0.0, reason.of) for reason in decided.reasons]
+    return rows or [_Row(harmless.plain(grading.exercise.title), harmless.plain('\n'.join(decided.objections)), False,
+                         0.0, float(HIGHEST))]
+
+
+def _text(grading: Grading) -> str:
+    return harmless.printed('\n'.join((report.text(grading.exercise, grading.decided), *grading.notes)))
+
+
+def _undecided(grading: Grading) -> bool:
+    return grading.decided.outcome == scoring.UNDECIDED
+
+
+def _code(grading: Grading) -> int:
+    """Return the exit code for a system that reads a score: 0 unless there is none."""
+    return exit_codes.OF_OUTCOME[scoring.UNDECIDED if _undecided(grading) else scoring.PASSED]
+
+
+def _json(content: object) -> str:
+    return json.dumps(content, indent=2) + '\n'
+
+
+def _picture(grading: Grading) -> bytes:
+    """Return the picture of the path, b'' where there is none."""
+    with contextlib.suppress(OSError), open(os.path.join(grading.folder, PICTURE), 'rb') as file:
+        return file.read()
+    return b''
+
+
+def _last_score(path: str) -> Optional[float]:
+    """Return the score of the student's last submission in Gradescope's metadata, None where there is none."""
+    try:
+        with open(path, encoding='utf-8') as file:
+            return float(json.load(file)['previous_submissions'][-1]['score'])
+    except (OSError, ValueError, TypeError, KeyError, IndexError):
+        return None
+
+
+def _vpl_grades(environment: Mapping[str, str]) -> Sequence[float]:
+    """Return the lowest and the highest grade."""
+    try:
+        return [float(environment[name]) for name in VPL_NAMES]
+    except (KeyError, ValueError):
+        return [0.0, float(HIGHEST)]
