@@ -36,13 +36,11 @@ TRIES = 7
 AT_ONCE = 3  # nodes that are attacked at the same time
 ENOUGH_TROUBLES = 4  # of one node
 SILENT = 100  # publishers that do not answer
-STIMULI = '[["call", {"after": 3600, "service": "/none", "type": "std_srvs/Empty", "times": 1, "request": []}]]'
 MORE = (  # kinds that the table of node_kinds leaves out
-    NodeKind('stimuli', '/grader_stimuli', '', ''),
 )
 GROUPS = {  # the nodes that run together; those that an earlier group has had are not attacked again
     'simulators': ('turtlesim', 'draw_square', 'robotont', 'camera', 'tracker', 'usb_cam', 'bundles'),
-    'servers': ('turtlesim', 'goto_pose_server', 'drive_shape', 'teleop', 'stimuli', 'velocity_publisher',
+    'servers': ('turtlesim', 'goto_pose_server', 'drive_shape', 'teleop', 'velocity_publisher',
                 'teleport_tour'),
     'followers': ('turtlesim', 'pose_subscriber', 'stop_at_x', 'mimic', 'ar_control', 'ar_maze'),
 }
@@ -274,13 +272,11 @@ ATTACKS = [name for name, method in vars(Attacks).items() if callable(method) an
 
 def command(kind, folder):
     """The command that starts a node of a kind."""
-    if kind.key == 'stimuli':
-        return [sys.executable, '-m', 'course_grader.attempt.stimuli', kind.node[1:], STIMULI, '0', str(time.time())]
     return [roslib.packages.find_node(kind.package, kind.executable)[0], *node_kinds.arguments(kind, folder)]
 
 
 def end(processes):
-    """Begin the end of all of them; each is awaited afterwards."""
+    """Send SIGINT to all that run."""
     for process in processes:
         if process.runs():
             process.process.send_signal(signal.SIGINT)
@@ -311,6 +307,9 @@ class AttackTest(unittest.TestCase):
                          if not process.runs()]
             troubles += [f'{kind.key} printed a traceback:\n{process.output()}'
                          for kind, process in zip(kinds, processes) if 'Traceback' in process.output()]
+            end(processes)
+            for process in processes:
+                process.process.wait(DEADLINE)  # SIGINT alone is enough
         self.assertFalse(troubles, '\n'.join(troubles))
 
     def peer(self, kind, process):
@@ -329,8 +328,8 @@ class AttackTest(unittest.TestCase):
         self.attack('simulators')
 
     def test_attack_servers(self):
-        """The course's service server, nodes that drive, teleop and the grader's helper: attacked on their ports, they
-        answer others all the while.
+        """The course's service server, nodes that drive, and teleop: attacked on their ports, they answer others all the
+        while.
         """
         self.attack('servers')
 
