@@ -28,7 +28,7 @@ SIZE = 0.1  # [m] of the markers
 
 
 class Silent(RuntimeError):
-    """The node did not do what was waited for."""
+    """The node did not do what the probe waited for."""
 
 
 def say(**document):
@@ -37,7 +37,7 @@ def say(**document):
 
 
 def shown(width, height, markers, colour):
-    """(Image, CameraInfo) of so many markers."""
+    """Return the Image and the CameraInfo of this many markers."""
     rng = np.random.default_rng(1)
     camera, scene = default_camera(width, height), Scene(width=width, height=height, clutter=6)
     placed = random_markers(rng, camera, scene, markers, side=(40, 110), max_tilt=45.0, size=SIZE)
@@ -51,7 +51,7 @@ def shown(width, height, markers, colour):
 
 
 class Camera:
-    """Publishes a picture at a rate and remembers when, by stamp; receives what the node says about it."""
+    """Publish an image at a rate, note the time of each by its stamp, and receive the node's answers."""
 
     def __init__(self, image, info, rate):
         self._image, self._info, self._period = image, info, 1.0 / rate
@@ -66,7 +66,7 @@ class Camera:
         self.received.setdefault((seconds, nanoseconds), now)
 
     def run(self, done):
-        """Publish until done() or the deadline COME_UP after the start without an answer: Silent."""
+        """Publish until done(); raise Silent when COME_UP has passed since the start without an answer."""
         begun = due = clock()
         while not done() and not rospy.is_shutdown():
             if not self.received and clock() - begun > COME_UP:
@@ -81,13 +81,13 @@ class Camera:
             time.sleep(max(0.0, due - clock()))
 
     def run_for(self, seconds):
-        """Publish for so long."""
+        """Publish for this time [s]."""
         end = clock() + seconds
         self.run(lambda: clock() > end)
 
 
 def watch(options):
-    """Set the node's parameters, be ready; then show markers, and tell what came in options.seconds."""
+    """Set the node's parameters, say that all is ready, show markers, and report what comes in options.seconds."""
     for name, value in (('output_frame', FRAME), ('marker_size', 100.0 * SIZE), ('max_frequency', options.limit)):
         rospy.set_param(f'{NODE}/{name}', value)
     camera = Camera(*shown(options.width, options.height, options.markers, options.colour), options.rate)

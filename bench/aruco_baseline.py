@@ -8,13 +8,13 @@ MARGIN = 2  # cells
 
 
 def dictionary():
-    """ALVAR's 5x5 numbers as an ArUco dictionary that puts one wrong cell right."""
+    """Return ALVAR's 5x5 numbers as an ArUco dictionary that corrects one wrong cell."""
     words = [cv2.aruco.Dictionary.getByteListFromBits(code.encode(number).astype(np.uint8)) for number in range(256)]
     return cv2.aruco.Dictionary(np.concatenate(words), 5, 1)
 
 
 class ArucoBaseline:
-    """Detector with sub-pixel corners; of the two poses the one with the smaller reprojection error (IPPE_SQUARE)."""
+    """A detector with sub-pixel corners that takes the pose of IPPE_SQUARE with the smaller reprojection error."""
 
     def __init__(self):
         parameters = cv2.aruco.DetectorParameters()

@@ -1,7 +1,7 @@
-"""Turtle ticks a second of the turtle world alone and with its canvas: no ROS, one process, one line of JSON.
+"""Turtle ticks per second of the turtle world, alone and with its canvas: no ROS, one process, one line of JSON.
 
-`core_probe.py SECONDS`: so long for each figure. The turtles drive circles with their pens on; what is needed to keep
-them going (a command within the watchdog's second) is part of the time, as it is in a node.
+``core_probe.py SECONDS`` measures each figure for this time. The turtles drive circles with their pens on; the time
+includes the commands that keep them moving (one within the watchdog's second), as in a node.
 """
 
 import json
@@ -17,20 +17,20 @@ COUNTS = (1, 100)
 
 
 def fill(world, count):
-    """Spawn turtles in a grid until there are `count`; their names."""
+    """Spawn turtles in a grid until there are ``count``; return their names."""
     for number in range(count - 1):
         world.spawn(1.5 + 0.8 * (number % 10), 1.5 + 0.8 * (number // 10 % 10), 0.7 * number)
     return sorted(world.turtles)
 
 
 def command_all(world, names):
-    """Circles of 0.5 m to 1 m radius, a little different for each."""
+    """Command all turtles to drive circles of 0.5 m to 1 m radius, each a little different."""
     for number, name in enumerate(names):
         world.command(name, 1.0 + 0.01 * (number % 100), 0.0, 2.0)
 
 
 def ticks_per_second(world, step, count, seconds):
-    """Turtle ticks a second over at least `seconds` of step(), which moves `world` on, with `count` turtles."""
+    """Return the turtle ticks per second of ``count`` turtles, over at least ``seconds`` of step() of ``world``."""
     names = fill(world, count)
     steps = 0
     begun = time.perf_counter()
@@ -45,7 +45,7 @@ def ticks_per_second(world, step, count, seconds):
 
 
 def require_moving(world):
-    """Raise RuntimeError when a turtle rests: its ticks would be cheaper than those that are to be measured."""
+    """Raise RuntimeError when a turtle stands still: its ticks take less time than those to measure."""
     resting = [name for name, turtle in world.turtles.items() if math.hypot(turtle.linear_x, turtle.linear_y) == 0.0]
     if resting:
         raise RuntimeError(f'{len(resting)} of {len(world.turtles)} turtles do not move; the figures would be too good')

@@ -14,18 +14,18 @@ PEER = 'peer'
 
 
 def p95(samples):
-    """Value that 95 % of the samples do not exceed, linearly interpolated; ValueError on none."""
+    """Return the 95th percentile, linearly interpolated; raise ValueError without samples."""
     samples = list(samples)
     return statistics.quantiles(samples, n=20, method='inclusive')[-1] if len(samples) > 1 else statistics.mean(samples)
 
 
 def intervals(stamps):
-    """Differences of neighbouring stamps, in their unit."""
+    """Return the differences of neighbouring stamps, in their unit."""
     return [later - earlier for earlier, later in zip(stamps, stamps[1:])]
 
 
 def mean_rate(stamps):
-    """Events a second [Hz] over stamps in seconds; ValueError on fewer than two or no time between them."""
+    """Return the rate [Hz] of stamps [s]; raise ValueError for fewer than two or no time between them."""
     if len(stamps) < 2 or stamps[-1] <= stamps[0]:
         raise ValueError(f'{len(stamps)} stamps give no rate: at least two, in rising order')
     return (len(stamps) - 1) / (stamps[-1] - stamps[0])
@@ -64,7 +64,7 @@ def stratified_phases(count, rng):
 
 @dataclass(frozen=True)
 class Target:
-    """What a figure has to reach.
+    """The value that a figure must reach.
 
     kind: 'ratio' (ours / peer at most), 'below', 'at_least', 'at_most', 'near' (within 0.5 %).
     """
@@ -81,7 +81,7 @@ class Target:
         return words[self.kind]
 
     def reached(self, ours, ratio):
-        """True, False, or None when there is nothing to judge by (no figure, or a ratio without a peer)."""
+        """Return True or False, or None without a figure, or for a ratio without a peer."""
         value = ratio if self.kind == 'ratio' else ours
         if value is None:
             return None
@@ -98,7 +98,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Figure:
-    """One line of the table: the samples under `key` brought to one number by `reduce`, in `unit`."""
+    """One line of the table: ``reduce`` makes one number, in ``unit``, of the samples under ``key``."""
 
     name: str
     key: str
@@ -109,7 +109,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Row:
-    """A judged figure. `ours`, `peer`, `ratio` and `ok` are None where nothing was measured."""
+    """A judged figure; ``ours``, ``peer``, ``ratio`` and ``ok`` are None where nothing was measured."""
 
     figure: Figure
     ours: Optional[float]
@@ -121,7 +121,7 @@ class Row:
 
 
 def judge(figure, pools):
-    """The Row of a figure. pools: {'ours': {key: samples}, 'peer': {key: samples}}, either may be missing."""
+    """Return the Row of a figure; ``pools``: {'ours': {key: samples}, 'peer': {key: samples}}, or one of them."""
     samples = {side: pools.get(side, {}).get(figure.key, []) for side in (OURS, PEER)}
     value = {side: figure.reduce(pool) if pool else None for side, pool in samples.items()}
     ours, peer = value[OURS], value[PEER]

@@ -19,30 +19,30 @@ ON_MARKER = 1.15  # times a marker's size: what is inside lies on it
 
 @dataclass
 class Match:
-    """A marker of a frame that counts, and the detection of it, None if missed."""
+    """A marker of a frame that counts, and its detection; None if it was missed."""
 
     marker: dict
     detection: dict = None
 
     @property
     def position_error(self):
-        """Position error, % of the distance."""
+        """Return the position error, % of the distance."""
         return 100 * math.dist(self.detection['position'], self.marker['position']) / self.marker['distance_m']
 
     @property
     def rotation_error(self):
-        """Rotation error, degrees."""
+        """Return the rotation error [degrees]."""
         return rotation_between(self.detection['orientation'], self.marker['orientation'])
 
     @property
     def flipped(self):
-        """Whether the pose is that of the planar ambiguity's other solution, and the detection does not say so."""
+        """Return whether the pose is the other solution of the planar ambiguity and not flagged as ambiguous."""
         return self.rotation_error > FLIP and not self.detection.get('ambiguous')
 
 
 @dataclass
 class Score:
-    """What was found of the markers of some frames."""
+    """Which markers of some frames were found, and how exactly."""
 
     matches: list = field(default_factory=list)
     false: int = 0
@@ -50,7 +50,7 @@ class Score:
     double: int = 0
 
     def add(self, other):
-        """Take another Score's counts in."""
+        """Add the counts of another Score."""
         self.matches += other.matches
         self.false += other.false
         self.wrong += other.wrong
@@ -58,26 +58,26 @@ class Score:
 
     @property
     def found(self):
-        """The Matches with a detection that has a pose."""
+        """Return the Matches whose detection has a pose."""
         return [m for m in self.matches if m.detection and m.detection.get('position')]
 
     @property
     def recall(self):
-        """Found markers, %; NaN without any marker."""
+        """Return the share of markers found, %; NaN without markers."""
         found = sum(m.detection is not None for m in self.matches)
         return 100 * found / len(self.matches) if self.matches else math.nan
 
     def position(self, percent):
-        """Percentile of the position errors, % of the distance."""
+        """Return a percentile of the position errors, % of the distance."""
         return _percentile([m.position_error for m in self.found], percent)
 
     def rotation(self, percent):
-        """Percentile of the rotation errors, degrees."""
+        """Return a percentile of the rotation errors [degrees]."""
         return _percentile([m.rotation_error for m in self.found], percent)
 
     @property
     def flips(self):
-        """Poses flipped and not flagged as ambiguous."""
+        """Return how many poses are flipped and not flagged as ambiguous."""
         return sum(m.flipped for m in self.found)
 
 
@@ -86,14 +86,14 @@ def _percentile(values, percent):
 
 
 def rotation_between(a, b):
-    """Angle between two quaternions (of any length above 0), degrees."""
+    """Return the angle [degrees] between two quaternions of any length above 0."""
     norm = math.hypot(*a) * math.hypot(*b)
     dot = abs(sum(x * y for x, y in zip(a, b)))
     return math.degrees(2 * math.acos(min(1.0, dot / norm))) if norm else 180.0
 
 
 def _seen_at(camera, position):
-    """Real pixel of a position (3,) m, None behind the camera."""
+    """Return the pixel (x, y), not rounded, of a position (3,) [m]; None behind the camera."""
     if position[2] <= 1e-6:
         return None
     x, y = (f * p / position[2] + c for f, p, c in zip((camera.fx, camera.fy), position, (camera.cx, camera.cy)))
@@ -109,7 +109,7 @@ def _lies_on(marker, at):
 
 
 def score_frame(frame, camera, width, detections):
-    """Score of one frame: its entry in frames.json, Camera, the image's width px, detections as of markers_cli."""
+    """Return a frame's Score: its entry in frames.json, Camera, image width [px], and markers_cli's detections."""
     near = [[] for _ in frame['markers']]
     score = Score()
     for detection in detections:
@@ -135,12 +135,12 @@ def score_frame(frame, camera, width, detections):
 
 
 def cameras_of(truth):
-    """{name: Camera} of a frames.json."""
+    """Return {name: Camera} of a frames.json."""
     return {name: Camera(c['K'], c['D'], (c['width'], c['height'])) for name, c in truth['cameras'].items()}
 
 
 def score(truth, results):
-    """{difficulty: Score} of the `frames` of markers_cli on a frames.json; a frame without a result has nothing."""
+    """Return {difficulty: Score} of markers_cli's ``frames`` on a frames.json; without a result nothing was found."""
     cameras, out = cameras_of(truth), {}
     for frame in truth['frames']:
         found = results.get(frame['name'], {}).get('detections', [])

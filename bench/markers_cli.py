@@ -19,7 +19,7 @@ from kinematic_core.files import write_whole
 
 
 def detection_record(detection):
-    """A Detection as the scorer's dictionary, metres and quaternion x y z w."""
+    """Return a Detection as the scorer's dictionary, in m and as a quaternion x y z w."""
     return {'id': detection.id, 'position': [round(float(v), 6) for v in detection.position],
             'orientation': [round(float(v), 7) for v in detection.quaternion],
             'corners': [[round(float(v), 3) for v in corner] for corner in detection.corners],
@@ -37,7 +37,7 @@ def _milliseconds(detector, image, camera, repeats):
 
 
 def run(folder, repeats=1):
-    """Results dictionary of all frames in a folder. Raises OSError or ValueError naming what is wrong."""
+    """Return the results of all frames in a folder; raise OSError or ValueError that says what is wrong."""
     with open(os.path.join(folder, 'frames.json')) as file:
         truth = json.load(file)
     if not isinstance(truth, dict):
@@ -59,7 +59,7 @@ def run(folder, repeats=1):
 
 
 def main(arguments=None):
-    """Entry of the command; returns the exit status."""
+    """Run the command; return the exit status."""
     parser = argparse.ArgumentParser(prog='./run markers', description=__doc__.split('\n')[0])
     parser.add_argument('folder', help='folder with frames.json')
     parser.add_argument('--json', required=True, help='write the results here')

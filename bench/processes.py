@@ -20,11 +20,11 @@ POLL = 0.05  # [s]
 
 
 class BenchError(RuntimeError):
-    """Something that was to be measured did not come up, ended early or did not answer; the text says what to do."""
+    """What was to be measured did not start, ended early or did not answer; the text says what to do."""
 
 
 def tree(pid):
-    """A process and all its descendants now, each a psutil.Process; none when it has ended."""
+    """Return a process and its present descendants, each a psutil.Process; nothing when it has ended."""
     try:
         return processes.tree(psutil.Process(pid))
     except psutil.NoSuchProcess:
@@ -32,7 +32,7 @@ def tree(pid):
 
 
 def tree_cpu(pid):
-    """{process: CPU seconds} of a process and its descendants."""
+    """Return {process: CPU time [s]} of a process and its descendants."""
     used = {}
     for member in tree(pid):
         with contextlib.suppress(OSError):  # ended in between
@@ -41,19 +41,19 @@ def tree_cpu(pid):
 
 
 def cpu_between(before, after):
-    """CPU seconds used between two `tree_cpu` readings; what began in between counts from its start."""
+    """Return the CPU time [s] between two results of tree_cpu; what started meanwhile counts from its start."""
     return sum(seconds - before.get(process, 0.0) for process, seconds in after.items())
 
 
 def peak_memory(pid):
-    """The most memory (VmHWM) [bytes] that a process has had resident, which psutil does not tell; 0 of a zombie."""
+    """Return the peak resident memory (VmHWM) [bytes], which psutil does not have; 0 for a zombie."""
     with open(f'/proc/{pid}/status', encoding='utf-8', errors='replace') as file:
         found = re.search(r'^VmHWM:\s*(\d+) kB$', file.read(), re.MULTILINE)
     return int(found[1]) * 1024 if found else 0
 
 
 def tree_memory(pid):
-    """Resident memory of a process and its descendants together, now and at most, in MB (1e6 bytes)."""
+    """Return the resident memory of a process and its descendants, now and at its peak [MB, 1e6 bytes]."""
     now = most = 0
     for member in tree(pid):
         with contextlib.suppress(psutil.Error, OSError):  # ended in between
@@ -83,11 +83,11 @@ class Child(processes.BackgroundProcess):
             signal.pthread_sigmask(signal.SIG_UNBLOCK, processes.END_SIGNALS)
 
     def lines(self):
-        """How many lines it has written."""
+        """Return how many lines it has written."""
         return self.output().count('\n')
 
     def tail(self):
-        """The last lines it has written, indented; a remark when there are none."""
+        """Return its last lines, indented, or a remark when there are none."""
         lines = self.output().splitlines()[-TAIL_LINES:]
         return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
 
@@ -125,25 +125,25 @@ class Child(processes.BackgroundProcess):
         return text
 
     def kill(self):
-        """End it by SIGKILL, without its descendants' knowing."""
+        """End it by SIGKILL, but not its descendants."""
         self.process.kill()
         self.process.wait()
         self.stop()
 
     def stop(self, stages=processes.END_STAGES):
-        """End it and its descendants: asked first, killed when it does not listen. Twice is harmless."""
+        """End it and its descendants, by force if need be. Twice is harmless."""
         super().stop(stages)
         if self in Child.alive:
             Child.alive.remove(self)
 
 
 def _default_signals():
-    """A shell's background jobs ignore SIGINT and hand that on; nodes are asked to end with it."""
+    """Do not ignore SIGINT, by which nodes are ended; a background job of a shell would inherit that."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, processes.END_SIGNALS)
 
 
 def stop_all():
-    """End every child still alive, the youngest first."""
+    """End every child that still runs, the youngest first."""
     for child in reversed(list(Child.alive)):
         child.stop()

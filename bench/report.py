@@ -11,7 +11,7 @@ HEADER = ('figure', 'ours', 'peer', 'ratio', 'target', 'ok?')
 
 
 def number(value):
-    """A figure as a person reads it: four significant digits, thousands parted, '-' for none."""
+    """Return a figure as text: four significant digits, a comma for thousands, '-' for none."""
     if value is None:
         return '-'
     if abs(value) >= 1000.0:
@@ -20,7 +20,7 @@ def number(value):
 
 
 def cells(row):
-    """The six texts of a row of the table."""
+    """Return the six texts of a row of the table."""
     figure = row.figure
     ratio = '-' if row.ratio is None else f'{row.ratio:.2f}'
     target = str(figure.target) if figure.target else ''
@@ -30,7 +30,7 @@ def cells(row):
 
 
 def table(rows):
-    """The rows as aligned text; rows of which nothing was measured are left out."""
+    """Return the rows as aligned text, without those of which nothing was measured."""
     lines = [HEADER] + [cells(row) for row in rows if row.ours is not None or row.peer is not None]
     widths = [max(len(line[column]) for line in lines) for column in range(len(HEADER))]
     lines.insert(1, tuple('-' * width for width in widths))
@@ -43,7 +43,7 @@ def _aligned(line, widths):
 
 
 def verdict(rows):
-    """One closing sentence: how many targets were reached, missed, and could not be judged."""
+    """Return the closing sentence: how many targets were reached, missed, and could not be judged."""
     judged = [row for row in rows if row.figure.target]
     reached = sum(row.ok is True for row in judged)
     missed = [row.figure.name for row in judged if row.ok is False]
@@ -57,7 +57,7 @@ def verdict(rows):
 
 
 def cpu_model(cpuinfo):
-    """The processor's name from the text of /proc/cpuinfo, 'unknown' where it has none (some ARM boards)."""
+    """Return the processor's name in the text of /proc/cpuinfo; 'unknown' where it has none (some ARM boards)."""
     for line in cpuinfo.splitlines():
         key, _, value = line.partition(':')
         if key.strip() in ('model name', 'Model', 'Hardware'):
@@ -66,7 +66,7 @@ def cpu_model(cpuinfo):
 
 
 def machine():
-    """Facts of this machine that figures depend on; no names, no paths."""
+    """Return the facts of this machine that figures depend on; no names, no paths."""
     try:
         with open('/proc/cpuinfo', encoding='utf-8', errors='replace') as file:
             model = cpu_model(file.read())
@@ -82,7 +82,7 @@ def machine():
 
 
 def as_json(suite, rows, failures, settings, facts):
-    """The whole run as JSON text, rows without any sample included as null."""
+    """Return the whole run as JSON text; rows without samples are null."""
     document = {
         'suite': suite,
         'when': time.strftime('%Y-%m-%dT%H:%M:%SZ', time.gmtime()),

@@ -33,7 +33,7 @@ TRACKED = 4  # pictures from one that the tracker looks at to the next: 7.5 Hz o
 
 
 def times_real_time(plan, seconds, every, sense):
-    """Simulated seconds a second of processor time over at least `seconds`; sense(pose) comes every so many steps."""
+    """Return simulated time per CPU time, over at least ``seconds``; call ``sense(pose)`` every ``every`` steps."""
     world = RobotWorld(plan, START)
     steps = 0
     begun = time.process_time()
@@ -54,7 +54,7 @@ def times_real_time(plan, seconds, every, sense):
 
 
 def eye(pose):
-    """The camera's (x, y, z, yaw) of a robot's pose."""
+    """Return the (x, y, z, yaw) of the camera of a robot with this pose."""
     return (*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw)
 
 

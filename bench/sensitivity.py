@@ -32,7 +32,7 @@ OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles'}  # of what only t
 
 
 class Part(NamedTuple):
-    """One number of a threshold: the threshold's name, the indices in its tuples, a name to print, and the number."""
+    """One number of a threshold: the threshold's name, the indices in its tuples, the name to print, the number."""
 
     threshold: str
     path: Tuple[int, ...]
@@ -41,7 +41,7 @@ class Part(NamedTuple):
 
 
 def parts() -> List[Part]:
-    """Every number in thresholds.py."""
+    """Return the Parts of all numbers in thresholds.py."""
     found: List[Part] = []
     for name, value in vars(thresholds).items():
         if name.isupper():
@@ -60,7 +60,7 @@ def _parts(threshold: str, path: Tuple[int, ...], name: str, value: Any) -> Iter
 
 
 def modules_using() -> Dict[str, Set[str]]:
-    """{threshold: names of the modules of alvar_core.detection that use it}."""
+    """Return {threshold: names of the modules of alvar_core.detection that use it}."""
     used: Dict[str, Set[str]] = {}
     for path in pathlib.Path(thresholds.__file__).parent.glob('*.py'):
         for name in re.findall(r'\bthresholds\.([A-Z][A-Z0-9_]*)', path.read_text(encoding='utf-8')):
@@ -69,7 +69,7 @@ def modules_using() -> Dict[str, Set[str]]:
 
 
 def changed(part: Part, sign: int) -> float:
-    """The number of a part, changed by CHANGE up (sign 1) or down (sign -1); a whole one by at least 1."""
+    """Return the number of a Part, changed by CHANGE up (sign 1) or down (-1), an integer by at least 1."""
     if isinstance(part.number, int):
         least = STEPS.get(part.name.rpartition('.')[2], 1)
         return part.number + sign * max(least, round(CHANGE * part.number))
@@ -78,7 +78,7 @@ def changed(part: Part, sign: int) -> float:
 
 @contextmanager
 def set_to(part: Part, number: float) -> Iterator[None]:
-    """Run with another number in thresholds.py."""
+    """Put another number into thresholds.py while the with statement lasts."""
     before = getattr(thresholds, part.threshold)
     setattr(thresholds, part.threshold, _with(before, part.path, number))
     try:
@@ -96,7 +96,7 @@ def _with(value: Any, path: Tuple[int, ...], number: float) -> Any:
 
 
 def _truth(placed) -> Dict[str, Any]:
-    """A Placed marker as an entry of frames.json."""
+    """Return a Placed marker as an entry of frames.json."""
     return {'id': placed.id, 'position': placed.position.tolist(), 'corners': placed.corners.tolist(),
             'orientation': rotations.quaternion_from_matrix(placed.rotation).tolist(),
             'distance_m': float(np.linalg.norm(placed.position)), 'ignore': False}
@@ -117,7 +117,7 @@ class Scenes:
         self.boards = [self._board(600 + seed) for seed in range(0, 16, every)]
 
     def _random(self, seed, count, first_id=0, margin=2):
-        """(image, Placed) of some random markers."""
+        """Return an image of some random markers, and where they were Placed."""
         rng = np.random.default_rng(seed)
         blur, noise = rng.uniform([0.4, 1], [1.1, 4]).tolist()
         scene = Scene(blur=blur, noise=noise, shadow=seed % 3 == 0, clutter=3)
@@ -127,7 +127,7 @@ class Scenes:
         return image_of(rng, self.camera, placed, scene, margin), placed
 
     def _moving(self, seed):
-        """(image, Placed) of 20 frames: a marker swings and recedes, one passes by and is hidden for a while."""
+        """Yield (image, Placed) of 20 frames: a marker swings and recedes, one passes by and is hidden for a while."""
         rng = np.random.default_rng(seed)
         scene = Scene(blur=0.7, noise=3.0, clutter=5)
         for frame in range(20):
@@ -140,7 +140,7 @@ class Scenes:
             yield image_of(rng, self.camera, placed, scene), placed
 
     def _board(self, seed):
-        """(image, rotation and position of the board, ids that were moved)."""
+        """Return an image, rotation and position of the board in it, and the ids of the markers that were moved."""
         rng = np.random.default_rng(seed)
         rotation = rotations.facing(*rng.uniform([0.0, 0, 0], [1.0, 6.3, 6.3]))
         position = np.array([0, 0, rng.uniform(0.7, 1.6)]) - rotation @ [0.16, 0.08, 0]
@@ -181,7 +181,7 @@ class Scenes:
         return total
 
     def _scored_boards(self, detector) -> Score:
-        """Wrong: markers taken though they were moved, or left out though they were not."""
+        """Count as wrong the markers that were moved and taken, or not moved and left out."""
         total = Score()
         bundle = bundles.Bundle('board', 0, tuple(self.BOARD), self.BOARD)
         for image, (rotation, position), moved in self.boards:
@@ -197,13 +197,13 @@ class Scenes:
 
 
 def figures(scores: Dict[str, Score]) -> Dict[str, Dict[str, float]]:
-    """{set: {figure: value}}: recall in %, counts, 95th percentile of the rotation error in degrees; NaN where none."""
+    """Return {set: {figure: value}}: recall [%], counts, 95th percentile of the rotation error [degrees]; else NaN."""
     return {name: {'recall': score.recall, 'false': score.false, 'wrong': score.wrong, 'flips': score.flips,
                    'rotation': score.rotation(95)} for name, score in scores.items()}
 
 
 def differences(before: Dict[str, Dict[str, float]], after: Dict[str, Dict[str, float]]) -> str:
-    """What changed, as text; '=' for nothing."""
+    """Return the differences as text; '=' for none."""
     texts = []
     for name, new in after.items():
         old = before[name]
@@ -217,7 +217,7 @@ def differences(before: Dict[str, Dict[str, float]], after: Dict[str, Dict[str, 
 
 
 def baseline_table(before: Dict[str, Dict[str, float]]) -> List[str]:
-    """Lines of a table of the figures with the thresholds as they are."""
+    """Return the lines of a table of the figures with the present thresholds."""
     rows = ['| set | recall % | false | wrong | flips | rotation, degrees, 95th percentile |',
             '|---|---|---|---|---|---|']
     for name, row in before.items():
@@ -227,7 +227,7 @@ def baseline_table(before: Dict[str, Dict[str, float]]) -> List[str]:
 
 
 def row_of(part: Part, down: str, up: str) -> str:
-    """The line of a threshold in the table."""
+    """Return the line of a threshold in the table."""
     return f'| `{part.name}` | {part.number:.4g} | {down} | {up} |'
 
 
@@ -238,7 +238,7 @@ _scenes: List[Scenes] = []  # of the processes that share the work
 
 
 def _try(part: Part) -> List[Dict[str, Dict[str, float]]]:
-    """Figures with a part changed down and up."""
+    """Return the figures with a Part changed down and up."""
     users = modules_using()[part.threshold]
     only = OWN_SCENES.get(next(iter(users)), '') if len(users) == 1 else ''
     after = []
@@ -249,7 +249,7 @@ def _try(part: Part) -> List[Dict[str, Dict[str, float]]]:
 
 
 def report(frames, progress=lambda text: None) -> Tuple[str, Dict[str, Any]]:
-    """(text, the same as a dictionary) of all thresholds on these frames (suite_markers.Frames)."""
+    """Return the report of all thresholds on these suite_markers.Frames, as text and as a dictionary."""
     _scenes[:] = [Scenes(frames)]
     before: Dict[str, Dict[str, float]] = {}
     for only in ('', *OWN_SCENES.values()):

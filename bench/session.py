@@ -35,7 +35,7 @@ def _read(path):
 
 
 def find_node(package, executable):
-    """Command of the executable that `rosrun package executable` would start; BenchError when there is none."""
+    """Return the command that ``rosrun package executable`` would run; raise BenchError when there is none."""
     command = ['catkin_find', '--first-only', '--libexec', '--share', package, executable]
     try:
         found = subprocess.run(command, capture_output=True, text=True, timeout=FIND_DEADLINE, check=False).stdout
@@ -63,7 +63,7 @@ class Subject:
         self._node_env['ROS_PACKAGE_PATH'] = package_path(command[0], self._env.get('ROS_PACKAGE_PATH', ''))
 
     def start_master(self):
-        """Start the master, again on its port after it was ended; BenchError when it does not answer."""
+        """Start the master, after its end on the same port; raise BenchError when it does not answer."""
         port = self.uri and int(self.uri.rpartition(':')[2])
         try:
             self.uri, self.master = start_master(
@@ -72,26 +72,26 @@ class Subject:
             raise BenchError(str(error)) from None
 
     def start(self, name, command, stdin=subprocess.DEVNULL, **environment):
-        """Start any program beside the node under test: a Child. A variable of the environment that is None goes."""
+        """Start any program beside the node under test; return a Child. None removes a variable of the environment."""
         env = {key: value for key, value in {**self._node_env, **environment}.items() if value is not None}
         return Child(name, command, env, self.folder, stdin=stdin)
 
     def node(self, *arguments):
-        """Start the node under test: a Child, to be used as a context manager."""
+        """Start the node under test; return a Child, for a with statement."""
         return self.start(f'node of {self.side}', [*self.command, *arguments])
 
     def other(self, command):
-        """Start another node that the one under test works with: a Child, likewise."""
+        """Start another node that the one under test works with; return a Child, for a with statement."""
         return self.start(f'other node of {self.side}', command)
 
     def probe(self, module, *arguments):
-        """Start a sibling module of this one as a client that prints one JSON document a line: a Child."""
+        """Start a module of this folder as a client that prints one JSON document per line; return a Child."""
         command = [sys.executable, os.path.join(HERE, module), *(str(argument) for argument in arguments)]
         return Child(f'{module} {arguments[0]}', command, self._env, self.folder, lines=True)
 
 
 def answer(probe, patience, watched=()):
-    """The next JSON document of a probe within `patience` seconds while the `watched` children live."""
+    """Return the next JSON document of a probe within ``patience`` [s], while the ``watched`` children run."""
     line = probe.next_line(time.monotonic() + patience, watched)
     try:
         return json.loads(line)
@@ -100,7 +100,7 @@ def answer(probe, patience, watched=()):
 
 
 def split_command(text):
-    """A command line as a list, the way a shell parts it; BenchError on an empty one or an open quote."""
+    """Split a command line as a shell does; raise BenchError for an empty one or an open quote."""
     try:
         command = shlex.split(text)
     except ValueError as error:

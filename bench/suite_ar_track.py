@@ -29,7 +29,7 @@ __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
-    """Time from starting the process to its first message, with a camera that runs already."""
+    """Measure the time from the start of the process to its first message; the camera runs already."""
     seconds = []
     for _ in range(scale.starts):
         with subject.probe('ar_track_probe.py', 'watch', '--limit', 30, '--seconds', 0.1, '--settle', 0.1) as probe:
@@ -41,7 +41,7 @@ def start(subject, scale):
 
 
 def watch(name):
-    """The measurement of one of CASES."""
+    """Return the measurement of one of CASES."""
     def run(subject, scale):
         with subject.probe('ar_track_probe.py', 'watch', *CASES[name][0], '--seconds', 2 * scale.window,
                            '--settle', SETTLE) as probe:

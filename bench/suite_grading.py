@@ -31,12 +31,12 @@ CLASS_JOBS = 2  # as many as a grading on 2 cores gets by default
 
 
 def right_program(exercise):
-    """The first of the right Python programs of an exercise that need not be graded in real time."""
+    """Return the first right Python program of an exercise that need not be graded in real time."""
     return min(path for path in (SAMPLES / exercise).glob('right_*.py') if path.stem not in REAL_TIME)
 
 
 def grade(arguments, limit):
-    """Wall time [s] of the grader; BenchError when it says that something is undecided or does not end."""
+    """Return the grader's wall time [s]; raise BenchError when the result is undecided or it does not end."""
     folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
     try:
         begun = time.perf_counter()
@@ -53,7 +53,7 @@ def grade(arguments, limit):
 
 
 def one(exercise):
-    """The measurement of one exercise, nothing else being graded."""
+    """Return the measurement of one exercise while nothing else is graded."""
     def run(_subject, _scale):
         with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as output:
             seconds = grade([exercise, '--seed', str(SEED), '--output', output, '--', str(right_program(exercise))],
@@ -75,7 +75,7 @@ def whole_class(_subject, _scale):
 
 
 def repeats(_subject, times):
-    """The same program again and again, four at once: the share of the most frequent verdict, and the time of each."""
+    """Grade one program many times, four at once: the share of the most frequent verdict, and the time of each."""
     exercise, program = REPEATED
     with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
         for number in range(times):

@@ -32,7 +32,7 @@ TOOLS = {'ours': 'here', 'aruco': 'ArUco', **{key: words for key, (_, words) in 
 
 
 class Frames:
-    """Frames with ground truth in a folder, images and cameras; BenchError if they cannot be read."""
+    """The frames in a folder with ground truth, images and cameras; BenchError if they cannot be read."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -56,7 +56,7 @@ class Frames:
             yield frame, image, self.cameras[frame['camera']]
 
     def stored(self, name):
-        """Results that lie beside the frames, or None."""
+        """Return the results that are stored beside the frames, or None."""
         path = os.path.join(self.folder, name)
         if not os.path.exists(path):
             return None
@@ -73,14 +73,14 @@ def use_folder(folder):
 
 
 def frames():
-    """The Frames under test."""
+    """Return the Frames under test."""
     if not _frames:
         use_folder(FOLDER)
     return _frames[0]
 
 
 def scores(tool, results):
-    """{figure key: samples} of a tool's results."""
+    """Return {figure key: samples} of a tool's results."""
     found = score(frames().truth, results)
     out = {f'{tool}_{key}': [sum(getattr(each, key) for each in found.values())]
            for key in ('flips', 'false', 'wrong', 'double')}
@@ -102,7 +102,7 @@ def _timed(samples, key, function, *arguments):
 
 
 def _all_frames(tool, detect):
-    """Scores and times of detect(frame, image, camera) on every frame."""
+    """Return the scores and times of detect(frame, image, camera) on every frame."""
     cv2.setNumThreads(1)
     samples, results = {}, {}
     for frame, image, camera in frames():
@@ -114,7 +114,7 @@ def _all_frames(tool, detect):
 
 
 def single(_subject, _scale):
-    """Score and time of our detector, each frame on its own."""
+    """Return the scores and times of our detector, each frame on its own."""
     detector = Detector(1.0)
 
     def detect(frame, image, camera):
@@ -124,7 +124,7 @@ def single(_subject, _scale):
 
 
 def aruco(_subject, _scale):
-    """Score and time of OpenCV's detector."""
+    """Return the scores and times of OpenCV's detector."""
     baseline = ArucoBaseline()
     return _all_frames('aruco', lambda frame, image, camera: baseline.detect(image, camera,
                                                                               frame.get('marker_size_m') or 1.0))
@@ -149,7 +149,7 @@ def tracking(_subject, scale):
 
 
 def stored(_subject, _scale):
-    """Scores of the answers of others that lie beside the frames."""
+    """Return the scores of other tools' results that are stored beside the frames."""
     out = {}
     for tool, (name, _) in STORED.items():
         results = frames().stored(name)
@@ -163,7 +163,7 @@ def stored(_subject, _scale):
 
 
 def sensitivity(progress):
-    """(text, figures) of what -10 % and +10 % of each of the detector's thresholds changes."""
+    """Return as text and figures what -10 % and +10 % of each of the detector's thresholds change."""
     cv2.setNumThreads(1)
     return sensitivity_report(frames(), progress)
 
@@ -177,7 +177,7 @@ MEASUREMENTS = {
 
 
 def preface(pools):
-    """The scores of all tools beside each other, as text."""
+    """Return the scores of all tools side by side, as text."""
     pool = pools[OURS]
     head = ('', 'recall %', 'position %, median', 'rotation deg, 95th', 'flips/false/wrong', *SIZES.values())
     rows = [head] + [_row(pool, tool, words) for tool, words in TOOLS.items() if f'{tool}_flips' in pool]

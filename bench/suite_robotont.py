@@ -20,7 +20,7 @@ __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
-    """Time from starting the process to its first odometry at a subscriber that was there before."""
+    """Measure the time from the start of the process to its first odometry at a waiting subscriber."""
     seconds = []
     for _ in range(scale.starts):
         with subject.probe(PROBE, 'first', 'odom') as probe:
@@ -32,7 +32,7 @@ def start(subject, scale):
 
 
 def rates(subject, scale):
-    """Rate and regularity of odometry and scans, and what the node takes for them."""
+    """Measure rate and regularity of odometry and scans, and the CPU time and memory of the node."""
     found = {}
     with subject.node(*WORLD, '_model:=robotont_gazebo_lidar') as node:
         for topic in ('odom', 'scan'):
@@ -49,7 +49,7 @@ def rates(subject, scale):
 
 
 def camera(topic, key):
-    """The measurement of a camera of 1280 x 720 with one subscriber to ``topic``."""
+    """Return the measurement of a camera of 1280 x 720 with one subscriber to ``topic``."""
     def run(subject, scale):
         with subject.node(*WORLD) as node, subject.other(find_node(PACKAGE, 'robotont_camera')) as eye:
             with subject.probe(PROBE, 'listen', topic, '--turning', '--seconds', scale.window) as probe:
@@ -69,7 +69,7 @@ def _percent(child, seconds):
 
 
 def core(subject, scale):
-    """The simulator's parts without ROS."""
+    """Measure the simulator's parts without ROS."""
     with subject.probe('robotont_core_probe.py', scale.window / 2.5) as probe:
         return {key: [value] for key, value in answer(probe, COME_UP + 4.0 * scale.window).items()}
 

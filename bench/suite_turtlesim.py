@@ -51,7 +51,7 @@ class Measurement:
 
 
 def start(subject, scale):
-    """Time from starting the process to its first pose at a subscriber that was there before."""
+    """Measure the time from the start of the process to its first pose at a waiting subscriber."""
     seconds = []
     for _ in range(scale.starts):
         with subject.probe('turtlesim_probe.py', 'first_pose') as probe:
@@ -63,32 +63,32 @@ def start(subject, scale):
 
 
 def turtles_in_words(count):
-    """'1 turtle', '20 turtles'."""
+    """Return '1 turtle' or '20 turtles'."""
     return '1 turtle' if count == 1 else f'{count} turtles'
 
 
 def _asked(subject, node, patience, task, *arguments, module='turtlesim_probe.py'):
-    """The one answer of a probe at a running node."""
+    """Run a probe at a node that runs, and return its one answer."""
     with subject.probe(module, task, *arguments) as probe:
         return answer(probe, COME_UP + patience, [node])
 
 
 def tick_rate(subject, scale):
-    """Rate and regularity of one turtle's poses."""
+    """Measure rate and regularity of one turtle's poses."""
     with subject.node() as node:
         stamps = _asked(subject, node, scale.window, 'rate', '--seconds', scale.window)['stamps']
     return {'rate': [mean_rate(stamps)], 'jitter': [1e3 * stdev(intervals(stamps))]}
 
 
 def cmd_vel(subject, scale):
-    """Time from a published speed to the pose that shows it."""
+    """Measure the time from a published speed to the pose that shows it."""
     with subject.node() as node:
         times = _asked(subject, node, 0.1 * scale.samples, 'cmd_vel', '--count', scale.samples)['times']
     return {'cmd_vel': [1e3 * seconds for seconds in times]}
 
 
 def service(subject, scale):
-    """Times of service calls back to back, with a connection a call and with one for all."""
+    """Measure service calls back to back, with a connection for each and with one for all."""
     found = {}
     with subject.node() as node:
         for name in SERVICES:
@@ -116,7 +116,7 @@ def _descriptors(node):
 
 
 def _idle(node, scale):
-    """CPU [s a second] of a node that is left alone."""
+    """Return the CPU time per second of a node that nobody uses."""
     time.sleep(SETTLE)
     begun, before = time.perf_counter(), tree_cpu(node.pid)
     time.sleep(scale.window)
@@ -124,7 +124,7 @@ def _idle(node, scale):
 
 
 def thousand(subject, scale):
-    """Spawning a thousand turtles, listening to all, resetting."""
+    """Measure spawning a thousand turtles, listening to all of them, and resetting."""
     found = {}
     with subject.node() as node:
         _asked(subject, node, 0.0, 'calls', '--count', 2, module=RAW)  # what the first calls make stays
@@ -177,7 +177,7 @@ def load(turtles):
 
 
 def _listened(subject, node, turtles, scale, *arguments):
-    """(CPU [% of a core], rates [Hz], VmRSS [MB]) of a node while every pose is subscribed to."""
+    """Return (CPU [% of a core], rates [Hz], VmRSS [MB]) of a node while every pose has a subscriber."""
     with subject.probe('turtlesim_probe.py', 'listen', '--turtles', turtles, '--seconds', scale.window,
                        '--settle', SETTLE, *arguments) as probe:
         answer(probe, COME_UP, [node])
@@ -198,7 +198,7 @@ def _driving(subject, node, turtles, scale):
 
 
 def core(subject, scale):
-    """Ticks of the turtle world alone and with its canvas, without ROS."""
+    """Measure the ticks of the turtle world alone and with its canvas, without ROS."""
     with subject.probe('core_probe.py', scale.window / 2.5) as probe:
         return {key: [value] for key, value in answer(probe, COME_UP + 4.0 * scale.window).items()}
 

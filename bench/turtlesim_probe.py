@@ -29,7 +29,7 @@ DRIVE_PERIOD = 0.5  # [s] between two commands, inside the watchdog's second
 
 
 class Silent(RuntimeError):
-    """The node did not do what was waited for."""
+    """The node did not do what the probe waited for."""
 
 
 def say(**document):
@@ -38,7 +38,7 @@ def say(**document):
 
 
 def await_true(condition, patience, what):
-    """Return once condition() holds; Silent after `patience` seconds."""
+    """Return once condition() is true; raise Silent after ``patience`` [s]."""
     deadline = clock() + patience
     while not condition():
         if clock() > deadline or rospy.is_shutdown():
@@ -47,7 +47,7 @@ def await_true(condition, patience, what):
 
 
 class Receiver:
-    """Stamps [s] of the received poses of some turtles, by name."""
+    """Collects the stamps [s] of the poses of some turtles, by name."""
 
     def __init__(self, turtles):
         self.stamps = {turtle: [] for turtle in turtles}
@@ -61,7 +61,7 @@ class Receiver:
         self._last[turtle] = message._buff
 
     def resting(self):
-        """Names of the turtles whose last pose shows no speed."""
+        """Return the names of the turtles whose last pose shows no speed."""
         return [turtle for turtle, data in self._last.items() if POSE.unpack(data)[3] == 0.0]
 
     def await_all(self):
@@ -69,13 +69,13 @@ class Receiver:
         await_true(lambda: all(self.stamps.values()), COME_UP, 'a pose of every turtle')
 
     def clear(self):
-        """Forget what has come."""
+        """Forget all poses so far."""
         for stamps in self.stamps.values():
             stamps.clear()
 
 
 def first_pose(_options):
-    """Be ready, then tell when the first pose came."""
+    """Say that all is ready, then report when the first pose came."""
     receiver = Receiver(['turtle1'])
     say(ready=True)
     receiver.await_all()
@@ -83,7 +83,7 @@ def first_pose(_options):
 
 
 def rate(options):
-    """Stamps of turtle1's poses over options.seconds."""
+    """Report the stamps of turtle1's poses in options.seconds."""
     receiver = Receiver(['turtle1'])
     receiver.await_all()
     time.sleep(options.settle)
@@ -109,14 +109,14 @@ class Driver:
 
 
 def require_moving(receiver):
-    """Raise Silent when a turtle rests: a node may save work on those, and the figures would be too good."""
+    """Raise Silent when a turtle stands still: a node may save work on it, and the figures would be too good."""
     resting = receiver.resting()
     if resting:
         raise Silent(f'{len(resting)} of {len(receiver.stamps)} turtles do not move, such as {resting[0]}')
 
 
 def listen(options):
-    """Be subscribed to all poses, tell so, then tell how many of each came in options.seconds."""
+    """Subscribe to all poses, say so, then report how many of each came in options.seconds."""
     names = [f'turtle{number}' for number in range(1, options.turtles + 1)]
     receiver = Receiver(names)
     receiver.await_all()
@@ -137,7 +137,7 @@ def listen(options):
 
 
 class SpeedWatch:
-    """Tells when the pose of turtle1 first shows a speed [m/s]."""
+    """Notes when the pose of turtle1 first shows a speed [m/s]."""
 
     def __init__(self):
         self._awaited = None
@@ -146,12 +146,12 @@ class SpeedWatch:
         self._subscriber = rospy.Subscriber('turtle1/pose', rospy.AnyMsg, self._received, tcp_nodelay=True)
 
     def expect(self, speed):
-        """From now on wait for this speed."""
+        """Wait for this speed from now on."""
         self._shown.clear()
         self._awaited = speed
 
     def await_shown(self):
-        """Clock of the pose that showed it; Silent when none did."""
+        """Return the time of the pose that showed it; raise Silent when none did."""
         if not self._shown.wait(ONE_ANSWER):
             raise Silent(f'no pose showed linear_velocity {self._awaited:g} within {ONE_ANSWER:g} s of its cmd_vel')
         return self.stamp
@@ -201,7 +201,7 @@ SERVICES = {'set_pen': (SetPen, _pen_calls), 'teleport_absolute': (TeleportAbsol
 
 
 def service(options):
-    """Times [s] of calls back to back: a connection a call, as ServiceProxy does by default, or one for all."""
+    """Report the times [s] of calls back to back: with a connection each (ServiceProxy's default) or one for all."""
     kind, requests = SERVICES[options.service]
     name = f'turtle1/{options.service}'
     rospy.wait_for_service(name, COME_UP)
@@ -216,7 +216,7 @@ def service(options):
 
 
 def spawn(options):
-    """Turtles up to options.turtles in all, in a grid."""
+    """Spawn turtles in a grid until there are options.turtles."""
     rospy.wait_for_service('spawn', COME_UP)
     call = rospy.ServiceProxy('spawn', Spawn, persistent=True)
     for number in range(2, options.turtles + 1):
@@ -228,7 +228,7 @@ TASKS = {task.__name__: task for task in (first_pose, rate, listen, cmd_vel, ser
 
 
 def parse(arguments, tasks, services):
-    """The options of one task."""
+    """Return the options of one task."""
     parser = argparse.ArgumentParser(description='one measurement at a running turtlesim_node')
     parser.add_argument('task', choices=sorted(tasks))
     parser.add_argument('--seconds', type=float, default=5.0, help='window [s]')

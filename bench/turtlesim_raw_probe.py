@@ -33,7 +33,7 @@ OF_TURTLE = {'set_pen', 'teleport_absolute', 'teleport_relative'}
 
 
 class Caller:
-    """A connection to a service that stays; what is sent and what comes back is seen without rospy's waiting."""
+    """A persistent connection to a service, without the waiting of rospy's ServiceProxy."""
 
     def __init__(self, service):
         kind, self._values = CALLS[service]
@@ -59,7 +59,7 @@ class Caller:
             raise Silent(f'a call failed: {text.decode()}')
 
     def call(self, name):
-        """Time [s] of a call."""
+        """Return the time [s] of a call."""
         begun = clock()
         self.send(name)
         self.receive()
@@ -67,7 +67,7 @@ class Caller:
 
 
 def connect(host, port, **fields):
-    """A TCPROS connection, its header sent and the answer read."""
+    """Return a TCPROS connection whose headers have been exchanged."""
     connection = socket.create_connection((host, port), COME_UP)
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     fields.update(callerid=rospy.get_name(), tcp_nodelay='1')
@@ -79,7 +79,7 @@ def connect(host, port, **fields):
 
 
 def receive(connection, size):
-    """That many bytes of a connection."""
+    """Return this many bytes of a connection."""
     data = b''
     while len(data) < size:
         more = connection.recv(size - len(data))
@@ -163,7 +163,7 @@ def reset(options):
 
 
 def listen_many(options):
-    """As listen, but cheap: bytes are counted and not decoded, so that a thousand poses leave the node its core."""
+    """Like listen, but count the bytes without decoding them: a thousand poses would take the node's core."""
     node = xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode('/turtlesim'))
     sockets = []
     for number in range(1, options.turtles + 1):
@@ -186,7 +186,7 @@ def listen_many(options):
 
 
 def drain(sockets):
-    """How many bytes wait in each socket; they are read."""
+    """Read all bytes that wait in the sockets; return how many each had."""
     counts = []
     for each in sockets:
         try:
