@@ -1,7 +1,7 @@
 """Growth of a quantity over a long run, with its uncertainty. No ROS, no clock.
 
-Samples of a process's memory are correlated over minutes: a plain regression would be far too sure. So they are
-averaged over BLOCKS blocks, each longer than the correlation, and the regression is made over these means.
+Samples of a process's memory are correlated over minutes, so a plain regression would underestimate its error. The
+samples are therefore averaged in BLOCKS blocks, each longer than the correlation, and the regression uses these means.
 """
 
 import math
@@ -14,7 +14,7 @@ WARM_UP = 1.0 / 6.0  # share of a run that is left out: 10 minutes of an hour
 
 
 class Growth(NamedTuple):
-    """A slope a day and half the width of its 95 % interval."""
+    """A slope per day, and half the width of its 95 % interval."""
 
     slope: float
     margin: float
@@ -28,12 +28,12 @@ class Growth(NamedTuple):
         return self.slope + self.margin
 
     def is_proven(self, harmless):
-        """Whether the interval neither holds 0, or what is below, nor ends below ``harmless`` a day."""
+        """Return whether the whole interval is above 0 and reaches ``harmless`` per day."""
         return self.low > 0.0 and self.high >= harmless
 
 
 def after_warm_up(samples):
-    """The (time [s], value) samples without the first WARM_UP of the time that they span."""
+    """Return the (time [s], value) samples without the first WARM_UP of the time that they span."""
     if not samples:
         return []
     start = samples[0][0] + WARM_UP * (samples[-1][0] - samples[0][0])
@@ -41,7 +41,7 @@ def after_warm_up(samples):
 
 
 def block_means(samples):
-    """(time, value) of BLOCKS means of equally many neighbours; ValueError on fewer samples than blocks."""
+    """Return (time, value) of BLOCKS means of equally many neighbours; ValueError for fewer samples than blocks."""
     if len(samples) < BLOCKS:
         raise ValueError(f'{len(samples)} samples are too few: at least {BLOCKS}')
     edges = [round(number * len(samples) / BLOCKS) for number in range(BLOCKS + 1)]
@@ -50,7 +50,7 @@ def block_means(samples):
 
 
 def growth(samples):
-    """The Growth a day of (time [s], value) samples, in the values' unit."""
+    """Return the Growth per day of (time [s], value) samples, in the unit of the values."""
     means = block_means(samples)
     middle_t, middle_v = (math.fsum(column) / BLOCKS for column in zip(*means))
     spread = math.fsum((t - middle_t) ** 2 for t, _ in means)
@@ -61,7 +61,7 @@ def growth(samples):
 
 
 def step(samples):
-    """Median of the last quarter of the values minus that of the first quarter: what stayed open."""
+    """Return the median of the last quarter of the values minus that of the first quarter: what stayed open."""
     values = [value for _, value in samples]
     quarter = max(1, len(values) // 4)
     return sorted(values[-quarter:])[quarter // 2] - sorted(values[:quarter])[quarter // 2]

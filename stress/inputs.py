@@ -1,7 +1,7 @@
-"""Bad inputs, made from seeded random numbers: the same seed, the same inputs. No node, no socket.
+"""Bad inputs from seeded random numbers: the same seed gives the same inputs. No node, no socket.
 
-Everything here must be refused or have no effect; what is legal and only odd (a far-away spawn) is left out, so that
-whatever changes in a simulator is a fault.
+A node must refuse all of them or ignore them. Legal but odd inputs (a spawn far away) are left out, so that any change
+in a simulator is a fault.
 """
 
 import json
@@ -26,7 +26,7 @@ TWIST = struct.Struct('<6d')
 
 
 def coordinates(rng, count):
-    """Numbers of which at least one is absurd."""
+    """Return numbers of which at least one is absurd."""
     values = [rng.uniform(0.0, 11.0) for _ in range(count)]
     for place in rng.sample(range(count), rng.randint(1, count)):
         values[place] = rng.choice(ABSURD)
@@ -34,7 +34,7 @@ def coordinates(rng, count):
 
 
 def bad_spawn(rng):
-    """A Spawn request that cannot be fulfilled."""
+    """Return a Spawn request that cannot be fulfilled."""
     if rng.random() < 0.5:
         return Spawn._request_class(*coordinates(rng, 3), f'n{rng.randrange(10 ** 6)}')
     return Spawn._request_class(5.0, 5.0, 0.0, rng.choice([*BAD_NAMES, 'turtle1']))
@@ -51,7 +51,7 @@ BAD_REQUESTS = {
 
 
 def wrong_length(rng, right):
-    """Bytes that are no request of the type whose bytes are ``right``; taken for numbers, they are absurd."""
+    """Return bytes of another length than the request ``right``; read as numbers, they are absurd."""
     wrong = rng.choice([b'', right[:rng.randrange(len(right))], right + b'\xff' * rng.randint(1, 100),
                         b'\xff' * rng.randint(1, 8),
                         right[:12] + struct.pack('<I', rng.choice([5000, 2 ** 31 - 1, 2 ** 32 - 1]))])
@@ -59,7 +59,7 @@ def wrong_length(rng, right):
 
 
 def bad_twist(rng):
-    """The bytes of a Twist that is absurd in a number that counts: linear x, linear y or angular z."""
+    """Return the bytes of a Twist with an absurd linear x, linear y or angular z."""
     values = [rng.uniform(-1.0, 1.0) for _ in range(6)]
     for place in rng.sample((0, 1, 5), rng.randint(1, 3)):
         values[place] = rng.choice((NOT_A_NUMBER, INFINITE, -INFINITE, 1e300, -1e300, 1e9, -1e9))
@@ -67,7 +67,7 @@ def bad_twist(rng):
 
 
 def bad_frame(rng):
-    """Bytes on a topic's connection that are no Twist: another length, or a length that is not true."""
+    """Return bytes for a topic's connection that are not a Twist: of another length, or announced with a wrong one."""
     size = rng.choice((0, 1, 47, 49, 4096))
     lengths = size, 0, 2 ** 31 - 1, 2 ** 32 - 1
     return struct.pack('<I', rng.choice(lengths)) + b'\xff' * min(size, 64)  # NaN, where it is taken for a Twist
@@ -117,12 +117,12 @@ HEADERS = (
 
 
 def bad_header(rng):
-    """Bytes that open a connection to a TCPROS port and are no header, or one that must be refused."""
+    """Return the first bytes of a TCPROS connection: not a header, or one that must be refused."""
     return rng.choice(HEADERS)(rng)
 
 
 def bad_http(rng):
-    """Bytes to an XML-RPC port that are no call, or a malformed one."""
+    """Return bytes for an XML-RPC port that are not a call, or a malformed one."""
     length = rng.choice(('-1', 'x', '0', '5', '99999999', str(2 ** 63)))
     body = rng.choice((b'<methodCall>', b'<methodCall><methodName>getPid</methodName></methodCall>',
                        b'<a>' * 200, b'\xff\xfe\0', b'<!DOCTYPE x [<!ENTITY a "b">]><methodCall>&a;</methodCall>',
@@ -148,7 +148,7 @@ CALLS = strategies.tuples(strategies.sampled_from(METHODS + WRONG_METHODS), stra
 def each_call(count, number, use):
     """Hand ``count`` calls (method, arguments) of an XML-RPC API, drawn by hypothesis, to ``use``.
 
-    They are of any type and length; who publishes something (publisherUpdate) is never the address of a machine.
+    They have any type and length; a publisher (publisherUpdate) never has the address of a machine.
     """
     @seeded(number)
     @settings(max_examples=count, database=None, deadline=None, phases=[Phase.generate],
@@ -160,5 +160,5 @@ def each_call(count, number, use):
 
 
 def legal_twist(x=0.0, y=0.0, turn=0.0):
-    """The bytes of a Twist."""
+    """Return the bytes of a legal Twist."""
     return TWIST.pack(x, y, 0.0, 0.0, 0.0, turn)

@@ -1,4 +1,4 @@
-"""Clients that never read, are stopped, killed, come and go, stay idle or are slow; and what a node takes at rest."""
+"""Clients that never read, are stopped or killed, come and go, stay idle or are slow; and what an idle node uses."""
 
 import functools
 import os
@@ -35,7 +35,7 @@ threading.Event().wait()
 
 
 def start(subject, scale, _rng):
-    """Memory, descriptors and threads of a node that nobody has asked anything."""
+    """Memory, descriptors and threads of a node that nobody uses."""
     with running(subject, 'turtlesim') as nodes:
         node = nodes['turtlesim']
         time.sleep(scale.seconds(2.0, 0.5))
@@ -44,7 +44,7 @@ def start(subject, scale, _rng):
 
 
 def never_reading(subject, scale, _rng):
-    """50, then 300 subscribers that never read: does the one that does get every pose?"""
+    """50, then 300 subscribers that never read: does the one that reads get every pose?"""
     found = {}
     with running(subject, 'turtlesim') as nodes:
         node = nodes['turtlesim']
@@ -66,7 +66,7 @@ def never_reading(subject, scale, _rng):
 
 
 def stopped(subject, scale, _rng):
-    """30 subscribers of a process that is stopped, and then killed."""
+    """30 subscribers in a process that is stopped, and then killed."""
     count = scale.count(30, 30)
     with running(subject, 'turtlesim') as nodes:
         node = nodes['turtlesim']
@@ -95,7 +95,7 @@ def _await_ready(child, deadline=30.0):
 
 
 def coming_and_going(subject, scale, _rng):
-    """1,000 subscribers one after the other, half of them closed in the middle of a message."""
+    """1,000 subscribers, one after the other; half of them close in the middle of a message."""
     count = scale.count(1000, 60)
     with running(subject, 'turtlesim') as nodes:
         node = nodes['turtlesim']
@@ -126,13 +126,13 @@ def _come_and_go(place, read):
 
 
 def _timed(probe, node):
-    """Seconds [ms] until ``probe(node)`` got its answer, None where none came."""
+    """Return the time [ms] until ``probe(node)`` got its answer; None without an answer."""
     begun = time.monotonic()
     return 1e3 * (time.monotonic() - begun) if probe(node, PATIENT) else None
 
 
 def idle(subject, scale, _rng):
-    """Connections to the TCPROS and the XML-RPC port that say nothing: one, then 2,000 of each."""
+    """Connections to the TCPROS and the XML-RPC port that send nothing: one, then 2,000 of each."""
     many = scale.count(2000, 200)
     found = {}
     with running(subject, 'turtlesim') as nodes:
@@ -160,7 +160,7 @@ def idle(subject, scale, _rng):
 
 
 def _while_answered(trial, count):
-    """Numbers up to count, as long as not many connections were refused."""
+    """Yield numbers up to ``count`` as long as few connections are refused."""
     for number in range(count):
         if trial.hung > 2:  # that is clear, and each costs a deadline
             return

@@ -1,4 +1,4 @@
-"""Bad inputs by every way into a node: services, topics, TCPROS connections and XML-RPC, 100,000 in the full form."""
+"""Bad inputs for a node's services, topics, TCPROS connections and XML-RPC: 100,000 in the full form."""
 
 import socket
 import struct
@@ -40,7 +40,7 @@ def services(subject, scale, rng):
 
 
 def _call_many(trial, name, kind, requests):
-    """How many of the requests were accepted; CONNECTIONS wait for their answers at once."""
+    """Return how many requests were accepted; CONNECTIONS wait for their answers at once."""
     accepted, callers = 0, [None] * CONNECTIONS
     while requests and trial.hung < MANY_HUNG and trial.node.runs():
         batch, requests = requests[:CONNECTIONS], requests[CONNECTIONS:]
@@ -64,7 +64,7 @@ def _call_many(trial, name, kind, requests):
 
 
 def lengths(subject, scale, rng):
-    """Requests whose length is not that of their type."""
+    """Requests with a wrong length for their type."""
     count = scale.count(3000, 60)
     with running(subject, 'turtlesim') as nodes:
         trial = Trial(nodes['turtlesim'])
@@ -76,7 +76,7 @@ def lengths(subject, scale, rng):
 
 
 def topics(subject, scale, rng):
-    """Absurd velocities and bytes that are none, from a publisher."""
+    """A publisher of absurd velocities, and of bytes that are not a message."""
     with running(subject, 'turtlesim') as nodes:
         return _publish_bad(nodes['turtlesim'], scale.count(30000, 1000), scale.count(300, 10), rng, 'topics')
 
@@ -105,7 +105,7 @@ def _publish_bad(node, messages, frames, rng, name):
 
 
 def _kick(node, topic, publisher):
-    """Let the node look at once for who publishes, instead of after a pause that grows."""
+    """Make the node look for publishers now, instead of after a growing pause."""
     try:
         api = tcpros.api(node.uri)
         api.publisherUpdate(tcpros.CALLER, topic, [])
@@ -133,7 +133,7 @@ def _attack_port(node, count, rng, name):
 
 
 def _open_badly(trial, place, count, make, rng):
-    """Send bytes on so many new connections; the last CONNECTIONS stay open meanwhile."""
+    """Send bytes on this many new connections; the last CONNECTIONS stay open meanwhile."""
     kept = []
     for _ in range(count):
         if trial.hung >= MANY_HUNG:
@@ -155,14 +155,14 @@ def _opened(place, data):
 
 
 def _close(connection, rng):
-    """Close a connection, now and then by a reset."""
+    """Close a connection, sometimes by a reset."""
     if rng.random() < 0.2:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))
     connection.close()
 
 
 def calls(subject, scale, rng):
-    """Calls of the slave API with any arguments, and HTTP that is none."""
+    """Calls of the slave API with any arguments, and malformed HTTP."""
     with running(subject, 'turtlesim') as nodes:
         return _attack_api(nodes['turtlesim'], scale.count(8000, 100), rng, 'xmlrpc')
 
@@ -192,7 +192,7 @@ def large(subject, scale, _rng):
 
 
 def _posted(trial, body):
-    """(seconds until the answer, the most memory [MB]) of a call whose body is given."""
+    """Return (time until the answer [s], peak memory [MB]) of a call with this body."""
     begun = time.monotonic()
 
     def post():
@@ -208,7 +208,7 @@ def _posted(trial, body):
 
 
 def robotont(subject, scale, rng):
-    """The same ways into the robot's simulator."""
+    """The same for the robot's simulator."""
     with running(subject, 'robotont') as nodes:
         node = nodes['robotont']
         found = _publish_bad(node, scale.count(3000, 200), scale.count(30, 3), rng, 'robotont')

@@ -1,4 +1,4 @@
-"""Masters that are killed and started again: is every kind of node registered again with all that it had?"""
+"""Masters that are killed and started again: does every kind of node register again with all its names?"""
 
 import contextlib
 import time
@@ -19,7 +19,7 @@ POLL = 0.02  # [s]
 
 
 def kinds_of(small):
-    """The kinds whose registration is looked at together."""
+    """Return the kinds whose registration is checked together."""
     keys = ('turtlesim', 'goto_pose_server', 'usb_cam', 'tracker') if small else (
         kind.key for kind in node_kinds.KINDS if kind.key not in APART)
     return [node_kinds.on_turtle(kind, OWN_TURTLES[kind.key]) if kind.key in OWN_TURTLES else kind
@@ -32,12 +32,12 @@ def restarts(subject, scale, _rng):
 
 
 def apart(subject, scale, _rng):
-    """The same with the kinds that disturb others."""
+    """The same for kinds that disturb others."""
     return _restart(subject, node_kinds.in_order(APART), scale.count(50, 1))
 
 
 def peer_restarts(subject, scale, _rng):
-    """The same with a simulator alone, which a peer can be, too."""
+    """The same for a simulator alone, which may be a peer."""
     return {key.replace('restart', 'alone'): values
             for key, values in _restart(subject, node_kinds.in_order(['turtlesim']), scale.count(10, 1)).items()}
 
@@ -61,7 +61,7 @@ def _restart(subject, kinds, count):
 
 
 def _start(stack, subject, kind, found=None):
-    """A registered Node; where it had ended with an error before, that is noted."""
+    """Start a node; return its Node once it is registered. ``found`` counts the start."""
     if found is not None:
         found.setdefault('restart_ended', []).append(0)
     node = stack.enter_context(started(subject, kind))
@@ -73,13 +73,13 @@ def _start(stack, subject, kind, found=None):
 
 
 def _push_against_the_wall(node):
-    """A simulator that logs all the time: a turtle at the wall, for as long as somebody drives it."""
+    """Put a turtle into a corner: a simulator logs all the time while somebody drives it against the wall."""
     if node.kind.key == 'turtlesim':
         node.call('/turtle1/teleport_absolute', 11.0, 11.0, 0.78)
 
 
 def _times(subject, nodes):
-    """{key: seconds from the answer of a new master to the full registration, None for never}."""
+    """Return {key: time [s] from the answer of a new master to the full registration, None for never}."""
     before = {node: node.registered() for node in nodes}
     parameters = {node: _given(node) for node in nodes}
     subject.master.kill()
@@ -100,7 +100,7 @@ def _times(subject, nodes):
 
 
 def _given(node):
-    """{name: value} of the parameters on its command line, as the master holds them."""
+    """Return {name: value} of the parameters on its command line, as the master has them."""
     if node.subject.side != 'ours':
         return {}
     return {name: node.master.getParam(tcpros.CALLER, name)[2] for name in node.kind.parameters}

@@ -54,7 +54,7 @@ def soak(subject, scale, _rng):
 
 
 def _world(nodes):
-    """What light load must not change: the robot's pose and world, and which turtles there are."""
+    """Return what light load must not change: the robot's pose and world, and the names of the turtles."""
     return nodes['robotont'].state(), sorted(name for name in nodes['turtlesim'].registered()[0]
                                              if name.endswith('/pose'))
 
@@ -70,7 +70,7 @@ def _sample(nodes, samples, now):
 
 
 def proportional_memory(pid):
-    """PSS [MB]: resident memory, of pages that are shared a share."""
+    """Return the PSS [MB]: resident memory, with a share of each shared page."""
     with open(f'/proc/{pid}/smaps_rollup', encoding='utf-8') as file:
         for line in file:
             if line.startswith('Pss:'):
@@ -79,7 +79,7 @@ def proportional_memory(pid):
 
 
 def _load(nodes):
-    """A round of calls and new subscribers; how many were not answered."""
+    """Make calls and new subscribers; return how many were not answered."""
     lost = 0
     for node in nodes.values():
         lost += not answers(node)

@@ -22,7 +22,7 @@ MIDDLE = 5.544444561004639  # [m]
 
 
 def turtlesim(subject, scale, rng):
-    """Everything that a turtle simulator can be asked."""
+    """All services of a turtle simulator."""
     with running(subject, 'turtlesim') as nodes:
         node = nodes['turtlesim']
         node.call('/reset')
@@ -39,7 +39,7 @@ def turtlesim(subject, scale, rng):
 
 
 def robotont(subject, scale, rng):
-    """Everything that the robot's simulator can be asked, but to move a panel."""
+    """All services of the robot's simulator, except to move a panel."""
     with running(subject, 'robotont') as nodes:
         node = nodes['robotont']
         start = SetPose._request_class(-2.0, 0.0, 0.0)
@@ -53,7 +53,7 @@ def robotont(subject, scale, rng):
 
 
 def _turtle_request(rng):
-    """(service, class, request) of a call that may fail by what others do."""
+    """Return (service, class, request) of a call that may fail because of other clients."""
     name = rng.choice(NAMES)
     choice = rng.choice((('/spawn', (5.0, 5.0, 0.0, name)), ('/spawn', (5.0, 5.0, 0.0, '')), ('/kill', (name,)),
                          ('/reset', ()), ('/clear', ()), ('/turtle1/set_pen', (rng.randrange(256), 0, 0, 3, 0)),
@@ -77,7 +77,7 @@ def _robot_request(rng):
 
 
 def _storm(trial, scale, rng, makers):
-    """CLIENTS threads that call for a time, each with its own seeded numbers."""
+    """Let CLIENTS threads call services for a time, each with its own seeded numbers."""
     end = time.monotonic() + scale.seconds(60.0, 5.0)
     lock = threading.Lock()
 
@@ -97,7 +97,7 @@ def _storm(trial, scale, rng, makers):
 
 
 def _asked(node, name, kind, request):
-    """Whether a call was never answered."""
+    """Make a call; return whether it was never answered."""
     try:
         _call(node, name, kind, request)
     except tcpros.NeverAnswered:
@@ -116,13 +116,13 @@ def _call(node, name, kind, request):
 
 
 def _let_go(node, name):
-    """End the pause that a storm may have left."""
+    """End a pause that a storm may have left."""
     if node.subject.side == OURS and node.runs():
         _call(node, f'{name}/resume', Trigger, Trigger._request_class())
 
 
 def pairs(subject, scale, _rng):
-    """Calls of one client back to back, on connections that stay."""
+    """Calls of one client back to back, on persistent connections."""
     count = scale.count(100, 10)
     with running(subject, 'turtlesim') as nodes:
         node = nodes['turtlesim']
@@ -142,7 +142,7 @@ def _calling(caller, request):
 
 
 def _times(call, count):
-    """Milliseconds of each of so many calls."""
+    """Return the times [ms] of this many calls."""
     found = []
     for _ in range(count):
         begun = time.monotonic()

@@ -1,4 +1,4 @@
-"""What a system runs out of or does to a node: descriptors, disk, stdout, HOME, signals; and how nodes end."""
+"""Systems without descriptors, disk space, stdout or HOME; signals; and how nodes end."""
 
 import contextlib
 import os
@@ -32,14 +32,14 @@ WAYS = ('SIGINT', 'SIGTERM', 'rosnode kill', 'master gone')
 
 
 def keys_of(subject, small):
-    """The kinds that are tried one after the other."""
+    """Return the kinds that are tried one after the other."""
     if subject.side != 'ours':
         return ('turtlesim',)
     return SMALL_KINDS if small else KINDS
 
 
 def merged(parts):
-    """One {key: samples} of many."""
+    """Return one {key: samples} made of many."""
     found = {}
     for part in parts:
         for key, values in part.items():
@@ -48,7 +48,7 @@ def merged(parts):
 
 
 def descriptors(subject, scale, _rng):
-    """No descriptor is left: when the clients are gone, does the node answer again, and how soon?"""
+    """No descriptor is left: does the node answer again when the clients are gone, and how soon?"""
     return merged(_without_descriptors(subject, key) for key in keys_of(subject, scale.small))
 
 
@@ -76,7 +76,7 @@ def _without_descriptors(subject, key):
 
 
 def _flood(trial, place, hello):
-    """Up to FLOOD connections that say ``hello``, as long as more are taken."""
+    """Open up to FLOOD connections that send ``hello``, as long as the node accepts them."""
     open_ones = []
     with contextlib.suppress(*TROUBLE):
         for _ in range(FLOOD):
@@ -87,7 +87,7 @@ def _flood(trial, place, hello):
 
 
 def disk(subject, scale, _rng):
-    """A full disk under log folder, recording and snapshots."""
+    """A full disk for logs, recording and snapshots."""
     folder = os.path.join(subject.folder, 'small_disk')
     os.makedirs(folder, exist_ok=True)
     inside = _small_disk(folder)
@@ -112,7 +112,7 @@ def disk(subject, scale, _rng):
 
 
 def _small_disk(folder):
-    """A command to run another with a disk of DISK kB on the folder; where that is not allowed, with small files."""
+    """Return a command that runs another with a disk of DISK kB on the folder; if not permitted, with small files."""
     mounting = ('unshare', '--mount', '--map-root-user', 'sh', '-c',
                 f'mount -t tmpfs -o size={DISK}k none "$0" && exec "$@"', folder)
     tried = subprocess.run([*mounting, 'true'], capture_output=True, timeout=10.0, check=False)
@@ -128,7 +128,7 @@ def _fill(path):
 
 
 def _lines_at_the_wall(node):
-    """How many lines a node prints while a turtle drives against the wall."""
+    """Return how many lines a node prints while a turtle drives against the wall."""
     topic, kind = MOTION['turtlesim']
     publisher = tcpros.Publisher(node.subject.uri, topic, kind)
     try:
@@ -143,7 +143,7 @@ def _lines_at_the_wall(node):
 
 
 def surroundings(subject, scale, _rng):
-    """Closed stdout and stderr; a HOME that cannot be written, without ROS_HOME and ROS_LOG_DIR."""
+    """Closed stdout and stderr; a read-only HOME without ROS_HOME and ROS_LOG_DIR."""
     parts = []
     for key in keys_of(subject, scale.small):
         parts.append(_lives(subject, key, 'closed', before=('sh', '-c', 'exec "$@" >&- 2>&-', 'sh')))
@@ -170,7 +170,7 @@ def _lives(subject, key, name, **options):
 
 
 def stop_and_go(subject, scale, _rng):
-    """SIGSTOP, a while nothing, SIGCONT."""
+    """SIGSTOP, a pause, SIGCONT."""
     parts = []
     for key in keys_of(subject, scale.small):
         with running(subject, key) as nodes:
@@ -201,7 +201,7 @@ def asked_to_end(subject, scale, _rng):
 
 
 def _forget(node):
-    """Take the registrations of a node that left them from the master, so that the next one is not taken for it."""
+    """Unregister a node that has not done it itself, so that the next one is not taken for it."""
     for names, forget in zip(node.registered(), ('unregisterPublisher', 'unregisterSubscriber', 'unregisterService')):
         for name in names:
             place = node.uri if forget != 'unregisterService' else node.master.lookupService(tcpros.CALLER, name)[2]
@@ -209,7 +209,7 @@ def _forget(node):
 
 
 def _exit_code(child):
-    """Its exit code, None where it does not end in time."""
+    """Return its exit code, None when it does not end in time."""
     try:
         return child.process.wait(END)
     except subprocess.TimeoutExpired:
@@ -217,7 +217,7 @@ def _exit_code(child):
 
 
 def ends(subject, scale, rng):
-    """200 ends of driving nodes, each in one of WAYS at a random moment."""
+    """End driving nodes 200 times, each in one of WAYS at a random moment."""
     count, keys = scale.count(200, 6), SMALL_DRIVING if scale.small else DRIVING
     found = {'driving_ends': [], 'driving_traceback': [], 'driving_left': []}
     with running(subject, *{need for key in keys for need in node_kinds.BY_KEY[key].needs}):
@@ -244,7 +244,7 @@ def ends(subject, scale, rng):
 
 
 def _await_up(node):
-    """Wait until a node is registered, or has ended by itself: others disturb it."""
+    """Wait until a node is registered or has ended by itself."""
     with contextlib.suppress(Exception):
         node.await_registered(END)
 

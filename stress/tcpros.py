@@ -1,6 +1,6 @@
-"""ROS's wire protocols by hand: what a client does that rospy and roscpp would never do. No node, no rospy.
+"""ROS's wire protocols, to do what rospy and roscpp never do. No node, no rospy.
 
-Every wait has a deadline; what is never answered becomes `NeverAnswered`, so that a campaign counts it and goes on.
+Every wait has a deadline; without an answer it raises ``NeverAnswered``, which a campaign counts.
 """
 
 import http.client
@@ -40,12 +40,12 @@ class _Transport(xmlrpc.client.Transport):
 
 
 def api(uri, timeout=DEADLINE):
-    """Proxy of a master's or node's XML-RPC API whose calls end after timeout [s]."""
+    """Return a proxy of a master's or node's XML-RPC API whose calls end after ``timeout`` [s]."""
     return xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout), allow_none=True)
 
 
 class AnyCall:
-    """An XML-RPC server to which anything can be sent, method names included that ServerProxy keeps to itself."""
+    """An XML-RPC client that can call any method name, also those that ServerProxy uses itself."""
 
     def __init__(self, uri, timeout=DEADLINE):
         self._host, self._transport = urlparse(uri).netloc, _Transport(timeout)
@@ -59,25 +59,25 @@ class AnyCall:
 
 
 def header(**fields):
-    """Bytes of a connection header."""
+    """Return the bytes of a connection header."""
     parts = [f'{name}={value}'.encode() for name, value in fields.items()]
     body = b''.join(LENGTH.pack(len(part)) + part for part in parts)
     return LENGTH.pack(len(body)) + body
 
 
 def framed(data):
-    """A message or request with its length before it."""
+    """Return a message or request with its length before it."""
     return LENGTH.pack(len(data)) + data
 
 
 def address(uri):
-    """(host, port) of a URI."""
+    """Return the (host, port) of a URI."""
     parsed = urlparse(uri)
     return parsed.hostname, parsed.port
 
 
 def connect(place, timeout=DEADLINE):
-    """A TCP connection to (host, port)."""
+    """Return a TCP connection to (host, port)."""
     try:
         connection = socket.create_connection(place, timeout)
     except socket.timeout:
@@ -89,7 +89,7 @@ def connect(place, timeout=DEADLINE):
 
 
 def receive(connection, count):
-    """Exactly ``count`` bytes."""
+    """Return exactly ``count`` bytes."""
     parts = []
     while count:
         try:
@@ -106,7 +106,7 @@ def receive(connection, count):
 
 
 def receive_frame(connection):
-    """The bytes of one frame."""
+    """Return the bytes of one frame."""
     length = LENGTH.unpack(receive(connection, LENGTH.size))[0]
     if length > LARGEST_ANSWER:
         raise Closed(f'a frame of {length} bytes')
@@ -114,7 +114,7 @@ def receive_frame(connection):
 
 
 def send(connection, data):
-    """Send all."""
+    """Send all bytes."""
     try:
         connection.sendall(data)
     except socket.timeout:
@@ -126,7 +126,7 @@ def send(connection, data):
 class Caller:
     """A persistent connection to a service at ``place`` (host, port); kind: its class, such as turtlesim.srv.Spawn.
 
-    `send` and `answer` apart let many connections wait at once.
+    With ``send`` and ``answer``, many connections can wait at once.
     """
 
     def __init__(self, place, name, kind, timeout=DEADLINE):
@@ -144,7 +144,7 @@ class Caller:
         send(self._socket, framed(request))
 
     def answer(self):
-        """(accepted, bytes of the response or of the error's text)."""
+        """Return (accepted, bytes of the response or of the error's text)."""
         accepted = receive(self._socket, 1) == b'\x01'
         return accepted, receive_frame(self._socket)
 
@@ -162,13 +162,13 @@ _NUMBERS = itertools.count(1)
 
 
 def subscription(topic, kind):
-    """The header of a subscriber of its own: rospy closes a connection when another one of the same caller comes."""
+    """Return the header of a new caller: rospy closes a connection when another one of the same caller comes."""
     return header(callerid=f'{CALLER}_{next(_NUMBERS)}_{os.getpid()}', topic=topic, md5sum=kind._md5sum,
                   type=kind._type, tcp_nodelay='1')
 
 
 def subscribe(uri, topic, kind, timeout=DEADLINE, buffer=None):
-    """A socket on which a node's messages of a topic come; its header is read. buffer [bytes]: of the receiver."""
+    """Return a socket that receives the messages of a topic, after the headers; ``buffer`` [bytes]: the receiver's."""
     code, status, protocol = api(uri, timeout).requestTopic(CALLER, topic, [['TCPROS']])
     if code != 1 or not protocol:
         raise Closed(f'requestTopic {topic}: {status}')
@@ -193,7 +193,7 @@ def subscribe(uri, topic, kind, timeout=DEADLINE, buffer=None):
 
 
 class Receiver:
-    """Receives a topic in a thread: how many messages, and when [s, time.monotonic]."""
+    """Receives a topic in a thread; notes how many messages came, and when [s, time.monotonic]."""
 
     def __init__(self, connection):
         self._socket = connection
@@ -226,7 +226,7 @@ class _Quiet(SimpleXMLRPCRequestHandler):
 
 
 class Publisher:
-    """A publisher with a slave API of its own; ``connections`` are the sockets of those who subscribed.
+    """A publisher with its own slave API; ``connections`` are the sockets of its subscribers.
 
     Registered with the master as CALLER; ``hello`` is what it answers to a header (by default: a right one).
     """
@@ -263,11 +263,11 @@ class Publisher:
             self.connections.append(connection)
 
     def publish(self, data):
-        """Send a message's bytes, framed, to every subscriber; return to how many."""
+        """Send a message's bytes, framed, to every subscriber; return the number of subscribers."""
         return self.publish_raw(framed(data))
 
     def publish_raw(self, data):
-        """Send bytes as they are; who does not take them is dropped. Return to how many it was sent."""
+        """Send bytes as they are, drop subscribers that do not take them, and return the number of the others."""
         for connection in list(self.connections):
             try:
                 connection.sendall(data)

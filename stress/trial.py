@@ -1,4 +1,4 @@
-"""One attack on one node: what was sent, what was lost by it, and what it left behind; and the figures of that."""
+"""One attack on one node: what was sent, what was lost, what it left behind, and the figures of these."""
 
 import time
 from dataclasses import dataclass
@@ -29,17 +29,17 @@ class Attack:
 
 @dataclass(frozen=True)
 class Scale:
-    """How much of everything. factor: 1 is the full form; small: for the tests, on a loaded machine."""
+    """How much of everything. ``factor``: 1 is the full form; ``small``: for the tests, on a loaded machine."""
 
     factor: float = 1.0
     small: bool = False
 
     def count(self, full, small):
-        """How many: ``full`` times the factor, at least 1, or ``small``."""
+        """Return ``full`` times the factor, at least 1, or ``small``."""
         return small if self.small else max(1, round(full * self.factor))
 
     def seconds(self, full, small):
-        """How long [s]."""
+        """Return how long [s]."""
         return small if self.small else full * self.factor
 
 
@@ -55,7 +55,7 @@ class Trial:
         self._descriptors, self._threads = node.descriptors(), node.threads()
 
     def answered(self, call):
-        """Count an input; ``call()`` sends it and waits. Return its value, None where none came."""
+        """Count an input; ``call()`` sends it and waits. Return its value, None without an answer."""
         self.inputs += 1
         try:
             return call()
@@ -66,7 +66,7 @@ class Trial:
         return None
 
     def samples(self, name):
-        """{key: samples} of all that was lost; the attack is over."""
+        """End the attack; return {key: samples} of all that was lost."""
         found = {'inputs': self.inputs, 'hung': self.hung, 'ended': 0 if self._lives() else 1}
         if not found['ended']:
             found['deaf'] = deaf(self.node)
@@ -81,7 +81,7 @@ class Trial:
         return self.node.runs()
 
     def _left(self):
-        """Descriptors and threads more than before, once they do not go away any more."""
+        """Return how many more descriptors and threads there are than before; wait up to SETTLED for few."""
         end = time.monotonic() + SETTLED
         while True:
             left = self.node.descriptors() - self._descriptors, self.node.threads() - self._threads
@@ -98,12 +98,12 @@ class Trial:
 
 
 def deaf(node):
-    """How many of a service call and a new subscriber got nothing from a node."""
+    """Return how many of two, a service call and a new subscriber, a node did not answer."""
     return sum(not heard for heard in (answers(node), listen(node)))
 
 
 def answers(node, timeout=tcpros.DEADLINE):
-    """Whether a call that changes nothing is answered."""
+    """Return whether a call that changes nothing is answered."""
     try:
         if node.kind.key == 'turtlesim':
             node.call('/turtle1/set_pen', *PEN, timeout=timeout)
@@ -119,7 +119,7 @@ def answers(node, timeout=tcpros.DEADLINE):
 
 
 def listen(node, timeout=tcpros.DEADLINE):
-    """Whether a new subscriber gets a simulator's message, or an answer to its header from another node."""
+    """Return whether a new subscriber gets a message of a simulator, or a header from another node."""
     topics = {'turtlesim': ('/turtle1/pose', Pose, True), 'robotont': ('/odom', Odometry, True)}
     if node.kind.key not in topics:
         return True  # its service was asked: the same port and thread
@@ -135,7 +135,7 @@ def listen(node, timeout=tcpros.DEADLINE):
 
 
 def losses(name, words, changed=True):
-    """The figures of a Trial's samples."""
+    """Return the figures of a Trial's samples."""
     yield Figure(f'{words}: inputs', f'{name}_inputs', '', sum)
     yield Figure(f'{words}: never answered', f'{name}_hung', '', sum, NOTHING)
     yield Figure(f'{words}: nodes ended', f'{name}_ended', '', sum, NOTHING)

@@ -1,4 +1,4 @@
-"""Nodes under attack: started with what they need, watched in /proc, asked for their state. No rospy."""
+"""Nodes under attack: starts them with what they need, watches them in /proc, asks for their state. No rospy."""
 
 import contextlib
 import hashlib
@@ -42,12 +42,12 @@ FRESH = {'turtlesim': ('/turtle1/pose', Pose), 'robotont': ('/robotont_gazebo/gr
 
 
 def tell(text):
-    """Tell on stderr what is going on; stdout is the table's."""
+    """Print the progress on stderr; stdout is for the table."""
     print(text, file=sys.stderr, flush=True)
 
 
 def until(condition, what, deadline=COME_UP):
-    """Poll until ``condition()`` is true and return its value; BenchError after ``deadline`` [s]."""
+    """Poll until ``condition()`` is true and return its value; raise BenchError after ``deadline`` [s]."""
     end = time.monotonic() + deadline
     while True:
         try:
@@ -62,7 +62,7 @@ def until(condition, what, deadline=COME_UP):
 
 
 class Node:
-    """A running node. kind: a NodeKind; child: its process, which may be a wrapper of the node's."""
+    """A running node. ``kind``: a NodeKind; ``child``: its process, which may wrap that of the node."""
 
     def __init__(self, kind, child, subject):
         self.kind, self.child, self.subject = kind, child, subject
@@ -71,13 +71,13 @@ class Node:
 
     @property
     def master(self):
-        """The master's API, a connection for each thread."""
+        """Return the master's API, with a connection for each thread."""
         if not hasattr(self._of_thread, 'master'):
             self._of_thread.master = tcpros.api(self.subject.uri)
         return self._of_thread.master
 
     def await_registered(self, deadline=COME_UP):
-        """Return once all its names are with the master."""
+        """Wait until the master knows all its names."""
         def there():
             self.child.require_alive()
             if self.missing():
@@ -89,46 +89,46 @@ class Node:
         until(there, f'{self.kind.key} has registered {self.kind.published + self.kind.services}', deadline)
 
     def registered(self):
-        """(published, subscribed, services) that the master knows of it, sets."""
+        """Return the names (published, subscribed, services) that the master knows of it, sets."""
         state = self.master.getSystemState(tcpros.CALLER)[2]
         return tuple({name for name, nodes in kind if self.kind.node in nodes} for kind in state)
 
     def missing(self):
-        """What it must have registered and has not; of a peer only what a turtlesim has."""
+        """Return the names that it should have registered but has not; for a peer only those of turtlesim."""
         left = node_kinds.missing(self.kind, self.registered())
         if self.subject.side == OURS:
             return left
         return [name for name in left if not name.startswith(self.kind.node + '/')]
 
     def runs(self):
-        """Whether its process lives."""
+        """Return whether its process runs."""
         return self.child.runs()
 
     def descriptors(self):
-        """How many it has open."""
+        """Return how many descriptors it has open."""
         return psutil.Process(self.pid).num_fds()
 
     def threads(self):
-        """How many it has."""
+        """Return how many threads it has."""
         return psutil.Process(self.pid).num_threads()
 
     def memory(self):
-        """Resident memory [MB]."""
+        """Return the resident memory [MB]."""
         return psutil.Process(self.pid).memory_info().rss / 1e6
 
     def peak_memory(self):
-        """The most resident memory [MB] that there was."""
+        """Return the peak resident memory [MB]."""
         return peak_memory(self.pid) / 1e6
 
     def service_place(self, name):
-        """(host, port) of a service."""
+        """Return the (host, port) of a service."""
         code, status, uri = self.master.lookupService(tcpros.CALLER, name)
         if code != 1:
             raise tcpros.Closed(status)
         return tcpros.address(uri)
 
     def caller(self, name, kind=None, timeout=tcpros.DEADLINE):
-        """A persistent connection to one of its services, by absolute name."""
+        """Return a persistent connection to one of its services, by absolute name."""
         kind = kind or SERVICES[name.rpartition('/')[2]]
         return tcpros.Caller(self.service_place(name), name, kind, timeout)
 
@@ -142,12 +142,12 @@ class Node:
             caller.close()
 
     def receiver(self, topic=None, kind=None):
-        """A Receiver of a topic, without one: of the simulator's poses."""
+        """Return a Receiver of a topic, by default of the simulator's poses."""
         topic, kind = (topic, kind) if topic else FRESH[self.kind.key]
         return tcpros.Receiver(tcpros.subscribe(self.uri, topic, kind))
 
     def message(self, topic, kind):
-        """The bytes of a message that is published after this was called, or of a latched one."""
+        """Return the bytes of a latched message, or of the next one that is published."""
         connection = tcpros.subscribe(self.uri, topic, kind)
         try:
             return tcpros.receive_frame(connection)
@@ -155,7 +155,7 @@ class Node:
             connection.close()
 
     def tcpros_place(self):
-        """(host, port) on which it takes connections of services and subscribers."""
+        """Return the (host, port) for connections of services and subscribers."""
         published = self.kind.published
         if self.kind.services:
             return self.service_place(self.kind.services[0])
@@ -163,7 +163,7 @@ class Node:
         return tuple(tcpros.api(self.uri).requestTopic(tcpros.CALLER, topics[0], [['TCPROS']])[2][1:3])
 
     def state(self):
-        """All that nothing but a legal request may change: poses and picture, or the robot's pose and world."""
+        """Return all that only a legal request may change: poses and image, or the robot's pose and world."""
         if self.kind.key == 'robotont':
             return {'pose': ground_truth(self.message('/robotont_gazebo/ground_truth', Odometry)),
                     'world': self.message('/robotont_gazebo/world', String)}
@@ -174,7 +174,7 @@ class Node:
         return found
 
     def picture(self):
-        """The digest of what ~snapshot saves."""
+        """Return the digest of what ~snapshot saves."""
         with tempfile.TemporaryDirectory() as folder:
             self.master.setParam(tcpros.CALLER, f'{self.kind.node}/snapshot_dir', folder)
             # the first one loads OpenCV, which takes long when the disk has not been read yet
@@ -187,7 +187,7 @@ class Node:
 
 
 def serialized(message):
-    """The bytes of a message."""
+    """Return the bytes of a message."""
     class _Buffer(list):
         write = list.append
     buffer = _Buffer()
@@ -196,7 +196,7 @@ def serialized(message):
 
 
 def ground_truth(data):
-    """(x, y, z, quaternion) of an Odometry's bytes."""
+    """Return (x, y, z, quaternion) of an Odometry's bytes."""
     offset = 12  # header: seq, stamp
     for _ in range(2):  # frame_id and child_frame_id
         offset += TEXT_LENGTH.size + TEXT_LENGTH.unpack_from(data, offset)[0]
@@ -207,7 +207,7 @@ _FOUND = {}
 
 
 def command_of(kind, subject):
-    """The command of a kind of node, of a peer's for the turtle simulator."""
+    """Return the command of a kind of node; for the turtle simulator, the peer's if there is one."""
     folder = os.path.join(subject.folder, 'pictures')
     node_kinds.make_picture(folder)
     if subject.side != OURS and kind.key == 'turtlesim':
@@ -220,9 +220,9 @@ def command_of(kind, subject):
 
 @contextlib.contextmanager
 def running(subject, *keys, before=(), **environment):
-    """{key: Node} of the kinds with these keys and what they need, registered; ended afterwards.
+    """Yield {key: Node} of the kinds with these keys and what they need, all registered; end them afterwards.
 
-    before: a command in front of each, such as prlimit; environment: changed variables, None takes one away.
+    ``before``: a command in front of each, such as prlimit; ``environment``: changed variables, None removes one.
     """
     with contextlib.ExitStack() as stack:
         nodes = {}
@@ -235,14 +235,14 @@ def running(subject, *keys, before=(), **environment):
 
 @contextlib.contextmanager
 def started(subject, kind, before=(), **environment):
-    """A Node of a kind that has just been started."""
+    """Start a node of a kind; return its Node."""
     command = [*before, *command_of(kind, subject)]
     with subject.start(f'{kind.key} of {subject.side}', command, stdin=subprocess.PIPE, **environment) as child:
         yield Node(kind, child, subject)
 
 
 def rate(receiver, seconds):
-    """Messages a second [Hz] over the next ``seconds``."""
+    """Return the rate [Hz] of messages over the next ``seconds``."""
     start = len(receiver.stamps)
     time.sleep(seconds)
     return median_rate(receiver.stamps[start:], SPAN)
