@@ -20,7 +20,7 @@ from types import SimpleNamespace
 import report
 from figures import OURS, PEER, judge
 from kinematic_core.files import write_whole
-from process_support.processes import make_interruptible
+from process_support.processes import INTERRUPTED, make_interruptible
 from processes import BenchError, stop_all
 from session import Subject, find_node, split_command
 
@@ -30,19 +30,19 @@ ROUNDS = 3
 
 
 def suites():
-    """Names of the suites that lie beside this file as suite_NAME.py."""
+    """Return the names of the suites: NAME of each file suite_NAME.py in this folder."""
     files = glob.glob(os.path.join(HERE, 'suite_*.py'))
     return sorted(os.path.basename(file)[len('suite_'):-len('.py')] for file in files)
 
 
 def default_json(suite):
-    """Path of the JSON of a suite: output/ in the repository."""
+    """Return the path of a suite's JSON, in output/ of the repository."""
     name = 'bench.json' if suite == DEFAULT_SUITE else f'bench_{suite}.json'
     return os.path.join(os.path.dirname(HERE), 'output', name)
 
 
 def positive(text):
-    """An integer of at least 1, for argparse."""
+    """Return an integer of at least 1, for argparse."""
     value = int(text)
     if value < 1:
         raise ValueError(text)
@@ -50,7 +50,7 @@ def positive(text):
 
 
 def parse(arguments):
-    """(options, suite module); ends the program with code 2 and a text on wrong usage."""
+    """Return the options and the module of the suite; exit with code 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='./run bench', description=__doc__.splitlines()[0])
     parser.add_argument('suite', nargs='?', default=DEFAULT_SUITE, choices=suites(), help='default: %(default)s')
     parser.add_argument('folder', nargs='?',
@@ -90,7 +90,7 @@ def parse(arguments):
 
 
 def subjects(options, suite, names, folder):
-    """The nodes under test with running masters: ours, then the peer if there is one. No node is started yet."""
+    """Return the nodes under test with running masters: ours, then the peer if there is one. It starts no node."""
     if not getattr(suite, 'NEEDS_NODE', True):
         return [SimpleNamespace(side=OURS)]
     needs_node = any(not suite.MEASUREMENTS[name].in_process for name in names)
@@ -105,7 +105,7 @@ def subjects(options, suite, names, folder):
 
 
 def measure(options, suite, names, under_test):
-    """({side: {key: samples}}, failures): every measurement, its rounds alternating between the subjects."""
+    """Run every measurement, its rounds in turns for the subjects; return ({side: {key: samples}}, failures)."""
     pools = {subject.side: {} for subject in under_test}
     failures = []
     scale = suite.QUICK if options.quick else suite.FULL
@@ -129,7 +129,7 @@ def measure(options, suite, names, under_test):
 
 
 def report_progress(text):
-    """Tell on stderr what is going on; stdout is the table's."""
+    """Print the progress on stderr; stdout is for the table."""
     print(text, file=sys.stderr, flush=True)
 
 
@@ -150,7 +150,7 @@ def hand_out(options, suite, pools, failures, facts):
 
 
 def write_figures(path, text):
-    """Write the JSON of a run; BenchError if that is impossible."""
+    """Write the JSON of a run; raise BenchError if that is impossible."""
     try:
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         write_whole(path, text)
@@ -160,7 +160,7 @@ def write_figures(path, text):
 
 
 def run_sensitivity(options, suite):
-    """Print what changed thresholds change, and write it as JSON; the exit code."""
+    """Print and write as JSON what other thresholds would change; return the exit code."""
     text, figures = suite.sensitivity(report_progress)
     print(text)
     write_figures(options.json, json.dumps(figures, indent=1))
@@ -168,7 +168,7 @@ def run_sensitivity(options, suite):
 
 
 def run(options, suite):
-    """Measure and hand out; the exit code."""
+    """Measure, print and write the figures; return the exit code."""
     facts = report.machine()
     names = [name for name in suite.MEASUREMENTS if not options.only or name in options.only]
     with ExitStack() as stack:
@@ -194,7 +194,7 @@ def main():
         return 1
     except KeyboardInterrupt:
         report_progress('bench: interrupted; all its processes have ended')
-        return 130
+        return INTERRUPTED
 
 
 if __name__ == '__main__':

@@ -18,7 +18,7 @@ from contextlib import ExitStack
 
 import report
 from figures import OURS, PEER, judge
-from process_support.processes import make_interruptible
+from process_support.processes import INTERRUPTED, make_interruptible
 from processes import BenchError, stop_all
 from session import Subject, split_command
 from trial import Scale
@@ -32,7 +32,7 @@ LARGEST_SEED = 2 ** 31 - 1
 
 
 def parse(arguments):
-    """The options; ends the program with code 2 and a text on wrong usage."""
+    """Return the options; exit with code 2 and a text on wrong usage."""
     parser = argparse.ArgumentParser(prog='./run stress', description=__doc__.splitlines()[0])
     parser.add_argument('suites', nargs='*', metavar='SUITE',
                         help=f'one or more of {", ".join(SUITES)} (default: all but soak)')
@@ -68,7 +68,7 @@ def _check_only(parser, options):
 
 
 def positive(text):
-    """A finite number above 0, for argparse."""
+    """Return a finite number above 0, for argparse."""
     value = float(text)
     if not 0.0 < value < float('inf'):
         raise ValueError(text)
@@ -76,22 +76,22 @@ def positive(text):
 
 
 def load(suite):
-    """The module of a suite: ATTACKS {name: Attack} and FIGURES."""
+    """Return the module of a suite: ATTACKS {name: Attack} and FIGURES."""
     return importlib.import_module(f'stress_{suite}')
 
 
 def numbers(seed, suite, attack):
-    """The random numbers of an attack: the same for ours and the peer, whatever else runs."""
+    """Return the random numbers of an attack: the same for our node and the peer, whatever else runs."""
     return random.Random(f'{seed}/{suite}/{attack}')
 
 
 def scale_of(options, suite):
-    """The Scale of a suite."""
+    """Return the Scale of a suite."""
     return Scale(1.0 if options.minutes is None else options.minutes / SUITES[suite], options.small)
 
 
 def subjects(options, folder):
-    """Ours and the peer, each with a running master."""
+    """Return our node and the peer, each with a running master."""
     commands = {OURS: ['unused']}
     if options.peer:
         commands[PEER] = split_command(options.peer)
@@ -99,13 +99,13 @@ def subjects(options, folder):
 
 
 def _new_master(subject):
-    """Start the master anew: without parameters, and without the registrations that a killed peer left."""
+    """Start a new master: without parameters, and without the registrations that a killed peer left."""
     subject.master.kill()
     subject.start_master()
 
 
 def _place(error):
-    """The functions in which an error came up, the outermost last."""
+    """Return the functions in which an error was raised, the outermost last."""
     return ' < '.join(frame.name for frame in reversed(traceback.extract_tb(error.__traceback__)[1:]))
 
 
@@ -122,7 +122,7 @@ def attack_all(options, under_test, pools, failures):
 
 
 def _attack(options, suite, name, subject, pools, failures):
-    """Let one attack loose on one subject."""
+    """Run one attack on one subject."""
     try:
         _new_master(subject)
         found = load(suite).ATTACKS[name].run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
@@ -135,7 +135,7 @@ def _attack(options, suite, name, subject, pools, failures):
 
 
 def figures_of(options):
-    """The figures of all suites, those of times and rates without a target in the small form."""
+    """Return the figures of all suites; in the small form times and rates have no target."""
     for suite in options.suites:
         for figure in load(suite).FIGURES:
             timed = bool(figure.unit)
@@ -144,7 +144,7 @@ def figures_of(options):
 
 
 def is_lost(rows, failures):
-    """Whether ours missed a target or could not be tried."""
+    """Return whether our node missed a target or could not be tried."""
     return any(row.ok is False for row in rows) or any(side == OURS for _, _, side, _ in failures)
 
 
@@ -170,7 +170,7 @@ def hand_out(options, pools, failures, facts):
 
 
 def run(options):
-    """Attack and hand out, what there is when it is interrupted, too; the exit code."""
+    """Run the attacks, print and write the figures, also when interrupted; return the exit code."""
     facts = report.machine()
     tell(f'Seed: {options.seed}')
     pools, failures = {OURS: {}, PEER: {}}, []
@@ -187,7 +187,7 @@ def run(options):
 
 
 def _allow_many_files():
-    """Raise the soft limit of open files, 1,024 in most places, for thousands of connections."""
+    """Raise the soft limit of open files, often 1,024, for thousands of connections."""
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
     resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
@@ -209,7 +209,7 @@ def main():
         return 1
     except KeyboardInterrupt:
         tell('stress: interrupted; all its processes have ended')
-        return 130
+        return INTERRUPTED
 
 
 if __name__ == '__main__':

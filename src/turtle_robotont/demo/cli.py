@@ -8,6 +8,7 @@ import time
 
 import rospy
 
+from process_support.processes import INTERRUPTED
 from turtle_robotont.demo import course, course_markers
 from turtle_robotont.demo.harness import DemoError, DemoHarness
 
@@ -120,7 +121,7 @@ def main():
         failed = play_all(steps, output, report)
     except KeyboardInterrupt:
         report.line('\nInterrupted; all processes have ended.')
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
     report.line()
     report.verdict(not failed, f'{len(steps) - len(failed)} of {len(steps)} steps passed, in '
                                f'{time.monotonic() - began:.0f} s', indent=0)

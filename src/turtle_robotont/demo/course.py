@@ -12,7 +12,7 @@ from typing import Callable, NamedTuple
 import rosservice
 from turtlesim.srv import TeleportAbsolute, TeleportRelative
 
-from turtle_robotont.demo.harness import CENTRE, EXACT, PATIENCE, REST_TIMEOUT, DemoError
+from turtle_robotont.demo.harness import CENTRE, EXACT, REST_TIMEOUT, STEP_TIMEOUT, DemoError
 from turtle_robotont.driving import track_metrics
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
@@ -62,13 +62,13 @@ def ended_by_itself(process, timeout):
 def first_publisher(harness):
     node = harness.rosrun('velocity_publisher.py')
     harness.until(lambda: track_metrics.path_length(harness.seen.track) > 0.0, 'the turtle does not start to move',
-                  PATIENCE, node)
+                  STEP_TIMEOUT, node)
     time.sleep(2.0)
     times, speed = harness.seen.commands, harness.seen.track[-1].linear_velocity
     if len(times) < 2:
         raise DemoError(f'{len(times)} commands on /turtle1/cmd_vel in 2 s; the node printed: {node.last_line()}')
     node.interrupt()
-    node.wait(PATIENCE)
+    node.wait(STEP_TIMEOUT)
     harness.until_rest()
     track = harness.seen.track
     return [near('rate of the commands', track_metrics.rate(times), 10.0, 1.0, 'Hz'),
@@ -79,7 +79,7 @@ def first_publisher(harness):
 
 def pose_subscriber(harness):
     node = harness.rosrun('pose_subscriber.py')
-    harness.until(lambda: 'Turtle pose' in node.output(), 'the node prints no pose', PATIENCE, node)
+    harness.until(lambda: 'Turtle pose' in node.output(), 'the node prints no pose', STEP_TIMEOUT, node)
     harness.call('turtle1/teleport_absolute', TeleportAbsolute, 2.5, 7.25, 0.5)
     with contextlib.suppress(DemoError):  # what is printed is measured
         harness.until(lambda: node.output().count('x:2.5') > POSES, 'the node does not print the new pose',
@@ -94,7 +94,7 @@ def pose_subscriber(harness):
 
 
 def stop_at_x(harness):
-    ended = ended_by_itself(harness.rosrun('stop_at_x.py'), PATIENCE)
+    ended = ended_by_itself(harness.rosrun('stop_at_x.py'), STEP_TIMEOUT)
     harness.until_rest()
     track = harness.seen.track
     return [ended, Measurement('stands', track_metrics.stands_still(track)), no_teleport(track),
@@ -114,7 +114,7 @@ def triangle_by_topics(harness):
 
 
 def _shape(harness, arguments, corners):
-    ended = ended_by_itself(harness.rosrun('drive_shape.py', *arguments), PATIENCE)
+    ended = ended_by_itself(harness.rosrun('drive_shape.py', *arguments), STEP_TIMEOUT)
     harness.until_rest()
     track, corners = harness.seen.track, [Point(*corner) for corner in corners]
     return [ended, no_teleport(track),
@@ -127,10 +127,10 @@ def _shape(harness, arguments, corners):
 
 def services_and_pen(harness):
     missing = SIM_SERVICES - set(rosservice.get_service_list())
-    ended = ended_by_itself(harness.rosrun('set_pen.py', '_r:=0', '_g:=0', '_b:=255', '_width:=5'), PATIENCE)
+    ended = ended_by_itself(harness.rosrun('set_pen.py', '_r:=0', '_g:=0', '_b:=255', '_width:=5'), STEP_TIMEOUT)
     harness.call('turtle1/teleport_relative', TeleportRelative, 2.0, 0.0)
     before = len(harness.seen.colours)
-    harness.until(lambda: len(harness.seen.colours) > before + 5, 'the colour sensor publishes nothing', PATIENCE)
+    harness.until(lambda: len(harness.seen.colours) > before + 5, 'the colour sensor publishes nothing', STEP_TIMEOUT)
     colour = harness.seen.colours[-1]
     return [Measurement(f'missing services: {", ".join(sorted(missing))}' if missing else
                         f'all {len(SIM_SERVICES)} services of turtlesim are there', not missing), ended,
@@ -139,7 +139,7 @@ def services_and_pen(harness):
 
 def goto_pose(harness):
     server = harness.rosrun('goto_pose_server.py')
-    harness.until(lambda: 'Ready' in server.output(), 'the service does not start', PATIENCE, server)
+    harness.until(lambda: 'Ready' in server.output(), 'the service does not start', STEP_TIMEOUT, server)
     _call(harness, '/turtle1/gotoPose', '1.5', '2.5', '3.14')
     distance, heading = track_metrics.goal_error(harness.seen.track, Goal(1.5, 2.5, 3.14))
     harness.until_rest()
@@ -163,7 +163,7 @@ def square_by_service(harness):
 
 
 def black_tour(harness):
-    ended = ended_by_itself(harness.rosrun('teleport_tour.py', '_pause:=0.25'), PATIENCE)
+    ended = ended_by_itself(harness.rosrun('teleport_tour.py', '_pause:=0.25'), STEP_TIMEOUT)
     harness.until_rest()
     track, colours = harness.seen.track, harness.seen.colours
     places = [Point(2.0, 2.0), Point(9.0, 2.0), Point(9.0, 9.0), Point(2.0, 9.0)]
@@ -178,7 +178,7 @@ def black_tour(harness):
 def _call(harness, service, *arguments):
     """Type ``rosservice call``."""
     process = harness.start('rosservice', 'call', service, *arguments)
-    if process.wait(PATIENCE) != 0 or 'ERROR' in process.output():
+    if process.wait(STEP_TIMEOUT) != 0 or 'ERROR' in process.output():
         raise DemoError(f'rosservice call {service} failed: {process.last_line()}')
 
 

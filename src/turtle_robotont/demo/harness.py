@@ -30,7 +30,7 @@ from turtle_robotont.driving import track_metrics
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle starts
 EXACT = 1e-3  # [m]
-PATIENCE = 30.0  # [s] in which master, simulator and nodes must be there, on a loaded machine too
+STEP_TIMEOUT = 30.0  # [s] in which whatever a step starts or waits for must happen, on a loaded machine too
 REST_TIMEOUT = 5.0  # [s] in which a stopped turtle must stand
 END_STAGES = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # of a roslaunch and its nodes
 POLL = 0.02  # [s]
@@ -133,7 +133,7 @@ class DemoHarness:
         servers.protect()
         rospy.init_node('demo', disable_signals=True)
         self.seen = Observer('turtle1')
-        self.until(lambda: self.seen.track, 'the simulator publishes no pose', PATIENCE, simulator)
+        self.until(lambda: self.seen.track, 'the simulator publishes no pose', STEP_TIMEOUT, simulator)
 
     def close(self):
         """End all started processes, the latest first; a second Ctrl-C does not interrupt it."""
@@ -185,13 +185,13 @@ class DemoHarness:
         self.call('reset', Empty)
         self.seen.clear()
         self.until(lambda: any(math.hypot(pose.x - CENTRE, pose.y - CENTRE) < EXACT for pose in self.seen.track[-1:]),
-                   'the turtle is not in the centre after a reset', PATIENCE)
+                   'the turtle is not in the centre after a reset', STEP_TIMEOUT)
         self.seen.clear()
-        self.until(lambda: self.seen.track, 'the simulator publishes no pose after a reset', PATIENCE)
+        self.until(lambda: self.seen.track, 'the simulator publishes no pose after a reset', STEP_TIMEOUT)
 
     def call(self, service, service_type, *request):
         """Call a service; return its answer."""
-        rospy.wait_for_service(service, PATIENCE)
+        rospy.wait_for_service(service, STEP_TIMEOUT)
         return rospy.ServiceProxy(service, service_type)(*request)
 
     def keep(self, picture):

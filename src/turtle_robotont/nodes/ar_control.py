@@ -32,6 +32,7 @@ class MarkerListener:
         """``axes``: one of sightings.AXES; ``log_rate`` [Hz]: print at most this many messages, 0: all."""
         self._axes, self._on_sightings = axes, on_sightings
         self._throttle = WallThrottle(1.0 / log_rate if log_rate > 0.0 else 0.0)
+        self._warnings = WallThrottle(REMIND)
         self._heard = time.monotonic()
         self._topic = rospy.resolve_name(TOPIC)
         rospy.loginfo('Subscribing to %s', self._topic)
@@ -40,6 +41,7 @@ class MarkerListener:
 
     def _on_markers(self, message):
         self._heard = time.monotonic()
+        self._warnings.forget('silent')
         places = [self._where(marker, message.header.frame_id) for marker in message.markers]
         if self._throttle.due():
             print_markers([marker for marker, place in zip(message.markers, places) if place is not None])
@@ -52,17 +54,16 @@ class MarkerListener:
             return sighting(marker.id, (position.x, position.y, position.z), marker.header.frame_id or frame_id,
                             self._axes)
         except InvalidInput as error:
-            rospy.logwarn_throttle(REMIND, f'{self._topic}: {error}; ignored. Does the tracker know the transform to '
-                                           'its output_frame?')
+            self._warnings.warn('position', '%s: %s; ignored. Does the tracker know the transform to its '
+                                'output_frame?', self._topic, error)
             return None
 
     def _watch(self):
         """Say what to do while no message arrives; on wall time, because simulated time may be paused."""
         while not rospy.is_shutdown():
-            if time.monotonic() - self._heard > SILENT_AFTER:
+            if time.monotonic() - self._heard > SILENT_AFTER and self._warnings.due('silent'):
                 rospy.logwarn('No markers on %s (to start camera and tracker: roslaunch turtle_robotont '
                               'camera_ar_track.launch)', waiting_text(self._subscriber, TOPIC))
-                self._heard = time.monotonic() + REMIND - SILENT_AFTER
             time.sleep(0.5)
 
 

@@ -8,12 +8,14 @@ from nav_msgs.msg import Odometry
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds.robot_world import WATCHDOG
 from rospy_support.rotations import yaw_of
+from rospy_support.throttle import WallThrottle
 from rospy_support.topic_diagnosis import waiting_text
 from rospy_support.topics import LatestPublisher, Publisher
 from turtle_robotont.driving.vehicle import ROBOT, VehicleState
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.nodes.driver import Driver
 
+WARNING_PERIOD = 5.0  # [s]
 UNIT_TOLERANCE = 0.01  # by which the length of a quaternion may differ from 1
 
 
@@ -29,6 +31,7 @@ class RobotDriver(Driver):
     def __init__(self):
         super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
                          Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
+        self._throttle = WallThrottle(WARNING_PERIOD)
         self._stamp, self._since = None, ActiveTimer()  # [s] of the last odometry that was taken, and how long ago
         self._subscriber = rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
 
@@ -36,8 +39,8 @@ class RobotDriver(Driver):
         stamp = odometry.header.stamp.to_sec() or rospy.get_time()
         before = self._stamp
         if before is not None and stamp <= before and self._since.look() < self.pose_timeout:
-            rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after that of the last '
-                                        f'message, {before:.3f} s; ignored. Do two nodes publish it? (rostopic info)')
+            self._throttle.warn('stamp', '%s: the time %.3f s is not after that of the last message, %.3f s; ignored. '
+                                'Do two nodes publish it? (rostopic info)', self.pose_topic, stamp, before)
             return
         self._stamp, self._since = stamp, ActiveTimer()
         self._take(pose_of(odometry), 0.0 if before is None else step_time(before, stamp, self.pose_timeout))

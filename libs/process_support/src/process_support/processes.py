@@ -23,6 +23,7 @@ Stages = Sequence[Tuple[int, float]]  # (signal, time [s] until the next one), e
 END_STAGES: Stages = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))
 KILL: Stages = END_STAGES[-1:]
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by which people and programs end this process
+INTERRUPTED = 130  # exit code of a program that Ctrl-C has ended, as a shell's
 POLL = 0.02  # [s]
 
 

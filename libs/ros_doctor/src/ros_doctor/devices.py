@@ -59,7 +59,10 @@ def trouble(path: str, proc: str = '/proc') -> str:
 
 
 def users(path: str, proc: str = '/proc') -> List[Tuple[int, str]]:
-    """Return [(pid, name)] of the other processes that have the device open, as far as this user may see."""
+    """Return [(pid, name)] of the other processes that have the device open, as far as this user may see.
+
+    From /proc, because psutil's open_files() leaves out devices.
+    """
     found = set()
     target = os.path.realpath(path)
     for link in glob.glob(f'{proc}/[0-9]*/fd/*'):

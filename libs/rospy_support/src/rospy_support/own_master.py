@@ -7,7 +7,7 @@ from typing import Callable, Iterator, List, NamedTuple, Optional
 from process_support.processes import BackgroundProcess, end_with_parent
 from rospy_support.ports import free_port
 
-PATIENCE = 20.0  # [s] in which a master must answer
+ANSWER_DEADLINE = 20.0  # [s] in which a master must answer
 ANSWER_TIME = 1.0  # [s] after which it is asked again: what has its port need not be a master
 POLL = 0.02  # [s]
 TAKEN = 'already in use'  # what a master says when it finds its port taken, which leaves it alive and deaf
@@ -25,7 +25,7 @@ class OwnMaster(NamedTuple):
 
 
 def start_master(start: Callable[[List[str]], BackgroundProcess], port: Optional[int] = None,
-                 patience: float = PATIENCE) -> OwnMaster:
+                 patience: float = ANSWER_DEADLINE) -> OwnMaster:
     """Start a master by ``start(command)`` and return it when it answers; raise MasterError after ``patience`` [s].
 
     Without a ``port`` it gets a free one, and another one should somebody take that before it does.

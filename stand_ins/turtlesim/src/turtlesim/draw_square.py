@@ -18,6 +18,7 @@ from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import STILL, Twist2D
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Integer, Number, Table
+from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
 from rospy_support.velocities import to_twist
 from turtlesim.msg import Pose
@@ -35,7 +36,8 @@ LARGEST_SIDE = 5.5  # [m] from the middle of the arena, where reset puts the tur
 PARAMETERS = Table(Number('~side', 2.0, 0.1, LARGEST_SIDE, 'm'),  # 2 m: turtlesim's
                    Integer('~laps', 0, 0))
 
-PATIENCE = 5.0  # [s] without a pose, or between two lines that say the same
+POSE_TIMEOUT = 5.0  # [s] without a pose after which the node says so
+WARNING_PERIOD = 5.0  # [s] between two lines that say the same
 RETRY_PERIOD = 1.0  # [s]
 
 
@@ -120,6 +122,7 @@ class DrawSquareNode:
         parameters.log_effective()
         self._pose = None
         self._ended = False
+        self._throttle = WallThrottle(WARNING_PERIOD)
         self._news = threading.Condition(threading.RLock())  # a signal may end the node while it is held
         self._publisher = LatestPublisher('turtle1/cmd_vel', Twist)
         rospy.on_shutdown(self._end)
@@ -148,7 +151,7 @@ class DrawSquareNode:
         try:
             require_sane('pose', x=pose.x, y=pose.y, theta=pose.theta)
         except InvalidInput as refusal:
-            rospy.logwarn_throttle(PATIENCE, f'Ignored a message on turtle1/pose: {refusal}')
+            self._throttle.warn('pose', 'Ignored a message on turtle1/pose: %s', refusal)
             return
         with self._news:
             self._pose = pose
@@ -157,9 +160,9 @@ class DrawSquareNode:
     def _next_pose(self, topic):
         """Return a pose that was not yet returned, or None when there is none for a while or ROS ends."""
         with self._news:
-            if not self._news.wait_for(lambda: self._pose or self._ended, timeout=PATIENCE):
+            if not self._news.wait_for(lambda: self._pose or self._ended, timeout=POSE_TIMEOUT):
                 rospy.logwarn('No pose on %s for %g s. Is the simulator running? rosrun turtlesim turtlesim_node',
-                              topic, PATIENCE)
+                              topic, POSE_TIMEOUT)
             pose, self._pose = self._pose, None
             return None if self._ended else pose
 
@@ -178,7 +181,7 @@ class DrawSquareNode:
 
 def reset_simulator():
     """Call the simulator's service ``reset``, as soon and as often as needed for it to succeed."""
-    name = rospy.resolve_name('reset')
+    name, throttle = rospy.resolve_name('reset'), WallThrottle(WARNING_PERIOD)
     while not rospy.is_shutdown():
         try:
             rospy.wait_for_service('reset', timeout=RETRY_PERIOD)
@@ -187,11 +190,11 @@ def reset_simulator():
         except rospy.ROSInterruptException:
             raise
         except rospy.ServiceException as failure:
-            rospy.logwarn_throttle(PATIENCE, f'{name} failed; calling it again: {failure}')
+            throttle.warn('failed', '%s failed; calling it again: %s', name, failure)
             time.sleep(RETRY_PERIOD)
         except rospy.ROSException:
-            rospy.loginfo_throttle(PATIENCE, f'Waiting for the service {name}. Start the simulator: '
-                                             'rosrun turtlesim turtlesim_node')
+            if throttle.due('waiting'):
+                rospy.loginfo('Waiting for the service %s. Start the simulator: rosrun turtlesim turtlesim_node', name)
 
 
 def _log_target(driver):

@@ -18,10 +18,12 @@ from geometry_msgs.msg import Twist
 from kinematic_core.validation import ABSURD
 from rospy_support import nodes
 from rospy_support.parameters import Number, Table
+from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, SubscriptionListener
 
 TOPIC = 'turtle1/cmd_vel'
 LISTENERS_DEADLINE = 3.0  # [s] for the listeners that the master knows to connect, once one has
+WARNING_PERIOD = 5.0  # [s]
 QUIT = 'quit'
 DIRECTIONS = {'up': (1, 0), 'down': (-1, 0), 'left': (0, 1), 'right': (0, -1)}  # key: (forward, counter-clockwise)
 SCALES = [Number(f'{prefix}scale_{kind}', 2.0, -ABSURD, ABSURD, unit)  # turtlesim's
@@ -140,6 +142,7 @@ class TeleopNode:
         self._linear = _scale('scale_linear')
         self._angular = _scale('scale_angular')
         self._listened, self._pressed = threading.Event(), False
+        self._throttle = WallThrottle(WARNING_PERIOD)
         self._publisher = LatestPublisher(TOPIC, Twist, SubscriptionListener(self._listened.set))
         self._wake, wake_writer = os.pipe()
         rospy.on_shutdown(lambda: os.write(wake_writer, b'.'))
@@ -164,8 +167,8 @@ class TeleopNode:
             self._pressed = True
             self._wait_for_connections(1 if self._listeners() else 0)
         if not self._publisher.wanted():
-            rospy.logwarn_throttle(5.0, f'No subscriber on {self._publisher.resolved_name}. '
-                                        'Is the simulator running? rosrun turtlesim turtlesim_node')
+            self._throttle.warn('no subscriber', 'No subscriber on %s. Is the simulator running? '
+                                'rosrun turtlesim turtlesim_node', self._publisher.resolved_name)
         self._publisher.publish(twist)
 
     def _wait_for_listeners(self):

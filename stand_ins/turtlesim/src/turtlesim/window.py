@@ -110,7 +110,10 @@ class Window:
 
 
 def _start(title):
-    """Start the window's process, in a session of its own: Ctrl-C in a terminal reaches the simulator alone."""
+    """Start the window's process, in a session of its own: Ctrl-C in a terminal reaches the simulator alone.
+
+    Not a process_support.BackgroundProcess, whose output goes into a file: threads read and write its pipes.
+    """
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
     return subprocess.Popen([sys.executable, '-m', 'turtlesim.window', title], bufsize=0, env=environment,
                             stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)

@@ -17,6 +17,7 @@ from kinematic_core.files import write_whole
 CM, INCH = DPI / 2.54, DPI  # pixels a unit
 SIDE = 9.0  # units
 PAGE = 'a4'
+INTERRUPTED = 130  # exit code after Ctrl-C, as a shell's
 Answer = TypeVar('Answer')
 Read = Callable[[str], str]  # gives the next argument; its parameter names it in the error if there is none
 
@@ -274,5 +275,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'createMarker: {error}', file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     return 0
