@@ -42,7 +42,7 @@ class RecordingTest(SimulatorCase):
         simulator.stop()
         first = self.rows('a.csv')
         self.assertEqual(6, len(first))
-        # ~record is set still: an earlier run's
+        rospy.set_param(f'/{package}/record', path)  # as a killed run or a launch file leaves it
         simulator = self.start(package, node)
         simulator.wait_for_output(rf'{path}., which already exists and is not overwritten: .*a_2\.csv\. .*'
                                   rf'rosparam delete /{package}/record')

@@ -12,7 +12,6 @@ import signal
 import socket
 import statistics
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -28,7 +27,7 @@ from turtlesim.srv import Spawn
 
 from rostest_support import node_kinds
 from rostest_support.common import DEADLINE, Process, proxy, registered_names, run, until
-from rostest_support.node_kinds import BY_KEY, NodeKind
+from rostest_support.node_kinds import BY_KEY
 
 IDLE = 2000  # connections
 SOON = 0.2  # [s] in which a new subscriber and a call get through beside them: the median of
@@ -36,19 +35,15 @@ TRIES = 7
 AT_ONCE = 3  # nodes that are attacked at the same time
 ENOUGH_TROUBLES = 4  # of one node
 SILENT = 100  # publishers that do not answer
-MORE = (  # kinds that the table of node_kinds leaves out
-)
 GROUPS = {  # the nodes that run together; those that an earlier group has had are not attacked again
     'simulators': ('turtlesim', 'draw_square', 'robotont', 'camera', 'tracker', 'usb_cam', 'bundles'),
-    'servers': ('turtlesim', 'goto_pose_server', 'drive_shape', 'teleop', 'velocity_publisher',
-                'teleport_tour'),
+    'servers': ('turtlesim', 'goto_pose_server', 'drive_shape', 'teleop', 'velocity_publisher', 'teleport_tour'),
     'followers': ('turtlesim', 'pose_subscriber', 'stop_at_x', 'mimic', 'ar_control', 'ar_maze'),
 }
 ALIKE = ('draw_square', 'velocity_publisher', 'pose_subscriber', 'stop_at_x', 'teleport_tour', 'mimic', 'ar_control',
          'ar_maze')  # these begin as the others do: whether what protects those is there is seen by
 ENOUGH = 'idle_connection', 'wrong_request', 'endless_message', 'many_idle_connections', 'no_descriptors'
 DRIVING = 'drive_shape', 'velocity_publisher', 'stop_at_x', 'teleport_tour'  # each has a turtle of its own
-KINDS = {**BY_KEY, **{kind.key: kind for kind in MORE}}
 
 
 class Attacks:
@@ -289,7 +284,7 @@ class AttackTest(unittest.TestCase):
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
         resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
         self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
-        kinds = [node_kinds.on_turtle(KINDS[key], key) if key in DRIVING else KINDS[key] for key in GROUPS[group]]
+        kinds = [node_kinds.on_turtle(BY_KEY[key], key) if key in DRIVING else BY_KEY[key] for key in GROUPS[group]]
         with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
             node_kinds.make_picture(folder)
             processes = [stack.enter_context(Process(*command(kind, folder), stdin=subprocess.PIPE)) for kind in kinds]
@@ -328,8 +323,8 @@ class AttackTest(unittest.TestCase):
         self.attack('simulators')
 
     def test_attack_servers(self):
-        """The course's service server, nodes that drive, and teleop: attacked on their ports, they answer others all the
-        while.
+        """The course's service server, nodes that drive, and teleop: attacked on their ports, they answer others all
+        the while.
         """
         self.attack('servers')
 
