@@ -6,7 +6,7 @@ import pytest
 from rostest_support import node_kinds
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-NOT_NODES = {'demo.py', 'grade.py', 'marker_sequence.py', 'createMarker', 'robotont_urdf'}
+NOT_NODES = {'demo.py', 'grade.py', 'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz'}
 SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 10 s
 
 
