@@ -55,7 +55,7 @@ case_command() {
       if [ "$2" = . ]; then set -- "$@" --ignore uninstalled_script; fi
       timeout "$check_seconds" catkin_lint -q -W1 --strict "${@:4}" "$repo/$2"
       ;;
-    mypy) cd "$repo" && timeout "$rostest_seconds" mypy --cache-dir "$ws/mypy_cache" ;;
+    mypy) cd "$repo" && MYPYPATH=$(printf '%s:' libs/*/src stand_ins/*/src)src timeout "$rostest_seconds" mypy --cache-dir "$ws/mypy_cache" ;;
     ruff) timeout "$check_seconds" ruff check --output-format concise --cache-dir "$ws/ruff_cache" "$repo" ;;
   esac
 }
