@@ -1,4 +1,5 @@
-"""course_grader.attempt.static_analysis: which programs look at the wall clock, and which start a simulator."""
+"""course_grader.attempt.static_analysis: what a command starts, and which programs look at the wall clock."""
+import shutil
 import sys
 
 import pytest
@@ -94,3 +95,34 @@ def test_a_simulator_in_a_launch_file_is_found(package, tmp_path, text):
     (folder / 'mine.launch').write_text(f'<launch><include file="$(dirname)/mine.launch"/>{text}</launch>')
     assert static_analysis.simulators(['roslaunch', 'homework', 'mine.launch']) == ['turtlesim/turtlesim_node']
     assert static_analysis.simulators(['roslaunch', 'homework', 'all.launch']) == []
+
+
+def test_rosrun_is_replaced_by_what_it_would_execute(package, tmp_path):
+    path = package('')
+    line = ['rosrun', 'homework', 'node.py', '_rate:=2']
+    assert static_analysis.resolved(line) == [str(path), '_rate:=2']
+    for other in (['rosrun', '--debug', 'homework', 'node.py'], ['rosrun', 'homework', 'scripts/node.py'],
+                  ['rosrun', 'homework', 'none.py'], ['rosrun', 'nowhere', 'node.py'], ['rosrun', 'homework'],
+                  ['roslaunch', 'homework', 'all.launch'], [str(path)]):
+        assert static_analysis.resolved(other) == other
+
+
+@pytest.mark.parametrize('change', [
+    lambda path: path.chmod(0o644),
+    lambda path: path.write_text('#!/usr/bin/env python3\r\n'),
+    lambda path: path.write_text('print(1)\n'),
+    lambda path: (shutil.copytree(path.parent, path.parents[1] / 'old')),
+])
+def test_what_rosrun_would_refuse_or_ask_is_left_to_it(package, change):
+    change(package(''))
+    line = ['rosrun', 'homework', 'node.py']
+    assert static_analysis.resolved(line) == line
+
+
+def test_compiled_programs_are_recognised(package, tmp_path):
+    path = package('')
+    assert not static_analysis.compiled([str(path)]) and not static_analysis.compiled([sys.executable, str(path)])
+    assert not static_analysis.compiled(['rosrun', 'homework', 'node.py'])
+    path.write_bytes(b'\x7fELF\x02')
+    for command in ([str(path)], ['rosrun', 'homework', 'node.py'], ['roslaunch', 'homework', 'all.launch']):
+        assert static_analysis.compiled(command) == 'node.py'

@@ -47,7 +47,7 @@ OF_EVERY_NODE = '/clock', '/rosout'  # topics
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
          '/clock': 'fake_clock'}  # topic: kind of the event when the program publishes on it
 POLL = 0.02  # [s] of wall time
-PERIOD = 0.5  # [s] of simulated time between two looks at the master and at the score
+PERIOD = 1.0  # [s] of simulated time between two looks at the master and at the score
 ENDING = 3.0  # [s] of wall time that a simulator may take to shut down, or a program to end when its nodes have
 PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
 START_PATIENCE = 10.0  # [s] of wall time in which a program that rests should have registered with the master
@@ -76,6 +76,7 @@ def run(job):
         command, remarks = sandbox.runnable(job.command)
         _set_environment(policy.environment(os.environ, job.packages or sandbox.package_of(command)))
         chosen = policy_of(command, job.real_time)
+        command = static_analysis.resolved(command)
     except sandbox.CommandError as error:
         return Attempted(scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)]), Observed())
     attempt = Attempt(job, command, chosen, remarks)

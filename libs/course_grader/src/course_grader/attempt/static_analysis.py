@@ -8,6 +8,7 @@ import os
 import pathlib
 import re
 import shlex
+import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
@@ -21,6 +22,7 @@ WALL_CLOCK = re.compile(
 COMMANDS = ('rostopic', 'rosservice', 'sleep', 'timeout')  # that follow the wall clock, rostopic's rates too
 SHELLS = ('sh', 'bash', 'dash', 'zsh')
 SHELL = re.compile(rb'#!\s*\S*/(env\s+)?(ba|da|z)?sh\b')
+EXECUTABLE_PYTHON = re.compile(rb'#!\s*/usr/bin/(env\s+)?python3\n')
 COMPILED = re.compile(rb'\x7fELF')
 SIMULATORS = {('turtlesim', 'turtlesim_node'), ('robotont_gazebo', 'robotont_gazebo')}  # package, executable
 OWN = 'turtle_robotont'  # the package whose modules look at the wall clock for their timeouts alone
@@ -43,6 +45,22 @@ def compiled(command):
     found = [path for node in _started(command) for path in _find(*node)]
     own = [command[0]] if os.path.isabs(command[0]) and command[0] != sys.executable else []
     return next((os.path.basename(path) for path in own + found if _begins(path, COMPILED)), '')
+
+
+def resolved(command):
+    """Return a rosrun line as the Python program that rosrun would execute, which takes it 0.4 s to find.
+
+    What is unusual is left to rosrun: options, no executable of that name, or several, among which it asks to choose.
+    """
+    if os.path.basename(command[0]) != 'rosrun' or len(command) < 3 or command[1].startswith('-') or '/' in command[2]:
+        return command
+    package, name, *arguments = command[1:]
+    found = _find(package, name)
+    if len(found) != 1 or not _begins(found[0], EXECUTABLE_PYTHON):
+        return command
+    below = subprocess.run(['find', '-L', rospkg.RosPack().get_path(package), '-name', name, '-type', 'f', '-perm',
+                            '/111'], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False).stdout
+    return [found[0], *arguments] if below.count(b'\n') <= 1 else command
 
 
 def _first(texts):
