@@ -5,6 +5,7 @@ time. No node is needed: a grading brings its own. See suite_turtlesim for what 
 """
 
 import collections
+import contextlib
 import json
 import os
 import shutil
@@ -21,7 +22,24 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 GRADER = 'python3', str(REPOSITORY / 'scripts' / 'grade.py')
 EXERCISES = sorted(path.name for path in SAMPLES.iterdir() if path.is_dir())
-REPEATED = 'square_by_topics', 'right_four_positions.py'
+REPEATED = ('square_by_topics/right_four_positions.py', 'print_marker_ids/right_node.py')
+BORDERLINE = 'stop_at_x', '''#!/usr/bin/env python3
+# Stops beside the tolerance: a score between what fails and what is complete, which depends on every step.
+import rospy
+from geometry_msgs.msg import Twist
+from turtlesim.msg import Pose
+
+def drive(pose):
+    twist = Twist()
+    twist.linear.x = 1.0 if pose.x < 9.68 else 0.0
+    publisher.publish(twist)
+
+rospy.init_node('stop')
+publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
+rospy.Subscriber('/turtle1/pose', Pose, drive)
+rospy.spin()
+'''
+BUSY_LOOPS = 2
 REAL_TIME = 'right_busy_loop', 'right_wall_clock'
 SEED = 7
 LIMIT = 120.0  # [s] of one grading
@@ -35,8 +53,8 @@ def right_program(exercise):
     return min(path for path in (SAMPLES / exercise).glob('right_*.py') if path.stem not in REAL_TIME)
 
 
-def grade(arguments, limit):
-    """Return the grader's wall time [s]; raise BenchError when the result is undecided or it does not end."""
+def grade(arguments, limit, accepted=(0,)):
+    """Return the grader's wall time [s]; raise BenchError when its exit code is none of ``accepted``, or it hangs."""
     folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
     try:
         begun = time.perf_counter()
@@ -45,7 +63,7 @@ def grade(arguments, limit):
                 if time.perf_counter() - begun > limit:
                     raise BenchError(f'{" ".join(arguments)} took more than {limit:.0f} s:\n{child.tail()}')
                 time.sleep(0.01)
-            if child.process.returncode:
+            if child.process.returncode not in accepted:
                 raise BenchError(f'{" ".join(arguments)}: exit code {child.process.returncode}:\n{child.tail()}')
         return time.perf_counter() - begun
     finally:
@@ -75,18 +93,32 @@ def whole_class(_subject, _scale):
 
 
 def repeats(_subject, times):
-    """Grade one program many times, four at once: the share of the most frequent verdict, and the time of each."""
-    exercise, program = REPEATED
+    """Grade programs many times, four at once: the share of each one's most frequent verdict, and the time of each."""
+    programs = {sample.partition('/')[0]: (SAMPLES / sample).read_text(encoding='utf-8') for sample in REPEATED}
+    programs.update([BORDERLINE])
     with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
         for number in range(times):
             student = Path(folder, 'class', f'student{number:03}')
             student.mkdir(parents=True)
-            shutil.copy(SAMPLES / exercise / program, student / f'{exercise}.py')
-        output = Path(folder, 'out')
+            for exercise, text in programs.items():
+                (student / f'{exercise}.py').write_text(text, encoding='utf-8')
+        output, count = Path(folder, 'out'), times * len(programs)
         seconds = grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(AT_ONCE),
-                         '--output', str(output)], LIMIT * times / AT_ONCE)
-        verdicts = collections.Counter(_verdict(path) for path in output.glob('*/*/result.json'))
-    return {'equal': [100.0 * verdicts.most_common(1)[0][1] / times], 'equal ones': [seconds / times]}
+                         '--output', str(output)], LIMIT * count / AT_ONCE, accepted=(0, 1))
+        verdicts = {exercise: collections.Counter(map(_verdict, output.glob(f'*/{exercise}/result.json')))
+                    for exercise in programs}
+    equal = [100.0 * counted.most_common(1)[0][1] / times for counted in verdicts.values()]
+    return {'equal': equal, 'equal ones': [seconds / count]}
+
+
+def repeats_beside_busy_loops(subject, times):
+    """As repeats, while other programs want both cores."""
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_'))
+        for number in range(BUSY_LOOPS):
+            stack.enter_context(Child(f'busy loop {number}', ['python3', '-c', 'while True: pass'], dict(os.environ),
+                                      folder))
+        return {'equal beside': repeats(subject, times)['equal']}
 
 
 def _verdict(path):
@@ -98,14 +130,16 @@ def _verdict(path):
 MEASUREMENTS = {
     **{exercise: Measurement(one(exercise), f'{exercise}, {right_program(exercise).name}') for exercise in EXERCISES},
     'class': Measurement(whole_class, f'a class with all {len(EXERCISES)} exercises, {CLASS_JOBS} at once'),
-    'repeats': Measurement(repeats, f'{REPEATED[1]} {FULL} times, {AT_ONCE} at once'),
+    'repeats': Measurement(repeats, f'{len(REPEATED) + 1} programs, each {FULL} times, {AT_ONCE} at once'),
+    'busy': Measurement(repeats_beside_busy_loops, f'the same beside {BUSY_LOOPS} busy loops'),
 }
 FIGURES = (
     *(Figure(f'grading {exercise}', exercise, 's', median, Target('at_most', 6.0)) for exercise in EXERCISES),
     Figure('grading, median of the exercises', 'alone', 's', median, Target('at_most', 3.0)),
     Figure('grading, longest', 'alone', 's', max, Target('at_most', 6.0)),
     Figure(f'class of all exercises, {CLASS_JOBS} at once, per grading', 'class', 's', median, Target('at_most', 2.5)),
-    Figure(f'{REPEATED[0]} again and again, {AT_ONCE} at once, per grading', 'equal ones', 's', median,
+    Figure(f'{len(REPEATED) + 1} programs again and again, {AT_ONCE} at once, per grading', 'equal ones', 's', median,
            Target('at_most', 2.5)),
     Figure('equal verdicts', 'equal', '%', min, Target('at_least', 100.0)),
+    Figure(f'equal verdicts beside {BUSY_LOOPS} busy loops', 'equal beside', '%', min, Target('at_least', 100.0)),
 )

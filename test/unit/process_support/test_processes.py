@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import psutil
@@ -139,6 +140,23 @@ def test_marked_processes_are_found_and_this_one_is_not(start, monkeypatch):
     assert {member.pid for member in found} == {process.pid, child}
     below = {member.pid for member in processes.related('TURTLE_ROBOTONT_TEST_MARK=none', psutil.Process())}
     assert {process.pid, child} <= below and os.getpid() not in below
+
+
+def test_thread_times_grow_and_end_with_the_process(start):
+    def work():
+        end = time.thread_time() + 0.05
+        while time.thread_time() < end:
+            pass
+        times.update(processes.thread_times(os.getpid()))
+    times = {}
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    ran, waited = times[str(thread.native_id)]
+    assert 0.05 <= ran < 1.0 and waited >= 0.0
+    process = start('')
+    until(lambda: not process.runs())
+    assert processes.thread_times(process.pid) == {}
 
 
 def test_cpu_time_grows_and_ends_with_the_process(start):

@@ -14,7 +14,7 @@ import os
 import signal
 import subprocess
 import time
-from typing import Any, Callable, Collection, Iterator, List, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterator, List, Sequence, Set, Tuple
 
 import psutil
 
@@ -154,6 +154,16 @@ def cpu_time(pid: int) -> float:
     From the process's CPU clock: the quantity of psutil's cpu_times(), in nanoseconds instead of ticks of 10 ms.
     """
     return time.clock_gettime((~pid) << 3 | 2)  # CPUCLOCK_SCHED; include/linux/posix-timers.h
+
+
+def thread_times(pid: int) -> Dict[str, Tuple[float, float]]:
+    """Return {thread: (how long it has run, how long it has waited for a core) [s]} of a process's living threads."""
+    times = {}
+    for path in glob.glob(f'/proc/{pid}/task/*/schedstat'):
+        with contextlib.suppress(OSError), open(path, encoding='ascii') as file:
+            ran, waited, _ = map(int, file.read().split())
+            times[path.split('/')[4]] = ran / 1e9, waited / 1e9
+    return times
 
 
 class BackgroundProcess:

@@ -56,7 +56,7 @@ COMPLETE = 0.4  # [s] at rest after which all that a launch file or script start
 LONGEST_COMPLETION = 15.0  # [s] in which that should be
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
-FLOODED = 0.5  # share of the wall time that a simulator computes, which by itself takes a twentieth
+FLOODED = 0.5  # share of the time for which it gets a core that a thread of a simulator runs; by itself, a twentieth
 LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
 SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit
@@ -84,9 +84,9 @@ def run(job):
         verdict = attempt.run()
     except AttemptError as error:
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
-    except OSError:
-        raise
     except Exception as error:  # whatever it is, it is not the student's fault
+        if isinstance(error, OSError) and str(error.filename or '').startswith(job.output):
+            raise
         traceback.print_exc()
         said = f'the grader itself failed: {type(error).__name__}: {error}'
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [said])
@@ -239,7 +239,7 @@ class Attempt:
     def _watch(self, reader, student, simulator, stimuli, step):
         """Watch the run until the time is over, or the verdict can no longer change."""
         watching, limit = ActiveTimer(), self.exercise.time + SLACK
-        used, stood = processes.cpu_time(simulator.pid), 0.0
+        before_all, stood = processes.thread_times(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
             if self._policy.lockstep:
@@ -260,8 +260,7 @@ class Attempt:
                     self._wait_for_the_end(student)
                 if self._settled(stimuli):
                     break
-        with contextlib.suppress(OSError):  # it may have ended
-            self.flooded = processes.cpu_time(simulator.pid) - used > FLOODED * watching.look()
+        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.look())
         self.observed.timed_out = reader.now >= self.exercise.time
         if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands):
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
@@ -349,6 +348,13 @@ class Attempt:
                     self.observed.connections.add((name, role))
                 if others and role == 'publishes' and name in FAKES:
                     self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), min(others)))
+
+
+def _flooded(before, after, seconds):
+    """Return whether a thread was busy for most of the time for which it got a core, between two thread_times()."""
+    def spent(thread):
+        return (now - then for now, then in zip(after[thread], before.get(thread, (0.0, 0.0))))
+    return any(ran > FLOODED * (seconds - waited) for ran, waited in map(spent, after))
 
 
 def _set_environment(environment):

@@ -185,10 +185,10 @@ def _living(process: psutil.Process) -> Set[psutil.Process]:
 
 def _be_an_attempt(attempt: ModuleType, job: Job) -> Union[Attempted, OSError]:
     """Grade once, in a process of its own."""
-    with open(os.path.join(job.output, LOG), 'wb') as log:
-        for stream in (1, 2):
-            os.dup2(log.fileno(), stream)
     try:
+        with open(os.path.join(job.output, LOG), 'wb') as log:
+            for stream in (1, 2):
+                os.dup2(log.fileno(), stream)
         got: Attempted = attempt.run(job)
         return got
     except OSError as error:
