@@ -14,7 +14,7 @@ import os
 import signal
 import subprocess
 import time
-from typing import Any, Callable, Collection, Dict, Iterator, List, Sequence, Set, Tuple
+from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Sequence, Set, Tuple
 
 import psutil
 
@@ -32,9 +32,14 @@ def adopt_orphans() -> None:
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
-def end_with_parent(number: int = signal.SIGINT) -> None:
-    """Let this process get a signal when the thread that started it ends; for Popen's preexec_fn."""
+def end_with_parent(number: int = signal.SIGINT, parent: Optional[int] = None) -> None:
+    """Let this process get a signal when the thread that started it ends; for Popen's preexec_fn.
+
+    ``parent``: the number of its process, which may have ended already.
+    """
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, number)
+    if parent is not None and os.getppid() != parent:
+        os.kill(os.getpid(), number)
 
 
 def make_interruptible() -> None:

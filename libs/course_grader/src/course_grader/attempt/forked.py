@@ -30,7 +30,7 @@ class Forked:
     def __init__(self, name, run, arguments, log):
         """``arguments``: as on the command line of ``name``; ``log``: the file for what it prints."""
         self.process = multiprocessing.get_context('fork').Process(
-            target=_become, args=(name, run, arguments, log), name=name)
+            target=_become, args=(name, run, arguments, log, os.getpid()), name=name)
         self.process.start()
         self.pid = self.process.pid
 
@@ -71,9 +71,9 @@ def _run_master(sender):
         time.sleep(1.0)
 
 
-def _become(name, run, arguments, log):
+def _become(name, run, arguments, log, parent):
     """Be another program from here on."""
-    processes.end_with_parent(signal.SIGKILL)
+    processes.end_with_parent(signal.SIGKILL, parent)
     os.setsid()
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)

@@ -32,7 +32,7 @@ class WarmStart:
         context = multiprocessing.get_context('fork')
         self._lock = threading.Lock()
         self._requests, theirs = context.Pipe()
-        self._server = context.Process(target=_serve, args=(module, run, theirs, self._requests))
+        self._server = context.Process(target=_serve, args=(module, run, theirs, self._requests, os.getpid()))
         self._server.start()
         theirs.close()
 
@@ -52,11 +52,12 @@ class WarmStart:
         self._server.join()
 
 
-def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Connection, other_end: Connection) -> None:
+def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Connection, other_end: Connection,
+           parent: int) -> None:
     """Import, then fork a process for each request, until the other end is closed."""
     other_end.close()
     os.setsid()  # Ctrl-C is for the caller, who then ends this
-    processes.end_with_parent(signal.SIGKILL)
+    processes.end_with_parent(signal.SIGKILL, parent)
     for number in processes.END_SIGNALS:
         signal.signal(number, signal.SIG_DFL)
     del sys.argv[1:]  # they are not the module's: rospy would take names of a graded command for its own
@@ -67,8 +68,10 @@ def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Conn
             argument = requests.recv()
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # the next one keeps its number until it is known
             sender = Connection(reduction.recv_handle(requests), readable=False)
+            server = os.getpid()
             child = os.fork()
             if not child:
+                processes.end_with_parent(signal.SIGKILL, server)
                 _work(imported, run, argument, requests, sender)
             sender.close()
             requests.send(child)
@@ -86,8 +89,6 @@ def _work(module: ModuleType, run: Callable[[ModuleType, Any], object], argument
     try:
         requests.close()
         os.setsid()
-        processes.end_with_parent(signal.SIGKILL)
-        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         sender.send(run(module, argument))
         os._exit(0)  # threads and hooks of the module have nothing left to do
     except BaseException:
