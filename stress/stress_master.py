@@ -43,12 +43,12 @@ def peer_restarts(subject, scale, _rng):
 
 
 def _restart(subject, kinds, count):
-    found = {}
+    found = {'restart_ended': [0]}
     with contextlib.ExitStack() as stack:
         nodes = [_start(stack, subject, kind) for kind in kinds]
         _push_against_the_wall(nodes[0])
         for _ in range(count):
-            nodes = [node if node.runs() else _start(stack, subject, node.kind, found) for node in nodes]
+            nodes = [node if node.runs() else _start(stack, subject, node.kind) for node in nodes]
             for key, seconds in _times(subject, nodes).items():
                 late = seconds is None or seconds > LIMIT
                 found.setdefault(f'restart_late_{key}', []).append(int(late))
@@ -56,14 +56,17 @@ def _restart(subject, kinds, count):
                 found.setdefault('restart_lost', []).append(int(seconds is None))
                 found.setdefault('restart_time', []).append(LOST if seconds is None else seconds)
             found.setdefault('restarts', []).append(1)
-    found.setdefault('restart_ended', [0])
+            found['restart_ended'].append(sum(not node.runs() and not _has_arrived(node) for node in nodes))
     return found
 
 
-def _start(stack, subject, kind, found=None):
-    """Start a node; return its Node once it is registered. ``found`` counts the start."""
-    if found is not None:
-        found.setdefault('restart_ended', []).append(0)
+def _has_arrived(node):
+    """Return whether a node has ended because it has driven where it should; another one is started in its place."""
+    return node.kind.drives and node.child.process.poll() == 0
+
+
+def _start(stack, subject, kind):
+    """Start a node; return its Node once it is registered."""
     node = stack.enter_context(started(subject, kind))
     node.await_registered()
     if kind.key == 'turtlesim':
@@ -79,7 +82,10 @@ def _push_against_the_wall(node):
 
 
 def _times(subject, nodes):
-    """Return {key: time [s] from the answer of a new master to the full registration, None for never}."""
+    """Return {key: time [s] from the answer of a new master to the full registration, None for never}.
+
+    A drive that arrives meanwhile is left out.
+    """
     before = {node: node.registered() for node in nodes}
     parameters = {node: _given(node) for node in nodes}
     subject.master.kill()
@@ -87,6 +93,7 @@ def _times(subject, nodes):
     subject.start_master()
     begun, left, took = time.monotonic(), list(nodes), {}
     while left and time.monotonic() - begun < LOST:
+        left = [node for node in left if not _has_arrived(node)]
         for node in list(left):
             try:
                 if _back(node, before[node], parameters[node]):
