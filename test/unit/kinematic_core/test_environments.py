@@ -3,6 +3,8 @@
 recording_test.py compares them with the recordings of the simulators.
 """
 import math
+import pathlib
+import re
 import warnings
 
 import gymnasium
@@ -175,3 +177,11 @@ def test_goals_of_the_turtle_are_inside_the_arena():
         episode = TASKS['TurtleGoal'].begin(seed)
         assert all(2.0 <= value <= ARENA_SIZE - 2.0 for value in episode.goal)
         assert math.dist(episode.goal, episode.start[:2]) >= 0.5
+
+
+def test_page_names_every_task_with_its_figures():
+    page = (pathlib.Path(__file__).resolve().parents[3] / 'docs' / 'environments.md').read_text(encoding='utf-8')
+    rows = re.findall(r'^\| `kinematic_core/(\w+)-v0` \|.*\| ([\d.]+) m \| (\d+) s \|$', page, re.MULTILINE)
+    assert {name: (float(reached), float(limit)) for name, reached, limit in rows} == {
+        name: (task.reached, task.time_limit) for name, task in TASKS.items()}
+    assert all(f'{name}-v0' in environments.__doc__ for name in TASKS)

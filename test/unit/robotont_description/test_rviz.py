@@ -3,6 +3,7 @@ import os
 import pathlib
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 
 import pytest
 import yaml
@@ -46,3 +47,10 @@ def test_configuration_shows_what_the_robot_publishes():
                              ('rviz/Image', 'Image Topic', 'camera/color/image_raw'),
                              ('rviz/Marker', 'Marker Topic', 'visualization_marker'), ('rviz/TF', 'Enabled', True)):
         assert displays[kind]['Enabled'] and displays[kind][key] == value
+
+
+def test_rviz_does_not_follow_the_simulated_clock():
+    """It is never idle: in lockstep, every step would wait for it."""
+    launch = ElementTree.parse(FOLDER.parent / 'robotont_gazebo' / 'launch' / 'gazebo.launch')
+    node, = (node for node in launch.iter('node') if node.get('type') == 'robotont_rviz')
+    assert [remap.get('from') for remap in node.findall('remap')] == ['/use_sim_time']
