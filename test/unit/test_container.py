@@ -1,0 +1,90 @@
+"""The Dockerfile, compose.yaml, .devcontainer and workflow: what must agree, and what may be reached from elsewhere.
+
+No container engine is needed: hadolint checks the Dockerfile, the rest is read.
+"""
+import json
+import pathlib
+import re
+import subprocess
+
+import pytest
+import yaml
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+DOCKERFILE = (REPOSITORY / 'Dockerfile').read_text()
+COMPOSE = yaml.safe_load((REPOSITORY / 'compose.yaml').read_text())
+COURSE = COMPOSE['services']['course']
+DEVCONTAINER = json.loads((REPOSITORY / '.devcontainer' / 'devcontainer.json').read_text())
+WORKFLOW = yaml.safe_load((REPOSITORY / '.github' / 'workflows' / 'ci.yml').read_text())
+SYSTEMS = WORKFLOW['jobs']['system']['strategy']['matrix']['include']
+
+
+def instructions(name):
+    """Return the arguments of all instructions of the Dockerfile with this name."""
+    return re.findall(rf'^{name} (.*)$', DOCKERFILE, re.MULTILINE)
+
+
+def may_fail(system):
+    return system.get('may_fail', False)
+
+
+def variable(name):
+    value, = (setting.partition('=')[2] for setting in instructions('ENV') if setting.startswith(f'{name}='))
+    return pathlib.PurePosixPath(value)
+
+
+def test_hadolint_has_no_warning():
+    result = subprocess.run(['hadolint', '--failure-threshold', 'warning', REPOSITORY / 'Dockerfile'],
+                            capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_the_image_is_of_a_system_that_the_workflow_tries():
+    image, = instructions('FROM')
+    assert image in {row['image'] for row in SYSTEMS if not may_fail(row)}
+
+
+def test_programs_do_not_run_as_root():
+    user = instructions('USER')[-1]
+    assert f' {user}' in ''.join(line for line in DOCKERFILE.splitlines() if 'useradd' in line)
+    assert DEVCONTAINER['remoteUser'] == user and 'user' not in COURSE
+    assert DOCKERFILE.rindex('\nRUN ') < DOCKERFILE.rindex('\nUSER ')  # what is installed belongs to root
+
+
+@pytest.mark.parametrize('port', COURSE['ports'])
+def test_ports_are_published_to_this_machine_alone(port):
+    address, outside, inside = port.split(':')
+    assert address == '127.0.0.1' and outside == inside and int(inside) in DEVCONTAINER['forwardPorts']
+
+
+def test_the_workspace_that_the_image_built_lies_in_the_volume():
+    workspace = variable('TURTLE_ROBOTONT_WS')
+    assert f'workspace:{workspace.parent}' in COURSE['volumes'] and 'workspace' in COMPOSE['volumes']
+    mount, = DEVCONTAINER['mounts']
+    assert f'target={workspace.parent},type=volume' in mount
+    there = DEVCONTAINER['containerEnv']['TURTLE_ROBOTONT_WS']
+    assert there == f'{workspace.parent}/${{containerWorkspaceFolderBasename}}'
+
+
+def test_the_checkout_is_where_the_image_has_it():
+    folder = pathlib.PurePosixPath(instructions('WORKDIR')[-1])
+    assert DEVCONTAINER['workspaceFolder'] == str(folder) and f'target={folder},' in DEVCONTAINER['workspaceMount']
+    assert folder.name == variable('TURTLE_ROBOTONT_WS').name  # ${containerWorkspaceFolderBasename} names the built one
+    assert folder.parent == pathlib.PurePosixPath('/workspaces')  # Codespaces puts its checkout there
+    assert f'./output:{folder}/output' in COURSE['volumes']
+
+
+@pytest.mark.parametrize('page', ['tools/workspace.bash', 'docs/installation.md'])
+def test_commands_name_the_service(page):
+    commands = re.findall(r'docker compose (?:run|exec)(?: --?\S+)* (\w+) \./run', (REPOSITORY / page).read_text())
+    assert commands and set(commands) <= set(COMPOSE['services'])
+
+
+def test_the_image_gets_no_leftovers_of_the_checkout():
+    ignored = (REPOSITORY / '.dockerignore').read_text().split()
+    assert {'.git', 'output', '**/__pycache__'} <= set(ignored)
+
+
+def test_only_ubuntu_may_fail():
+    assert {row['image'] for row in SYSTEMS} == {'debian:12', 'debian:13', 'ubuntu:24.04'}
+    assert {row['image'] for row in SYSTEMS if may_fail(row)} == {'ubuntu:24.04'}
