@@ -51,7 +51,7 @@ FLOAT32_TOLERANCE = 1e-5  # [m, rad] what float32 fields and sums of them may be
 
 def run(*cases):
     """Run as a rostest node the methods of the TestCases that args= in the .test file names; without any, run all."""
-    owners = {method: case for case in reversed(cases) for method in unittest.getTestCaseNames(case, 'test_')}
+    owners = {method: case for case in reversed(cases) for method in unittest.defaultTestLoader.getTestCaseNames(case)}
     methods = _methods() or list(owners)
     if not owners.keys() >= set(methods):
         raise SystemExit(f'{sys.argv[0]} has no {", ".join(sorted(set(methods) - owners.keys()))}')
