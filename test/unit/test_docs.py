@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from course_grader.rules import exercise, registry
+from course_grader.rules import exercise, reference
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
@@ -19,8 +19,6 @@ OF_THE_READER = {'publisher.py', 'dynparam', 'static_transform_publisher', '...'
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
 NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts')) for path in folder.iterdir()}
 LAUNCH_FILES = {path.name for path in (*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'))}
-KINDS = {'text': 'text', 'integer': 'whole number', 'pattern': 'regular expression', 'colour': 'colour',
-         'spans': 'list of spans'}
 
 each_page = pytest.mark.parametrize('path', PAGES, ids=lambda path: str(path.relative_to(REPOSITORY)))
 
@@ -125,38 +123,12 @@ def test_exercises_of_the_course_exist():
     assert len(named) >= 14 and named <= EXERCISES
 
 
-def parameter_rows(text, heading):
-    """Return {name: {parameter: (kind, default)}} of the table below a heading of docs/exercise_files.md."""
-    rows, found = re.search(rf'^## {heading}\n(.*?)(?=^## |\Z)', text, re.MULTILINE | re.DOTALL).group(1), {}
-    for line in rows.splitlines():
-        cells = [cell.strip().strip('`') for cell in line.strip('|').split('|')] if line.startswith('| ') else []
-        if len(cells) == 5 and cells[0] not in ('check', 'stimulus') and set(cells[0]) != {'-'}:
-            if cells[0]:
-                found[cells[0]] = {}
-            else:
-                found[list(found)[-1]][cells[1]] = (cells[2], cells[3])
-    return found
-
-
-def written_kind(kind):
-    """Return how the page writes a kind of judging.py."""
-    if isinstance(kind, tuple):
-        return ', '.join(kind)
-    return f'span of {kind[len("span "):]}' if kind.startswith('span ') else KINDS.get(kind, kind)
-
-
-@pytest.mark.parametrize('heading, table', [
-    ('Checks', {name: check.parameters for name, check in registry.RULES.items()}), ('Stimuli', exercise.STIMULI)])
-def test_parameters_of_exercise_files_are_described(heading, table):
-    rows = parameter_rows(text_of(REPOSITORY / 'docs' / 'exercise_files.md'), heading)
-    written = {name: {parameter: kind for parameter, (kind, _) in parameters.items()}
-               for name, parameters in rows.items()}
-    assert written == {name: {parameter: written_kind(kind) for parameter, (kind, _) in parameters.items()}
-                       for name, parameters in table.items()}
-    required = {(name, parameter) for name, parameters in table.items()
-                for parameter, (_, default) in parameters.items() if default is ...}
-    assert required == {(name, parameter) for name, parameters in rows.items()
-                        for parameter, (_, default) in parameters.items() if default == 'required'}
+@pytest.mark.parametrize('section', reference.SECTIONS)
+def test_parameters_of_exercise_files_are_described(section):
+    text = text_of(REPOSITORY / 'docs' / 'exercise_files.md')
+    below = re.search(rf'^## {section}\n(.*?)(?=^## |\Z)', text, re.MULTILINE | re.DOTALL).group(1)
+    table = ''.join(re.findall(r'^\|.*\n', below, re.MULTILINE))
+    assert table == reference.markdown(section), f'replace the table below {section} by the one on the right'
 
 
 def test_keys_of_exercise_files_are_described():

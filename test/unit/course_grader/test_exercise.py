@@ -60,7 +60,7 @@ def changed(*path, value=None):
     (changed('start', value={'x': '5 to 3 m'}), "start: x: '5 to 3 m' starts above its end"),
     (changed('start', value={'y': '9 to 12 m'}), 'start: y is 9 to 12 m; the arena allows 0 to 11.0889 m'),
     (changed('checks', value='all'), "the exercise: checks: 'all' must be a list"),
-    (changed('checks', 0, 'check', value='flies'), "check 1 is 'flies'; it must be one of answers, commands"),
+    (changed('checks', 0, 'check', value='flies'), "check 1: check is 'flies'; it must be one of draws, commands"),
     (changed('checks', 0, 'length'), 'check 1 (moves) lacks the key length'),
     (changed('checks', 0, 'length', value='2 s'),
      "check 1 (moves): length: the unit 's' in '2 s' does not measure a length"),
@@ -88,6 +88,72 @@ def test_wrong_parameters_of_checks(parameters, said):
     with pytest.raises(exercise.ExerciseError) as error:
         exercise.parse({'title': 'T', 'time': '1 s', 'checks': [{'points': 100, **parameters}]})
     assert str(error.value).startswith(said)
+
+
+CALL = {'do': 'call', 'service': '/s', 'type': 'std_srvs/Empty', 'request': []}
+SHOW = {'do': 'markers', 'for': '3 s'}
+
+
+@pytest.mark.parametrize('changes, said', [
+    ({'checks': [{'check': 'stops', 'points': 100}]}, 'check 1 (stops) lacks the key x or y: where to stop'),
+    ({'checks': [{'check': 'answers', 'service': '/t', 'points': 100}], 'stimuli': [CALL]},
+     'check 1 (answers) needs a stimulus {do: call, service: /t, ...}: nobody calls that service'),
+    ({'checks': [{'check': 'prints_markers', 'what': 'id', 'points': 100}]},
+     'check 1 (prints_markers) needs a stimulus'),
+    ({'checks': [{'check': 'prints_no_marker', 'points': 100}], 'stimuli': [{**SHOW, 'rate': '0.5 Hz'}]},
+     'check 1 (prints_no_marker) needs a stimulus {do: markers, ...} of two messages'),  # 3 s * 0.5 Hz
+    ({'checks': [{'check': 'positions', 'count': 4, 'points': 100}]},
+     'check 1 (positions) needs the line: allows: [teleport]'),
+    ({'checks': [{'check': 'pen', 'colour': [0, 0, 0], 'points': 100}], 'simulator': 'robotont'},
+     'check 1 (pen) needs simulator: turtlesim'),
+    ({'stimuli': [{'do': 'drive', 'after': '8 s', 'for': '3 s'}]},
+     'stimulus 1 (drive) lasts until 11 s, longer than the time of the exercise, 10 s'),
+    ({'stimuli': [{**CALL, 'after': '10 s'}]}, 'stimulus 1 (call) lasts until 10 s'),
+    ({'stimuli': [{'do': 'drive', 'for': '3 s'}], 'simulator': 'robotont'}, 'stimulus 1 (drive) needs simulator'),
+    ({'checks': [{'check': 'connects', 'topic': 'turtle1/pose', 'role': 'publishes', 'points': 100}]},
+     "check 1 (connects): topic: 'turtle1/pose' must be a full name, such as /turtle1/pose"),
+    ({'stimuli': [{**CALL, 'type': 'turtlesim.srv.Go'}]}, "stimulus 1 (call): type: 'turtlesim.srv.Go' must be a"),
+    ({'checks': [{'check': 'moves', 'length': '-2 m', 'points': 100}]},
+     "check 1 (moves): length: '-2 m' must be above 0"),
+    ({'checks': [{'check': 'stops', 'x': '5 m', 'rest': '-1 s', 'points': 100}]},
+     "check 1 (stops): rest: '-1 s' must be at least 0"),
+    ({'checks': [{'check': 'prints_poses', 'share': '120 %', 'points': 100}]},
+     "check 1 (prints_poses): share: '120 %' must be at most 100 %"),
+    ({'checks': [{'check': 'prints_poses', 'fields': 4, 'points': 100}]},
+     'check 1 (prints_poses): fields: 4 must be one of 2, 3'),
+    ({'checks': [{'check': 'prints', 'pattern': 'x', 'times': 0, 'points': 100}]},
+     'check 1 (prints): times: 0 must be above 0'),
+    ({'checks': [{'check': 'moves', 'lenght': '2 m', 'length': '2 m', 'points': 100}]},
+     "check 1 (moves) has an unknown key 'lenght'; it may have length. Did you mean length?"),
+    ({'simulator': 'turtlsim'},
+     "the exercise: simulator: 'turtlsim' must be one of turtlesim, robotont. Did you mean turtlesim?"),
+])
+def test_what_no_program_could_fulfil_is_the_teachers_mistake(changes, said):
+    content = {'title': 'T', 'time': '10 s', 'checks': [{'check': 'runs', 'points': 100}], **changes}
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.parse(content)
+    assert str(error.value).startswith(said)
+
+
+def test_all_mistakes_are_said_at_once(tmp_path):
+    (tmp_path / 'wrong.yaml').write_text("""
+title: 7
+time: 10 s
+start: {x: 20 m}
+stimuli:
+  - {do: drive, fro: 3 s}
+  - 5
+checks:
+  - {check: moves, points: 60}
+  - {check: runs, points: 30, until: noon}
+""", encoding='utf-8')
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.load(tmp_path / 'wrong.yaml')
+    head, *lines = str(error.value).split('\n')
+    assert head.endswith('wrong.yaml: 7 mistakes')
+    assert [line.strip()[:24] for line in lines] == [
+        'the exercise: title: 7 m', 'start: x is 20 m; the ar', 'check 1 (moves) lacks th', "check 2 (runs): until: '",
+        'stimulus 1 (drive) has a', 'stimulus 1 (drive) lacks', 'stimulus 2 is 5; it must']
 
 
 def test_files_that_are_no_yaml_or_not_there(tmp_path):

@@ -1,28 +1,20 @@
 """Exercise files: what a student is asked to do, how long it is observed, and what counts. YAML, without ROS.
 
-=============  ==========================================================================================
-key            meaning
-=============  ==========================================================================================
-title          one line
-asks           what the student is asked, for the report
-simulator      turtlesim (default) or robotont
-time           how long the node is observed at most, in simulated time, such as ``40 s``
-pass           the score from 0 to 100 that passes, default 80
-start          where the turtle or robot starts, drawn by the seed: x, y ``3 to 5 m``, theta ``0 to 90 deg``
-allows         kinds of shortcuts that are allowed: teleport, reset, kill
-stimuli        what the grader does meanwhile, a list of {do: ..., ...}, see STIMULI
-checks         a list of {check: NAME, points: N, must: true|false, ...}; the other keys are the check's parameters
-=============  ==========================================================================================
+KEYS, STIMULI and registry.RULES say what a file may contain. The points of all checks add up to 100. A check that
+``must`` hold fails the exercise below half of its share.
 
-The points of all checks add up to 100. A check that ``must`` hold fails the exercise below half of its share.
+All that is wrong with a file is said at once. So a reader does not raise: it appends to a list of problems, and returns
+the values that it could read.
 """
+import difflib
+import math
 import re
 import sys
-from typing import Any, Dict, List, NamedTuple, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
-from course_grader.rules import registry
-from course_grader.rules.judging import Kind, Parameters, Span
+from course_grader.rules.judging import Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
+from course_grader.rules.registry import RULES
 from kinematic_core import documents
 from kinematic_core.validation import shown
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
@@ -30,19 +22,48 @@ from kinematic_core.worlds.turtle_world import ARENA_SIZE
 SIMULATORS = ('turtlesim', 'robotont')
 LONGEST = 120.0  # [s] of simulated time
 ALLOWED = ('teleport', 'reset', 'kill')
-START: Parameters = {'x': ('span length', None), 'y': ('span length', None), 'theta': ('span angle', (0.0, 0.0))}
+START: Parameters = {
+    'x': Parameter('span length', None, 'position'), 'y': Parameter('span length', None, 'position'),
+    'theta': Parameter('span angle', (0.0, 0.0), 'heading, counter-clockwise from the x axis')}
 STIMULI: Dict[str, Parameters] = {  # what the grader can do
-    'drive': {'after': ('time', 0.0), 'linear': ('span speed', (0.5, 1.5)), 'angular': ('span turn speed', (-0.8, 0.8)),
-              'for': ('time', ...)},
-    'call': {'service': ('text', ...), 'type': ('text', ...), 'request': ('spans', ...), 'times': ('integer', 3),
-             'after': ('time', 0.0)},
-    'markers': {'topic': ('text', 'ar_pose_marker'), 'rate': ('rate', 2.0), 'most': ('integer', 3),
-                'for': ('time', ...)},
+    'drive': {
+        'for': Parameter('time', ..., 'how long'),
+        'after': Parameter('time or 0', 0.0, 'when it starts'),
+        'linear': Parameter('span speed', (0.5, 1.5), 'drawn from this span'),
+        'angular': Parameter('span turn speed', (-0.8, 0.8), 'drawn from this span')},
+    'call': {
+        'service': Parameter('name', ..., 'its name'),
+        'type': Parameter('service type', ..., 'its type, such as `turtlesim/TeleportAbsolute`'),
+        'request': Parameter('spans', ..., 'a number of the request is drawn from each'),
+        'times': Parameter('integer', 3, 'how many calls'),
+        'after': Parameter('time or 0', 0.0, 'when they start')},
+    'markers': {
+        'for': Parameter('time', ..., 'how long'),
+        'topic': Parameter('name', '/ar_pose_marker', 'where'),
+        'rate': Parameter('rate', 2.0, 'messages per second'),
+        'most': Parameter('integer', 3, 'the highest number of markers at once')},
 }
+MEANINGS = {  # of the stimuli
+    'drive': 'The grader drives the turtle with velocities that change every 2 s.',
+    'call': 'The grader calls a service and waits up to 5 s for each answer.',
+    'markers': 'The grader publishes markers, and every other time none.'}
+KEYS: Parameters = {
+    'title': Parameter('text', ..., 'one line'),
+    'asks': Parameter('text', '', 'the task, for the report'),
+    'simulator': Parameter(SIMULATORS, 'turtlesim', 'which simulator runs'),
+    'time': Parameter('time', ..., 'the longest time for which the program is observed, in simulated time'),
+    'pass': Parameter('number', 80.0, 'the score that passes, 0 to 100'),
+    'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
+    'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
+    'stimuli': Parameter('list', [], 'what the grader does meanwhile'),
+    'checks': Parameter('list', ..., 'what counts')}
+OF_A_CHECK: Parameters = {
+    'points': Parameter('number', ..., 'how many of the 100 points it gives'),
+    'must': Parameter('boolean', False, 'whether the exercise fails below half of its points')}
 
 
 class ExerciseError(ValueError):
-    """An exercise file is wrong; the text says where, what and what is allowed."""
+    """An exercise file is wrong; the text has a line for each mistake: where, what and what is allowed."""
 
 
 class ScoredRule(NamedTuple):
@@ -52,6 +73,9 @@ class ScoredRule(NamedTuple):
     parameters: Dict[str, Any]
     points: float
     must: bool
+
+
+Stimulus = Tuple[str, Dict[str, Any]]  # what, {parameter: value}
 
 
 class Exercise(NamedTuple):
@@ -65,14 +89,8 @@ class Exercise(NamedTuple):
     pass_score: float
     start: Dict[str, Span]
     allows: Tuple[str, ...]
-    stimuli: List[Tuple[str, Dict[str, Any]]]  # (what, {parameter: value})
+    stimuli: List[Stimulus]
     rules: List[ScoredRule]
-
-
-KEYS: Parameters = {
-    'title': ('text', ...), 'asks': ('text', ''), 'simulator': (SIMULATORS, 'turtlesim'), 'time': ('time', ...),
-    'pass': ('number', 80.0), 'start': ('mapping', {}), 'allows': ('list', []),
-    'stimuli': ('list', []), 'checks': ('list', ...)}
 
 
 def load(path: documents.Path) -> Exercise:
@@ -85,111 +103,193 @@ def load(path: documents.Path) -> Exercise:
     try:
         return parse(content, name)
     except ExerciseError as error:
-        raise ExerciseError(f'{path}: {error}') from None
+        lines = str(error).split('\n')
+        head = '' if len(lines) == 1 else f'{len(lines)} mistakes\n  '
+        raise ExerciseError(f'{path}: {head}' + '\n  '.join(lines)) from None
 
 
 def parse(content: Any, name: str = 'exercise') -> Exercise:
     """Return the Exercise in what a YAML file holds."""
-    values = _fields(content, KEYS, 'the exercise')
-    if not 0.0 < values['time'] <= LONGEST:
-        raise ExerciseError(f'time is {shown(content["time"])}; it must be above 0 and at most {LONGEST:g} s')
-    if not 0.0 < values['pass'] <= 100.0:
-        raise ExerciseError(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
-    unknown = [kind for kind in values['allows'] if kind not in ALLOWED]
-    if unknown:
-        raise ExerciseError(f'allows has {shown(unknown[0])}; it may have {", ".join(ALLOWED)}')
-    start = {axis: limits for axis, limits in _fields(values['start'], START, 'start').items() if limits is not None}
-    for axis in 'xy' if values['simulator'] == 'turtlesim' else '':
-        if not 0.0 <= start.get(axis, (0.0,))[0] <= start.get(axis, (0.0,))[-1] <= ARENA_SIZE:
-            raise ExerciseError(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
-    rules = [_rule(entry, number) for number, entry in enumerate(values['checks'], 1)]
-    points = sum(scored.points for scored in rules)
-    if abs(points - 100.0) > 1e-6:
-        raise ExerciseError(f'the points of the checks add up to {points:g}; they must add up to 100')
-    stimuli = [_stimulus(entry, number) for number, entry in enumerate(values['stimuli'], 1)]
-    return Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
-                    values['pass'], start, tuple(values['allows']), stimuli, rules)
+    problems: List[str] = []
+    values = _fields(content, KEYS, 'the exercise', problems)
+    start = _start(values, problems)
+    rules = [_rule(entry, number, problems) for number, entry in enumerate(values.get('checks', ()), 1)]
+    points = sum(made.points for made in rules if made)
+    if 'checks' in values and all(rules) and abs(points - 100.0) > 1e-6:
+        problems.append(f'the points of the checks add up to {points:g}; they must add up to 100')
+    stimuli = [_stimulus(entry, number, problems) for number, entry in enumerate(values.get('stimuli', ()), 1)]
+    if not 0.0 < values.get('time', LONGEST) <= LONGEST:
+        problems.append(f'time is {shown(content["time"])}; it must be above 0 and at most {LONGEST:g} s')
+    if not 0.0 < values.get('pass', 100.0) <= 100.0:
+        problems.append(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
+    problems += [f'allows has {shown(kind)}; it may have {", ".join(ALLOWED)}{_meant(kind, ALLOWED)}'
+                 for kind in values.get('allows', ()) if kind not in ALLOWED]
+    if not problems:
+        made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
+                        values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
+                        [one for one in rules if one])
+        problems = list(_contradictions(made))
+        if not problems:
+            return made
+    raise ExerciseError('\n'.join(problems))
 
 
-def _rule(entry: Any, number: int) -> ScoredRule:
-    where = f'check {number}'
-    entry = dict(_mapping(entry, where))
-    name = entry.pop('check', None)
-    if not isinstance(name, str) or name not in registry.RULES:
-        raise ExerciseError(f'{where} is {shown(name)}; it must be one of {", ".join(sorted(registry.RULES))}')
+def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
+    limits = {axis: found for axis, found in _fields(values.get('start', {}), START, 'start', problems).items()
+              if found is not None}
+    for axis in 'xy' if values.get('simulator') == 'turtlesim' else '':
+        if not 0.0 <= limits.get(axis, (0.0,))[0] <= limits.get(axis, (0.0,))[-1] <= ARENA_SIZE:
+            problems.append(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
+    return limits
+
+
+def _rule(entry: Any, number: int, problems: List[str]) -> Optional[ScoredRule]:
+    """Return a check, or None if it is wrong."""
+    before, where = len(problems), f'check {number}'
+    name, entry = _named(entry, 'check', where, RULES, problems)
+    if name is None:
+        return None
     where = f'{where} ({name})'
-    common = _fields({key: entry.pop(key) for key in ('points', 'must') if key in entry},
-                     {'points': ('number', ...), 'must': ('boolean', False)}, where)
-    if common['points'] <= 0.0:
-        raise ExerciseError(f'{where}: points is {common["points"]:g}; it must be above 0')
-    return ScoredRule(name, _fields(entry, registry.RULES[name].parameters, where), common['points'], common['must'])
+    common = _fields({key: entry.pop(key) for key in OF_A_CHECK if key in entry}, OF_A_CHECK, where, problems)
+    if common.get('points', 1.0) <= 0.0:
+        problems.append(f'{where}: points is {common["points"]:g}; it must be above 0')
+    parameters = _fields(entry, RULES[name].parameters, where, problems)
+    return ScoredRule(name, parameters, common['points'], common['must']) if len(problems) == before else None
 
 
-def _stimulus(entry: Any, number: int) -> Tuple[str, Dict[str, Any]]:
-    where = f'stimulus {number}'
-    entry = dict(_mapping(entry, where))
-    what = entry.pop('do', None)
-    if not isinstance(what, str) or what not in STIMULI:
-        raise ExerciseError(f'{where}: do is {shown(what)}; it must be one of {", ".join(STIMULI)}')
-    return what, _fields(entry, STIMULI[what], f'{where} ({what})')
+def _stimulus(entry: Any, number: int, problems: List[str]) -> Optional[Stimulus]:
+    """Return a stimulus, or None if it is wrong."""
+    before, where = len(problems), f'stimulus {number}'
+    what, entry = _named(entry, 'do', where, STIMULI, problems)
+    values = _fields(entry, STIMULI[what], f'{where} ({what})', problems) if what else {}
+    return (what, values) if what and len(problems) == before else None
 
 
-def _mapping(value: Any, where: str) -> Dict[Any, Any]:
+def _named(entry: Any, key: str, where: str, allowed: Iterable[str], problems: List[str]
+           ) -> Tuple[Optional[str], Dict[Any, Any]]:
+    """Return what an entry names by a key, None if that is wrong, and the other keys of the entry."""
+    if not _is_mapping(entry, where, problems):
+        return None, {}
+    others = {name: value for name, value in entry.items() if name != key}
+    name = entry.get(key)
+    if isinstance(name, str) and name in allowed:
+        return name, others
+    problems.append(f'{where}: {key} is {shown(name)}; it must be one of {", ".join(allowed)}{_meant(name, allowed)}')
+    return None, others
+
+
+def _contradictions(made: Exercise) -> Iterator[str]:
+    """Return what can never be fulfilled, as texts."""
+    for number, rule in enumerate(made.rules, 1):
+        yield from (f'check {number} ({rule.name}) {text}' for text in _missing(rule, made))
+    for number, (what, values) in enumerate(made.stimuli, 1):
+        where, end = f'stimulus {number} ({what})', values.get('after', 0.0) + values.get('for', 0.0)
+        if end > made.time or (what == 'call' and end >= made.time):
+            yield f'{where} lasts until {end:g} s, longer than the time of the exercise, {made.time:g} s'
+        if what == 'drive' and made.simulator != 'turtlesim':
+            yield f'{where} needs simulator: turtlesim'
+
+
+def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
+    """Return what a check needs and the exercise lacks, as texts."""
+    values = rule.parameters
+    by_teleports = rule.name == 'positions' and values['by'] == 'teleports'
+    if rule.name == 'stops' and values['x'] is None and values['y'] is None:
+        yield 'lacks the key x or y: where to stop'
+    if rule.name == 'answers' and values['service'] not in {
+            others['service'] for what, others in made.stimuli if what == 'call'}:
+        yield f'needs a stimulus {{do: call, service: {values["service"]}, ...}}: nobody calls that service'
+    if rule.name in ('prints_markers', 'prints_no_marker'):
+        most = max((int(show['for'] * show['rate']) for what, show in made.stimuli if what == 'markers'), default=0)
+        if most < (2 if rule.name == 'prints_no_marker' else 1):  # the second is the first that is empty
+            yield 'needs a stimulus {do: markers, ...} of two messages: the first shows markers, the second none'
+    if by_teleports and 'teleport' not in made.allows:
+        yield 'needs the line: allows: [teleport]'
+    if (by_teleports or rule.name == 'pen') and made.simulator != 'turtlesim':
+        yield 'needs simulator: turtlesim'
+
+
+def _is_mapping(value: Any, where: str, problems: List[str]) -> bool:
+    """Return whether a value is a mapping."""
     if not isinstance(value, dict):
-        raise ExerciseError(
-            f'{where} is {"empty" if value is None else shown(value)}; it must be a mapping (keys with values)')
-    return value
+        what = 'empty' if value is None else shown(value)
+        problems.append(f'{where} is {what}; it must be a mapping (keys with values)')
+    return isinstance(value, dict)
 
 
-def _fields(entry: Any, kinds: Parameters, where: str) -> Dict[str, Any]:
-    """Return {key: value} of all ``kinds``, converted; unknown and missing keys are errors."""
-    entry = _mapping(entry, where)
-    unknown = [key for key in entry if key not in kinds]
-    if unknown:
-        raise ExerciseError(f'{where} has an unknown key {shown(unknown[0])}; it may have '
-                            f'{", ".join(kinds) or "none"}')
+def _fields(entry: Any, kinds: Parameters, where: str, problems: List[str]) -> Dict[str, Any]:
+    """Return {key: value} of all ``kinds``, converted, without those that are wrong."""
+    if not _is_mapping(entry, where, problems):
+        return {}
+    allowed = ', '.join(kinds) or 'none'
+    problems += [f'{where} has an unknown key {shown(key)}; it may have {allowed}{_meant(key, kinds)}'
+                 for key in entry if key not in kinds]
     values = {}
-    for key, (kind, default) in kinds.items():
-        if key not in entry:
-            if default is ...:
-                raise ExerciseError(f'{where} lacks the key {key}')
-            values[key] = default
-            continue
+    for key, (kind, default, _) in kinds.items():
         try:
-            values[key] = _convert(entry[key], kind)
+            if key in entry:
+                values[key] = _convert(entry[key], kind)
+            elif default is ...:
+                problems.append(f'{where} lacks the key {key}')
+            else:
+                values[key] = default
         except (QuantityError, re.error, OverflowError, RecursionError) as error:
-            raise ExerciseError(f'{where}: {key}: {error}') from None
+            problems.append(f'{where}: {key}: {error}')
     return values
+
+
+def _meant(word: Any, allowed: Iterable[str]) -> str:
+    """Return a question about the word that was probably meant, or ''."""
+    close = difflib.get_close_matches(word, list(allowed), 1) if isinstance(word, str) else []
+    return f'. Did you mean {close[0]}?' if close else ''
 
 
 PLAIN: Dict[str, Tuple[Any, str]] = {
     'text': (str, 'a text'), 'boolean': (bool, 'true or false'), 'integer': (int, 'a whole number'),
     'number': ((int, float), 'a number'), 'mapping': (dict, 'a mapping (keys with values)'), 'list': (list, 'a list')}
+PATTERNS = {'name': (r'(/[A-Za-z]\w*)+', 'a full name, such as /turtle1/pose'),
+            'service type': (r'[A-Za-z]\w*/[A-Za-z]\w*', 'a type, such as turtlesim/TeleportAbsolute')}
 
 
 def _convert(value: Any, kind: Kind) -> Any:
     """Return a value of a kind (see judging.py); raise QuantityError."""
     if isinstance(kind, tuple):
-        if value not in kind:
-            raise QuantityError(f'{shown(value)} must be one of {", ".join(kind)}')
-        return value
+        found = [allowed for allowed in kind if type(allowed) is type(value) and allowed == value]
+        if not found:
+            words = [str(allowed) for allowed in kind]
+            raise QuantityError(f'{shown(value)} must be one of {", ".join(words)}{_meant(value, words)}')
+        return found[0]
     if kind in PLAIN:
-        types, words = PLAIN[kind]
-        if (not isinstance(value, types) or (isinstance(value, bool) and kind != 'boolean')
-                or kind in ('number', 'integer') and not abs(value) <= sys.float_info.max):
-            raise QuantityError(f'{shown(value)} must be {words}')
-        return float(value) if kind == 'number' else value
-    if kind == 'pattern':
-        return re.compile(_convert(value, 'text')).pattern
-    if kind == 'colour':
-        if not isinstance(value, list) or len(value) != 3 or not all(type(v) is int and 0 <= v <= 255 for v in value):
-            raise QuantityError(f'{shown(value)} must be three whole numbers from 0 to 255, [red, green, blue]')
-        return tuple(value)
-    if kind == 'spans':
-        return [span(entry, _dimension(entry)) for entry in _convert(value, 'list')]
+        return _plain(value, kind)
+    if kind in PATTERNS:
+        pattern, meaning = PATTERNS[kind]
+        if not isinstance(value, str) or not re.fullmatch(pattern, value):
+            raise QuantityError(f'{shown(value)} must be {meaning}')
+        return value
+    if kind in OTHERS:
+        return OTHERS[kind](value)
     if kind.startswith('span '):
         return span(value, kind[len('span '):])
-    return quantity(value, kind)
+    return _above(value, quantity(value, kind.replace(' or 0', '')), kind)
+
+
+def _above(value: Any, number: float, kind: str) -> float:
+    """Return a number that is above 0, or 0 where its kind allows that; of a share at most 1."""
+    if number < 0.0 or (number == 0.0 and not kind.endswith(' or 0')):
+        raise QuantityError(f'{shown(value)} must be {"at least" if kind.endswith(" or 0") else "above"} 0')
+    if number > (1.0 if kind == 'share' else math.inf):
+        raise QuantityError(f'{shown(value)} must be at most 100 %')
+    return number
+
+
+def _plain(value: Any, kind: str) -> Any:
+    types, words = PLAIN[kind]
+    if (not isinstance(value, types) or (isinstance(value, bool) and kind != 'boolean')
+            or kind in ('number', 'integer') and not abs(value) <= sys.float_info.max):
+        raise QuantityError(f'{shown(value)} must be {words}')
+    if kind == 'integer':
+        return int(_above(value, value, kind))
+    return float(value) if kind == 'number' else value
 
 
 def _dimension(text: object) -> str:
@@ -198,3 +298,16 @@ def _dimension(text: object) -> str:
     if unit not in UNITS:
         raise QuantityError(f'{shown(text)} has no unit at its end; the units are {", ".join(UNITS)}')
     return UNITS[unit][0]
+
+
+def _colour(value: Any) -> Tuple[int, ...]:
+    if not isinstance(value, list) or len(value) != 3 or not all(type(v) is int and 0 <= v <= 255 for v in value):
+        raise QuantityError(f'{shown(value)} must be three whole numbers from 0 to 255, [red, green, blue]')
+    return tuple(value)
+
+
+OTHERS: Dict[str, Callable[[Any], Any]] = {
+    'pattern': lambda value: re.compile(_plain(value, 'text')).pattern,
+    'colour': _colour,
+    'spans': lambda value: [span(entry, _dimension(entry)) for entry in _plain(value, 'list')],
+    'coordinate': lambda value: quantity(value, 'length')}

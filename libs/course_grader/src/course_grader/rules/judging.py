@@ -1,9 +1,10 @@
 """What a rule is: it looks at what was Observed and says which share of it is right, what was asked and seen.
 
 A rule is a function (observed, parameters) -> Result. registry.py lists them all, with the parameters that an exercise
-file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), a span of one
-('span rate'), 'text', 'pattern' (a regular expression), 'integer', 'colour' ([r, g, b]), or a tuple of the words that
-are allowed. ``...`` as default: it has to be given.
+file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), which is
+above 0; 'time or 0'; 'coordinate', a length of either sign; a span of a dimension ('span rate'); 'text'; 'name' of a
+topic or service; 'service type'; 'pattern', a regular expression; 'integer', which is above 0; 'colour', [r, g, b]; or
+a tuple of the values that are allowed.
 """
 import math
 from types import SimpleNamespace
@@ -12,8 +13,7 @@ from typing import Any, Callable, Container, Dict, List, Mapping, NamedTuple, Tu
 from course_grader.rules.observation import Observed
 
 Span = Tuple[float, float]  # lowest, highest
-Kind = Union[str, Tuple[str, ...]]  # of a parameter's value
-Parameters = Mapping[str, Tuple[Kind, Any]]  # {name: (kind, default)}; the default ... stands for none
+Kind = Union[str, Tuple[Any, ...]]  # of a parameter's value
 ANY = (-math.inf, math.inf)  # the span that everything lies in
 SHORTCUTS = {
     'teleport': 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving',
@@ -30,11 +30,20 @@ class Result(NamedTuple):
     seen: str
 
 
+class Parameter(NamedTuple):
+    """What an exercise file may set: the kind of its value, its default (``...``: it is required), and its meaning."""
+
+    kind: Kind
+    default: Any
+    meaning: str
+
+
+Parameters = Mapping[str, Parameter]
 Judge = Callable[[Observed, SimpleNamespace], Result]
 
 
 class Rule(NamedTuple):
-    """A rule as an exercise file names it: the function and {parameter: (kind, default)}."""
+    """A rule as an exercise file names it: the function, whose first sentence says what it looks at, and parameters."""
 
     judge: Judge
     parameters: Parameters

@@ -1,36 +1,60 @@
-"""All rules by the names that ``checks`` of an exercise file may have, with their parameters: (kind, default)."""
+"""All rules by the names that ``checks`` of an exercise file may have, with their parameters."""
 from types import SimpleNamespace
 from typing import Any, Dict, Mapping
 
 from course_grader.rules import fits, rules_driving, rules_output
-from course_grader.rules.judging import ANY, Result, Rule
+from course_grader.rules.judging import ANY, Parameter, Result, Rule
 from course_grader.rules.observation import Observed
 
 RULES: Dict[str, Rule] = {
     'draws': Rule(rules_driving.draws, {
-        'shape': (fits.SHAPES, ...), 'tolerance': ('length', 0.1), 'size': ('span length', ANY)}),
+        'shape': Parameter(fits.SHAPES, ..., 'the shape'),
+        'tolerance': Parameter('length', 0.1, 'how far from the outline the path may be'),
+        'size': Parameter('span length', ANY, 'the side; of a circle the diameter')}),
     'commands': Rule(rules_driving.commands, {
-        'rate': ('span rate', ANY), 'linear': ('span speed', ANY), 'sideways': ('span speed', ANY),
-        'angular': ('span turn speed', ANY), 'turning': ('span turn speed', ANY)}),
-    'moves': Rule(rules_driving.moves, {'length': ('length', ...)}),
+        'rate': Parameter('span rate', ANY, 'commands per second'),
+        'linear': Parameter('span speed', ANY, 'linear.x'),
+        'sideways': Parameter('span speed', ANY, 'linear.y'),
+        'angular': Parameter('span turn speed', ANY, 'angular.z, positive to the left'),
+        'turning': Parameter('span turn speed', ANY, 'angular.z to either side, without its sign')}),
+    'moves': Rule(rules_driving.moves, {'length': Parameter('length', ..., 'the distance')}),
     'stops': Rule(rules_driving.stops, {
-        'x': ('length', None), 'y': ('length', None), 'tolerance': ('length', 0.05), 'rest': ('time', 1.0),
-        'size': ('length', 1.0)}),
+        'x': Parameter('coordinate', None, 'where to stop'),
+        'y': Parameter('coordinate', None, 'where to stop'),
+        'tolerance': Parameter('length', 0.05, 'full points within this distance'),
+        'rest': Parameter('time or 0', 1.0, 'how long it has to stand still'),
+        'size': Parameter('length', 1.0, 'no points beyond this distance')}),
     'positions': Rule(rules_driving.positions, {
-        'count': ('integer', ...), 'apart': ('length', 0.5), 'by': (('teleports', 'driving'), 'teleports')}),
-    'pen': Rule(rules_driving.pen, {'colour': ('colour', ...), 'width': ('span pixels', ANY)}),
+        'count': Parameter('integer', ..., 'how many'),
+        'apart': Parameter('length', 0.5, 'positions closer than this count as one'),
+        'by': Parameter(('teleports', 'driving'), 'teleports', 'how it gets there')}),
+    'pen': Rule(rules_driving.pen, {
+        'colour': Parameter('colour', ..., '`[red, green, blue]`, 0 to 255 each'),
+        'width': Parameter('span pixels', ANY, 'width of the pen')}),
     'prints': Rule(rules_output.prints, {
-        'pattern': ('pattern', ...), 'times': ('integer', 1), 'what': ('text', '')}),
+        'pattern': Parameter('pattern', ..., 'what has to be found in a line'),
+        'times': Parameter('integer', 1, 'in how many lines'),
+        'what': Parameter('text', '', 'what the report calls such a line; the pattern, if empty')}),
     'prints_poses': Rule(rules_output.prints_poses, {
-        'fields': ('integer', 2), 'tolerance': ('length', 0.02), 'share': ('share', 0.8), 'lines': ('integer', 20)}),
+        'fields': Parameter((2, 3), 2, '2: x and y; 3: theta as well'),
+        'tolerance': Parameter('length', 0.02, 'how far off a printed value may be'),
+        'share': Parameter('share', 0.8, 'how many of the lines with numbers must be right'),
+        'lines': Parameter('integer', 20, 'at how many different poses')}),
     'answers': Rule(rules_output.answers, {
-        'service': ('text', ...), 'prints': (('request', 'nothing'), 'nothing'), 'tolerance': ('length', 0.01)}),
+        'service': Parameter('name', ..., 'name of the service, which a stimulus calls'),
+        'prints': Parameter(('request', 'nothing'), 'nothing', 'request: the numbers of each request must be printed'),
+        'tolerance': Parameter('length', 0.01, 'how far off a printed number may be')}),
     'prints_markers': Rule(rules_output.prints_markers, {
-        'what': (('id', 'x'), ...), 'tolerance': ('length', 0.005)}),
-    'prints_no_marker': Rule(rules_output.prints_no_marker, {'pattern': ('pattern', r'(?i)\bno\b')}),
+        'what': Parameter(('id', 'x'), ..., 'the id, or x of the position'),
+        'tolerance': Parameter('length', 0.005, 'how far off x may be')}),
+    'prints_no_marker': Rule(rules_output.prints_no_marker, {
+        'pattern': Parameter('pattern', r'(?i)\bno\b', 'how it says so: by default with the word "no"')}),
     'connects': Rule(rules_output.connects, {
-        'topic': ('text', ...), 'role': (('publishes', 'subscribes', 'serves'), ...)}),
-    'runs': Rule(rules_output.runs, {'until': (('the end', 'it is done'), 'the end')}),
+        'topic': Parameter('name', ..., 'name of the topic or service'),
+        'role': Parameter(('publishes', 'subscribes', 'serves'), ..., 'what it does with it')}),
+    'runs': Rule(rules_output.runs, {
+        'until': Parameter(('the end', 'it is done'), 'the end',
+                           'the end: it must not end by itself; it is done: it ends with exit code 0')}),
 }
 
 

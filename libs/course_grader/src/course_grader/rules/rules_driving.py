@@ -14,7 +14,7 @@ MOVING = 0.5  # [s] of rest at most
 
 
 def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """The path, or its end, is a closed shape wherever it lies."""
+    """The path, or its end, is a closed shape, wherever it lies."""
     asked = f'a {wanted.shape}, within {wanted.tolerance:g} m'
     asked += '' if wanted.size == ANY else f', size {written(wanted.size, "m")}'
     found = fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance)
@@ -34,10 +34,7 @@ def _unfinished(observed: Observed) -> str:
 
 
 def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """Velocity commands come at a rate, with these velocities; a share of the commands may be others.
-
-    ``turning``: angular.z to either side, without its sign.
-    """
+    """Velocity commands come at a rate with these velocities; the share of such commands counts."""
     every = (('linear.x', wanted.linear, 'm/s'), ('linear.y', wanted.sideways, 'm/s'),
              ('angular.z', wanted.angular, 'rad/s'), ('|angular.z|', wanted.turning, 'rad/s'))
     parts = [part for part in every if part[1] != ANY]
@@ -66,13 +63,13 @@ def _nearness(value: float, span: Span) -> float:
 
 
 def moves(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """The turtle or robot covers some ground, or a part of it."""
+    """The turtle or robot covers some distance."""
     length = fits.path_length(observed.drawn())
     return Result(min(1.0, length / wanted.length), f'a path of at least {wanted.length:g} m', f'{length:.2f} m')
 
 
 def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It comes to rest at x, at y or at both; the share falls to 0 at ``size`` from there."""
+    """It comes to rest at x, at y, or at both."""
     goals = {axis: value for axis, value in (('x', wanted.x), ('y', wanted.y)) if value is not None}
     goal = ' and '.join(f'{axis} = {value:g}' for axis, value in goals.items())
     asked = f'a stop at {goal}, within {wanted.tolerance:g} m'
@@ -88,7 +85,7 @@ def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def positions(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It goes to a number of different positions, by teleports or by driving there and resting or turning."""
+    """It visits a number of different positions, by teleports or by driving there and resting or turning."""
     if wanted.by == 'teleports':
         visited = [event.values[:2] for event in observed.of_kind('teleport')]
     else:
@@ -104,7 +101,7 @@ def positions(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def pen(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """The path is drawn in a colour: the share of its length, the pen being down."""
+    """The path is drawn in a colour; the share of its length with the pen down counts."""
     red, green, blue = wanted.colour
     asked = f'the path in the colour ({red}, {green}, {blue})'
     asked += '' if wanted.width == ANY else f', width {written(wanted.width, "px")}'

@@ -38,7 +38,7 @@ class Statement(NamedTuple):
 
 
 def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It prints lines that match."""
+    """It prints lines that match a pattern."""
     count = sum(bool(re.search(wanted.pattern, line.text)) for line in observed.lines)
     asked = f'{wanted.what or repr(wanted.pattern)}, printed {wanted.times} times'
     seen = f'{count} of {len(observed.lines)} lines match' + _example(observed)
@@ -46,7 +46,7 @@ def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It prints where the turtle is while it moves: lines with x and y (with ``fields`` 3 theta, too)."""
+    """It prints where the turtle is while it moves."""
     names = ('x', 'y', 'theta')[:wanted.fields]
     asked = f'{wanted.lines} lines with the {", ".join(names)} of the turtle; {wanted.share:.0%} of all lines correct'
     numbered = [statement for statement in _statements(observed.lines, wanted.fields)
@@ -96,7 +96,7 @@ def _was_there(observed: Observed, statement: Statement, names: Sequence[str], t
 
 
 def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It serves a service, answers every call of the grader and, if asked, prints the request's numbers."""
+    """It offers a service and answers every call of the grader."""
     calls = [call for call in observed.calls if call.service == wanted.service]
     asked = f'{wanted.service} answers'
     asked += ' and prints the numbers of each request' if wanted.prints == 'request' else ''
@@ -120,7 +120,7 @@ def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bo
 
 
 def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It prints of every marker that is shown the id, or the x of its position."""
+    """It prints a value of each marker that is shown."""
     asked = f'a line with the {wanted.what} of each marker shown'
     expected = found = 0
     lines = [(line.t, numbers_in(line.text)) for line in observed.lines]
@@ -153,7 +153,7 @@ def _lasted(start: float, shown: Iterable[ShownMarkers]) -> float:
 
 
 def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It publishes, subscribes or serves a name."""
+    """It publishes, subscribes to or serves a name."""
     there = (wanted.topic, wanted.role) in observed.connections
     others = sorted(name for name, role in observed.connections if role == wanted.role)
     return Result(float(there), f'the program {wanted.role} {wanted.topic}',
@@ -161,7 +161,7 @@ def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It runs until it is ended, or ends without a failure."""
+    """It runs as long as it should."""
     if wanted.until == 'the end':
         seen = 'yes' if observed.exit_code is None else f'it ended after {observed.ended_at:.1f} s with exit code ' \
             f'{observed.exit_code}'
