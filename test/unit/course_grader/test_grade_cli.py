@@ -1,19 +1,31 @@
 """The grader's command line, and attempts that fail before or beside ROS."""
 import csv
 import json
+import re
 import sys
 
 import pytest
+import yaml
 
 from course_grader import cli
 from course_grader.attempt import attempt
 from course_grader.formats import exit_codes
-from course_grader.rules import exercise
+from course_grader.rules import exercise, registry
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import Supervisor
 from process_support import processes
 
 OF_ROSTEST = ['--gtest_output=xml:/r/x.xml', '__name:=stop', '__log:=/r/stop.log']
+
+
+CALLING = """
+title: T
+time: 10 s
+stimuli:
+  - {do: call, service: /s, type: TYPE, request: [2 m, 3 m]}
+checks:
+  - {check: answers, points: 100, service: /s}
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -38,9 +50,33 @@ def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):
 @pytest.mark.parametrize('arguments, said', [
     (['no_such_exercise', '--', 'a.py'], "there is no exercise 'no_such_exercise'; give the path of an exercise file"),
     (['stop_at_x', '--format', 'classroom50', '--', 'a.py'], '--format classroom50 needs CLASSROOM, ASSIGNMENT'),
+    (['stop_at_y', '--', 'a.py'], 'robot_square, robot_triangle, robot_turning, set_pen_and_goto_pose, '),
+    (['stop_at_y', '--', 'a.py'], 'Did you mean stop_at_x?'),
+    (['stop_at_x', 'a.py'], 'two dashes are missing between the exercise and the program; type:\n'
+     '  ./run grade stop_at_x -- a.py'),
+    (['stop_at_x', '--seed', '5', 'a b.py', '--fast'], "  ./run grade stop_at_x --seed 5 -- 'a b.py' --fast"),
+    (['stop_at_x', 'stop_at_x'], '  ./run grade stop_at_x -- stop_at_x\n'),
+    (['stop_at_x', '--fast', '--', 'a.py'], 'there is no option --fast; options of the program come after the two '
+     'dashes:\n  ./run grade stop_at_x -- a.py --fast'),
+    (['stop_at_x'], 'the program is missing; type, for example:\n  ./run grade stop_at_x -- stop_at_x.py'),
+    (['/a/mine.yaml', '--seed', '5', '--'], '  ./run grade /a/mine.yaml --seed 5 -- mine.py'),
+    (['stop_at_x', '--', 'a.py', '_x:=3'], 'a.py does not exist (current folder: '),
+    (['stop_at_x', '--', 'python3', 'a.py'], 'a.py does not exist (current folder: '),
+    (['stop_at_x', '--', 'no_such_program'], 'no_such_program does not exist (current folder: '),
+    (['stop_at_x', '--', './stop.pi'], 'Did you mean ./stop.py? Name the file as seen from here'),
+    ([], 'the following arguments are required: exercise'),
+    (['--new', 'stop.py'], 'stop.py exists already; choose another name'),
+    (['--new', 'none/x.yaml'], 'none/x.yaml cannot be written: No such file or directory'),
+    (['typo.yaml', '--', 'stop.py'], 'typo: stimulus 1 (call): type: there is no service type turtlesim/Teleport here'),
+    (['--all', '.', '--output', 'out'], 'typo: stimulus 1 (call): type: there is no service type'),
     (['stop_at_x', '--seed', 'x', '--', 'a.py'], "--seed: invalid int value: 'x'"),
 ])
-def test_wrong_usage_is_explained(monkeypatch, capsys, arguments, said):
+def test_wrong_usage_is_explained(tmp_path, monkeypatch, capsys, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'stop.py').write_text('')
+    (tmp_path / 'typo.yaml').write_text(CALLING.replace('TYPE', 'turtlesim/Teleport'))
+    (tmp_path / 'anna').mkdir()
+    (tmp_path / 'anna' / 'typo.py').write_text('')
     monkeypatch.setattr(sys, 'argv', ['grade.py', *arguments])
     try:
         code = cli.main()
@@ -49,8 +85,54 @@ def test_wrong_usage_is_explained(monkeypatch, capsys, arguments, said):
     assert code == exit_codes.USAGE and said in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('name, said', [
+    ('turtlesim/TeleportRelative', None), ('turtlesim/TeleportAbsolute', 'request has 2 numbers, but turtlesim/Teleport'
+                                           'Absolute takes 3: x, y, theta'),
+    ('std_srvs/Empty', 'request has 2 numbers, but std_srvs/Empty takes 0: none'),
+    ('turtlesim/Kill', 'type: turtlesim/Kill has name (string), but the grader sends numbers only'),
+    ('no_such_package/Go', 'type: there is no service type no_such_package/Go here'),
+])
+def test_the_services_of_an_exercise_are_checked(tmp_path, name, said):
+    (tmp_path / 'mine.yaml').write_text(CALLING.replace('TYPE', name))
+    if said is None:
+        assert cli.load(tmp_path / 'mine.yaml').name == 'mine'
+    else:
+        with pytest.raises(exercise.ExerciseError, match='mine: stimulus 1 .call.: ' + re.escape(said)):
+            cli.load(tmp_path / 'mine.yaml')
+
+
+def test_a_new_exercise_can_be_graded_as_it_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        cli.main(['--new', 'mine.yaml'])
+    assert end.value.code == 0 and 'Wrote mine.yaml. Edit it' in capsys.readouterr().out
+    made = cli.load('mine.yaml')
+    assert made.name == 'mine' and made.asks and made.rules
+    text = (tmp_path / 'mine.yaml').read_text()
+    assert all(f'\n{key}: ' in text or f'\n# {key}:' in text or f'\n{key}:\n' in text for key in exercise.KEYS)
+    assert exercise.parse(yaml.safe_load(re.sub(r'(?m)^# (stimuli:|  - )', r'\1', text))).stimuli  # as a teacher would
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_checks_are_listed_with_their_parameters(capsys):
+    with pytest.raises(SystemExit) as end:
+        cli.main(['--checks'])
+    assert end.value.code == 0
+    printed = capsys.readouterr().out
+    words = set(re.findall(r'^ *(\w+)', printed, re.MULTILINE))
+    assert {*registry.RULES, *exercise.STIMULI, *exercise.KEYS}.issubset(words)
+    assert {name for made in registry.RULES.values() for name in made.parameters} <= words
+    assert max(map(len, printed.splitlines())) <= 120
+
+
+def test_a_program_that_was_not_handed_in_scores_0_in_a_system(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(['stop_at_x', '--format', 'autolab', '--', 'none.py']) == 0
+    said = capsys.readouterr().out
+    assert 'none.py does not exist' in said and said.endswith('{"scores": {"stop_at_x": 0.0}}\n')
+
+
 @pytest.mark.parametrize('program, said', [
-    (['none.py'], 'none.py does not exist'), ([], 'the command is missing'),
     (['broken.py'], 'broken.py, line 1: SyntaxError'),
 ])
 def test_a_program_that_cannot_run_fails_with_the_reason(tmp_path, monkeypatch, capsys, program, said):
@@ -103,15 +185,16 @@ def test_an_attempt_that_fails_decides_nothing(tmp_path, monkeypatch, error, sai
 def test_an_interruption_is_said(tmp_path, monkeypatch, capsys):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
+    (tmp_path / 'a.py').write_text('')
     monkeypatch.setattr(Supervisor, 'grade', interrupt)
-    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', str(tmp_path), '--', 'a.py'])
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', str(tmp_path), '--', f'{tmp_path}/a.py'])
     assert cli.main() == exit_codes.INTERRUPTED
     assert 'interrupted; all its processes have ended' in capsys.readouterr().err
 
 
 def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
     (tmp_path / 'file').write_text('')
-    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', f'{tmp_path}/file/x', '--', 'none.py'])
+    monkeypatch.setattr(sys, 'argv', ['grade.py', 'stop_at_x', '--output', f'{tmp_path}/file/x', '--', 'true'])
     assert cli.main() == exit_codes.USAGE
     assert 'file/x cannot be written: Not a directory. Choose another folder with --output' in capsys.readouterr().err
 

@@ -6,18 +6,21 @@ slow in three attempts), 130 interrupted.
 It is a test for rostest, too: ``<test pkg="turtle_robotont" type="grade.py" args="EXERCISE -- COMMAND" .../>``.
 """
 import argparse
+import difflib
 import os
 import random
+import shlex
 import sys
 
 import rospkg
 
+from course_grader import usage
 from course_grader.classes import grade_all
 from course_grader.formats import exit_codes, harmless, systems
-from course_grader.rules import exercise
+from course_grader.rules import exercise, new_exercise, reference
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import Supervisor
-from kinematic_core.files import write_whole
+from kinematic_core.files import create_whole, write_whole
 from process_support import processes
 
 GTEST_OUTPUT = '--gtest_output=xml:'
@@ -27,14 +30,17 @@ def main(arguments=None):
     """Grade as the command line says; return the exit code."""
     arguments, junit = _without_rostest(sys.argv[1:] if arguments is None else arguments)
     if '--all' in arguments[:_cut(arguments)]:
-        return grade_all.main([argument for argument in arguments if argument != '--all'], exercises())
-    options = _parse(arguments)
+        return grade_all.main([argument for argument in arguments if argument != '--all'], exercises(), load)
+    options, unknown = _parse(arguments)
     place = systems.Place(os.environ)
     form = options.format or systems.detect(place)
     try:
         systems.check(form, place)
-        chosen = exercise.load(_find(options.exercise))
-    except (exercise.ExerciseError, systems.FormatError, OSError) as error:
+        usage.check(arguments[:_cut(arguments)], unknown, options.command, options.exercise)
+        chosen = load(_find(options.exercise))
+        if form not in systems.READ_SCORES:  # else the student has not handed it in
+            usage.check_program(arguments[:_cut(arguments)], options.command)
+    except (exercise.ExerciseError, systems.FormatError, usage.UsageError, OSError) as error:
         print(f'./run grade: {error}', file=sys.stderr)
         return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
@@ -70,6 +76,15 @@ def exercises():
             if entry.endswith('.yaml')}
 
 
+def load(path):
+    """Return the Exercise of a file that this machine can grade; raise ExerciseError or OSError."""
+    loaded = exercise.load(path)
+    if any(what == 'call' for what, _ in loaded.stimuli):
+        from course_grader.attempt import service_types  # imports ROS, which no other exercise needs here
+        service_types.check(loaded)
+    return loaded
+
+
 def _find(name):
     """Return the path of an exercise, given by name or as a file."""
     known = exercises()
@@ -77,20 +92,24 @@ def _find(name):
         return known[name]
     if os.path.exists(name):
         return name
+    close = difflib.get_close_matches(name, known, 1)
     raise exercise.ExerciseError(f'there is no exercise {name!r}; give the path of an exercise file, or one of '
-                                 f'{", ".join(known)}')
+                                 f'{", ".join(known)}' + (f'. Did you mean {close[0]}?' if close else ''))
 
 
 def _parse(arguments):
     parser = argparse.ArgumentParser(
         prog='./run grade',
         usage='%(prog)s EXERCISE [--seed N] [--real-time] [--output FOLDER] -- COMMAND ...\n'
-        '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help',
+        '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help\n'
+        '       %(prog)s --new FILE   writes an exercise file; %(prog)s --checks lists what it may contain',
         description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch command): "
         'starts a master, a simulator and the program, and reports what was asked, what was seen, and the score.',
         epilog='Exit code: 0 passed, 1 failed, 2 usage error, 3 undecided.')
     parser.add_argument('exercise', help='name of an exercise, or path of your own YAML file; the names: '
                         + ', '.join(exercises()))
+    parser.add_argument('--checks', action=_Checks, nargs=0, help='print what an exercise file may contain, and end')
+    parser.add_argument('--new', action=_New, metavar='FILE', help='write an exercise file to start from, and end')
     parser.add_argument('--seed', type=int,
                         help='repeats the start and the stimuli of an earlier grading; default: random')
     parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
@@ -103,9 +122,31 @@ def _parse(arguments):
     parser.add_argument('--junit', metavar='FILE', help='write junit.xml also to this file')
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
     cut = _cut(arguments)
-    options = parser.parse_args(arguments[:cut])
-    options.command = arguments[cut + 1:]
-    return options
+    options, unknown = parser.parse_known_args(arguments[:cut])
+    options.command = arguments[cut + 1:] if cut < len(arguments) else None
+    return options, unknown
+
+
+class _Checks(argparse.Action):
+    """--checks: print what an exercise file may contain."""
+
+    def __call__(self, parser, *_):
+        print(reference.text())
+        parser.exit(0)
+
+
+class _New(argparse.Action):
+    """--new FILE: write an exercise file to start from."""
+
+    def __call__(self, parser, namespace, values, option_string=None):
+        try:
+            create_whole(values, new_exercise.TEXT)
+        except FileExistsError:
+            parser.exit(exit_codes.USAGE, f'./run grade: {values} exists already; choose another name\n')
+        except OSError as error:
+            parser.exit(exit_codes.USAGE, f'./run grade: {values} cannot be written: {error.strerror}\n')
+        print(f'Wrote {values}. Edit it, and grade a program by it: ./run grade {shlex.quote(values)} -- PROGRAM')
+        parser.exit(0)
 
 
 def _without_rostest(arguments):

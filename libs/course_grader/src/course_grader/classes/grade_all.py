@@ -9,7 +9,7 @@ import errno
 import os
 import sys
 import tempfile
-from typing import Dict, List, Sequence, Tuple
+from typing import Callable, Dict, List, Sequence, Tuple
 
 from tqdm import tqdm
 
@@ -18,6 +18,7 @@ from course_grader.classes.class_grader import ClassGrader, Graded
 from course_grader.classes.submissions import Submission
 from course_grader.formats import class_report, exit_codes, harmless
 from course_grader.rules import exercise, scoring
+from course_grader.rules.exercise import Exercise
 from course_grader.supervision.supervisor import EXTRA, Supervisor
 from process_support import processes
 
@@ -43,8 +44,8 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def main(arguments: Sequence[str], exercises: Dict[str, str]) -> int:
-    """Grade a class; return the exit code. ``exercises``: {name: path}."""
+def main(arguments: Sequence[str], exercises: Dict[str, str], load: Callable[[str], Exercise] = exercise.load) -> int:
+    """Grade a class; return the exit code. ``exercises``: {name: path}; ``load(path)`` returns one."""
     options = parser().parse_args(arguments)
     if options.jobs < 1:
         parser().error(f'--jobs is {options.jobs}; it must be 1 or more')
@@ -52,7 +53,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str]) -> int:
         parser().error(f'--limit is {options.limit:g} s; it must be above 0')
     processes.make_interruptible()
     try:
-        return _run(options, exercises)
+        return _run(options, exercises, load)
     except (GradeAllError, submissions.SubmissionsError, exercise.ExerciseError) as error:
         print(f'./run grade: {error}', file=sys.stderr)
     except OSError as error:
@@ -60,11 +61,11 @@ def main(arguments: Sequence[str], exercises: Dict[str, str]) -> int:
     return exit_codes.USAGE
 
 
-def _run(options: argparse.Namespace, exercises: Dict[str, str]) -> int:
+def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Callable[[str], Exercise]) -> int:
     exercises, students, found, left_out = _class(options, exercises)
     _check_output(options.output)
     names = sorted({submission.exercise for submission in found})
-    loaded = {name: exercise.load(exercises[name]) for name in names}
+    loaded = {name: load(exercises[name]) for name in names}
     with Supervisor() as supervisor:
         grader = ClassGrader(supervisor, loaded, options.output, options.limit, options.seed)
         results, interrupted = _grade(grader, found, options)

@@ -194,6 +194,9 @@ FORMATS: Dict[str, Callable[[Grading, Place], Written]] = {
     'junit': as_junit, 'csv': as_csv}
 
 
+READ_SCORES = frozenset(FORMATS) - {TEXT, 'junit', 'csv'}  # here the exit code is 0 whatever the score
+
+
 def table(rows: Iterable[Sequence[str]]) -> str:
     """Return a table with its headings as CSV, without formulas."""
     lines = io.StringIO()

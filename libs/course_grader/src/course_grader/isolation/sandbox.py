@@ -47,6 +47,10 @@ class CommandError(ValueError):
     """A command cannot be run at all; the text says why and what to do."""
 
 
+class MissingProgram(CommandError):
+    """There is no such program."""
+
+
 class Sandbox:
     """Folders, environment and processes of one grading; use it in a with statement."""
 
@@ -215,7 +219,7 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     not run it.
     """
     if not command:
-        raise CommandError('the command is missing; type: ./run grade EXERCISE -- COMMAND, for example -- publisher.py')
+        raise MissingProgram('the command is missing; type: ./run grade EXERCISE -- COMMAND')
     program, *arguments = command
     if program.endswith('.launch') and os.path.isfile(program):
         program, arguments = 'roslaunch', list(command)
@@ -242,10 +246,12 @@ def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
     """As runnable(), of a program that is no file here."""
     if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
         return runnable(arguments)
+    if program in ('python', 'python3') and arguments and arguments[0].endswith('.py'):
+        program = arguments[0]
     if '/' not in program and not program.endswith('.py') and shutil.which(program):
         on_screen = ['--screen'] if program == 'roslaunch' else []  # because log output counts as printed output
         return [program, *on_screen, *from_here(program, arguments)], []
-    raise CommandError(f'{program} does not exist (current folder: {os.getcwd()})')
+    raise MissingProgram(f'{program} does not exist (current folder: {os.getcwd()})')
 
 
 def package_of(command: Sequence[str]) -> Optional[str]:

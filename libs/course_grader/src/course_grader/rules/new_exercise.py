@@ -1,0 +1,32 @@
+"""The exercise file that ./run grade --new writes: one that works, with comments to change it by."""
+TEXT = '''\
+# An exercise. Grade a program by it: ./run grade THIS_FILE -- PROGRAM
+# ./run grade --checks lists all keys, checks and stimuli. A quantity needs a unit: 40 s, 0.5 m/s, 90 deg, 10 Hz.
+
+title: Drive two meters and stop  # one line
+
+# The task, as the students read it: what to do, and every limit that counts.
+asks: >
+  Write a node that subscribes to /turtle1/pose, publishes on /turtle1/cmd_vel, drives at least two meters, and stops
+  the turtle at x = 9. You have 30 s.
+
+simulator: turtlesim  # or robotont
+time: 30 s  # of simulated time; a program that is done earlier is graded earlier
+pass: 80  # the score from 0 to 100 that passes
+
+# Where the turtle starts. Each grading draws it from these spans, so that no program can know it.
+start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
+
+# Shortcuts that are allowed: teleport, reset, kill. By default none is.
+allows: []
+
+# What the grader does while the program runs. This one would call a service of the program:
+# stimuli:
+#   - {do: call, service: /go, type: turtlesim/TeleportAbsolute, request: [2 to 9 m, 2 to 9 m, 0 to 90 deg], times: 3}
+
+# What counts. The points add up to 100. Below half of the points of a check with "must: true" the exercise fails.
+checks:
+  - {check: moves, points: 20, length: 2 m}
+  - {check: stops, points: 60, must: true, x: 9 m, tolerance: 0.15 m, size: 1 m}
+  - {check: connects, points: 20, topic: /turtle1/pose, role: subscribes}
+'''

@@ -1,0 +1,54 @@
+"""Finds wrong usage of ./run grade before anything starts, and gives the line to type."""
+import difflib
+import os
+import shlex
+
+from course_grader.isolation import sandbox
+
+
+class UsageError(ValueError):
+    """The command line is wrong; the text says what to type."""
+
+
+def check(arguments, unknown, command, exercise):
+    """Raise UsageError unless there is a command.
+
+    ``arguments``: those before ``--``, of which ``unknown`` are not the grader's; ``command``: those after it, or None
+    without ``--``; ``exercise``: its name, as typed.
+    """
+    if command is None and unknown and not unknown[0].startswith('-'):
+        cut = len(arguments) - arguments[::-1].index(unknown[0]) - 1
+        raise UsageError('two dashes are missing between the exercise and the program; type:\n  '
+                         + line(arguments[:cut], arguments[cut:]))
+    if unknown:
+        raise UsageError(f'there is no option {unknown[0]}; options of the program come after the two dashes:\n  '
+                         + line([argument for argument in arguments if argument not in unknown],
+                                [*(command or ['PROGRAM']), *unknown]))
+    if not command:
+        raise UsageError('the program is missing; type, for example:\n  '
+                         + line(arguments, [f'{os.path.splitext(os.path.basename(exercise))[0]}.py']))
+
+
+def check_program(arguments, command):
+    """Raise UsageError unless the program of a command is there."""
+    try:
+        sandbox.runnable(command)
+    except sandbox.MissingProgram as error:
+        raise UsageError(f'{error}.{_near(command)} Name the file as seen from here, a full path, or a command such as '
+                         f'rosrun:\n  {line(arguments, ["/FULL/PATH/" + os.path.basename(command[0]), *command[1:]])}'
+                         ) from None
+    except sandbox.CommandError:
+        pass  # it is there, but does not run: the student's mistake
+
+
+def line(before, after):
+    """Return the command line of ./run grade."""
+    return f'./run grade {shlex.join(before)} -- {shlex.join(after)}'
+
+
+def _near(command):
+    """Return a sentence about a file of nearly the same name, or ''."""
+    folder, name = os.path.split(command[0])
+    there = os.listdir(folder or '.') if os.path.isdir(folder or '.') else []
+    close = difflib.get_close_matches(name, there, 1)
+    return f' Did you mean {shlex.quote(os.path.join(folder, close[0]))}?' if close else ''
