@@ -54,3 +54,21 @@ def test_topics_known_from_both_sides_without_connection(monkeypatch, published,
     monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
     monkeypatch.setattr(rosgraph.Master, 'getSystemState', lambda self: (*state, []))
     assert reachability.unconnected() == found
+
+
+@pytest.mark.parametrize('offered, ended', [
+    ('rosrpc://localhost:1', True), ('rosrpc://10.88.0.9:1', False),  # nobody here can say what another machine does
+    (None, False), ('nonsense', False),
+])
+def test_a_node_of_this_machine_that_has_ended_is_told(monkeypatch, offered, ended):
+    def look_up(_, name):
+        if offered is None:
+            raise rosgraph.MasterError('unknown')
+        return offered
+    monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
+    monkeypatch.setattr(rosgraph.Master, 'lookupNode', lambda self, name: 'http://localhost:1/')
+    monkeypatch.setattr(rosgraph.Master, 'lookupService', look_up)
+    said = reachability._silence('/turtle1/pose', '/turtlesim')
+    told = '/turtlesim is registered at http://localhost:1/, but does not answer there; rosnode cleanup'
+    assert (told in said) is ended
+    assert ('no connection exists' in said) is not ended

@@ -17,7 +17,7 @@ def display(machine: Machine) -> Iterator[Finding]:
     """The X server that DISPLAY names; a machine without one is no problem."""
     name = machine.environment.get('DISPLAY', '')
     if name and not _answers(name):
-        yield findings.no_window(f'the display DISPLAY={name} does not answer')
+        yield findings.dead_display(name)
 
 
 def _answers(display: str) -> bool:

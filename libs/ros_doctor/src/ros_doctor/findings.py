@@ -170,11 +170,17 @@ def two_clocks(nodes: Iterable[str]) -> Finding:
 
 # ---------------------------------------------------------------------------------------------------- machine
 
-def no_window(why: str, snapshot: str = '/turtlesim/snapshot') -> Finding:
-    """The simulator opens no window; ``snapshot``: the service that saves a picture."""
-    return Finding('no_window', f'No window: {why}', f'set DISPLAY to an X server that runs, or see the turtle '
-                   f'without: rosservice call {snapshot} saves a picture',
+def no_window(why: str, snapshot: str) -> Finding:
+    """The simulator opens no window, as it was told to; ``snapshot``: the service that saves a picture."""
+    return Finding('no_window', f'No window: {why}', f'rosservice call {snapshot} saves a picture of the turtle',
                    fails=False)
+
+
+def dead_display(display: str, said: str = '') -> Finding:
+    """There is no X server where DISPLAY says; ``said``: what an attempt to use it said."""
+    return Finding('dead_display', f'No window: the display DISPLAY={display} does not answer'
+                   + (f' ({said})' if said else ''), 'set DISPLAY to an X server that runs, or see the turtle '
+                   'without a window: rosservice call /turtlesim/snapshot saves a picture', fails=False)
 
 
 def left_over(holder: str, what: str) -> Finding:

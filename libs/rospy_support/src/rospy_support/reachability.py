@@ -9,11 +9,12 @@ import http.client
 import threading
 import time
 import xmlrpc.client
+from urllib.parse import urlsplit
 
 import rosgraph
 import rospy
 
-from ros_doctor import addresses
+from ros_doctor import addresses, findings, registrations
 from rospy_support import rospy_internals, threads
 from rospy_support.throttle import WallThrottle
 
@@ -73,8 +74,24 @@ def unconnected():
 
 
 def _silence(topic, nodes):
+    gone = [str(finding) for finding in map(_gone, nodes.split(', ')) if finding]
+    if gone:
+        return f'{topic}: {" ".join(gone)}'
     place = addresses.master_address()
     return (f'{topic}: {nodes} is known to the master, but no connection exists. This node says that it is reached '
             f'at {addresses.announced()} ({addresses.source()}), its master is {rosgraph.get_master_uri()}. '
             f'Check that {nodes} runs (rosnode ping; rosnode cleanup if not) and that ROS_IP is right on both sides; '
             f'{addresses.remedy(place.host if place else "localhost")}')
+
+
+def _gone(node):
+    """Return a finding about a node of this machine that has ended without a word; None for others."""
+    master, service = rosgraph.Master(rospy.get_name()), f'{node}/{registrations.SIGN}'
+    try:
+        uri, offered = master.lookupNode(node), master.lookupService(service)
+    except (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException):
+        return None
+    here = addresses.is_here(urlsplit(offered).hostname or '')
+    if not here or registrations.offers(service, offered, PERIOD):
+        return None
+    return findings.stale_registration(node, uri)

@@ -199,8 +199,7 @@ def main():
     try:
         viewer = _Viewer(tkinter, sys.argv[1] if len(sys.argv) > 1 else TITLE, sys.stdin.fileno())
     except tkinter.TclError as error:
-        display = os.environ.get('DISPLAY', '')
-        sys.exit(str(findings.no_window(f'the display DISPLAY={display} does not answer ({error})')))
+        sys.exit(str(findings.dead_display(os.environ.get('DISPLAY', ''), str(error))))
     try:
         viewer.run()
     except ValueError as error:
