@@ -10,7 +10,8 @@ import threading
 
 import pytest
 
-from turtlesim.teleop import QUIT, KeyDecoder, KeyTerminal, keys_from
+from turtlesim import teleop
+from turtlesim.teleop import QUIT, KeyDecoder, KeyTerminal, TeleopNode, keys_from
 
 UP, DOWN, RIGHT, LEFT = b'\x1b[A', b'\x1b[B', b'\x1b[C', b'\x1b[D'
 SECONDS = 20  # more than enough for what takes milliseconds
@@ -203,3 +204,41 @@ def test_a_terminal_that_hangs_up_ends_the_keys(terminal):
         assert next(keys) == 'up'
         os.close(user)
         assert list(keys) == []
+
+
+class LatePublisher:
+    """A publisher that a subscriber, which the master knows, connects to a moment later; it calls ``on_subscribe``."""
+
+    resolved_name = '/turtle1/cmd_vel'
+
+    def __init__(self, _topic, _type, listener):
+        self.connections, self.sent, self._listener = 0, [], listener
+
+    def connect(self):
+        self.connections = 1
+        self._listener.peer_subscribe(self.resolved_name, None, None)
+
+    def get_num_connections(self):
+        return self.connections
+
+    def wanted(self):
+        return self.connections > 0
+
+    def publish(self, twist):
+        self.sent.append((self.connections, twist.linear.x))
+
+
+@pytest.mark.parametrize('known, connections', [(['/turtlesim'], 1), ([], 0)])
+def test_the_first_key_waits_for_a_simulator_that_the_master_knows(monkeypatch, known, connections):
+    warned = []
+    for name, value in {'LatestPublisher': LatePublisher, '_scale': lambda name: 2.0}.items():
+        monkeypatch.setattr(teleop, name, value)
+    monkeypatch.setattr(teleop.rospy, 'on_shutdown', lambda hook: None)
+    monkeypatch.setattr(TeleopNode, '_listeners', lambda self: known)
+    node = TeleopNode()
+    monkeypatch.setattr(node._throttle, 'warn', lambda *said: warned.append(said))
+    if known:
+        threading.Timer(0.1, node._publisher.connect).start()
+    node._press('up')
+    assert node._publisher.sent == [(connections, 2.0)]
+    assert bool(warned) is not bool(known)
