@@ -130,7 +130,11 @@ Open three terminals, type ./run shell in each, and then type:
   1: roscore    2: rosrun turtlesim turtlesim_node    3: rosrun turtlesim turtle_teleop_key
 exit leaves this shell.
 GREETING
-echo "Your ROS master is \$ROS_MASTER_URI; other users of this machine have another one."
+if [ "\$ROS_MASTER_URI" = "http://localhost:\$(cat "$ws/.master_port.\$UID" 2>/dev/null)" ]; then
+  echo "Your ROS master is \$ROS_MASTER_URI; other users of this machine have another one."
+else
+  echo "The ROS master is \$ROS_MASTER_URI: ROS_MASTER_URI was set before."
+fi
 END
   mkdir -p "$ws/bin"
   cat >"$ws/bin/roscore" <<'END'

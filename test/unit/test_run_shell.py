@@ -95,4 +95,5 @@ def test_the_master_of_the_user_is_shown_and_a_given_one_stays(workspace):
     own = f'http://localhost:{port(workspace, os.getuid())}'
     assert f'Your ROS master is {own};' in printed and f'[{own}]' in printed
     given = shell(workspace, '', 'echo "[$ROS_MASTER_URI]"\n', ROS_MASTER_URI='http://robot:11311')[0]
-    assert 'Your ROS master is http://robot:11311' in given and '[http://robot:11311]' in given
+    assert 'The ROS master is http://robot:11311: ROS_MASTER_URI was set before' in given and 'other users' not in given
+    assert '[http://robot:11311]' in given
