@@ -81,7 +81,7 @@ def one(exercise):
 
 
 def whole_class(_subject, _scale):
-    """A student who hands in every exercise: the time of each grading."""
+    """Grade a student who hands in every exercise: the time of each grading."""
     with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
         student = Path(folder, 'class', 'student')
         student.mkdir(parents=True)
@@ -112,7 +112,7 @@ def repeats(_subject, times):
 
 
 def repeats_beside_busy_loops(subject, times):
-    """As repeats, while other programs want both cores."""
+    """Do as repeats does while other programs want both cores."""
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_'))
         for number in range(BUSY_LOOPS):
