@@ -62,7 +62,7 @@ def parameter_differences(parameters, text):
 def same(cell, expected):
     """Return whether two cells say the same, numbers written in whatever way."""
     def parts(text):
-        return [float(part) if re.fullmatch(r'-?[\d.]+(e[+-]?\d+)?', part) else part for part in re.split(r'\s+', text)]
+        return [float(part) if re.fullmatch(r'-?\d+\.?\d*(e[+-]?\d+)?', part) else part for part in text.split()]
     return parts(cell) == parts(expected)
 
 

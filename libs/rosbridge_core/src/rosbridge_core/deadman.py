@@ -20,6 +20,11 @@ class Deadman:
         """Whether it is watched."""
         return self._timeout > 0
 
+    @property
+    def timeout(self) -> float:
+        """[s] without a message."""
+        return self._timeout
+
     def watch(self, timeout: float) -> None:
         """Change the timeout; the client itself has asked for it."""
         self._timeout = timeout

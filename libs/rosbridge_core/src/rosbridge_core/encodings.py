@@ -18,7 +18,7 @@ Frame = Union[str, bytes]  # a text frame, or a binary one
 MOST_OPEN = 32  # messages of which a client has sent only some fragments
 PNG_HEADER = struct.Struct('>8s4x4sII')  # signature, length of the first chunk, IHDR, width, height
 _dump: Callable[[Any], str] = json.JSONEncoder(separators=(',', ':'), allow_nan=False).encode
-_dump_cbor: Callable[[Any], bytes] = cbor2.dumps
+to_cbor: Callable[[Any], bytes] = cbor2.dumps
 
 
 def to_json(operation: Operation) -> str:
@@ -48,13 +48,13 @@ class Message:
         operation: Operation = {'op': 'publish', 'topic': self.topic}
         if compression == 'cbor-raw':
             secs, nsecs = self.received
-            return _dump_cbor({**operation, 'msg': {'bytes': self.data, 'secs': secs, 'nsecs': nsecs}})
+            return to_cbor({**operation, 'msg': {'bytes': self.data, 'secs': secs, 'nsecs': nsecs}})
         if compression == 'png':
             return to_json({'op': 'png', 'data': to_png(str(self.frame('none')))})
         if self._message is None:
             self._message = self._deserialise(self.data)
         if compression == 'cbor':
-            return _dump_cbor({**operation, 'msg': cbor_values(self._message)})
+            return to_cbor({**operation, 'msg': cbor_values(self._message)})
         return to_json({**operation, 'msg': json_values(self._message)})
 
 

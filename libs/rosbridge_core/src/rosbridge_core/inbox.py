@@ -30,11 +30,15 @@ class Inbox:
 
     def take(self) -> Optional[Tuple[str, Operation]]:
         """Return the next operation, or None."""
+        return self.take_velocity() or (self._others.popleft() if self._others else None)
+
+    def take_velocity(self) -> Optional[Tuple[str, Operation]]:
+        """Return the next velocity, or None."""
         if self._velocities:
             zero = (topic for topic, operation in self._velocities.items() if is_zero(operation.get('msg', {})))
             topic = next(zero, None) or next(iter(self._velocities))
             return 'publish', self._velocities.pop(topic)
-        return self._others.popleft() if self._others else None
+        return None
 
     def __len__(self) -> int:
         return len(self._velocities) + len(self._others)

@@ -136,7 +136,12 @@ def publish_without_threads(publisher):
 
 def caller(message):
     """Return the name of the node that sent a message or a service request; '' where rospy does not know it."""
-    return (getattr(message, '_connection_header', None) or {}).get('callerid', '')
+    return connection_header(message).get('callerid', '')
+
+
+def connection_header(message):
+    """Return what the node that sent a message or a request has said of itself: callerid, type, latching, ..."""
+    return getattr(message, '_connection_header', None) or {}
 
 
 def to_message(data_class, args, kwds):

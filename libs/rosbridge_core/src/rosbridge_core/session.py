@@ -1,0 +1,439 @@
+"""One client: from its frames to operations of ROS, and from messages of ROS to its frames.
+
+Threading contract: everything runs in the thread of one asyncio loop. What waits for ROS is a coroutine of the Bridge.
+A session does one operation after the other; velocities overtake what waits.
+"""
+import asyncio
+import time
+from typing import Any, Awaitable, Callable, Dict, List, NamedTuple, Optional, Set, Tuple
+
+from rosbridge_core.access import Rate
+from rosbridge_core.deadman import Deadman
+from rosbridge_core.encodings import Defragmenter, Frame, Message, fragments, from_png, to_cbor, to_json, to_png
+from rosbridge_core.inbox import Inbox, is_zero
+from rosbridge_core.operations import LEVELS, Operation, Refused, check, matches, parse
+from rosbridge_core.outbox import Full, Outbox
+
+SLICE = 0.005  # [s] of work before other clients get their turn
+READ_AT_ONCE = 50  # frames, likewise
+BATCH = 65536  # [B] that are written before the client must have taken them
+MOST_CALLS = 50  # services that a client may wait for at a time
+MOST_NAMES = 1000  # topics, and services, of a client
+POLICY, TOO_BIG, BUSY, SLOW = 1008, 1009, 1013, 4000  # close codes; that of a slow client is ours
+
+
+class Settings(NamedTuple):
+    """What holds for all clients; times in seconds, sizes in bytes."""
+
+    largest: int = 10_000_000
+    fragment_timeout: float = 600.0
+    deadman: float = 0.0
+    rate: float = 5000.0
+    burst: float = 10000.0
+    slow: float = 10.0
+    topics: Tuple[str, ...] = ()
+    services: Tuple[str, ...] = ()
+
+
+class Bridge:
+    """What a session needs of ROS; the names are those of topics and services. Coroutines and publish raise Refused."""
+
+    def is_velocity(self, topic: str) -> bool:
+        """Return whether a topic is advertised here and carries velocities."""
+        raise NotImplementedError
+
+    def publish(self, session: 'Session', topic: str, values: Any) -> Optional[Awaitable[None]]:
+        """Publish a message; return None if that is done, else what does it after asking the master for the type."""
+        raise NotImplementedError
+
+    def stop(self, topic: str) -> None:
+        """Publish a zero velocity."""
+        raise NotImplementedError
+
+    async def advertise(self, session: 'Session', topic: str, kind: str, latch: bool, queue_size: int) -> None:
+        """Let a client publish."""
+        raise NotImplementedError
+
+    async def unadvertise(self, session: 'Session', topic: str) -> None:
+        """Let a client not publish any more."""
+        raise NotImplementedError
+
+    async def subscribe(self, session: 'Session', topic: str, kind: Optional[str]) -> None:
+        """Let ``session.deliver`` get the messages of a topic."""
+        raise NotImplementedError
+
+    async def unsubscribe(self, session: 'Session', topic: str) -> None:
+        """End that."""
+        raise NotImplementedError
+
+    async def call(self, service: str, arguments: Any, kind: Optional[str]) -> Dict[str, Any]:
+        """Return the answer of a service."""
+        raise NotImplementedError
+
+    async def advertise_service(self, session: 'Session', service: str, kind: str) -> None:
+        """Let ``session.ask`` get the requests of a service."""
+        raise NotImplementedError
+
+    async def unadvertise_service(self, session: 'Session', service: str) -> None:
+        """End that."""
+        raise NotImplementedError
+
+    def respond(self, session: 'Session', service: str, request: Any, values: Any, result: bool) -> None:
+        """Answer a request."""
+        raise NotImplementedError
+
+    async def leave(self, session: 'Session') -> None:
+        """Forget a client."""
+        raise NotImplementedError
+
+
+class Subscription(NamedTuple):
+    """What one subscribe operation asks for."""
+
+    period: float = 0.0
+    length: int = 0
+    fragment_size: Optional[int] = None
+    compression: str = 'none'
+
+
+class Session:
+    """One client."""
+
+    def __init__(self, bridge: Bridge, send: Callable[[Frame], 'asyncio.Future[None]'],
+                 close: Callable[[int, str], None], settings: Settings,
+                 warn: Callable[[str], None] = lambda text: None) -> None:
+        """``send`` writes a frame; its future is done once the client has it; ``close`` takes a code and a reason."""
+        self._bridge, self._send, self._close, self.settings, self._warn = bridge, send, close, settings, warn
+        self._inbox, self._outbox = Inbox(), Outbox()
+        self._parts = Defragmenter(settings.largest, settings.fragment_timeout)
+        self._rate = Rate(settings.rate, settings.burst)
+        self.deadman = Deadman(settings.deadman)
+        self._level = LEVELS.index('error')
+        self._subscriptions: Dict[str, Dict[Any, Subscription]] = {}
+        self._loop = asyncio.get_event_loop()
+        self._busy = self._draining = self._ended = False
+        self._sending_since: Optional[float] = None
+        self._timer: Optional[asyncio.TimerHandle] = None
+        self._calls: Set[asyncio.Task[None]] = set()
+        self._names: Set[Tuple[str, str]] = set()
+        self._read = self._frames = 0
+        self._space = asyncio.Event()
+
+    # ------------------------------------------------------------------------------------------------ from the client
+
+    def received(self, frame: Frame) -> Optional[Awaitable[None]]:
+        """Take a frame; return what has to be awaited before the next one is read, or None."""
+        self.deadman.heard(time.monotonic())
+        self._take(frame, 0)
+        self._read += 1
+        pause = self._rate.pause()
+        if pause or self._inbox.full:
+            return self._wait(pause)
+        return asyncio.sleep(0) if self._read % READ_AT_ONCE == 0 else None
+
+    async def _wait(self, pause: float) -> None:
+        if pause:
+            await asyncio.sleep(pause)
+        while self._inbox.full and not self._ended:
+            self._space.clear()
+            await self._space.wait()
+
+    def _take(self, frame: Frame, depth: int) -> None:
+        operation: Operation = {}
+        try:
+            operation = parse(frame)
+            name = check(operation)
+            if name in ('fragment', 'png'):
+                if depth > 1:
+                    raise Refused(f'{name}: fragments and images may be nested twice at most')
+                inner = self._parts.add(operation) if name == 'fragment' else \
+                    from_png(operation['data'], self.settings.largest)
+                if inner is not None:
+                    self._take(inner, depth + 1)
+                return
+        except Refused as refused:
+            self._put('refused', {'text': str(refused), 'id': operation.get('id')}, False)
+            return
+        self._put(name, operation, name == 'publish' and self._bridge.is_velocity(operation['topic']))
+
+    def _put(self, name: str, operation: Operation, urgent: bool) -> None:
+        self._inbox.put(name, operation, urgent)
+        if not self._draining:
+            self._draining = True
+            self._loop.call_soon(self._drain)
+
+    def _drain(self) -> None:
+        """Do what waits."""
+        self._draining = False
+        end = time.monotonic() + SLICE
+        while not self._ended:
+            taken = self._inbox.take_velocity() if self._busy else self._inbox.take()
+            if taken is None:
+                break
+            self._do(*taken)
+            if time.monotonic() > end:
+                self._draining = True
+                self._loop.call_soon(self._drain)
+                break
+        if not self._inbox.full:
+            self._space.set()
+
+    def _do(self, name: str, operation: Operation) -> None:
+        try:
+            self._check_globs(name, operation)
+            later = getattr(self, f'_{name}')(operation)
+        except Exception as error:
+            self._refuse(name, operation, error)
+            return
+        if later is not None:
+            self._busy = True
+            self._keep(self._finish(name, operation, later))
+
+    async def _finish(self, name: str, operation: Operation, later: Awaitable[None]) -> None:
+        try:
+            await later
+        except Exception as error:
+            self._refuse(name, operation, error)
+        finally:
+            self._busy = False
+            self._drain()
+
+    def _keep(self, coroutine: Any) -> None:
+        task = self._loop.create_task(coroutine)
+        self._calls.add(task)
+        task.add_done_callback(self._calls.discard)
+
+    def _refuse(self, name: str, operation: Operation, error: Exception) -> None:
+        text = str(error) if isinstance(error, Refused) else f'{type(error).__name__}: {error}'
+        self.status('error', text if text.startswith(name) else f'{name}: {text}', operation.get('id'))
+        if name == 'call_service':
+            self._answer_call(operation, text, False)
+
+    def _check_globs(self, name: str, operation: Operation) -> None:
+        for field, globs in (('topic', self.settings.topics), ('service', self.settings.services)):
+            if field in operation and not matches(operation[field], list(globs)):
+                raise Refused(f'{name}: the {field} {operation[field]} is not among those that this server allows '
+                              f'(~{field}s_glob): {", ".join(globs)}')
+
+    # ------------------------------------------------------------------------------------------------ operations
+
+    def _count(self, kind: str, name: str) -> None:
+        self._names.add((kind, name))
+        if len(self._names) > MOST_NAMES:
+            self._names.discard((kind, name))
+            raise Refused(f'a client may use {MOST_NAMES} topics and services at most')
+
+    def _advertise(self, operation: Operation) -> Awaitable[None]:
+        topic = operation['topic']
+        self._count('advertise', topic)
+        return self._bridge.advertise(self, topic, operation['type'], operation.get('latch', False),
+                                      operation.get('queue_size', 100))
+
+    def _unadvertise(self, operation: Operation) -> Awaitable[None]:
+        self._names.discard(('advertise', operation['topic']))
+        return self._bridge.unadvertise(self, operation['topic'])
+
+    def _publish(self, operation: Operation) -> Optional[Awaitable[None]]:
+        topic, values = operation['topic'], operation.get('msg', {})
+        self._count('advertise', topic)
+        later = self._bridge.publish(self, topic, values)
+        if self._bridge.is_velocity(topic):
+            self.deadman.drove(topic, is_zero(values))
+        return later
+
+    def _subscribe(self, operation: Operation) -> Awaitable[None]:
+        topic, kind = operation['topic'], operation.get('type')
+        self._count('subscribe', topic)
+        asked = Subscription(operation.get('throttle_rate', 0) / 1000, operation.get('queue_length', 0),
+                             operation.get('fragment_size'), operation.get('compression', 'none'))
+        self._subscriptions.setdefault(topic, {})[operation.get('id')] = asked
+        self._configure(topic)
+        return self._subscribed(topic, kind)
+
+    async def _subscribed(self, topic: str, kind: Optional[str]) -> None:
+        try:
+            await self._bridge.subscribe(self, topic, kind)
+        except Exception:
+            self._forget(topic)
+            raise
+        self.status('info', f'Subscribed to {topic}')
+
+    def _unsubscribe(self, operation: Operation) -> Optional[Awaitable[None]]:
+        topic, name = operation['topic'], operation.get('id')
+        if topic not in self._subscriptions:
+            return None
+        if name is not None:
+            self._subscriptions[topic].pop(name, None)
+            if self._subscriptions[topic]:
+                self._configure(topic)
+                return None
+        self._forget(topic)
+        return self._bridge.unsubscribe(self, topic)
+
+    def _forget(self, topic: str) -> None:
+        self._subscriptions.pop(topic, None)
+        self._names.discard(('subscribe', topic))
+        self._outbox.forget(topic)
+
+    def _configure(self, topic: str) -> None:
+        period = min(one.period for one in self._subscriptions[topic].values())
+        self._outbox.configure(topic, period, max(one.length for one in self._subscriptions[topic].values()))
+
+    def _call_service(self, operation: Operation) -> None:
+        if len(self._calls) >= MOST_CALLS:
+            raise Refused(f'{MOST_CALLS} calls of services are unanswered already; this one is not made')
+        self._keep(self._called(operation))
+
+    async def _called(self, operation: Operation) -> None:
+        try:
+            values = await self._bridge.call(operation['service'].partition('#')[0], operation.get('args') or {},
+                                             operation.get('type'))
+        except Exception as error:
+            self._refuse('call_service', operation, error)
+            return
+        self._answer_call(operation, values, True)
+
+    def _answer_call(self, operation: Operation, values: Any, result: bool) -> None:
+        answer = {'op': 'service_response', 'service': operation['service'], 'values': values, 'result': result}
+        if operation.get('id') is not None:
+            answer['id'] = operation['id']
+        self.answer(answer, operation.get('fragment_size'), operation.get('compression', 'none'))
+
+    def _advertise_service(self, operation: Operation) -> Awaitable[None]:
+        self._count('service', operation['service'])
+        return self._bridge.advertise_service(self, operation['service'], operation['type'])
+
+    def _unadvertise_service(self, operation: Operation) -> Awaitable[None]:
+        self._names.discard(('service', operation['service']))
+        return self._bridge.unadvertise_service(self, operation['service'])
+
+    def _service_response(self, operation: Operation) -> None:
+        self._bridge.respond(self, operation['service'], operation.get('id'), operation.get('values') or {},
+                             operation['result'])
+
+    def _set_level(self, operation: Operation) -> None:
+        self._level = LEVELS.index(operation['level']) if operation['level'] != 'none' else -1
+
+    def _refused(self, operation: Operation) -> None:
+        """Say what was wrong with a frame, in its turn."""
+        self.status('error', operation['text'], operation['id'])
+
+    def _status(self, operation: Operation) -> None:
+        """Ignore it: the client's own log."""
+
+    def _auth(self, operation: Operation) -> None:
+        raise Refused('this server does not know "auth"; it is open on this machine, and needs a token in the address '
+                      'elsewhere: ws://robot:9090/?token=...')
+
+    def _deadman(self, operation: Operation) -> None:
+        self.deadman.watch(operation['timeout'])
+
+    # ------------------------------------------------------------------------------------------------ to the client
+
+    def status(self, level: str, text: str, name: Any = None) -> None:
+        """Tell the client something, if it wants this level; what is an error is a warning of this server, too."""
+        if level == 'error':
+            self._warn(text)
+        if LEVELS.index(level) <= self._level:
+            self.answer({'op': 'status', 'level': level, 'msg': text, **({} if name is None else {'id': name})})
+
+    def ask(self, service: str, request: str, arguments: Dict[str, Any]) -> None:
+        """Let the client answer a request of a service that it has advertised."""
+        self.answer({'op': 'call_service', 'id': request, 'service': service, 'args': arguments})
+
+    def answer(self, operation: Operation, fragment_size: Optional[int] = None, compression: str = 'none') -> None:
+        """Send an operation that is no message of a topic."""
+        frame: Frame
+        if compression in ('cbor', 'cbor-raw'):
+            frame = to_cbor(operation)
+        else:
+            frame = to_json(operation)
+            if compression == 'png':
+                frame = to_json({'op': 'png', 'data': to_png(frame)})
+        try:
+            self._outbox.answer((frame, fragment_size), len(frame))
+        except Full:
+            self.end(SLOW, 'it does not read its answers')
+            return
+        self.pump()
+
+    def deliver(self, message: Message, kept: bool = False) -> None:
+        """Send a message of a topic that the client has subscribed to."""
+        self._outbox.put(message.topic, message, len(message.data), time.monotonic(), kept)
+        self.pump()
+
+    def pump(self) -> None:
+        """Write what waits, as far as the client takes it."""
+        if self._sending_since is not None or self._ended:
+            return
+        now, written, done = time.monotonic(), 0, None
+        while written < BATCH:
+            item = self._outbox.take(now)
+            if item is None:
+                break
+            for frame in self._encoded(item):
+                written += len(frame)
+                done = self._send(frame)
+        if done is not None:
+            self._sending_since = now
+            done.add_done_callback(self._sent)
+            return
+        due = self._outbox.next_due()
+        if due is not None:
+            if self._timer is not None:
+                self._timer.cancel()
+            self._timer = self._loop.call_later(max(0.0, due - now), self.pump)
+
+    def _sent(self, done: 'asyncio.Future[None]') -> None:
+        self._sending_since = None
+        if not done.cancelled() and done.exception() is None:
+            self.pump()
+
+    def _encoded(self, item: Any) -> List[Frame]:
+        self._frames += 1
+        if not isinstance(item, Message):
+            frame, size = item
+            return list(fragments(frame, size, f'answer_{self._frames}'))
+        asked = self._subscriptions.get(item.topic, {}).values()
+        if not asked:
+            return []
+        wanted = {one.compression for one in asked}
+        compression = next(one for one in ('cbor-raw', 'cbor', 'png', 'none') if one in wanted)
+        try:
+            frame = item.frame(compression)
+        except Exception as error:  # a message that its own publisher made wrong
+            self.status('error', f'subscribe: a message of {item.topic} cannot be read: {error}')
+            return []
+        size = min((one.fragment_size for one in asked if one.fragment_size is not None), default=None)
+        return list(fragments(frame, size, f'{item.topic}_{self._frames}'))
+
+    # ------------------------------------------------------------------------------------------------ the end
+
+    def look(self, now: float) -> None:
+        """Stop what a silent client drives, and cut a slow one loose; call it several times a second."""
+        if self.deadman.watching:
+            self._stop(self.deadman.expired(now), f'silent for {self.deadman.timeout:g} s')
+        if self._sending_since is not None and now - self._sending_since > self.settings.slow:
+            self.end(SLOW, f'it has not taken a message for {self.settings.slow:g} s')
+
+    def _stop(self, topics: List[str], why: str) -> None:
+        for topic in topics:
+            self._warn(f'The client that drove {topic} is {why}: it is stopped.')
+            self._bridge.stop(topic)
+
+    def end(self, code: int, reason: str) -> None:
+        """Close the connection."""
+        if not self._ended:
+            self._warn(f'A client is disconnected: {reason}.')
+            self._close(code, reason)
+
+    def closed(self) -> Awaitable[None]:
+        """Note that the connection is closed; return what has to be awaited."""
+        self._ended = True
+        self._space.set()
+        self._stop(self.deadman.gone(), 'gone')
+        if self._timer is not None:
+            self._timer.cancel()
+        for task in self._calls:
+            task.cancel()
+        return self._bridge.leave(self)

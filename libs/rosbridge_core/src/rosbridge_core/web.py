@@ -1,0 +1,154 @@
+"""The HTTP side of a server for browsers: who may connect, files, and one loop in a thread of its own.
+
+Every request, of the websocket, a page or a stream, passes ``Guarded.prepare``: the rules of access.py hold for all.
+"""
+import asyncio
+import contextlib
+import hmac
+import os
+import secrets
+import socket
+import threading
+from typing import Any, Callable, List, Optional, Tuple
+
+import tornado.httpserver
+import tornado.httputil
+import tornado.netutil
+import tornado.web
+
+from rosbridge_core.access import ANY, OFF, Access, is_loopback
+
+COOKIE = 'turtle_robotont_token'
+IDLE = 60.0  # [s] until a connection that sends no request is closed
+LARGEST_REQUEST = 1 << 20  # [B]
+BACKLOG = 512  # connections that wait
+
+
+class Guarded(tornado.web.RequestHandler):
+    """Refuses whoever may not connect, with 403 and the reason; the token may be in the address, or in a cookie.
+
+    The application's settings have ``access``, an Access, and ``refused``, which is called with the reason.
+    """
+
+    def prepare(self) -> None:
+        """Check the request."""
+        token = self.get_query_argument('token', None)
+        known = token if token is not None else self.get_cookie(COOKIE)
+        access: Access = self.settings['access']
+        peer = self.request.remote_ip or ''
+        headers = self.request.headers
+        reason = access.refusal(peer, headers.get('Host'), headers.get('Origin') or headers.get('Sec-WebSocket-Origin'),
+                                known)
+        if reason:
+            self.settings['refused'](f'A connection from {peer} is refused: {reason}.')
+            self.refuse(403, reason)
+        elif token is not None and access.token != OFF and hmac.compare_digest(token.encode(), access.token.encode()):
+            self.set_cookie(COOKIE, token, httponly=True, samesite='Strict')
+
+    def refuse(self, code: int, reason: str) -> None:
+        """End the request with a code and a text."""
+        self.clear()
+        self.set_status(code)
+        self.set_header('Content-Type', 'text/plain; charset=utf-8')
+        self.finish(f'{reason}\n')
+
+    def set_default_headers(self) -> None:
+        """Let no other site show this one in a frame, or read it as something else."""
+        self.set_header('X-Content-Type-Options', 'nosniff')
+        self.set_header('X-Frame-Options', 'SAMEORIGIN')
+
+
+class Files(Guarded, tornado.web.StaticFileHandler):
+    """The files of a folder; '/' is index.html. Nothing outside of it, nor a folder's list."""
+
+    def set_extra_headers(self, path: str) -> None:
+        """Let a browser ask each time whether a file has changed."""
+        self.set_header('Cache-Control', 'no-cache')
+
+
+class Missing(Guarded):
+    """Says what there is where nothing is."""
+
+    def initialize(self, text: str) -> None:
+        """``text``: the answer."""
+        self._text = text
+
+    def get(self, *_: Any) -> None:
+        """Answer."""
+        if not self._finished:
+            self.refuse(404, self._text)
+
+
+def make_access(address: str, token: str, origins: str, hosts: str, null_origin: bool, log: Callable[[str], None],
+                warn: Callable[[str], None], port: int) -> Access:
+    """Return the rules for a server that listens at an address; lists are separated by commas.
+
+    A server that other machines can reach gets a token if none is given; ``log`` and ``warn`` say so.
+    """
+    name = socket.gethostname()
+    names = [name, f'{name}.local', socket.getfqdn(), *_parts(hosts)]
+    if is_loopback(address):
+        token = token or secrets.token_urlsafe(16)
+    elif token == OFF:
+        warn(f'Anybody in the network can read and move everything: address:={address} with token:=off.')
+    else:
+        token = token or secrets.token_urlsafe(16)
+        warn(f'Other machines can connect, with the token: ws://{name}:{port}/?token={token} and '
+             f'http://{name}:{port}/?token={token}')
+    if ANY in _parts(origins):
+        warn('Any page that a browser on this machine shows can read and move everything: origins:=any.')
+    return Access(token, _parts(origins), names, null_origin)
+
+
+def _parts(text: str) -> List[str]:
+    return [part.strip() for part in text.split(',') if part.strip()]
+
+
+def listen(port: int, address: str) -> List[socket.socket]:
+    """Return listening sockets; port 0: a free one. Raise OSError."""
+    return tornado.netutil.bind_sockets(port, address, backlog=BACKLOG)
+
+
+class Server:
+    """A tornado application in a thread of its own."""
+
+    def __init__(self, make: Callable[[], tornado.web.Application], sockets: List[socket.socket],
+                 tls: Optional[Tuple[str, str]] = None) -> None:
+        """``make`` is called in the thread; ``tls``: files of certificate and key."""
+        self._make, self._sockets, self._tls = make, sockets, tls
+        self._loop = asyncio.new_event_loop()
+        self._ended = threading.Event()
+        self.port: int = sockets[0].getsockname()[1]
+
+    @property
+    def loop(self) -> asyncio.AbstractEventLoop:
+        """The loop."""
+        return self._loop
+
+    def start(self) -> None:
+        """Serve until ``stop``."""
+        threading.Thread(target=self._run, name='http', daemon=True).start()
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        options = None if self._tls is None else {'certfile': self._tls[0], 'keyfile': self._tls[1]}
+        server = tornado.httpserver.HTTPServer(
+            self._make(), ssl_options=options, idle_connection_timeout=IDLE, max_body_size=LARGEST_REQUEST,
+            max_header_size=65536, no_keep_alive=False)
+        server.add_sockets(self._sockets)
+        self._loop.run_forever()
+        server.stop()
+        self._ended.set()
+
+    def stop(self, timeout: float = 2.0) -> None:
+        """End the loop."""
+        with contextlib.suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._loop.stop)
+        self._ended.wait(timeout)
+
+
+def folder_rules(folder: str, text: str) -> List[Any]:
+    """Return the rules of an application for the files of a folder; without one, ``text`` is the answer."""
+    if folder:
+        return [(r'/(.*)', Files, {'path': os.path.realpath(folder), 'default_filename': 'index.html'})]
+    return [(r'.*', Missing, {'text': text})]

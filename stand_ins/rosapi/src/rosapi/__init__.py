@@ -1,0 +1,1 @@
+"""rosapi: services that tell about topics, services, nodes, types and parameters."""

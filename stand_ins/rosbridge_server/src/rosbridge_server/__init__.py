@@ -1,0 +1,1 @@
+"""rosbridge_server: the bridge from WebSocket clients to ROS."""

@@ -1,0 +1,145 @@
+"""rosbridge_websocket: the node.
+
+Threading contract: the loop runs in a thread of its own and does everything that clients ask for; rospy's threads hand
+messages over to it.
+"""
+import asyncio
+import functools
+import sys
+import time
+
+import rospy
+import tornado.routing
+import tornado.web
+from rosbridge_msgs.msg import ConnectedClient, ConnectedClients
+from std_msgs.msg import Int32
+
+from rosbridge_core import web
+from rosbridge_core.operations import globs
+from rosbridge_core.session import Settings
+from rosbridge_server.bridge import RosBridge
+from rosbridge_server.websocket import Clients, RosbridgeWebSocket
+from rospy_support import nodes, parameters
+from rospy_support.parameters import Boolean, Integer, Number, Table, Text
+from rospy_support.servers import Report
+
+LARGEST = 1e9  # [B]
+PAGE = ('This is a rosbridge server: connect to it with a WebSocket, as roslibjs and roslibpy do. It shows no page '
+        'because ~folder is not set.')
+
+PARAMETERS = Table(
+    Integer('~port', 9090, 0, 65535), Text('~address', '127.0.0.1'), Text('~token', ''), Text('~origins', ''),
+    Text('~hosts', ''), Boolean('~websocket_null_origin', False), Text('~folder', ''),
+    Number('~deadman', 0.0, 0.0, 60.0, 's'), Integer('~max_clients', 200, 1, 10000),
+    Number('~max_message_size', 1e7, 1000, LARGEST, 'B', infinite='None'),
+    Number('~max_rate', 5000.0, 1.0, 1e6, 'Hz'), Number('~slow_client_timeout', 10.0, 0.5, 3600.0, 's'),
+    Number('~fragment_timeout', 600.0, 0.1, 86400.0, 's'), Number('~unregister_timeout', 10.0, 0.0, 86400.0, 's'),
+    Number('~retry_startup_delay', 5.0, 0.1, 3600.0, 's'), Number('~websocket_ping_interval', 5.0, 0.0, 3600.0, 's'),
+    Number('~websocket_ping_timeout', 30.0, 0.1, 3600.0, 's'), Boolean('~use_compression', False),
+    Text('~topics_glob', '[*]'), Text('~services_glob', '[*]'), Text('~params_glob', '[*]'),
+    Text('~certfile', ''), Text('~keyfile', ''), Boolean('~authenticate', False), Boolean('~bson_only_mode', False),
+    Number('~delay_between_messages', 0.0, 0.0, 60.0, 's'), Text('~websocket_external_port', 'None'))
+
+
+class Announced:
+    """The topics that say who is connected."""
+
+    def __init__(self):
+        self._count = rospy.Publisher('client_count', Int32, latch=True, queue_size=10)
+        self._clients = rospy.Publisher('connected_clients', ConnectedClients, latch=True, queue_size=10)
+        self([])
+
+    def __call__(self, clients):
+        """Publish the clients: (address, time of the connection [s]) of each."""
+        self._clients.publish([ConnectedClient(address, rospy.Time.from_sec(start)) for address, start in clients])
+        self._count.publish(len(clients))
+
+
+class RosbridgeNode:
+    """The node's server."""
+
+    def __init__(self, port, address):
+        """Read the parameters; rospy is initialised."""
+        read = PARAMETERS.read
+        self._globs = read('~topics_glob', '~services_glob', '~params_glob')
+        self._report, self._announced = Report(), Announced()
+        largest, self._most = read('~max_message_size', '~max_clients')
+        deadman, rate, slow, fragments = read('~deadman', '~max_rate', '~slow_client_timeout', '~fragment_timeout')
+        topics, services = (tuple(globs(text)) for text in self._globs[:2])
+        self._settings = Settings(
+            int(min(largest, LARGEST)), fragments, deadman, rate, 2 * rate, slow, topics,
+            (*services, '/rosapi/*') if services else ())  # a client could not look at anything else
+        certificate, key, authenticate, bson = read('~certfile', '~keyfile', '~authenticate', '~bson_only_mode')
+        for name, value in (('authenticate', authenticate), ('bson_only_mode', bson)):
+            if value:
+                raise parameters.ParameterError(f'parameter {rospy.resolve_name("~" + name)} is true; it must be '
+                                                'false: this server has a token instead of rosauth, and no BSON')
+        sockets = self._listen(port, address, *read('~retry_startup_delay'))
+        self._server = web.Server(self._application, sockets, (certificate, key) if certificate and key else None)
+        self._scheme = 'wss' if certificate and key else 'ws'
+        self._access = web.make_access(address, *read('~token', '~origins', '~hosts', '~websocket_null_origin'),
+                                       rospy.loginfo, rospy.logwarn, self._server.port)
+        self._address = address
+        self._http = read('~folder', '~websocket_ping_interval', '~websocket_ping_timeout', '~use_compression',
+                          '~unregister_timeout')
+        rospy.set_param('~actual_port', self._server.port)
+        parameters.log_effective()
+
+    @staticmethod
+    def _listen(port, address, delay):
+        while True:
+            try:
+                return web.listen(port, address)
+            except OSError as error:
+                rospy.logwarn('Cannot listen at %s, port %d (%s). Is another rosbridge running? Trying again in %g s; '
+                              'for another port, type _port:=9091', address, port, error.strerror or error, delay)
+                time.sleep(delay)
+                if rospy.is_shutdown():
+                    sys.exit(0)
+
+    def _application(self):
+        """Make the application, in the loop's thread."""
+        folder, interval, timeout, compress, unregister = self._http
+        bridge = RosBridge(asyncio.get_event_loop(), unregister, self._globs)
+        clients = Clients(bridge, self._settings, self._most, functools.partial(self._report, 'client'),
+                          self._announced)
+        return tornado.web.Application(
+            [tornado.routing.Rule(_WebSockets(), RosbridgeWebSocket, {'clients': clients}),
+             *web.folder_rules(folder, PAGE)],
+            access=self._access, refused=functools.partial(self._report, 'access'), use_compression=compress,
+            websocket_ping_interval=interval or None, websocket_ping_timeout=timeout,
+            websocket_max_message_size=self._settings.largest, log_function=lambda handler: None)
+
+    def run(self):
+        """Serve until shutdown."""
+        self._server.start()
+        rospy.loginfo('Rosbridge WebSocket server started at %s://%s:%d', self._scheme, self._address,
+                      self._server.port)
+        rospy.spin()
+        self._server.stop()
+
+
+class _WebSockets(tornado.routing.Matcher):
+    """Matches a request for a websocket, whatever its path: pages use several."""
+
+    def match(self, request):
+        """Return an empty dict if it matches, else None."""
+        return {} if request.headers.get('Upgrade', '').lower() == 'websocket' else None
+
+
+def main():
+    """Serve until shutdown."""
+    nodes.init_node('rosbridge_websocket', PARAMETERS)
+    port, address = PARAMETERS.read('~port', '~address')
+    RosbridgeNode(_option('--port', port, int), _option('--address', address, str) or '0.0.0.0').run()
+
+
+def _option(name, default, convert):
+    """Return the value of an option of the command line, as the original has them."""
+    arguments = sys.argv[1:]
+    if name not in arguments:
+        return default
+    try:
+        return convert(arguments[arguments.index(name) + 1])
+    except (IndexError, ValueError):
+        sys.exit(f'The option {name} needs a value, as in {name} {default}.')

@@ -1,0 +1,80 @@
+"""Classes of messages and services by their names, and messages that stay serialised until somebody wants them."""
+import functools
+
+import genpy
+import genpy.dynamic
+import roslib.message
+import rospy
+
+from rosbridge_core.conversion import Builder
+from rosbridge_core.operations import Refused
+
+
+def message_class(name):
+    """Return the class of a message type; raise Refused, with what to do."""
+    return _found('message', roslib.message.get_message_class, name)
+
+
+def service_class(name):
+    """Return the class of a service type; raise Refused, with what to do."""
+    return _found('service', roslib.message.get_service_class, name)
+
+
+def _found(what, find, name):
+    try:
+        cls = find(name) if name.count('/') == 1 else None
+    except Exception:  # whatever importing somebody else's package raises
+        cls = None
+    if cls is None:
+        package = name.partition('/')[0]
+        raise Refused(f'the {what} type {name!r} is not installed here; it must be like std_msgs/String, and the '
+                      f'package {package} must be built and sourced where this server was started')
+    return cls
+
+
+def _element_class(name):
+    if name in ('time', 'duration'):
+        return genpy.Time if name == 'time' else genpy.Duration
+    try:
+        return message_class(name)
+    except Refused:
+        return None
+
+
+def now():
+    """Return the ROS time as (secs, nsecs)."""
+    time = rospy.get_rostime()
+    return time.secs, time.nsecs
+
+
+builder = Builder(_element_class, now)
+
+
+@functools.lru_cache(maxsize=1000)
+def raw_class(name, md5sum, definition):
+    """Return a class of messages of a type that stay as they come: ``_buff`` has the bytes."""
+    return type('Raw', (rospy.AnyMsg,), {'_type': name, '_md5sum': md5sum, '_full_text': definition})
+
+
+def raw_class_of(name):
+    """Return the class of serialised messages of a type, or of any type where there is no name."""
+    if not name:
+        return rospy.AnyMsg
+    cls = message_class(name)
+    return raw_class(name, cls._md5sum, cls._full_text)
+
+
+@functools.lru_cache(maxsize=1000)
+def _class_of_definition(name, definition):
+    return genpy.dynamic.generate_dynamic(name, definition)[name]
+
+
+def deserialise(name, definition, data):
+    """Return the message in ``data``; where its type is not installed, its definition, sent by the publisher, helps."""
+    try:
+        cls = message_class(name)
+    except Refused:
+        if not definition:
+            raise
+        cls = _class_of_definition(name, definition)
+    return cls().deserialize(data)

@@ -1,0 +1,287 @@
+#!/usr/bin/env python3
+"""rosbridge_websocket from outside: the protocol between a WebSocket client and nodes of ROS, and what is refused."""
+import asyncio
+import contextlib
+import http.client
+import json
+import math
+import queue
+import socket
+import struct
+import threading
+import time
+
+import cbor2
+import rospy
+import tornado.httpclient
+import tornado.websocket
+from geometry_msgs.msg import PointStamped, Twist
+from sensor_msgs.msg import Image
+from std_msgs.msg import Float64, String
+from std_srvs.srv import SetBool
+from turtlesim.msg import Pose
+
+from rostest_support.common import DEADLINE, Collected, SimulatorCase, proxy, run, until
+
+NODE = '/rosbridge_websocket'
+LOOP = asyncio.new_event_loop()
+FORWARD, ZERO = {'linear': {'x': 1.0}}, {'linear': {'x': 0.0}}
+
+
+class Client:
+    """A WebSocket client; what comes is in ``received``, None once the connection is closed."""
+
+    def __init__(self, port, **headers):
+        self.received = queue.Queue()
+        request = tornado.httpclient.HTTPRequest(f'ws://localhost:{port}/', headers=headers)
+        self._connection = self._wait(lambda: tornado.websocket.websocket_connect(
+            request, on_message_callback=self.received.put))
+
+    @staticmethod
+    def _wait(start):
+        async def wait():
+            return await start()
+        return asyncio.run_coroutine_threadsafe(wait(), LOOP).result(DEADLINE)
+
+    def send(self, frame=None, **operation):
+        """Send a frame, or an operation as JSON."""
+        data = json.dumps(operation) if frame is None else frame
+        self._wait(lambda: self._connection.write_message(data, isinstance(data, bytes)))
+
+    def next(self, op=None):
+        """Return the next operation, of this kind if one is given; None if the connection is closed."""
+        deadline = time.monotonic() + DEADLINE
+        while True:
+            frame = self.received.get(timeout=max(0.01, deadline - time.monotonic()))
+            if frame is None:
+                return None
+            text = isinstance(frame, str)
+            operation = json.loads(frame, parse_constant=self._no_json) if text else cbor2.loads(frame)
+            if op in (None, operation['op']):
+                return operation
+
+    @staticmethod
+    def _no_json(name):
+        raise AssertionError(f'{name} is not JSON')
+
+    def call(self, service, /, **arguments):
+        """Return the response of a service."""
+        self.send(op='call_service', service=service, args=arguments)
+        return self.next('service_response')
+
+    @property
+    def close_code(self):
+        return self._connection.close_code, self._connection.close_reason
+
+    def close(self):
+        """Close the connection."""
+        LOOP.call_soon_threadsafe(self._connection.close)
+
+
+class RosbridgeTest(SimulatorCase):
+
+    def setUp(self):
+        """Find the server."""
+        super().setUp()
+        until(lambda: rospy.has_param(f'{NODE}/actual_port'), 'the server')
+        self.port = rospy.get_param(f'{NODE}/actual_port')
+
+    def client(self, **headers):
+        """Return a client that is connected."""
+        client = Client(self.port, **headers)
+        self.addCleanup(client.close)
+        return client
+
+    def page(self, path, **headers):
+        """Return status and text of a page."""
+        connection = http.client.HTTPConnection('localhost', self.port, timeout=DEADLINE)
+        self.addCleanup(connection.close)
+        connection.putrequest('GET', path, skip_host='Host' in headers)
+        for name, value in headers.items():
+            connection.putheader(name, value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+
+    def test_messages_in_all_encodings(self):
+        publisher = rospy.Publisher('/numbers', PointStamped, latch=True, queue_size=1)
+        message = PointStamped()
+        message.point.x, message.point.y = math.nan, 0.5
+        publisher.publish(message)
+        wanted = {'x': None, 'y': 0.5, 'z': 0.0}
+        for compression in ('none', 'png', 'cbor', 'cbor-raw'):
+            client = self.client()
+            client.send(op='subscribe', topic='/numbers', compression=compression, fragment_size=50)
+            if compression in ('cbor', 'cbor-raw'):
+                received = client.next('publish')['msg']
+            else:
+                parts = [client.next('fragment')]
+                parts += [client.next('fragment') for _ in range(parts[0]['total'] - 1)]
+                received = json.loads(''.join(part['data'] for part in parts))
+            if compression == 'none':
+                self.assertEqual(wanted, received['msg']['point'])
+            elif compression == 'png':
+                self.assertEqual('png', received['op'])
+            elif compression == 'cbor':
+                self.assertTrue(math.isnan(received['point']['x']) and received['point']['y'] == 0.5)
+            else:
+                self.assertEqual(0.5, PointStamped().deserialize(received['bytes']).point.y)
+
+    def test_types_are_found_out_and_compared(self):
+        client = self.client()
+        client.send(op='subscribe', topic='/later')
+        client.send(op='publish', topic='/nobody', msg={})
+        self.assertIn('the type of /nobody is not known', client.next('status')['msg'])
+        publisher = rospy.Publisher('/later', Float64, queue_size=1)
+        until(publisher.get_num_connections, 'the subscriber')
+        publisher.publish(2.5)
+        self.assertEqual({'data': 2.5}, client.next('publish')['msg'])
+        for operation in ('subscribe', 'advertise'):
+            client.send(op=operation, topic='/turtle1/pose', type='std_msgs/String')
+            self.assertIn('of /turtle1/pose is turtlesim/Pose, not std_msgs/String', client.next('status')['msg'])
+        client.send(op='advertise', topic='/x', type='nope/Nope')
+        self.assertIn("the message type 'nope/Nope' is not installed here", client.next('status')['msg'])
+
+    def test_latched_message_reaches_later_clients(self):
+        publisher = rospy.Publisher('/map_name', String, latch=True, queue_size=1)
+        publisher.publish('maze')
+        for _ in range(3):
+            client = self.client()
+            client.send(op='subscribe', topic='/map_name', type='std_msgs/String')
+            self.assertEqual({'data': 'maze'}, client.next('publish')['msg'])
+
+    def test_calls_in_both_directions(self):
+        client, other = self.client(), self.client()
+        self.assertEqual({'op': 'service_response', 'service': '/spawn', 'values': {'name': 'leo'}, 'result': True},
+                         client.call('/spawn', x=1, y=2, theta=0, name='leo'))
+        refused = client.call('/spawn', x='here')
+        self.assertFalse(refused['result'])
+        self.assertIn("x is 'here'; it must be a number", refused['values'])
+        client.send(op='advertise_service', service='/lamp', type='std_srvs/SetBool')
+        until(lambda: other.call('/rosapi/service_type', service='/lamp')['values']['type'], 'the service')
+        answers = []
+        threading.Thread(target=lambda: answers.append(proxy('/lamp', SetBool)(True)), daemon=True).start()
+        asked = client.next('call_service')
+        self.assertEqual(('/lamp', {'data': True}), (asked['service'], asked['args']))
+        client.send(op='service_response', service='/lamp', id=asked['id'], result=True,
+                    values={'success': True, 'message': 'on'})
+        until(lambda: answers, 'the answer')
+        self.assertEqual('on', answers[0].message)
+        other.send(op='call_service', service='/lamp', args={'data': False})
+        client.next('call_service')
+        client.close()  # whoever calls must not wait for ever
+        response = other.next('service_response')
+        self.assertFalse(response['result'])
+        self.assertIn('does not answer /lamp any more', response['values'])
+
+    def test_rosapi_tells_what_there_is(self):
+        client = self.client()
+        values = client.call('/rosapi/topics')['values']
+        self.assertEqual('turtlesim/Pose', dict(zip(values['topics'], values['types']))['/turtle1/pose'])
+        self.assertIn('/turtlesim', client.call('/rosapi/nodes')['values']['nodes'])
+        self.assertIn('/spawn', client.call('/rosapi/services_for_type', type='turtlesim/Spawn')['values']['services'])
+        publishers = client.call('/rosapi/publishers', topic='/turtle1/pose')['values']['publishers']
+        self.assertEqual(['/turtlesim'], publishers)
+        self.assertIn('float32 x', client.call('/rosapi/topics_and_raw_types')['values']['typedefs_full_text'][
+            values['topics'].index('/turtle1/pose')])
+        typedefs = client.call('/rosapi/message_details', type='geometry_msgs/Twist')['values']['typedefs']
+        self.assertEqual(['geometry_msgs/Twist', 'geometry_msgs/Vector3'], [one['type'] for one in typedefs])
+        client.call('/rosapi/set_param', name='/rosbridge_test', value='{"a": [1, 2]}')
+        value = client.call('/rosapi/get_param', name='/rosbridge_test')['values']['value']
+        self.assertEqual({'a': [1, 2]}, json.loads(value))
+        client.call('/rosapi/delete_param', name='/rosbridge_test')
+        self.assertEqual('5', client.call('/rosapi/get_param', name='/rosbridge_test', default='5')['values']['value'])
+        self.assertIn('is not valid JSON', client.call('/rosapi/set_param', name='/a', value='text')['values'])
+        details = client.call('/rosapi/node_details', node='/turtlesim')['values']
+        self.assertIn('/turtle1/cmd_vel', details['subscribing'])
+
+    def test_deadman_stops_the_turtle(self):
+        velocities, poses = Collected('/turtle1/cmd_vel', Twist), Collected('/turtle1/pose', Pose)
+        for ends in (lambda client: client.close(), lambda client: None):
+            client = self.client()
+            client.send(op='deadman', timeout=0.5)
+            client.send(op='advertise', topic='/turtle1/cmd_vel', type='geometry_msgs/Twist')
+            client.send(op='publish', topic='/turtle1/cmd_vel', msg=FORWARD)
+            velocities.next(lambda twist: twist.linear.x == 1.0, 'the velocity')
+            ends(client)
+            velocities.next(lambda twist: twist.linear.x == 0.0, 'the zero velocity')
+            poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle standing')
+
+    def test_zero_velocity_overtakes_a_flood(self):
+        velocities = Collected('/turtle1/cmd_vel', Twist)
+        client = self.client()
+        client.send(op='advertise', topic='/turtle1/cmd_vel', type='geometry_msgs/Twist')
+        client.send(op='advertise', topic='/flood', type='std_msgs/String')
+        flooded = Collected('/flood', String)
+        for _ in range(1000):
+            client.send(op='publish', topic='/flood', msg={'data': 'x' * 1000})
+            client.send(op='publish', topic='/turtle1/cmd_vel', msg=FORWARD)
+        client.send(op='publish', topic='/turtle1/cmd_vel', msg=ZERO)
+        velocities.next(lambda twist: twist.linear.x == 0.0, 'the zero velocity')
+        until(lambda: flooded.messages, 'the other messages')
+
+    def test_bad_messages_disturb_nobody(self):
+        good, bad = self.client(), self.client()
+        good.send(op='subscribe', topic='/turtle1/pose')
+        for frame in ('', 'nonsense', '[' * 100000, '{"op": "fly"}', '{"op": "publish"}', b'\xff', b'\0' * 1000, '5',
+                      '{"op": "subscribe", "topic": "no spaces"}', '{"op": "advertise", "topic": "/a", "type": "a"}',
+                      '{"op": "publish", "topic": "/turtle1/cmd_vel", "msg": {"linear": 5}}'):
+            bad.send(frame)
+            self.assertEqual('error', bad.next('status')['level'], frame[:50])
+        self.assertTrue(bad.call('/rosapi/get_time')['result'])
+        good.next('publish')
+
+    def test_large_message_closes_with_a_reason(self):
+        client = self.client()
+        with contextlib.suppress(tornado.websocket.WebSocketClosedError):
+            client.send('x' * 100_000_000)
+        self.assertIsNone(client.next())
+        self.assertEqual(1009, client.close_code[0])
+        self.assertTrue(self.client().call('/rosapi/get_time')['result'])
+
+    def test_client_that_reads_nothing_delays_nobody(self):
+        publisher = rospy.Publisher('/images', Image, queue_size=1)
+        raw = socket.create_connection(('localhost', self.port))
+        self.addCleanup(raw.close)
+        raw.sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
+                    b'Sec-WebSocket-Key: MTIzNDU2Nzg5MDEyMzQ1Ng==\r\nSec-WebSocket-Version: 13\r\n\r\n')
+        text = json.dumps({'op': 'subscribe', 'topic': '/images'}).encode()
+        raw.sendall(struct.pack('BB', 0x81, 0x80 | len(text)) + b'\0\0\0\0' + text)  # a masked text frame
+        until(publisher.get_num_connections, 'the subscription')
+        good = self.client()
+        good.send(op='subscribe', topic='/images', throttle_rate=1)
+        image = Image(width=640, height=480, step=1920, data=b'\x42' * 921600)
+        for number in range(30):
+            image.header.seq = number
+            publisher.publish(image)
+            self.assertEqual(640, good.next('publish')['msg']['width'])
+
+    def test_client_limit(self):
+        clients = [self.client() for _ in range(20)]
+        sockets = []
+        for _ in range(100):  # half-open: they say nothing
+            sockets.append(socket.create_connection(('localhost', self.port)))
+            self.addCleanup(sockets[-1].close)
+        self.assertTrue(clients[0].call('/rosapi/get_time')['result'])
+        with self.assertRaisesRegex(tornado.httpclient.HTTPClientError, '503'):
+            for _ in range(20):
+                self.client()
+
+    def test_foreign_pages_and_paths_are_refused(self):
+        for headers in ({'Origin': 'http://evil.example'}, {'Origin': 'null'}, {'Host': 'evil.example'}):
+            with self.assertRaisesRegex(tornado.httpclient.HTTPClientError, '403'):
+                self.client(**headers)
+            status, text = self.page('/4_square.png', **headers)
+            self.assertEqual(403, status)
+            self.assertRegex(text.decode(), 'start the server with|is not a name of this server')
+        for origin in ('file://', 'http://localhost:8000', f'http://localhost:{self.port}'):
+            self.assertTrue(self.client(Origin=origin).call('/rosapi/get_time')['result'])
+        self.assertEqual((200, b'\x89PNG'), (lambda page: (page[0], page[1][:4]))(self.page('/4_square.png')))
+        for path in ('/../course.md', '/%2e%2e/course.md', '/..%2fcourse.md', '//etc/passwd', '/%2fetc/passwd', '/no',
+                     '/'):
+            self.assertIn(self.page(path)[0], (403, 404), path)
+
+
+if __name__ == '__main__':
+    threading.Thread(target=LOOP.run_forever, daemon=True).start()
+    run(RosbridgeTest)

@@ -1,0 +1,312 @@
+"""A client of a bridge without ROS: what its frames do, what it is told, and that it is stopped and cut loose."""
+import asyncio
+import json
+
+import pytest
+
+from rosbridge_core.encodings import Message
+from rosbridge_core.operations import Refused
+from rosbridge_core.outbox import SMALL
+from rosbridge_core.session import MOST_CALLS, SLOW, Bridge, Session, Settings
+from unit_support.messages import Point
+
+FORWARD, ZERO = {'linear': {'x': 1.0}}, {'linear': {'x': 0.0}}
+
+
+class FakeBridge(Bridge):
+    """Notes what it is asked for; ``/slow`` is answered when ``gate`` is set, ``/no`` refused."""
+
+    def __init__(self):
+        self.done, self.gate = [], asyncio.Event()
+
+    def is_velocity(self, topic):
+        return topic.endswith('cmd_vel')
+
+    def publish(self, session, topic, values):
+        self._note('publish', topic, values)
+
+    def stop(self, topic):
+        self.done.append(('stop', topic))
+
+    def _note(self, *what):
+        if '/no' in what:
+            raise Refused('it is not there')
+        self.done.append(what)
+
+    async def advertise(self, session, topic, kind, latch, queue_size):
+        if topic == '/slow':
+            await self.gate.wait()
+        self._note('advertise', topic, kind, latch, queue_size)
+
+    async def unadvertise(self, session, topic):
+        self._note('unadvertise', topic)
+
+    async def subscribe(self, session, topic, kind):
+        self._note('subscribe', topic, kind)
+
+    async def unsubscribe(self, session, topic):
+        self._note('unsubscribe', topic)
+
+    async def call(self, service, arguments, kind):
+        if service == '/slow':
+            await self.gate.wait()
+        self._note('call', service, arguments)
+        return {'sum': 3}
+
+    async def advertise_service(self, session, service, kind):
+        self._note('advertise_service', service, kind)
+
+    async def unadvertise_service(self, session, service):
+        self._note('unadvertise_service', service)
+
+    def respond(self, session, service, request, values, result):
+        self._note('respond', service, request, values, result)
+
+    async def leave(self, session):
+        self.done.append(('leave',))
+
+
+class Client:
+    """A Session with both of its ends; ``reading``: whether frames are taken at once."""
+
+    def __init__(self, **settings):
+        self.bridge, self.frames, self.closed, self.futures, self.reading = FakeBridge(), [], [], [], True
+        self.session = Session(self.bridge, self._send, lambda *why: self.closed.append(why), Settings(**settings))
+
+    def _send(self, frame):
+        self.frames.append(frame)
+        future = asyncio.get_running_loop().create_future()
+        self.futures.append(future)
+        if self.reading:
+            future.set_result(None)
+        return future
+
+    async def send(self, *operations):
+        """Send operations, or frames, and let the session work."""
+        for operation in operations:
+            waiting = self.session.received(operation if isinstance(operation, (str, bytes)) else json.dumps(operation))
+            if waiting is not None:
+                await waiting
+        await self.settle()
+
+    async def settle(self):
+        """Let everything run that can."""
+        for _ in range(20):
+            await asyncio.sleep(0)
+
+    def got(self):
+        """Return what was sent since the last call."""
+        frames, self.frames[:] = [json.loads(frame) for frame in self.frames], []
+        return frames
+
+
+def with_client(**settings):
+    """Run a coroutine function with a Client as a test."""
+    def decorate(test):
+        def run():
+            async def work():
+                await asyncio.wait_for(test(Client(**settings)), 10.0)
+            asyncio.run(work())
+        run.__name__, run.__doc__ = test.__name__, test.__doc__
+        return run
+    return decorate
+
+
+def publish(topic, values):
+    return {'op': 'publish', 'topic': topic, 'msg': values}
+
+
+def message(topic='/p', size=10):
+    return Message(topic, b'x' * size, lambda data: Point(x=1.0), (0, 0))
+
+
+@with_client()
+async def test_operations_reach_the_bridge_in_order(client):
+    await client.send({'op': 'advertise', 'topic': '/a', 'type': 't/T', 'latch': True}, publish('/a', {'n': 1}),
+                      {'op': 'unadvertise', 'topic': '/a'}, {'op': 'advertise_service', 'service': '/s', 'type': 't/S'},
+                      {'op': 'service_response', 'service': '/s', 'id': 'i', 'values': {'a': 1}, 'result': True},
+                      {'op': 'unadvertise_service', 'service': '/s'})
+    assert client.bridge.done == [
+        ('advertise', '/a', 't/T', True, 100), ('publish', '/a', {'n': 1}), ('unadvertise', '/a'),
+        ('advertise_service', '/s', 't/S'), ('respond', '/s', 'i', {'a': 1}, True), ('unadvertise_service', '/s')]
+    assert client.got() == []
+
+
+@with_client()
+async def test_messages_come_as_they_were_asked_for(client):
+    await client.send({'op': 'subscribe', 'topic': '/p', 'id': '1'})
+    client.session.deliver(message())
+    await client.send({'op': 'subscribe', 'topic': '/p', 'id': '2', 'fragment_size': 20})
+    client.session.deliver(message())
+    await client.settle()
+    whole, *parts = client.got()
+    assert whole == {'op': 'publish', 'topic': '/p', 'msg': {'x': 1.0, 'y': 0.0, 'z': 0.0}}
+    assert json.loads(''.join(part['data'] for part in parts)) == whole and len(parts) > 2
+    await client.send({'op': 'unsubscribe', 'topic': '/p', 'id': '2'})
+    client.session.deliver(message())
+    assert len(client.got()) == 1 and ('unsubscribe', '/p') not in client.bridge.done
+    await client.send({'op': 'unsubscribe', 'topic': '/p'})
+    client.session.deliver(message())
+    assert client.got() == [] and client.bridge.done[-1] == ('unsubscribe', '/p')
+
+
+@with_client()
+async def test_call_is_answered_with_its_id(client):
+    await client.send({'op': 'call_service', 'service': '/add', 'args': [1, 2], 'id': 'c'},
+                      {'op': 'call_service', 'service': '/no', 'id': 'd'})
+    answer, status, refusal = client.got()
+    assert answer == {'op': 'service_response', 'service': '/add', 'values': {'sum': 3}, 'result': True, 'id': 'c'}
+    assert status['op'] == 'status' and status['id'] == 'd'
+    assert refusal == {'op': 'service_response', 'service': '/no', 'values': 'it is not there', 'result': False,
+                       'id': 'd'}
+
+
+@with_client()
+async def test_slow_service_delays_nothing(client):
+    await client.send({'op': 'call_service', 'service': '/slow', 'id': '1'}, publish('/a', {}))
+    assert client.bridge.done == [('publish', '/a', {})]
+    client.bridge.gate.set()
+    await client.settle()
+    assert client.got()[0]['id'] == '1'
+
+
+@with_client()
+async def test_open_calls_are_bounded(client):
+    await client.send(*[{'op': 'call_service', 'service': '/slow'}] * (MOST_CALLS + 1))
+    assert [answer['result'] for answer in client.got() if answer['op'] == 'service_response'] == [False]
+
+
+@with_client()
+async def test_zero_velocity_overtakes_a_slow_registration(client):
+    await client.send({'op': 'advertise', 'topic': '/slow', 'type': 't/T'}, publish('/other', {}),
+                      publish('/cmd_vel', FORWARD), publish('/cmd_vel', ZERO))
+    assert client.bridge.done == [('publish', '/cmd_vel', ZERO)]
+    client.bridge.gate.set()
+    await client.settle()
+    assert client.bridge.done[1:] == [('advertise', '/slow', 't/T', False, 100), ('publish', '/other', {})]
+
+
+@with_client(rate=1e6, burst=1e6)
+async def test_zero_velocity_overtakes_a_flood(client):
+    for number in range(40):  # fewer than READ_AT_ONCE, so that all are there before the first is done
+        client.session.received(json.dumps(publish('/flood', {'n': number})))
+        client.session.received(json.dumps(publish('/cmd_vel', FORWARD)))
+    client.session.received(json.dumps(publish('/cmd_vel', ZERO)))
+    await client.settle()
+    assert client.bridge.done[0] == ('publish', '/cmd_vel', ZERO)
+    assert [entry[2]['n'] for entry in client.bridge.done[1:]] == list(range(40))
+
+
+@pytest.mark.parametrize('frame, said', [
+    ('nonsense', 'not valid JSON'), (b'\xa1\xff', 'not valid CBOR'), ('[' * 50000, 'nested too deeply'),
+    ('{"op": "fly"}', 'unknown operation'), ('{"op": "publish", "topic": "/no"}', 'publish: it is not there'),
+    ('{"op": "subscribe", "topic": "/no"}', 'subscribe: it is not there'), ('{"op": "auth"}', 'does not know "auth"'),
+    ('{"op": "png", "data": "x"}', 'png: "data" is not'), ('{"op": "publish", "topic": 5}', '"topic" is 5'),
+])
+def test_bad_frame_is_answered_with_a_status_and_the_next_one_works(frame, said):
+    @with_client()
+    async def test(client):
+        await client.send(frame)
+        status, = client.got()
+        assert status['op'] == 'status' and status['level'] == 'error' and said in status['msg']
+        await client.send(publish('/a', {}))
+        assert client.bridge.done == [('publish', '/a', {})] and client.closed == []
+    test()
+
+
+@with_client()
+async def test_level_of_statuses(client):
+    await client.send({'op': 'set_level', 'level': 'none'}, 'nonsense')
+    assert client.got() == []
+    await client.send({'op': 'set_level', 'level': 'info'}, {'op': 'subscribe', 'topic': '/a'})
+    assert client.got() == [{'op': 'status', 'level': 'info', 'msg': 'Subscribed to /a'}]
+
+
+@with_client()
+async def test_fragments_and_images_become_operations(client):
+    from rosbridge_core.encodings import to_png
+    text = json.dumps(publish('/a', {'n': 1}))
+    await client.send(*[{'op': 'fragment', 'id': 'f', 'num': number, 'total': 2, 'data': part}
+                        for number, part in enumerate((text[:9], text[9:]))], {'op': 'png', 'data': to_png(text)})
+    assert client.bridge.done == [('publish', '/a', {'n': 1})] * 2
+
+
+@with_client(topics=('/turtle*',), services=('/spawn',))
+async def test_patterns_limit_a_client(client):
+    await client.send({'op': 'subscribe', 'topic': '/odom'}, {'op': 'call_service', 'service': '/kill'},
+                      {'op': 'subscribe', 'topic': '/turtle1/pose'}, {'op': 'call_service', 'service': '/spawn'})
+    assert [entry[:2] for entry in client.bridge.done] == [('subscribe', '/turtle1/pose'), ('call', '/spawn')]
+    assert 'the topic /odom is not among those' in client.got()[0]['msg']
+
+
+@with_client()
+async def test_small_messages_pass_a_client_that_is_busy_with_a_large_one(client):
+    await client.send({'op': 'subscribe', 'topic': '/image'}, {'op': 'subscribe', 'topic': '/pose'})
+    client.reading = False
+    client.session.deliver(message('/image', SMALL + 1))
+    for _ in range(3):
+        client.session.deliver(message('/image', SMALL + 1))
+    client.session.deliver(message('/pose'))
+    assert [frame['topic'] for frame in client.got()] == ['/image']
+    client.reading = True
+    client.futures[-1].set_result(None)
+    await client.settle()
+    assert [frame['topic'] for frame in client.got()] == ['/pose', '/image']
+
+
+@with_client(slow=5.0)
+async def test_client_that_reads_nothing_is_cut_loose(client):
+    await client.send({'op': 'subscribe', 'topic': '/p'})
+    client.reading = False
+    for _ in range(10000):
+        client.session.deliver(message(size=1000))
+    now = asyncio.get_running_loop().time()  # CLOCK_MONOTONIC, as the session's
+    client.session.look(now + 4.0)
+    assert client.closed == [] and len(client.frames) == 1
+    client.session.look(now + 6.0)
+    assert client.closed == [(SLOW, 'it has not taken a message for 5 s')]
+
+
+@with_client()
+async def test_message_that_cannot_be_read_is_named(client):
+    def broken(data):
+        raise ValueError('unpack requires 8 bytes')
+    await client.send({'op': 'subscribe', 'topic': '/p'})
+    client.session.deliver(Message('/p', b'', broken, (0, 0)))
+    await client.settle()
+    assert 'a message of /p cannot be read: unpack requires' in client.got()[0]['msg']
+
+
+@with_client(deadman=0.5)
+async def test_silent_driver_is_stopped_once(client):
+    await client.send(publish('/cmd_vel', FORWARD))
+    now = asyncio.get_running_loop().time()
+    client.session.look(now + 0.4)
+    client.session.look(now + 0.6)
+    client.session.look(now + 0.8)
+    assert client.bridge.done[1:] == [('stop', '/cmd_vel')]
+
+
+@with_client()
+async def test_driver_that_has_asked_for_it_is_stopped_when_it_goes(client):
+    await client.send({'op': 'deadman', 'timeout': 0.5}, publish('/cmd_vel', FORWARD))
+    await client.session.closed()
+    assert client.bridge.done[1:] == [('stop', '/cmd_vel'), ('leave',)]
+
+
+@with_client()
+async def test_other_drivers_are_left_alone(client):
+    await client.send(publish('/cmd_vel', FORWARD))
+    await client.session.closed()
+    assert client.bridge.done[1:] == [('leave',)]
+
+
+@with_client(rate=100.0, burst=2.0)
+async def test_client_that_sends_too_fast_has_to_wait(client):
+    loop = asyncio.get_running_loop()
+    start = loop.time()
+    for _ in range(7):
+        waiting = client.session.received('{"op": "status"}')
+        if waiting is not None:
+            await waiting
+    assert loop.time() - start > 0.03  # 5 beyond the burst at 100 Hz, less one tick
