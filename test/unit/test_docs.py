@@ -1,4 +1,5 @@
 """All pages of the documentation: links, anchors, names of files and nodes, exercises, the parameters of checks."""
+import importlib.util
 import os
 import pathlib
 import re
@@ -9,12 +10,12 @@ from course_grader.rules import exercise, reference
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
-         *sorted(REPOSITORY.glob('*/*/README.md'))]
+         *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'integrations' / 'README.md']
 README = REPOSITORY / 'README.md'
 MOST_LINES, LONGEST_LINE = 130, 120  # of README.md
 LONGEST_PROSE = 120  # [columns] of other pages, but for tables and code
 MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'junit.xml', 'result.json', 'results.json',
-                   'release-body.md', 'camera.yaml', 'frames.json', 'output/'}
+                   'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/'}
 OF_THE_READER = {'publisher.py', 'dynparam', 'static_transform_publisher', '...'}  # or Debian's
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
 NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts')) for path in folder.iterdir()}
@@ -129,6 +130,14 @@ def test_parameters_of_exercise_files_are_described(section):
     below = re.search(rf'^## {section}\n(.*?)(?=^## |\Z)', text, re.MULTILINE | re.DOTALL).group(1)
     table = ''.join(re.findall(r'^\|.*\n', below, re.MULTILINE))
     assert table == reference.markdown(section), f'replace the table below {section} by the one on the right'
+
+
+def test_the_exercise_sheet_is_up_to_date():
+    spec = importlib.util.spec_from_file_location('exercise_sheet', REPOSITORY / 'tools' / 'exercise_sheet.py')
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    assert text_of(REPOSITORY / 'docs' / 'exercise_sheet.md') == tool.page(), 'tools/exercise_sheet.py prints it'
+    assert {name for _, names in tool.steps() for name in names} == EXERCISES
 
 
 def test_keys_of_exercise_files_are_described():

@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""Prints docs/exercise_sheet.md: the exercises of the course, with step, text, what to hand in, and the command.
+
+usage: ./run shell -c 'python3 tools/exercise_sheet.py' in the repository
+
+The texts are those of the exercise files; docs/course.md says which step an exercise belongs to.
+"""
+import pathlib
+import re
+import textwrap
+
+from course_grader.rules import exercise
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
+WIDTH = 118  # characters of a line
+HEAD = '''\
+# Exercise sheet
+
+The exercises of [the course](course.md), for students. Hand in one file for each exercise, with the name of the
+exercise: a Python program `NAME.py`, a launch file `NAME.launch`, or an executable script of commands `NAME.bash`.
+Other files that it needs lie beside it, or in the same package.
+
+Grade your program before you hand it in: type the command in the folder of this repository. It starts everything that
+is needed, and says how many of 100 points you get, and why. Each grading starts elsewhere and uses other numbers, so a
+program that only fits one run fails. [grading.md](grading.md) says more.
+'''
+
+
+def main():
+    """Print the page."""
+    print(page(), end='')
+
+
+def page():
+    """Return the page."""
+    return HEAD + ''.join(map(_section, steps()))
+
+
+def steps():
+    """Return [(heading, names of the exercises)] of the steps that have exercises."""
+    text = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
+    found = []
+    for part in re.split(r'^## ', text, flags=re.MULTILINE)[1:]:
+        line = re.search(r'^\* \*\*Exercises?:\*\* (.*)', part, re.MULTILINE)
+        names = re.findall(r'`(\w+)`', line.group(1)) if line else []
+        if names:
+            found.append((part.split('\n', 1)[0], names))
+    return found
+
+
+def _section(step):
+    heading, names = step
+    anchor = re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-')
+    parts = [f'\n## {heading}\n\n[This step in the course](course.md#{anchor})\n']
+    for name in names:
+        loaded = exercise.load(REPOSITORY / 'exercises' / f'{name}.yaml')
+        text = '\n'.join(textwrap.wrap(loaded.asks, WIDTH, break_on_hyphens=False, break_long_words=False))
+        parts.append(f'\n### {loaded.title}\n\n{text}\n\nHand in **{name}.py**. To grade it:\n\n'
+                     f'```\n./run grade {name} -- FOLDER/{name}.py\n```\n')
+    return ''.join(parts)
+
+
+if __name__ == '__main__':
+    main()
