@@ -28,6 +28,7 @@ from std_srvs.srv import Trigger
 
 from course_grader.attempt import forked, static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
+from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import sandbox
 from course_grader.rules import judging, scoring
@@ -200,6 +201,7 @@ class Attempt:
         self._wait_for_student(student, step, reader)
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
+        self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt)
         stimuli = Stimuli(self.exercise.stimuli, self._job.seed, zero, self.observed)
         stimuli.start()
         if not self._policy.lockstep:
@@ -256,10 +258,12 @@ class Attempt:
             if reader.now >= self._looked + PERIOD:
                 self._looked, followed = reader.now, self._following
                 self._look_at_names()
+                self._state.read()
                 if self._policy.lockstep and followed and not self._following:
                     self._wait_for_the_end(student)
                 if self._settled(stimuli):
                     break
+        self._state.read()
         self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.look())
         self.observed.timed_out = reader.now >= self.exercise.time
         if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands):

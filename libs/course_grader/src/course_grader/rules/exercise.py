@@ -306,7 +306,14 @@ def _colour(value: Any) -> Tuple[int, ...]:
     return tuple(value)
 
 
+def _value(value: Any) -> Any:
+    if not isinstance(value, (str, bool, int, float)) or value != value:
+        raise QuantityError(f'{shown(value)} must be a number, a text, true or false')
+    return value
+
+
 OTHERS: Dict[str, Callable[[Any], Any]] = {
+    'value': _value,
     'pattern': lambda value: re.compile(_plain(value, 'text')).pattern,
     'colour': _colour,
     'spans': lambda value: [span(entry, _dimension(entry)) for entry in _plain(value, 'list')],

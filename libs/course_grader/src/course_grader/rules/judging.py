@@ -3,8 +3,8 @@
 A rule is a function (observed, parameters) -> Result. registry.py lists them all, with the parameters that an exercise
 file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), which is
 above 0; 'time or 0'; 'coordinate', a length of either sign; a span of a dimension ('span rate'); 'text'; 'name' of a
-topic or service; 'service type'; 'pattern', a regular expression; 'integer', which is above 0; 'colour', [r, g, b]; or
-a tuple of the values that are allowed.
+topic or service; 'service type'; 'pattern', a regular expression; 'integer', which is above 0; 'colour', [r, g, b];
+'value', a number, a text, true or false; or a tuple of the values that are allowed.
 """
 import math
 from types import SimpleNamespace
@@ -63,6 +63,14 @@ def within(value: float, span: Span) -> bool:
     low, high = span
     slack = 1e-6 * max(1.0, abs(value))
     return low - slack <= value <= high + slack
+
+
+def nearness(value: float, span: Span) -> float:
+    """Return 1 inside a span of positive numbers, outside the quotient of the value and the limit that it breaks."""
+    low, high = span
+    if within(value, span):
+        return 1.0
+    return value / low if value < low else high / value
 
 
 def written(span: Span, unit: str) -> str:

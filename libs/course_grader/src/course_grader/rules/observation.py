@@ -66,6 +66,16 @@ class ShownMarkers(NamedTuple):
     markers: Dict[int, Tuple[float, float, float]]
 
 
+class Transform(NamedTuple):
+    """A transform that a node of the program broadcast: frames without a leading /, and the translation [m]."""
+
+    t: float
+    parent: str
+    child: str
+    x: float
+    y: float
+
+
 @dataclass
 class Observed:
     """Everything that judging.py may look at."""
@@ -77,6 +87,8 @@ class Observed:
     calls: List[Call] = field(default_factory=list)
     shown: List[ShownMarkers] = field(default_factory=list)
     connections: Set[Tuple[str, str]] = field(default_factory=set)  # (name, 'publishes' | 'subscribes' | 'serves')
+    parameters: Dict[str, Any] = field(default_factory=dict)  # of those that checks ask for, the last values
+    transforms: List[Transform] = field(default_factory=list)
     start: float = 0.0
     seconds: float = 0.0  # how long it was observed, since start
     timed_out: bool = False  # whether it was observed for as long as the exercise takes at most

@@ -10,7 +10,7 @@ from course_grader.rules.registry import RULES
 WIDTH = 100  # characters of a line in the terminal
 HEADINGS = 'parameter', 'kind', 'default', 'meaning'
 WORDS = {'integer': 'whole number', 'pattern': 'regular expression', 'boolean': 'true or false',
-         'spans': 'list of spans', 'coordinate': 'length of either sign'}
+         'spans': 'list of spans', 'coordinate': 'length of either sign', 'value': 'number, text, true, false'}
 
 
 class Entry(NamedTuple):
@@ -88,7 +88,7 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
     if default == ANY:
         return 'any'
     if default is None:
-        return 'not checked' if kind == 'coordinate' else 'the middle'
+        return {'coordinate': 'not checked', 'value': 'any'}.get(str(kind), 'the middle')
     if isinstance(default, bool):
         return str(default).lower()
     if kind == 'pattern':

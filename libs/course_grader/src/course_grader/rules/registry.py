@@ -2,7 +2,7 @@
 from types import SimpleNamespace
 from typing import Any, Dict, Mapping
 
-from course_grader.rules import fits, rules_driving, rules_output
+from course_grader.rules import fits, rules_driving, rules_output, rules_state
 from course_grader.rules.judging import ANY, Parameter, Result, Rule
 from course_grader.rules.observation import Observed
 
@@ -52,6 +52,15 @@ RULES: Dict[str, Rule] = {
     'connects': Rule(rules_output.connects, {
         'topic': Parameter('name', ..., 'name of the topic or service'),
         'role': Parameter(('publishes', 'subscribes', 'serves'), ..., 'what it does with it')}),
+    'parameter': Rule(rules_state.parameter, {
+        'name': Parameter('name', ..., 'full name of the parameter'),
+        'value': Parameter('value', None, 'a number, a text, true or false')}),
+    'transform': Rule(rules_state.transform, {
+        'parent': Parameter('text', ..., 'the frame that it starts from'),
+        'child': Parameter('text', ..., 'the frame that it leads to'),
+        'rate': Parameter('span rate', ANY, 'transforms per second'),
+        'at': Parameter(('the vehicle', 'any'), 'any', 'the vehicle: it has to be at the position of turtle or robot'),
+        'tolerance': Parameter('length', 0.05, 'how far off that position may be')}),
     'runs': Rule(rules_output.runs, {
         'until': Parameter(('the end', 'it is done'), 'the end',
                            'the end: it must not end by itself; it is done: it ends with exit code 0')}),

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from typing import Callable, Dict, List, Tuple
 
 from course_grader.rules import fits
-from course_grader.rules.judging import ANY, Result, Span, within, written
+from course_grader.rules.judging import ANY, Result, nearness, within, written
 from course_grader.rules.observation import Command, Observed
 from kinematic_core.worlds.turtle_world import PEN_COLOUR, PEN_WIDTH
 
@@ -48,18 +48,10 @@ def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
         'angular.z': lambda command: command.angular_z, '|angular.z|': lambda command: abs(command.angular_z)}
     right = [all(within(values[name](command), span) for name, span, _ in parts) for command in given]
     rate = 1.0 / max(statistics.median(b.t - a.t for a, b in zip(given, given[1:])), 1e-6)
-    share = sum(right) / len(right) * _nearness(rate, wanted.rate)
+    share = sum(right) / len(right) * nearness(rate, wanted.rate)
     seen = ', '.join([f'{name} {statistics.median(map(values[name], given)):.2f} {unit}' for name, _, unit in parts]
                      + [f'{rate:.1f} Hz', f'{sum(right)} of {len(right)} commands match'])
     return Result(share, f'velocity commands: {asked}', seen)
-
-
-def _nearness(value: float, span: Span) -> float:
-    """Return 1 inside a span of positive numbers, outside the quotient of the value and the limit that it breaks."""
-    low, high = span
-    if within(value, span):
-        return 1.0
-    return value / low if value < low else high / value
 
 
 def moves(observed: Observed, wanted: SimpleNamespace) -> Result:

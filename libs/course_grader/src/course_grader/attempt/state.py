@@ -1,0 +1,41 @@
+"""Reads the parameters and transforms that the checks of an exercise look at.
+
+Threads: rospy's callbacks only append to a list.
+"""
+import contextlib
+import xmlrpc.client
+
+import rosgraph
+import rospy
+from tf2_msgs.msg import TFMessage
+
+from course_grader.rules.observation import Transform
+from rospy_support.rospy_internals import caller
+
+
+class StateReader:
+    """What the checks ``parameter`` and ``transform`` of an exercise need; costs nothing without them."""
+
+    def __init__(self, exercise, observed, own, zero):
+        """``own``: names of the grader's nodes, which do not count; ``zero`` [s]: simulated time of the first step."""
+        self._observed, self._own, self._zero = observed, own, zero
+        self._names = {scored.parameters['name'] for scored in exercise.rules if scored.name == 'parameter'}
+        if any(scored.name == 'transform' for scored in exercise.rules):
+            for topic in ('/tf', '/tf_static'):
+                rospy.Subscriber(topic, TFMessage, self._on_transforms)
+
+    def read(self):
+        """Note the values of the parameters; one that is not set keeps its last value."""
+        master = rosgraph.Master(rospy.get_name())
+        for name in self._names:
+            with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
+                self._observed.parameters[name] = master.getParam(name)
+
+    def _on_transforms(self, message):
+        if caller(message) in self._own:
+            return
+        now = rospy.get_time() - self._zero
+        for one in message.transforms:
+            at = one.transform.translation
+            self._observed.transforms.append(
+                Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y))

@@ -1,0 +1,107 @@
+"""Checks of parameters and transforms: what is read from ROS, and how it is judged."""
+import math
+import types
+
+import pytest
+import rosgraph
+import rospy
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+from course_grader.attempt import state
+from course_grader.rules import exercise, scoring
+from course_grader.rules.observation import Observed, Transform
+from unit_support.graded_turtle import GradedTurtle
+
+
+def judged(observed, **check):
+    """Return the Reason for one check."""
+    content = {'title': 'T', 'time': '10 s', 'checks': [{'points': 100, **check}]}
+    reason, = scoring.decide(exercise.parse(content), observed).reasons
+    return reason
+
+
+@pytest.mark.parametrize('value, wanted, points', [
+    (0.5, 0.5, 100), (1, 1.0, 100), (0.30000000000000004, 0.3, 100), (0.5, 0.6, 0), ('fast', 'fast', 100),
+    ('fast', 'slow', 0), (True, True, 100), (True, 1, 0), (1, True, 0), ([1, 2], 1, 0),
+])
+def test_the_value_of_a_parameter(value, wanted, points):
+    reason = judged(Observed(parameters={'/speed': value}), check='parameter', name='/speed', value=wanted)
+    assert (reason.points, reason.seen) == (points, f'it is {value!r}')
+
+
+def test_a_parameter_that_is_set_or_not():
+    assert judged(Observed(parameters={'/speed': []}), check='parameter', name='/speed').points == 100
+    reason = judged(Observed(parameters={'/other': 1}), check='parameter', name='/speed')
+    assert (reason.points, reason.asked, reason.seen) == (0, 'the parameter /speed is set', 'it is not set')
+
+
+def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1'):
+    """Return what was Observed of a turtle that drives, and of its transforms."""
+    turtle = GradedTurtle().drive(seconds, linear=0.5)
+    samples = turtle.observed.track[::max(1, round(1.0 / rate / 0.016))]
+    turtle.observed.transforms = [Transform(sample.t, parent, child, sample.x + off, sample.y) for sample in samples]
+    return turtle.observed
+
+
+@pytest.mark.parametrize('observed, check, points', [
+    (broadcast(), {}, 100), (broadcast(), {'at': 'the vehicle', 'rate': '8 to 12 Hz'}, 100),
+    (broadcast(), {'parent': '/world'}, 100),  # tf knows no /
+    (broadcast(off=0.3), {'at': 'the vehicle'}, 0),  # 0.3 m off: at 0.5 m/s it was never there within 0.3 s and 5 cm
+    (broadcast(child='turtle2'), {}, 0), (broadcast(parent='turtle1', child='world'), {}, 0),
+    (broadcast(rate=1000.0), {'rate': 'at least 20 Hz'}, 100),
+])
+def test_transforms(observed, check, points):
+    assert judged(observed, **{'check': 'transform', 'parent': 'world', 'child': 'turtle1', **check}).points == points
+
+
+def test_transforms_that_come_too_rarely_lose_points():
+    reason = judged(broadcast(rate=5.0), check='transform', parent='world', child='turtle1', rate='10 Hz')
+    assert reason.points == pytest.approx(50, abs=5) and reason.seen.endswith(' Hz')  # half as often
+    assert judged(broadcast(seconds=0.0), check='transform', parent='world', child='turtle1', rate='10 Hz').points == 0
+
+
+def test_other_transforms_are_named():
+    reason = judged(broadcast(child='turtle2'), check='transform', parent='world', child='turtle1')
+    assert (reason.asked, reason.seen) == ('transforms from world to turtle1', 'only world to turtle2')
+    assert judged(Observed(), check='transform', parent='world', child='turtle1').seen == 'none'
+
+
+CONTENT = {'title': 'T', 'time': '10 s', 'checks': [
+    {'check': 'parameter', 'name': '/speed', 'points': 50},
+    {'check': 'transform', 'parent': 'world', 'child': 'turtle1', 'points': 50}]}
+
+
+def test_parameters_and_transforms_are_read(monkeypatch):
+    subscribed, server, observed = {}, {'/speed': 0.5}, Observed()
+
+    class Master:
+        def __init__(self, _):
+            pass
+
+        def getParam(self, name):
+            if name not in server:
+                raise rosgraph.MasterError('not set')
+            return server[name]
+    monkeypatch.setattr(rosgraph, 'Master', Master)
+    monkeypatch.setattr(rospy, 'get_time', lambda: 105.0)
+    monkeypatch.setattr(rospy, 'Subscriber', lambda topic, kind, callback: subscribed.setdefault(topic, callback))
+    reader = state.StateReader(exercise.parse(CONTENT), observed, {'/turtlesim'}, 100.0)
+    reader.read()
+    server.clear()
+    reader.read()  # the program has deleted it
+    assert observed.parameters == {'/speed': 0.5} and set(subscribed) == {'/tf', '/tf_static'}
+    message = TFMessage([TransformStamped()])
+    message.transforms[0].header.frame_id, message.transforms[0].child_frame_id = '/world', 'turtle1'
+    message.transforms[0].transform.translation.x = math.pi
+    for node in ('/turtlesim', '/student'):
+        message._connection_header = {'callerid': node}
+        subscribed['/tf'](message)
+    assert observed.transforms == [Transform(5.0, 'world', 'turtle1', math.pi, 0.0)]
+
+
+def test_an_exercise_without_such_checks_subscribes_to_nothing(monkeypatch):
+    monkeypatch.setattr(rospy, 'Subscriber', lambda *_: pytest.fail('subscribed'))
+    monkeypatch.setattr(rosgraph, 'Master', lambda _: types.SimpleNamespace(getParam=lambda name: pytest.fail(name)))
+    content = {**CONTENT, 'checks': [{'check': 'runs', 'points': 100}]}
+    state.StateReader(exercise.parse(content), Observed(), set(), 0.0).read()
