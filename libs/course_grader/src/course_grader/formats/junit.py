@@ -38,8 +38,7 @@ def _add(root: ElementTree.Element, suite: Suite) -> None:
     element = ElementTree.SubElement(root, 'testsuite', name=harmless.plain(suite.name), time=f'{suite.seconds:.3f}')
     first = _case(element, suite, VERDICT, suite.seconds)
     said = f'{decided.outcome}, {decided.score:g} of 100'
-    text = '\n'.join((said, *decided.objections))
-    _judge(first, TAGS.get(decided.outcome, ''), (*decided.objections, said)[0], text)
+    _judge(first, TAGS.get(decided.outcome, ''), (*decided.objections, said)[0], '\n'.join(decided.objections))
     for number, reason in enumerate(decided.reasons, 1):
         case = _case(element, suite, f'{number}. {reason.check}: {reason.asked}', 0.0)
         _judge(case, _tag(decided, reason), f'{reason.points:g} of {reason.of:g} points', f'seen: {reason.seen}')
@@ -65,4 +64,4 @@ def _judge(case: ElementTree.Element, tag: str, message: str, text: str) -> None
     if tag:
         ElementTree.SubElement(case, tag, message=harmless.plain(message)).text = harmless.plain(text)
     else:
-        ElementTree.SubElement(case, 'system-out').text = harmless.plain(f'{message}\n{text}')
+        ElementTree.SubElement(case, 'system-out').text = harmless.plain(f'{message}\n{text}'.rstrip())
