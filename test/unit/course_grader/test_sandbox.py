@@ -101,6 +101,24 @@ for number in range(100): print(number, file=sys.stderr)
     assert student.lines[0].t == 1.5
 
 
+def test_lines_that_end_with_a_carriage_return_are_lines(tmp_path):
+    program = write(tmp_path, r"""
+import time
+for number in range(3):
+    print(f'x: {number}', end='\r', flush=True)
+    time.sleep(0.05)
+print('y: 1', end='\r\n')
+print('no end', end='', flush=True)
+""")
+    times = iter(range(100))
+    with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: next(times))
+        until(lambda: student.exit_code() == 0)
+        student.drain()
+    assert [line.text for line in student.lines] == ['x: 0', 'x: 1', 'x: 2', 'y: 1', 'no end']
+    assert [line.t for line in student.lines] == [0, 1, 2, 3, 4]
+
+
 def test_a_traceback_is_explained(tmp_path):
     program = write(tmp_path, 'import rospy\nimport no_such_module\n', 'crash.py')
     with sandbox.Sandbox(tmp_path / 'box', os.environ) as box:

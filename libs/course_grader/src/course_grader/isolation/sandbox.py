@@ -28,6 +28,7 @@ FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'studen
 SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown
 POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
 FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
+CHUNK = 65536  # [bytes] read at once
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
 END_STAGES = processes.KILL  # what a program says or does when it is asked to end does not count
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
@@ -140,11 +141,23 @@ class Student:
     def _read(self) -> None:
         output = self.process.stdout
         assert output is not None  # a pipe, without a log
-        for raw in iter(lambda: output.readline(LONGEST_LINE), b''):
+        rest = b''
+        for read in iter(lambda: os.read(output.fileno(), CHUNK), b''):
+            *lines, rest = re.split(rb'[\r\n]', rest + read)
+            for raw in lines:
+                self._take(raw)
+            while len(rest) > LONGEST_LINE:  # of a line that never ends
+                self._take(rest[:LONGEST_LINE])
+                rest = rest[LONGEST_LINE:]
+        self._take(rest)
+
+    def _take(self, raw: bytes) -> None:
+        """Keep a line; one that ends with a carriage return alone is overwritten in a terminal, but it was printed."""
+        for start in range(0, len(raw), LONGEST_LINE):
             if len(self.lines) >= MOST_LINES:
                 self.dropped += 1
                 continue
-            text = ANSI.sub('', raw.decode('utf-8', 'replace')).rstrip('\r\n')
+            text = ANSI.sub('', raw[start:start + LONGEST_LINE].decode('utf-8', 'replace'))
             if text:
                 self.lines.append(OutputLine(self._now(), ROSCONSOLE.sub('', text)))
 
