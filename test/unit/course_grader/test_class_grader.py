@@ -14,6 +14,7 @@ import pytest
 
 from course_grader.classes import class_grader, grade_all, submissions
 from course_grader.formats import class_report
+from course_grader.rules import scoring
 
 # An attempt that does what the file it is to grade says
 ATTEMPT = r'''
@@ -179,6 +180,15 @@ def test_the_page_links_small_pictures_and_survives_any_text(tmp_path):
     assert '<script>' not in page and '\x00' not in page and '\x1b' not in page
     assert class_report.cells(['anna & co', 'ben'], ['x', 'y'], [graded]) == [
         ['student', 'x', 'y', 'mean'], ['anna & co', '40', '', '20.0'], ['ben', '', '', '0.0']]
+
+
+def test_the_line_of_a_grading_has_the_reason_that_cost_most():
+    reasons = [scoring.Reason('moves', 20.0, 20.0, 'a path', '9 m'), scoring.Reason('stops', 8.0, 80.0, 'a stop', '11')]
+    verdict = scoring.Verdict('failed', 28.0, reasons, [])
+    graded = class_grader.Graded(submissions.Submission('anna', 'x', ('a.py',), '/'), 'failed', 28.0,
+                                 ('20 of 20: asked: a path', '8 of 80: asked: a stop'), 1.5, '/', verdict)
+    assert grade_all.progress(graded, 2, 9) == ('[2/9] anna x: failed, 28 of 100, 1.5 s: '
+                                                '8 of 80: asked: a stop; seen: 11')
 
 
 def test_help_is_that_of_the_command():

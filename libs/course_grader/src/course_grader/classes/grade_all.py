@@ -16,13 +16,14 @@ from tqdm import tqdm
 from course_grader.classes import class_grader, submissions
 from course_grader.classes.class_grader import ClassGrader, Graded
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_report, exit_codes, harmless
+from course_grader.formats import class_report, exit_codes, harmless, systems
 from course_grader.rules import exercise, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.supervision.supervisor import EXTRA, Supervisor
 from process_support import processes
 
 OUTPUT = os.path.join('output', 'grades')
+LONGEST = 200  # characters of the line for a grading
 
 
 class GradeAllError(Exception):
@@ -117,11 +118,7 @@ def _grade(grader: ClassGrader, found: Sequence[Submission], options: argparse.N
         def done(graded: Graded) -> None:
             results.append(graded)
             bar.update()
-            place = f'[{len(results)}/{len(found)}]'
-            reason = '' if graded.outcome == scoring.PASSED else f': {graded.reasons[0]}' if graded.reasons else ''
-            line = (f'{place} {graded.submission.student} {graded.submission.exercise}: {graded.outcome}, '
-                    f'{graded.score:g} of 100, {graded.seconds:.1f} s{reason}')
-            bar.write(harmless.printed(line[:200]))
+            bar.write(progress(graded, len(results), len(found)))
             sys.stdout.flush()
         try:
             grader.grade(found, options.jobs, done)
@@ -129,6 +126,14 @@ def _grade(grader: ClassGrader, found: Sequence[Submission], options: argparse.N
             bar.write('Interrupted: all processes have ended; the table holds the gradings that were done.')
             return results, True
     return results, False
+
+
+def progress(graded: Graded, number: int, total: int) -> str:
+    """Return the line for a grading, the ``number``-th of ``total``, with the reason that cost most points."""
+    said = systems.first_reason(graded.verdict) if graded.verdict else (*graded.reasons, '')[0]
+    line = (f'[{number}/{total}] {graded.submission.student} {graded.submission.exercise}: {graded.outcome}, '
+            f'{graded.score:g} of 100, {graded.seconds:.1f} s')
+    return harmless.printed((line + (f': {said}' if said else ''))[:LONGEST])
 
 
 def _print_table(students: Sequence[str], names: Sequence[str], results: Sequence[Graded]) -> None:
