@@ -60,3 +60,18 @@ class GradedTurtle:
         """Call set_pen with r, g, b, width, off."""
         self.observed.events.append(Event(self.t, 'pen', values, '/student'))
         return self
+
+    def jump(self, linear, angular):
+        """Call teleport_relative."""
+        self.world.teleport_relative('turtle1', linear, angular)
+        pose = self.world.turtles['turtle1'].pose()
+        self.observed.events.append(Event(self.t, 'teleport_relative', (pose.x, pose.y, pose.theta), '/student'))
+        self._tick()
+        return self
+
+    def reset(self):
+        """Call reset: the turtle is in the middle, and the drawing is gone."""
+        self.world.reset()
+        self._tick()
+        self.observed.events.append(Event(self.t, 'reset', (), '/student'))
+        return self

@@ -20,6 +20,18 @@ def test_exercise_files_are_right(path):
     assert any(scored.must for scored in loaded.rules)
 
 
+@pytest.mark.parametrize('path', sorted(FOLDER.glob('*.yaml')), ids=lambda path: path.stem)
+def test_the_task_says_what_counts(path):
+    """The time, each name and each service that is checked, and what else is allowed stand in the task."""
+    loaded = exercise.load(path)
+    names = [scored.parameters[key].lstrip('/') for scored in loaded.rules for key in ('topic', 'service')
+             if key in scored.parameters]
+    names += [scored.parameters['by'] for scored in loaded.rules
+              if scored.parameters.get('by', '').startswith('teleport_')]
+    counted = [*names, f' {loaded.time:g} s', *(['/reset'] if 'reset' in loaded.allows else [])]
+    assert [text for text in counted if text not in loaded.asks] == []
+
+
 def test_values_are_converted():
     loaded = exercise.parse(GOOD, 'good')
     assert (loaded.time, loaded.pass_score, loaded.simulator) == (10.0, 80.0, 'turtlesim')

@@ -40,13 +40,22 @@ def test_all_files_are_written(tmp_path):
     assert (tmp_path / 'new' / 'output.txt').read_text().splitlines()[0].endswith('v 0.5')
 
 
-def test_the_picture_shows_path_and_target(tmp_path):
+def test_the_picture_shows_the_path_and_what_counted(tmp_path):
     observed, decided = graded()
     report.write(tmp_path, CIRCLE, observed, decided, COMMAND, 0)
     image = cv2.imread(str(tmp_path / 'path.png'))
     assert image.shape == (report.PICTURE, report.PICTURE, 3)
-    for name in ('path', 'target', 'start', 'end', 'frame'):
+    for name in ('path', 'counted', 'start', 'end', 'frame'):
         assert (image == report.COLOURS[name]).all(axis=2).sum() > 20, name
+
+
+def test_nothing_counted_of_a_scribble():
+    turtle = GradedTurtle(5.5, 5.5)
+    for turn in (2.0, -1.0, 3.0, -2.5, 1.0):
+        turtle.drive(1.5, 1.0, turn)
+    image = report.picture(CIRCLE, turtle.observed)
+    assert (image == report.COLOURS['path']).all(axis=2).any()
+    assert not (image == report.COLOURS['counted']).all(axis=2).any()
 
 
 def test_a_node_that_did_nothing_has_a_picture_too():

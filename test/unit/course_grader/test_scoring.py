@@ -109,20 +109,50 @@ def pen_up_first(turtle):
     return square_of_teleports(turtle.pen(0, 0, 0, 3, 1).teleport(2.0, 2.0).pen(0, 0, 0, 3, 0))
 
 
+def first_alone(shown):
+    """Return a node that prints of each message the first marker alone."""
+    told = set()
+
+    def say(marker, _):
+        here = next((number for number, one in enumerate(shown.observed.shown) if marker in one.markers), None)
+        return '' if here in told else told.add(here) or marker_id(marker, None)
+    return say
+
+
+def squares_by_jumps(turtle):
+    for _ in range(5):
+        turtle.jump(3.0, math.pi / 2.0)
+    return turtle
+
+
+def table(pose):
+    return f'{pose.y:8.2f} | {pose.x:8.2f} | {pose.theta:8.2f}'
+
+
+def with_comma(pose):
+    return f'x = {pose.x:.2f}, y = {pose.y:.2f}'.replace('.', ',')
+
+
 RIGHT = {
-    'publish_circle': [circle],
+    'publish_circle': [circle, lambda turtle: circle(turtle.drive(1.0, 1.0).reset())],
     'print_poses': [lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=words),
                     lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, rate=62.0, say=logged),
                     lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=message),
                     lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=lambda pose: f'{pose.x}\n{pose.y}'),
-                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=rounded)],
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=rounded),
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=lambda p: f'y: {p.y:.2f} x: {p.x:.2f}'),
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=with_comma),
+                    lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=lambda p: f'{p.x:.3f} {p.y:.3f}'
+                                                            .replace('.', ',')),
+                    lambda turtle: subscribed(turtle).print('y | x | theta').drive(10.0, 0.6, 0.5, say=table)],
     'stop_at_x': [lambda turtle: stop_at(turtle, 10.0)],
     'square_by_topics': [polygon, lambda turtle: polygon(turtle.drive(2.0, -1.0, 0.0)),
                          lambda turtle: polygon(turtle, sides=4, length=3.0)],
     'set_pen_and_goto_pose': [lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0)),
                               lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0), words='{:.1f}\n{:.1f}\n{:.1f}')],
     'square_by_teleport': [square_of_teleports, pen_up_first],
-    'black_path': [lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 0)), pen_up_first],
+    'black_path': [lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 0)), pen_up_first,
+                   lambda turtle: square_of_teleports(turtle.drive(1.0, 1.0).reset().pen(0, 0, 0, 3, 0))],
     'robot_forward': [robot],
     'robot_turning': [lambda turtle: robot(turtle, angular=0.3),
                       lambda turtle: robot(turtle, linear=1.0, angular=-3.0)],
@@ -134,6 +164,17 @@ RIGHT = {
                        lambda turtle: show(turtle, lambda marker, x: f'{x:.1f}' if marker else 'none')],
 }
 WRONG = [  # exercise, what is done, a part of the reasons
+    ('print_marker_ids', lambda turtle: show(turtle, first_alone(turtle)), '2 of 3'),
+    ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: marker_id(marker, x) + '\nNo AR markers'),
+     'printed 2 of 2 times, and 2 of 2 times with a marker shown'),
+    ('print_marker_ids', lambda turtle: show(turtle, lambda marker, x: '\n'.join(map(str, range(147)))), '0 of 3'),
+    ('black_path', lambda turtle: turtle.pen(0, 0, 0, 3, 0).teleport(2.0, 2.0).teleport(6.0, 2.0).teleport(6.0, 6.0),
+     '3: (2.0, 2.0)'),
+    ('black_path', lambda turtle: square_of_teleports(turtle.pen(0, 0, 0, 3, 0)).reset(), '0: none'),
+    ('square_by_teleport', squares_by_jumps, '0: none; 5 teleports by another service'),
+    ('stop_at_x', lambda turtle: stop_at(turtle, 9.7), 'within 0.15 m'),
+    ('publish_circle', lambda turtle: circle(turtle, rate=7.0), '7.0 Hz'),
+    ('set_pen_and_goto_pose', lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0), words='{}'), '0 requests printed'),
     ('publish_circle', lambda turtle: turtle.wait(30.0), '0 commands'),
     ('publish_circle', lambda turtle: circle(turtle, angular=-0.2), 'angular.z -0.20 rad/s'),
     ('publish_circle', lambda turtle: circle(turtle, seconds=10.0), 'of the path lies on a circle'),
@@ -231,7 +272,7 @@ def test_every_exercise_has_a_right_sample_and_three_wrong_ones():
     (Event(1.0, 'fake_clock'), 'the program published /clock'),
 ])
 def test_shortcuts_score_nothing(event, said):
-    decided = graded('publish_circle', lambda turtle: circle(turtle).observed.events.append(event))
+    decided = graded('robot_forward', lambda turtle: robot(turtle).observed.events.append(event))
     assert (decided.outcome, decided.score, decided.objections) == ('failed', 0.0, [said])
 
 
@@ -249,6 +290,12 @@ def test_a_run_that_could_not_keep_up_is_undecided_unless_all_is_right():
     assert decided.outcome == 'undecided' and 'too slow for the simulation' in decided.objections[0]
     decided = graded('publish_circle', act)
     assert (decided.outcome, decided.score) == ('passed', 100.0)
+
+
+def test_a_rate_is_not_that_of_the_ticks():
+    """Ten a second come every 6 or 7 ticks of 16 ms, whose median is 10.4 Hz; a pause is not part of the rate."""
+    decided = graded('publish_circle', lambda turtle: circle(turtle.drive(3.0, 0.5, 0.2).wait(5.0)))
+    assert ', 10.0 Hz,' in decided.reasons[0].seen
 
 
 def test_partly_right_is_worth_a_part():

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: the program reset the simulator
+# expected: passed
 import rospy
 from std_srvs.srv import Empty
 from turtlesim.srv import SetPen, TeleportAbsolute

@@ -15,7 +15,6 @@ import contextlib
 import json
 import math
 import os
-import random
 import time
 import traceback
 import xmlrpc.client
@@ -31,7 +30,7 @@ from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import sandbox
-from course_grader.rules import judging, scoring
+from course_grader.rules import judging, random_stimuli, scoring
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
 from course_grader.supervision.job import Attempted
@@ -164,15 +163,13 @@ class Attempt:
 
     def _simulator_arguments(self):
         """Return the private parameters of the exercise's simulator."""
-        numbers = random.Random(self._job.seed)
-        start = {axis: numbers.uniform(*limits) for axis, limits in self.exercise.start.items()}
+        start = random_stimuli.start(self.exercise, self._job.seed)
         common = ['_rate:=1', '_clock:=true', '_paused:=true', f'_lockstep:={str(self._policy.lockstep).lower()}',
                   f'_record:={json.dumps(self._record)}']  # YAML: a folder may be called "Team #1"
         if self.exercise.simulator == 'turtlesim':
-            x, y = (start.get(axis, numbers.uniform(4.0, 7.0)) for axis in 'xy')
-            return [*common, '_window:=false', f'_start:=[{x:.4f}, {y:.4f}, {start["theta"]:.4f}]']
-        return [*common, '_model:=robotont_gazebo_basic', f'_x:={start.get("x", 0.0):.4f}',
-                f'_y:={start.get("y", 0.0):.4f}', f'_yaw:={start["theta"]:.4f}']
+            return [*common, '_window:=false', f'_start:=[{start["x"]:.4f}, {start["y"]:.4f}, {start["theta"]:.4f}]']
+        return [*common, '_model:=robotont_gazebo_basic', f'_x:={start["x"]:.4f}', f'_y:={start["y"]:.4f}',
+                f'_yaw:={start["theta"]:.4f}']
 
     def _observe(self, box, simulator):
         reader = RecordingReader(self._record, self._dt, self.observed, NODE)
@@ -202,7 +199,7 @@ class Attempt:
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
         self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt)
-        stimuli = Stimuli(self.exercise.stimuli, self._job.seed, zero, self.observed)
+        stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed)
         stimuli.start()
         if not self._policy.lockstep:
             rospy.ServiceProxy(resume, Trigger)()

@@ -78,7 +78,7 @@ class RecordingReader:
         elif name == 'teleport_absolute':
             self._observed.events.append(Event(t, 'teleport', values, caller))
         elif name == 'teleport_relative':
-            self._observed.events.append(Event(t, 'teleport', self._after_jump(*values), caller))
+            self._observed.events.append(Event(t, name, self._after_jump(*values), caller))
         elif name == 'pen':
             self._observed.events.append(Event(t, 'pen', tuple(map(int, values)), caller))
         else:

@@ -1,10 +1,9 @@
 """What the grader does while a student's node is observed: drives the turtle, calls services, shows markers.
 
-They follow simulated time. Random numbers are drawn before anything begins, so that the seed alone decides them.
+They follow simulated time. What they do is drawn before anything begins (rules/random_stimuli.py).
 
 Threads: each stimulus has its own, which only appends to lists.
 """
-import random
 import threading
 
 import rosgraph
@@ -13,38 +12,22 @@ import rospy
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
 from geometry_msgs.msg import Twist
 
+from course_grader.rules import random_stimuli
 from course_grader.rules.observation import Call, ShownMarkers
 
 DRIVE_RATE = 10.0  # [Hz]
-LEG = 2.0  # [s] for which a drawn velocity lasts
 ANSWER_TIME = 5.0  # [s] in which a service must answer
-HIGHEST_ID = 200
-REACH = ((-0.8, 0.8), (-0.5, 0.5), (0.4, 3.0))  # [m] where markers are shown: x, y, z
 POLL = 0.05  # [s]
-
-
-def draw(what, values, numbers):
-    """Return the random numbers of a stimulus: velocities, requests, or sets of markers."""
-    if what == 'drive':
-        return [(numbers.uniform(*values['linear']), numbers.uniform(*values['angular']))
-                for _ in range(int(values['for'] / LEG) + 1)]
-    if what == 'call':
-        return [tuple(round(numbers.uniform(*limits), 2) for limits in values['request'])
-                for _ in range(values['times'])]
-    return [{marker: tuple(round(numbers.uniform(*limits), 3) for limits in REACH)
-             for marker in numbers.sample(range(1, HIGHEST_ID), numbers.randint(1, values['most']))}
-            if number % 2 == 0 else {} for number in range(int(values['for'] * values['rate']))]
 
 
 class Stimuli:
     """The stimuli of an exercise, counted from the simulated time ``zero`` [s]."""
 
-    def __init__(self, stimuli, seed, zero, observed):
-        """``stimuli``: [(what, values)] as Exercise has them; ``observed``: the Observed that takes what was done."""
-        numbers = random.Random(seed)
+    def __init__(self, exercise, seed, zero, observed):
+        """``observed``: the Observed that takes what was done."""
         self._zero, self._observed = zero, observed
-        self._threads = [threading.Thread(target=self._do, args=(what, values, draw(what, values, numbers)),
-                                          name=what, daemon=True) for what, values in stimuli]
+        self._threads = [threading.Thread(target=self._do, args=(what, values, drawn), name=what, daemon=True)
+                         for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
     def start(self):
         """Start all of them."""
@@ -69,7 +52,7 @@ class Stimuli:
         rospy.sleep(max(0.0, values['after'] - self._now()))
         rate = rospy.Rate(DRIVE_RATE)
         while self._now() < values['after'] + values['for']:
-            leg = int((self._now() - values['after']) / LEG)
+            leg = int((self._now() - values['after']) / random_stimuli.LEG)
             twist = Twist()
             twist.linear.x, twist.angular.z = velocities[min(max(leg, 0), len(velocities) - 1)]
             publisher.publish(twist)

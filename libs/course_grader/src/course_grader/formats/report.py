@@ -1,7 +1,8 @@
-"""A verdict for people and for machines: text, result.json, junit.xml and a picture of the path against the target."""
+"""A verdict for people and for machines: text, result.json, junit.xml and a picture of the path with what counted."""
 import json
 import os
 import textwrap
+from types import SimpleNamespace
 from typing import List, Sequence, Tuple
 
 import cv2
@@ -9,9 +10,8 @@ import numpy as np
 
 from alvar_core.arrays import ArrayLike, Floats, Image, Integers
 from course_grader.formats import junit
-from course_grader.rules import fits
+from course_grader.rules import rules_driving
 from course_grader.rules.exercise import Exercise
-from course_grader.rules.fits import Fit
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
 from kinematic_core.files import write_whole
@@ -20,7 +20,7 @@ from kinematic_core.worlds.turtle_world import ARENA_SIZE
 PICTURE = 600  # [px] width and height
 MARGIN = 40  # [px]
 WIDTH = 110  # characters of a line of the text
-COLOURS = {'paper': (255, 255, 255), 'frame': (180, 180, 180), 'target': (60, 170, 60), 'path': (200, 80, 20),
+COLOURS = {'paper': (255, 255, 255), 'frame': (180, 180, 180), 'counted': (60, 170, 60), 'path': (200, 80, 20),
            'teleport': (180, 180, 255), 'start': (0, 0, 0), 'end': (20, 20, 220), 'text': (60, 60, 60)}  # BGR
 
 
@@ -56,10 +56,10 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
 
 
 def picture(exercise: Exercise, observed: Observed) -> Image:
-    """Return a BGR picture (PICTURE, PICTURE, 3): the path, the shape that was asked for, start and end."""
+    """Return a BGR picture (PICTURE, PICTURE, 3): the path, its parts that counted as the shape, start and end."""
     path: Floats = np.array([(sample.x, sample.y) for sample in observed.track] or [(0.0, 0.0)])
-    targets = [found.outline for found in _targets(exercise, observed)]
-    origin, scale = _view(exercise, np.vstack([path, *targets]))
+    counted = _counted(exercise, observed)
+    origin, scale = _view(exercise, path)
 
     def pixels(points: ArrayLike) -> Integers:
         inside = (np.asarray(points, float).reshape(-1, 2) - origin) * scale + MARGIN
@@ -68,22 +68,20 @@ def picture(exercise: Exercise, observed: Observed) -> Image:
     if exercise.simulator == 'turtlesim':
         low, high = pixels([(0, 0), (ARENA_SIZE, ARENA_SIZE)]).tolist()
         cv2.rectangle(image, low, high, COLOURS['frame'], 1)
-    for outline in targets:
-        cv2.polylines(image, [pixels(outline)], False, COLOURS['target'], 7, cv2.LINE_AA)
+    for trace in counted:
+        cv2.polylines(image, [pixels(trace)], False, COLOURS['counted'], 7, cv2.LINE_AA)
     cv2.polylines(image, [pixels(path)], False, COLOURS['path'], 2, cv2.LINE_AA)
     for name, point in (('start', path[0]), ('end', path[-1])):
         cv2.circle(image, tuple(pixels(point)[0].tolist()), 6, COLOURS[name], -1, cv2.LINE_AA)
-    caption = f'{exercise.name}   black: start   red: end' + ('   green: what was asked' if targets else '')
+    caption = f'{exercise.name}   black: start   red: end' + ('   green: what counted' if counted else '')
     cv2.putText(image, caption, (10, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.45, COLOURS['text'], 1, cv2.LINE_AA)
     return image
 
 
-def _targets(exercise: Exercise, observed: Observed) -> List[Fit]:
-    """Return the Fits of the shapes that were asked for and can be seen in the path at all."""
-    wanted = [scored.parameters for scored in exercise.rules if scored.name == 'draws']
-    path = observed.drawn(pen_down=True)
-    found = [fits.fit(path, parameters['shape'], parameters['tolerance']) for parameters in wanted]
-    return [fit for fit in found if fit.quality > 0.0]
+def _counted(exercise: Exercise, observed: Observed) -> List[Floats]:
+    """Return the parts of the path that counted as the shapes that were asked for."""
+    return [trace for scored in exercise.rules if scored.name == 'draws'
+            for trace in rules_driving.traces(observed, SimpleNamespace(**scored.parameters))]
 
 
 def _view(exercise: Exercise, points: Floats) -> Tuple[Floats, float]:

@@ -34,19 +34,19 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'call': {
         'service': Parameter('name', ..., 'its name'),
         'type': Parameter('service type', ..., 'its type, such as `turtlesim/TeleportAbsolute`'),
-        'request': Parameter('spans', ..., 'a number of the request is drawn from each'),
+        'request': Parameter('spans', ..., 'one number of each request is drawn from each span'),
         'times': Parameter('integer', 3, 'how many calls'),
         'after': Parameter('time or 0', 0.0, 'when they start')},
     'markers': {
         'for': Parameter('time', ..., 'how long'),
         'topic': Parameter('name', '/ar_pose_marker', 'where'),
         'rate': Parameter('rate', 2.0, 'messages per second'),
-        'most': Parameter('integer', 3, 'the highest number of markers at once')},
+        'most': Parameter('integer', 3, 'the highest number of markers at once; each number up to it is shown')},
 }
 MEANINGS = {  # of the stimuli
     'drive': 'The grader drives the turtle with velocities that change every 2 s.',
     'call': 'The grader calls a service and waits up to 5 s for each answer.',
-    'markers': 'The grader publishes markers, and every other time none.'}
+    'markers': 'The grader publishes markers with different ids, and every other time none.'}
 KEYS: Parameters = {
     'title': Parameter('text', ..., 'one line'),
     'asks': Parameter('text', '', 'the task, for the report'),

@@ -23,13 +23,17 @@ FORGIVING = 2.0  # a path this many tolerances off counts as nothing
 
 
 class Fit(NamedTuple):
-    """The best fit: quality 0..1, size [m] (side, diameter), outline (n, 2) [m], and the two shares it consists of."""
+    """The best fit: quality 0..1, size [m] (side, diameter), outline (n, 2) [m], and the two shares it consists of.
+
+    ``traces``: the parts of the path, each (n, 2) [m], that lie on the outline.
+    """
 
     quality: float
     size: float
     outline: Floats
     on_outline: float  # of the path, lies on the outline
     covered: float  # of the outline, was drawn
+    traces: Tuple[Floats, ...] = ()
 
 
 NO_FIT = Fit(0.0, 0.0, np.empty((0, 2)), 0.0, 0.0)
@@ -77,9 +81,12 @@ def fit(path: ArrayLike, shape: str, tolerance: float) -> Fit:
 def _compare(path: Floats, outline: Floats, tolerance: float, size: float) -> Fit:
     distances = np.hypot(path[:, None, 0] - outline[None, :, 0], path[:, None, 1] - outline[None, :, 1])
     step = np.hypot(*(outline[1] - outline[0])) / 2.0  # between two points of the outline
-    on_outline = _shares(distances.min(axis=1) - step, tolerance).mean()
+    near = _shares(distances.min(axis=1) - step, tolerance)
+    on_outline = near.mean()
     covered = _shares(distances.min(axis=0) - step, tolerance).mean()
-    return Fit(float(on_outline * covered), size, outline, float(on_outline), float(covered))
+    runs = np.split(path, np.flatnonzero(np.diff(near >= 1.0)) + 1)
+    traces = tuple(runs[0 if near[0] >= 1.0 else 1::2])
+    return Fit(float(on_outline * covered), size, outline, float(on_outline), float(covered), traces)
 
 
 def _shares(distances: Floats, tolerance: float) -> Floats:

@@ -7,19 +7,23 @@ topic or service; 'service type'; 'pattern', a regular expression; 'integer', wh
 'value', a number, a text, true or false; or a tuple of the values that are allowed.
 """
 import math
+import statistics
 from types import SimpleNamespace
-from typing import Any, Callable, Container, Dict, List, Mapping, NamedTuple, Tuple, Union
+from typing import Any, Callable, Container, Dict, List, Mapping, NamedTuple, Sequence, Tuple, Union
 
 from course_grader.rules.observation import Observed
 
 Span = Tuple[float, float]  # lowest, highest
 Kind = Union[str, Tuple[Any, ...]]  # of a parameter's value
 ANY = (-math.inf, math.inf)  # the span that everything lies in
-SHORTCUTS = {
-    'teleport': 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving',
-    'reset': 'the program reset the simulator', 'kill': 'the program killed {0}',
-    'fake_pose': 'the program published fake poses on {0}', 'fake_clock': 'the program published /clock',
+SHORTCUTS = {  # kind of event: (what an exercise file says to allow it, the text)
+    'teleport': ('teleport', 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving'),
+    'teleport_relative': ('teleport', 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving'),
+    'reset': ('reset', 'the program reset the simulator'), 'kill': ('kill', 'the program killed {0}'),
+    'fake_pose': ('', 'the program published fake poses on {0}'), 'fake_clock': ('', 'the program published /clock'),
 }
+PAUSE = 2.0  # times the median of the periods: a longer one is a pause, and not part of a rate
+MISSED = 0.49  # the highest share of a check that misses what it asks for: if it must hold, the exercise fails
 
 
 class Result(NamedTuple):
@@ -53,9 +57,15 @@ def shortcuts(observed: Observed, allowed: Container[str]) -> List[str]:
     """Return the texts of what no node may do, except the kinds that are ``allowed``; each kind once."""
     texts: Dict[str, str] = {}
     for event in observed.events:
-        if event.kind in SHORTCUTS and event.kind not in allowed:
-            texts.setdefault(event.kind, SHORTCUTS[event.kind].format(*event.values))
+        permission, text = SHORTCUTS.get(event.kind, ('', ''))
+        if text and permission not in allowed:
+            texts.setdefault(permission or event.kind, text.format(*event.values))
     return list(texts.values())
+
+
+def counted(done: float, asked: float) -> float:
+    """Return the share for ``done`` of ``asked`` things: 1 for all of them, else less than half."""
+    return 1.0 if done >= asked else MISSED * max(done, 0.0) / asked
 
 
 def within(value: float, span: Span) -> bool:
@@ -66,11 +76,18 @@ def within(value: float, span: Span) -> bool:
 
 
 def nearness(value: float, span: Span) -> float:
-    """Return 1 inside a span of positive numbers, outside the quotient of the value and the limit that it breaks."""
+    """Return 1 inside a span of positive numbers, outside less than half, the less the farther away."""
     low, high = span
     if within(value, span):
         return 1.0
-    return value / low if value < low else high / value
+    return MISSED * (value / low if value < low else high / value)
+
+
+def period(times: Sequence[float]) -> float:
+    """Return the mean period [s] of what comes at a rate, without pauses: each period is a whole number of ticks."""
+    periods = [after - before for before, after in zip(times, times[1:])]
+    longest = PAUSE * statistics.median(periods)
+    return statistics.mean(period for period in periods if period <= longest)
 
 
 def written(span: Span, unit: str) -> str:

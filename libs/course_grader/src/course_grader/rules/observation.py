@@ -33,7 +33,8 @@ class Command(NamedTuple):
 class Event(NamedTuple):
     """Something else that was done to the simulator: its kind, the values, the node that did it.
 
-    Kinds: teleport, pen, clear, reset, spawn, kill, fake_pose (somebody else published poses), fake_clock.
+    Kinds: teleport (absolute), teleport_relative, pen, clear, reset, spawn, kill, fake_pose (somebody else published
+    poses), fake_clock.
     """
 
     t: float
@@ -101,9 +102,14 @@ class Observed:
         """Return the events of these kinds."""
         return [event for event in self.events if event.kind in kinds]
 
+    def reset_at(self) -> float:
+        """Return when the simulator was last reset [s]: what was drawn before is gone. -inf: never."""
+        return max((event.t for event in self.of_kind('reset')), default=-math.inf)
+
     def pens(self) -> List[Optional[Tuple[int, ...]]]:
         """Return for each sample of the track the values of the last pen event before it, or None."""
-        changes = self.of_kind('pen')
+        reset = self.reset_at()
+        changes = [change for change in self.of_kind('pen') if change.t >= reset]
         pens: List[Optional[Tuple[int, ...]]] = []
         last = None
         for sample in self.track:
@@ -113,13 +119,15 @@ class Observed:
         return pens
 
     def drawn(self, pen_down: bool = False) -> List[Tuple[float, float]]:
-        """Return the positions (x, y) [m] of the path from its first movement on, without repeats.
+        """Return the positions (x, y) [m] of the path since the last reset, without repeats.
 
         With ``pen_down`` those where it has drawn alone.
         """
         path: List[Tuple[float, float]] = []
-        before = None
+        before, reset = None, self.reset_at()
         for sample, pen in zip(self.track, self.pens()):
+            if sample.t < reset:
+                continue
             if not (pen_down and pen and pen[-1]):  # r, g, b, width, off
                 for point in (before or sample, sample):
                     if not path or math.hypot(point.x - path[-1][0], point.y - path[-1][1]) > DRIVEN:

@@ -23,11 +23,12 @@ RULES: Dict[str, Rule] = {
         'y': Parameter('coordinate', None, 'where to stop'),
         'tolerance': Parameter('length', 0.05, 'full points within this distance'),
         'rest': Parameter('time or 0', 1.0, 'how long it has to stand still'),
-        'size': Parameter('length', 1.0, 'no points beyond this distance')}),
+        'size': Parameter('length', 1.0, 'no points beyond this distance; less than half outside of the tolerance')}),
     'positions': Rule(rules_driving.positions, {
         'count': Parameter('integer', ..., 'how many'),
         'apart': Parameter('length', 0.5, 'positions closer than this count as one'),
-        'by': Parameter(('teleports', 'driving'), 'teleports', 'how it gets there')}),
+        'by': Parameter((*rules_driving.WAYS, 'driving'), 'teleports',
+                        'how it gets there; teleports: by either service')}),
     'pen': Rule(rules_driving.pen, {
         'colour': Parameter('colour', ..., '`[red, green, blue]`, 0 to 255 each'),
         'width': Parameter('span pixels', ANY, 'width of the pen')}),
@@ -48,7 +49,8 @@ RULES: Dict[str, Rule] = {
         'what': Parameter(('id', 'x'), ..., 'the id, or x of the position'),
         'tolerance': Parameter('length', 0.005, 'how far off x may be')}),
     'prints_no_marker': Rule(rules_output.prints_no_marker, {
-        'pattern': Parameter('pattern', r'(?i)\bno\b', 'how it says so: by default with the word "no"')}),
+        'pattern': Parameter('pattern', r'(?i)\bno(ne)?\b(?!\W*\d)',
+                             'how it says so: by default with the word "no" or "none"')}),
     'connects': Rule(rules_output.connects, {
         'topic': Parameter('name', ..., 'name of the topic or service'),
         'role': Parameter(('publishes', 'subscribes', 'serves'), ..., 'what it does with it')}),

@@ -2,29 +2,45 @@
 import math
 import statistics
 from types import SimpleNamespace
-from typing import Callable, Dict, List, Tuple
+from typing import Callable, Dict, List, Sequence, Tuple
 
+from alvar_core.arrays import Floats
 from course_grader.rules import fits
-from course_grader.rules.judging import ANY, Result, nearness, within, written
+from course_grader.rules.judging import ANY, MISSED, Result, counted, nearness, period, within, written
 from course_grader.rules.observation import Command, Observed
 from kinematic_core.worlds.turtle_world import PEN_COLOUR, PEN_WIDTH
 
 OPEN, CLOSED = 0.5, 0.95  # shares of an outline: no shape yet, and closed; three sides of four lie between
 MOVING = 0.5  # [s] of rest at most
+WAYS = {'teleports': ('teleport', 'teleport_relative'), 'teleport_absolute': ('teleport',),
+        'teleport_relative': ('teleport_relative',)}  # how it gets to a position: kinds of events
 
 
 def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
     """The path, or its end, is a closed shape, wherever it lies."""
     asked = f'a {wanted.shape}, within {wanted.tolerance:g} m'
     asked += '' if wanted.size == ANY else f', size {written(wanted.size, "m")}'
-    found = fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance)
+    found = drawn_shape(observed, wanted)
     if not found.quality:
         return Result(0.0, asked, _path_text(observed, f'that matches no {wanted.shape}') + _unfinished(observed))
     seen = (f'{found.on_outline:.0%} of the path lies on a {wanted.shape} of size {found.size:.2f} m, of which '
             f'{found.covered:.0%} was drawn{_unfinished(observed) if found.covered < CLOSED else ""}')
-    fits_size = within(found.size, (wanted.size[0] - wanted.tolerance, wanted.size[1] + wanted.tolerance))
-    closed = min(1.0, max(0.0, (found.covered - OPEN) / (CLOSED - OPEN)))
-    return Result(found.on_outline * closed * (1.0 if fits_size else 0.5), asked, seen)
+    return Result(found.on_outline * _closed(found) * (1.0 if within(found.size, wanted.size) else MISSED), asked, seen)
+
+
+def drawn_shape(observed: Observed, wanted: SimpleNamespace) -> fits.Fit:
+    """Return the Fit of the path to the shape that is ``wanted``, by the parameters of ``draws``."""
+    return fits.fit(observed.drawn(pen_down=True), wanted.shape, wanted.tolerance)
+
+
+def traces(observed: Observed, wanted: SimpleNamespace) -> Sequence[Floats]:
+    """Return the parts of the path that count for ``draws``; none if they are no shape yet."""
+    found = drawn_shape(observed, wanted)
+    return found.traces if _closed(found) > 0.0 else ()
+
+
+def _closed(found: fits.Fit) -> float:
+    return min(1.0, max(0.0, (found.covered - OPEN) / (CLOSED - OPEN)))
 
 
 def _unfinished(observed: Observed) -> str:
@@ -47,7 +63,7 @@ def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
         'linear.x': lambda command: command.linear_x, 'linear.y': lambda command: command.linear_y,
         'angular.z': lambda command: command.angular_z, '|angular.z|': lambda command: abs(command.angular_z)}
     right = [all(within(values[name](command), span) for name, span, _ in parts) for command in given]
-    rate = 1.0 / max(statistics.median(b.t - a.t for a, b in zip(given, given[1:])), 1e-6)
+    rate = 1.0 / max(period([command.t for command in given]), 1e-6)
     share = sum(right) / len(right) * nearness(rate, wanted.rate)
     seen = ', '.join([f'{name} {statistics.median(map(values[name], given)):.2f} {unit}' for name, _, unit in parts]
                      + [f'{rate:.1f} Hz', f'{sum(right)} of {len(right)} commands match'])
@@ -72,22 +88,25 @@ def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
     if observed.standstill() < wanted.rest:
         return Result(0.0, asked, f'still moving when the time was over, at x = {last.x:.2f}, y = {last.y:.2f}')
     miss = max((abs(getattr(last, axis) - value) for axis, value in goals.items()), default=0.0)
-    share = 1.0 if miss <= wanted.tolerance else max(0.0, 1.0 - miss / wanted.size)
+    share = 1.0 if miss <= wanted.tolerance else MISSED * max(0.0, 1.0 - miss / wanted.size)
     return Result(share, asked, f'it stopped at x = {last.x:.3f}, y = {last.y:.3f}')
 
 
 def positions(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It visits a number of different positions, by teleports or by driving there and resting or turning."""
-    if wanted.by == 'teleports':
-        visited = [event.values[:2] for event in observed.of_kind('teleport')]
+    reset = observed.reset_at()
+    if wanted.by in WAYS:
+        visited = [event.values[:2] for event in observed.of_kind(*WAYS[wanted.by]) if event.t >= reset]
     else:
         visited = fits.corners(observed.drawn())
+    others = len([event for event in observed.of_kind(*WAYS['teleports']) if event.t >= reset]) - len(visited)
     different: List[Tuple[float, ...]] = []
     for position in visited:
         if all(math.dist(position, other) >= wanted.apart for other in different):
             different.append(position)
     listed = ', '.join(f'({x:.1f}, {y:.1f})' for x, y in different[:8]) or 'none'
-    return Result(min(1.0, len(different) / wanted.count),
+    listed += f'; {others} teleports by another service' if wanted.by in WAYS and others else ''
+    return Result(counted(len(different), wanted.count),
                   f'{wanted.count} positions at least {wanted.apart:g} m apart, by {wanted.by}',
                   f'{len(different)}: {listed}')
 
@@ -98,7 +117,10 @@ def pen(observed: Observed, wanted: SimpleNamespace) -> Result:
     asked = f'the path in the colour ({red}, {green}, {blue})'
     asked += '' if wanted.width == ANY else f', width {written(wanted.width, "px")}'
     drawn = right = 0.0
+    reset = observed.reset_at()
     for before, after, pen in zip(observed.track, observed.track[1:], observed.pens()[1:]):
+        if before.t < reset:
+            continue
         r, g, b, width, off = pen or (*PEN_COLOUR, PEN_WIDTH, 0)
         step = 0.0 if off else math.hypot(after.x - before.x, after.y - before.y)
         drawn += step

@@ -1,29 +1,42 @@
 """The rules that look at what a node prints, answers and connects to; see judging.py for their form.
 
-A line counts if it contains the right numbers, whatever the other words. The numbers may be rounded. A whole message,
-which rospy prints with one line per field, counts, too.
+A line counts if it contains the right numbers, whatever the other words. The numbers may be rounded, and have a decimal
+comma. Labels (``y: 2 x: 1``) and the heading of a table say which number is which; without them the order does. A whole
+message, which rospy prints with one line per field, counts, too.
 """
+import collections
+import dataclasses
+import functools
 import itertools
+import math
 import re
 from types import SimpleNamespace
-from typing import Iterable, List, NamedTuple, Sequence, Set
+from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
 
-from course_grader.rules.judging import Result
-from course_grader.rules.observation import Call, Observed, OutputLine, ShownMarkers
+from course_grader.rules.judging import Judge, Result, counted
+from course_grader.rules.observation import Call, Observed, OutputLine
 from course_grader.rules.quantities import NUMBER
 
 EARLY = 0.1  # [s] a line may seem to come before what it tells of
 NEAR = 1.0  # [s] at most between a message and the line that prints it
 TOGETHER = 0.1  # [s] at most between the lines of one message
 MOST_NUMBERS = 12  # in a line with a pose; more would be guessing
-MOST_VALUES = 50  # different numbers per marker, for the same reason: a whole message has about 20
+MOST_OF_A_LINE = 30  # numbers in a line with markers, for the same reason
+NAMED = 0.4  # share of the values at one place of a line that have to be those of markers: a message has two x
+ENOUGH = 0.85  # share of the markers that have to be printed: a line or two may be lost
+LABEL = r'(?i)(?<![a-z])(x|y|theta)(?![a-z])'
+DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 
 
 class PrintedNumber(NamedTuple):
-    """A number that was printed, and half of its last digit if it has decimals: so far it may be rounded."""
+    """A number that was printed, half of its last digit if it has decimals (so far it may be rounded), and its label.
+
+    ``label``: x, y or theta, if that word alone stands between the number before and this one; else ''.
+    """
 
     value: float
     rounded: float
+    label: str = ''
 
     def is_near(self, value: float, tolerance: float) -> bool:
         """Return whether it tells a value, within a tolerance or as far as its digits go."""
@@ -37,6 +50,19 @@ class Statement(NamedTuple):
     numbers: List[PrintedNumber]
 
 
+def _with_decimal_comma(judge: Judge) -> Judge:
+    """Return a rule that also reads ``1,5`` as 1.5, in lines without a decimal point, if more is right then."""
+    @functools.wraps(judge)
+    def both(observed: Observed, wanted: SimpleNamespace) -> Result:
+        lines = [line if re.search(r'\d\.\d', line.text) else line._replace(text=DECIMAL_COMMA.sub('.', line.text))
+                 for line in observed.lines]
+        results = [judge(observed, wanted)]
+        if lines != observed.lines:
+            results.append(judge(dataclasses.replace(observed, lines=lines), wanted))
+        return max(results, key=lambda result: result.share)
+    return both
+
+
 def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints lines that match a pattern."""
     count = sum(bool(re.search(wanted.pattern, line.text)) for line in observed.lines)
@@ -45,6 +71,7 @@ def prints(observed: Observed, wanted: SimpleNamespace) -> Result:
     return Result(min(1.0, count / wanted.times), asked, seen)
 
 
+@_with_decimal_comma
 def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints where the turtle is while it moves."""
     names = ('x', 'y', 'theta')[:wanted.fields]
@@ -69,8 +96,12 @@ def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
     """
     statements: List[Statement] = []
     labels: Set[str] = set()
+    columns: List[str] = []
     for line in lines:
         numbers = numbers_in(line.text)
+        columns = columns if numbers else _heading(line.text) or columns
+        if len(numbers) == len(columns):
+            numbers = [number._replace(label=label) for number, label in zip(numbers, columns)]
         label = re.split(NUMBER, line.text)[0].strip()
         if not numbers:
             continue
@@ -84,17 +115,25 @@ def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
     return statements
 
 
+def _heading(text: str) -> List[str]:
+    """Return the labels of the columns in the heading of a table, such as ``y | x | speed``; [] if it is none."""
+    words = re.findall(r'[^\W\d]+', text.lower())
+    return words if {'x', 'y'} <= set(words) else []
+
+
 def _was_there(observed: Observed, statement: Statement, names: Sequence[str], tolerance: float) -> bool:
-    """Return whether consecutive numbers are those of a pose shortly before they were printed."""
+    """Return whether numbers with the labels, or else consecutive ones, are a pose shortly before they were printed."""
     if len(statement.numbers) > MOST_NUMBERS:
         return False
     near = [sample for sample in observed.track if -NEAR <= sample.t - statement.t <= 0.2 * NEAR]
-    windows = [statement.numbers[start:start + len(names)]
-               for start in range(len(statement.numbers) - len(names) + 1)]
+    labelled = [[number for number in statement.numbers if number.label == name] for name in names]
+    windows = list(itertools.product(*labelled)) or [
+        tuple(statement.numbers[start:start + len(names)]) for start in range(len(statement.numbers) - len(names) + 1)]
     return any(all(number.is_near(getattr(sample, name), tolerance) for name, number in zip(names, window))
                for window in windows for sample in near)
 
 
+@_with_decimal_comma
 def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It offers a service and answers every call of the grader."""
     calls = [call for call in observed.calls if call.service == wanted.service]
@@ -107,8 +146,9 @@ def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
     seen = f'{len(good)} of {len(calls)} calls answered' + (f'; {trouble}' if trouble else '')
     if wanted.prints == 'request':
         printed = [call for call in good if _is_printed(observed.lines, call, wanted.tolerance)]
-        return Result(0.5 * (len(good) + len(printed)) / len(calls), asked, f'{seen}; {len(printed)} requests printed')
-    return Result(len(good) / len(calls), asked, seen)
+        share = counted(0.5 * (len(good) + len(printed)), len(calls))
+        return Result(share, asked, f'{seen}; {len(printed)} requests printed')
+    return Result(counted(len(good), len(calls)), asked, seen)
 
 
 def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bool:
@@ -119,37 +159,44 @@ def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bo
                for numbers in rows)
 
 
+@_with_decimal_comma
 def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It prints a value of each marker that is shown."""
-    asked = f'a line with the {wanted.what} of each marker shown'
-    expected = found = 0
-    lines = [(line.t, numbers_in(line.text)) for line in observed.lines]
-    for shown in observed.shown:
-        near = {number for t, numbers in lines if -EARLY <= t - shown.t <= NEAR for number in numbers}
-        if len(near) > MOST_VALUES * max(1, len(shown.markers)):
-            near = set()
-        for marker, position in shown.markers.items():
-            expected += 1
-            found += any(number.value == marker if wanted.what == 'id' else
-                         number.is_near(position[0], wanted.tolerance) for number in near)
-    seen = f'{found} of {expected}' + _example(observed)
-    return Result(found / expected if expected else 0.0, asked, seen)
+    """It prints a value of each marker that is shown.
+
+    Only those places of its lines count where what stands there is often right: a program that prints all numbers
+    names no marker.
+    """
+    told: Dict[Tuple[str, int], List[Set[Tuple[int, int]]]] = collections.defaultdict(list)
+    for number, shown in enumerate(observed.shown):
+        near = [line.text for line in observed.lines if shown.markers and -EARLY <= line.t - shown.t <= NEAR]
+        for text in near:
+            numbers, words = numbers_in(text), re.sub(NUMBER, '#', text)
+            for place, printed in enumerate(numbers if len(numbers) <= MOST_OF_A_LINE else ()):
+                told[words, place].append({
+                    (number, marker) for marker, position in shown.markers.items()
+                    if (printed.value == marker if wanted.what == 'id' else
+                        printed.is_near(position[0], wanted.tolerance))})
+    found = {each for values in told.values() if sum(map(bool, values)) >= NAMED * len(values)
+             for one in values for each in one}
+    expected = sum(len(shown.markers) for shown in observed.shown)
+    share = counted(len(found), ENOUGH * expected) if expected else 0.0
+    return Result(share, f'a line with the {wanted.what} of each marker shown',
+                  f'{len(found)} of {expected}' + _example(observed))
 
 
 def prints_no_marker(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It says so when no marker is seen, and only then."""
     matching = [line.t for line in observed.lines if re.search(wanted.pattern, line.text)]
-    empty = [shown.t for shown in observed.shown if not shown.markers]
-    said = sum(any(-EARLY <= t - start <= NEAR for t in matching) for start in empty)
-    wrong = sum(not any(-EARLY <= t - start <= _lasted(start, observed.shown) for start in empty) for t in matching)
-    share = said / len(empty) if empty else 0.0
-    seen = f'printed {said} of {len(empty)} times' + (f', and {wrong} times with a marker shown' if wrong else '')
-    return Result(share * (1.0 if wrong <= 0.1 * len(matching) else 0.5), 'a line when no marker is shown', seen)
-
-
-def _lasted(start: float, shown: Iterable[ShownMarkers]) -> float:
-    """Return for how long [s] what was shown at ``start`` may be told of: until NEAR after the next was shown."""
-    return min((later.t for later in shown if later.t > start), default=float('inf')) - start + NEAR
+    ends = [shown.t - EARLY for shown in observed.shown[1:]] + [math.inf]
+    shows = {kind: [(shown.t, end) for shown, end in zip(observed.shown, ends) if bool(shown.markers) == kind]
+             for kind in (False, True)}
+    said = sum(any(start - EARLY <= t < end for t in matching) for start, end in shows[False])
+    wrong = sum(any(start < t < end for t in matching) for start, end in shows[True])
+    share = said / len(shows[False]) if shows[False] else 0.0
+    seen = f'printed {said} of {len(shows[False])} times' + (
+        f', and {wrong} of {len(shows[True])} times with a marker shown' if wrong else '')
+    share *= 1.0 - wrong / max(1, len(shows[True]))
+    return Result(share, 'a line when no marker is shown, and only then', seen)
 
 
 def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
@@ -172,9 +219,14 @@ def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 def numbers_in(text: str) -> List[PrintedNumber]:
     """Return the PrintedNumbers in a text."""
-    return [PrintedNumber(float(number), 0.5 * 10.0 ** -len(decimals.group(1)) if decimals else 0.0)
-            for number in re.findall(rf'(?<![\w.]){NUMBER}', text)
-            for decimals in [re.fullmatch(r'[-+]?\d*\.(\d+)', number)]]
+    found, end = [], 0
+    for match in re.finditer(rf'(?<![\w.]){NUMBER}', text):
+        labels = {label.lower() for label in re.findall(LABEL, text[end:match.start()])}
+        decimals = re.fullmatch(r'[-+]?\d*\.(\d+)', match[0])
+        found.append(PrintedNumber(float(match[0]), 0.5 * 10.0 ** -len(decimals[1]) if decimals else 0.0,
+                                   labels.pop() if len(labels) == 1 else ''))
+        end = match.end()
+    return found
 
 
 def _example(observed: Observed) -> str:

@@ -1,11 +1,10 @@
 """The rules that look at parameters and transforms; see judging.py for their form."""
 import bisect
 import math
-import statistics
 from types import SimpleNamespace
 from typing import List
 
-from course_grader.rules.judging import ANY, Result, nearness, written
+from course_grader.rules.judging import ANY, Result, nearness, period, written
 from course_grader.rules.observation import Observed, Transform
 
 NEAR = 0.3  # [s] at most between a transform and the pose that it tells
@@ -45,8 +44,7 @@ def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
         right = sum(_was_there(observed, times, one, wanted.tolerance) for one in given)
         share, seen = right / len(given), f'{seen}, {right} at its position'
     if wanted.rate != ANY:
-        spans = [after.t - before.t for before, after in zip(given, given[1:])]
-        rate = 1.0 / max(statistics.median(spans), 1e-6) if spans else 0.0
+        rate = 1.0 / max(period([one.t for one in given]), 1e-6) if len(given) > 1 else 0.0
         share, seen = share * (nearness(rate, wanted.rate) if rate else 0.0), f'{seen}, {rate:.1f} Hz'
     return Result(share, asked, seen)
 

@@ -1,0 +1,76 @@
+"""What a seed decides: where the turtle or robot starts, and what the grader does meanwhile. Without ROS.
+
+Seeds differ in numbers, not in what they ask: each has the same count of markers and of calls, and no number that a
+program should print is near another one that it could print instead.
+"""
+import itertools
+import math
+import random
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Tuple
+
+from course_grader.rules.exercise import Exercise
+from course_grader.rules.judging import Span
+
+Position = Tuple[float, float, float]
+
+LEG = 2.0  # [s] for which a drawn velocity lasts
+IDS = range(20, 200)  # of markers; counters and indices of a program are smaller
+REACH: Tuple[Span, Span, Span] = ((-0.8, 0.8), (-0.5, 0.5), (0.4, 3.0))  # [m] where markers are shown: x, y, z
+APART = 0.06  # [m] at least between x of a marker and y or z of one beside it: they may be printed with one decimal
+TRIES = 50  # to find such a number; there is none beside very many markers
+MIDDLE = 0.6  # share of a section from which its number is drawn: two of them are never near each other
+MIDDLE_OF_ARENA: Span = (4.0, 7.0)  # [m] where turtles start by default
+
+
+def start(exercise: Exercise, seed: int) -> Dict[str, float]:
+    """Return {x, y, theta} of the start [m, m, rad]."""
+    numbers = random.Random(seed)
+    limits = {**dict.fromkeys('xy', MIDDLE_OF_ARENA if exercise.simulator == 'turtlesim' else (0.0, 0.0)),
+              **exercise.start}
+    return {axis: numbers.uniform(*limits[axis]) for axis in ('x', 'y', 'theta')}
+
+
+def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
+    """Return what is drawn for each of the exercise's stimuli: velocities, requests, or {id: position} of markers."""
+    numbers = random.Random(seed)
+    draws: Dict[str, Callable[[Mapping[str, Any], random.Random], List[Any]]] = {
+        'drive': _velocities, 'call': _requests, 'markers': _markers}
+    return [draws[what](values, numbers) for what, values in exercise.stimuli]
+
+
+def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[float, float]]:
+    return [(numbers.uniform(*values['linear']), numbers.uniform(*values['angular']))
+            for _ in range(int(values['for'] / LEG) + 1)]
+
+
+def _requests(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[float, ...]]:
+    """Return the requests; each number is of another section of its span in each request."""
+    fields = [_apart(limits, values['times'], numbers) for limits in values['request']]
+    return [tuple(round(number, 2) for number in request) for request in zip(*fields)]
+
+
+def _apart(limits: Span, count: int, numbers: random.Random) -> List[float]:
+    """Return ``count`` numbers of a span in random order, one of each of as many sections."""
+    low, high = limits
+    size = (high - low) / max(1, count)
+    drawn = [low + size * (section + 0.5 + MIDDLE * (numbers.random() - 0.5)) for section in range(count)]
+    numbers.shuffle(drawn)
+    return drawn
+
+
+def _markers(values: Mapping[str, Any], numbers: random.Random) -> List[Dict[int, Position]]:
+    """Return the markers of each message; every other one has none, and no two have the same id."""
+    messages, most = int(values['for'] * values['rate']), values['most']
+    counts = [most - number % most for number in range(math.ceil(messages / 2))]
+    numbers.shuffle(counts)
+    ids = itertools.cycle(numbers.sample(IDS, len(IDS)))
+    across = iter(_apart(REACH[0], sum(counts), numbers))
+    shows = [_show([next(across) for _ in range(count)], ids, numbers) for count in counts]
+    return [shows[number // 2] if number % 2 == 0 else {} for number in range(messages)]
+
+
+def _show(across: List[float], ids: Iterator[int], numbers: random.Random) -> Dict[int, Position]:
+    def other(limits: Span) -> float:
+        drawn = [numbers.uniform(*limits) for _ in range(TRIES)]
+        return round(next((one for one in drawn if all(abs(one - x) >= APART for x in across)), drawn[0]), 3)
+    return {marker: (round(x, 3), other(REACH[1]), other(REACH[2])) for x, marker in zip(across, ids)}
