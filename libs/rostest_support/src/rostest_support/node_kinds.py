@@ -97,6 +97,7 @@ KINDS = (
              needs=('tracker',), published=('/cmd_vel',), subscribed=('/ar_pose_marker',), drives=True),
     NodeKind('rosbridge', '/rosbridge_websocket', 'rosbridge_server', 'rosbridge_websocket', ('_port:=0',),
              published=('/client_count', '/connected_clients')),
+    NodeKind('web_video', '/web_video_server', 'web_video_server', 'web_video_server', ('_port:=0',)),
     NodeKind('rosapi', '/rosapi_node', 'rosapi', 'rosapi_node',
              services=('/rosapi/topics', '/rosapi/get_param', '/rosapi/topics_and_raw_types')),
     NodeKind('draw_square', '/draw_square', 'turtlesim', 'draw_square', ('_side:=1.0',), needs=('turtlesim',),

@@ -1,0 +1,1 @@
+"""web_video_server: image topics as video in a browser."""
