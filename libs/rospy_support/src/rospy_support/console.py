@@ -1,4 +1,4 @@
-"""Output that never ends a node: standard output and error may be closed, full or unread, and so may the log file.
+"""Keep a node running when its standard output, standard error or log file is closed, full or not read.
 
 rospy's log handlers raise an exception in the code that logs when the standard output is closed or its reader has gone
 (``node | head``), and print a traceback for every line if the log file cannot be written. These nodes continue without.
@@ -26,7 +26,7 @@ def when_unread(function):
 
 def guard():
     """Replace sys.stdout and sys.stderr by streams that never fail. Call it before rospy.init_node, which uses them."""
-    for descriptor in (0, 1, 2):  # the next file or connection would get the number of a closed one, and all prints
+    for descriptor in (0, 1, 2):  # a closed number would go to the next file or connection, which would get all prints
         with contextlib.suppress(FileExistsError):
             _occupy(descriptor)
     sys.stdout = Console(sys.stdout, _tell_unread)
@@ -40,7 +40,7 @@ class Console:
         """``on_lost()`` is called when the reader has gone; ``stream`` is None if Python found it closed."""
         self._stream = stream if stream is not None else open(os.devnull, 'w', encoding='utf-8')
         self._on_lost = on_lost
-        if hasattr(self._stream, 'reconfigure'):  # no locale makes a character an error
+        if hasattr(self._stream, 'reconfigure'):  # characters that the locale cannot encode are no error
             self._stream.reconfigure(line_buffering=True, errors='backslashreplace')
 
     def write(self, text):
@@ -89,12 +89,12 @@ class LogFile(logging.handlers.RotatingFileHandler):
             self._give_up(error)
 
     def emit(self, record):
-        """Write a record, if the file is still there."""
+        """Write a record, unless the file was given up."""
         if not self._lost:
             super().emit(record)
 
     def handleError(self, record):
-        """Give the file up if it cannot be written; other errors are reported as usual."""
+        """Give the file up if it cannot be written; report other errors as usual."""
         error = sys.exc_info()[1]
         if isinstance(error, (OSError, ValueError)):
             self._give_up(error)
@@ -111,7 +111,7 @@ class LogFile(logging.handlers.RotatingFileHandler):
 
 @contextlib.contextmanager
 def log_file_guarded():
-    """In this context, rospy.init_node uses LogFile and works without a log folder if it cannot be made."""
+    """In this context, rospy.init_node uses LogFile, and works without a log folder that cannot be created."""
     original = logging.handlers.RotatingFileHandler
     logging.handlers.RotatingFileHandler = LogFile  # where rosgraph's configuration of logging looks
     try:
@@ -128,7 +128,7 @@ def _configure(configure, *arguments, **options):
         if not os.path.isdir(folder):
             rosgraph.roslogging.makedirs_with_parent_perms(folder)
         return configure(*arguments, **options)
-    except Exception as error:  # rosgraph.roslogging.LoggingException, and whatever a folder can be
+    except Exception as error:  # rosgraph.roslogging.LoggingException, OSError and others
         _say(folder, error)
     logging.handlers.RotatingFileHandler = _NoFile
     options['filename'] = 'none'

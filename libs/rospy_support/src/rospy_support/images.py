@@ -43,11 +43,11 @@ _BAYER = {f'bayer_{pattern}{bits}': Encoding(kind, 1, getattr(cv2, f'COLOR_BAYER
                                              getattr(cv2, f'COLOR_BAYER_{opencv}2BGR'))
           for bits, kind in ((8, np.uint8), (16, np.uint16))
           for pattern, opencv in (('rggb', 'BG'), ('bggr', 'RG'), ('gbrg', 'GR'), ('grbg', 'GB'))}
-DEPTH = '32FC1'  # [m], float32; can be made, but is no picture to read here
+DEPTH = '32FC1'  # [m], float32; to_image makes such images, pixels() does not read them
 ENCODINGS = {**_PLAIN, **_COLOUR, **_BAYER}
 _KINDS = {(np.dtype(np.uint8), 1): 'mono8', (np.dtype(np.uint16), 1): 'mono16', (np.dtype(np.uint8), 3): 'bgr8',
           (np.dtype(np.uint8), 4): 'bgra8'}
-_AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera's matrix knows nothing of Exif
+_AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera matrix is that of the image before Exif rotates it
 
 
 def pixels(image):
@@ -108,7 +108,7 @@ def to_image(array, encoding=None, header=None):
 def to_compressed(array, kind='jpeg', header=None, encoding=None, options=()):
     """Return the CompressedImage, 'jpeg' or 'png', of a grey, BGR or BGRA array, described as by image_transport.
 
-    ``encoding``: that of the Image of the same picture, by default the array's; ``options``: those of cv2.imencode.
+    ``encoding`` is that of the raw Image, by default the array's; ``options`` are those of cv2.imencode.
     """
     array = np.ascontiguousarray(array)
     name = _KINDS[array.dtype, 1 if array.ndim == 2 else array.shape[2]]

@@ -18,11 +18,11 @@ import time
 
 BACKLOG = 1024  # connections that may wait to be accepted
 CHUNK = 1 << 16  # [bytes] of one recv
-TURN = 16  # chunks of one connection before the others have their turn
-SWEEP = 1.0  # [s] between two looks at deadlines
-STANDSTILL = 2.0  # [s] that count at most between two looks: who was stopped, or slept, was not waiting
+TURN = 16  # chunks that are read from one connection before the next connection gets its turn
+SWEEP = 1.0  # [s] between two checks of the deadlines
+STANDSTILL = 2.0  # [s] counted at most between two checks: a process that was stopped was not waiting
 SHARE_TO_DROP = 10  # without free file descriptors, one in this many waiting connections is dropped
-RETRY = 0.5  # [s] before the next accept where there was nothing to drop
+RETRY = 0.5  # [s] before the next accept if there was nothing to drop
 HEADER_END = b'\r\n\r\n'
 HEADER_LIMIT = 1 << 16  # [bytes] of HTTP
 _CONTENT_LENGTH = re.compile(rb'^content-length:[ \t]*([^\r\n]*?)[ \t]*\r?$', re.IGNORECASE | re.MULTILINE)
@@ -30,7 +30,7 @@ OUT_OF_FILES = errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM
 
 
 class Refused(Exception):
-    """What a peer sends is refused; the text says why."""
+    """The data of a peer are refused; the text says why."""
 
 
 class Ended(Exception):
@@ -38,7 +38,7 @@ class Ended(Exception):
 
 
 class FrameReader:
-    """Reads one block of TCPROS, which is 4 bytes of length (little endian) and as many bytes, and none that follow."""
+    """Reads one block of TCPROS, which is 4 bytes of length (little endian) and as many bytes, and nothing after it."""
 
     def __init__(self, limit):
         """``limit`` [bytes]: a longer block is refused."""
@@ -62,10 +62,10 @@ class FrameReader:
 
 
 class HttpReader:
-    """Reads one HTTP request with its body; bytes behind it are dropped, as no XML-RPC client sends any."""
+    """Reads one HTTP request with its body, and drops bytes after it, because no XML-RPC client sends any."""
 
     def __init__(self, limit):
-        """``limit`` [bytes] of a body: a longer one is refused."""
+        """``limit`` [bytes]: a longer body is refused."""
         self._limit, self._data, self._end = limit, bytearray(), None
 
     def read(self, connection):
@@ -82,7 +82,7 @@ class HttpReader:
         return None
 
     def _find_end(self):
-        """Return where the request ends, None when its head is incomplete."""
+        """Return the number of bytes in the request; None while its head is incomplete."""
         head = self._data.find(HEADER_END)
         if head < 0:
             if len(self._data) > HEADER_LIMIT:
@@ -98,7 +98,7 @@ class HttpReader:
 
 
 def receive(connection, size):
-    """Return up to ``size`` bytes; None when there are none yet. Raises Ended at the end of the connection."""
+    """Return up to ``size`` bytes; None if there are none yet. Raise Ended if the connection was closed."""
     try:
         data = connection.recv(size)
     except (BlockingIOError, InterruptedError, socket.timeout):
@@ -111,17 +111,17 @@ def receive(connection, size):
 
 
 class _Waiting:
-    """A connection that is being read. left: [s] to its deadline, or None; each is a callback of SocketWatch.read."""
+    """A connection that is being read: the arguments of SocketWatch.read; ``left`` [s] to the deadline, or None."""
 
     def __init__(self, reader, left, done, failed):
         self.reader, self.left, self.done, self.failed = reader, left, done, failed
 
 
 class SocketWatch:
-    """One thread that accepts connections and reads what comes."""
+    """One thread that accepts connections and reads from them."""
 
     def __init__(self, report):
-        """``report(kind, text)`` is told, in the watch's thread, what a person should know."""
+        """``report(kind, text)`` is called in the watch's thread with warnings for the user."""
         self.report = report
         self._selector = selectors.DefaultSelector()
         self._waiting = {}  # socket: _Waiting, the longest waiting first
@@ -131,12 +131,12 @@ class SocketWatch:
         for descriptor in (self._wake_reader, self._wake_writer):
             os.set_blocking(descriptor, False)
         self._selector.register(self._wake_reader, selectors.EVENT_READ, None)
-        self._deadlines, self._swept = 0, 0.0  # how many wait with a deadline; when that was looked at [s, monotonic]
+        self._deadlines, self._swept = 0, 0.0  # connections with a deadline; when they were checked [s, monotonic]
         self._thread = threading.Thread(target=self._run, name='connections', daemon=True)
         self._thread.start()
 
     def listen(self, listening, accepted):
-        """Listen, and call ``accepted(socket, address)`` for each connection; its socket does not block."""
+        """Listen, and call ``accepted(socket, address)`` for each connection; its socket is non-blocking."""
         listening.listen(BACKLOG)
         listening.setblocking(False)
         self._do(lambda: self._selector.register(listening, selectors.EVENT_READ, accepted))
@@ -150,9 +150,9 @@ class SocketWatch:
         self._do(end)
 
     def read(self, connection, reader, done, failed, deadline=None):
-        """Call ``done(connection, block)`` once ``reader`` has one, else ``failed(connection, error)``.
+        """Call ``done(connection, block)`` when ``reader`` has read a block, or ``failed(connection, error)``.
 
-        ``deadline`` [s] from now. The socket belongs to the callback then, and does not block.
+        ``deadline`` [s] counts from now; None: there is none. The callback owns the socket, which is non-blocking.
         """
         def start():
             waiting = _Waiting(reader, deadline, done, failed)
@@ -242,9 +242,9 @@ class SocketWatch:
             except OSError as error:
                 if error.errno in OUT_OF_FILES:
                     self._out_of_files(error, listening, accepted)
-                elif error.errno == errno.EBADF:  # closed behind our back
+                elif error.errno == errno.EBADF:  # another thread has closed it
                     self._forget(listening)
-                return  # else the connection was gone before it was taken: ECONNABORTED and the like
+                return  # all other errors, such as ECONNABORTED: the connection had ended before it was accepted
             try:
                 connection.setblocking(False)
                 accepted(connection, address)
@@ -258,7 +258,7 @@ class SocketWatch:
             self._paused[listening] = time.monotonic() + RETRY, accepted
 
     def _drop_oldest(self):
-        """Return how many were dropped."""
+        """Drop the connections that have waited longest; return how many."""
         droppable = [connection for connection, waiting in self._waiting.items() if waiting.left is not None]
         dropped = droppable[:-(-len(droppable) // SHARE_TO_DROP)]
         for connection in dropped:
@@ -285,6 +285,6 @@ class SocketWatch:
 
 
 def out_of_files_text(error):
-    """Return what to say about an OSError of OUT_OF_FILES."""
+    """Return the warning about an OSError whose errno is in OUT_OF_FILES."""
     return (f'The node cannot accept connections: {os.strerror(error.errno)}. It drops idle connections; others wait '
             'until some close. To allow more, type before starting the node: ulimit -n 65536')

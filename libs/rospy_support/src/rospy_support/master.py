@@ -1,6 +1,6 @@
-"""Many calls of the ROS master in one request, with a time limit, for things that are registered together.
+"""Many calls of the ROS master in one request, with a time limit, for topics and services that appear together.
 
-rospy calls the master once for each topic and service, and waits without a limit.
+rospy itself makes one request for each topic and service, and waits without a limit.
 
 Threading contract: one thread at a time uses a Master.
 """
@@ -13,7 +13,7 @@ import rospy
 from rospy_support import rospy_internals
 
 TIMEOUT = 5.0  # [s] in which a request must be answered
-MOST_CALLS = 600  # per request: meanwhile the master answers no other request
+MOST_CALLS = 600  # per request, because the master answers no other request in the meantime
 
 
 class NoMaster(Exception):
@@ -21,7 +21,7 @@ class NoMaster(Exception):
 
 
 class Master:
-    """The ROS master, asked over a connection that stays open."""
+    """The ROS master, called through a connection that stays open."""
 
     def __init__(self, timeout=TIMEOUT):
         """``timeout`` [s] of a request."""
@@ -33,23 +33,20 @@ class Master:
         rospy_internals.registered(calls, [value if code == 1 else None for code, _, value in self.request(calls)])
 
     def unregister(self, calls):
-        """Make the calls of rospy_internals.collected_unregistrations, the answers of which say nothing.
-
-        Raise NoMaster.
-        """
+        """Make the calls of rospy_internals.collected_unregistrations, ignoring the answers; raise NoMaster."""
         self.request(calls, unread=True)
 
     def parameters(self, names):
-        """Return {resolved name: value} of those parameters that are set; raise NoMaster."""
+        """Return {resolved name: value} of the parameters that are set; raise NoMaster."""
         resolved = [rospy.resolve_name(name) for name in names]
         answers = self.request([('getParam', name) for name in resolved])
         return {name: value for name, (code, _, value) in zip(resolved, answers) if code == 1}
 
     def request(self, calls, unread=False):
-        """Make calls, each (method, its arguments after the caller's name); return their answers: [code, text, value].
+        """Make calls (method, arguments after the caller's name); return the answers, each [code, text, value].
 
-        Raise NoMaster, where some of the calls may have been made. ``unread``: return none, which saves half of the
-        time where there are thousands.
+        Raise NoMaster; some of the calls may then have been made. With ``unread`` the answers are not parsed and []
+        is returned, which halves the time of thousands of calls.
         """
         answers = []
         for start in range(0, len(calls), MOST_CALLS):
@@ -73,7 +70,7 @@ class Master:
 
 
 class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time limit; ``unread``: whether answers are taken for an empty list."""
+    """HTTP with a time limit; with ``unread`` it returns an empty list instead of the answers."""
 
     def __init__(self, timeout):
         super().__init__()

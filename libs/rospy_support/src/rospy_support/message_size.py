@@ -1,5 +1,7 @@
-"""How many bytes the fields of a serialised message take; genpy itself takes a text that is cut off, and bytes behind
-the last field, for a message."""
+"""Check the size of a serialised message.
+
+genpy itself accepts a message whose last string is cut off, and one with bytes after its last field.
+"""
 import struct
 
 import genmsg.msgs
@@ -10,7 +12,7 @@ SIZES = {'bool': 1, 'byte': 1, 'char': 1, 'int8': 1, 'uint8': 1, 'int16': 2, 'ui
 
 
 def wrong_size(message_class, data):
-    """Return why ``data`` (bytes) cannot be a message of a class, for people; '' when its size is right."""
+    """Return why ``data`` (bytes) has the wrong size for a message of this class, as a text for people; else ''."""
     end = _end_of_fields(message_class, data, 0)
     if end == len(data):
         return ''
@@ -21,7 +23,7 @@ def wrong_size(message_class, data):
 
 
 def _end_of_fields(message_class, data, start):
-    """Return where the fields end, in bytes from the beginning of ``data``; the least it can be where data is short."""
+    """Return the offset [bytes] in ``data`` where the fields end; if data is too short, the smallest possible one."""
     for kind in message_class._slot_types:
         start = _end_of_field(kind, data, start)
     return start
@@ -36,7 +38,7 @@ def _end_of_field(kind, data, start):
     if base in SIZES:
         return start + length * SIZES[base]
     for _ in range(length):
-        if is_array and start > len(data):  # a length that is too long for the data must not make work
+        if is_array and start > len(data):  # a false length of an array must not cost time
             break
         if base == 'string':
             size, start = _number(data, start)
@@ -50,6 +52,6 @@ def _end_of_field(kind, data, start):
 
 
 def _number(data, start):
-    """Return the uint32 at ``start``, 0 where data is too short for it, and where it ends."""
+    """Return the uint32 at ``start`` (0 if data is too short for it) and the offset of its end."""
     end = start + 4
     return (struct.unpack('<I', data[start:end])[0] if end <= len(data) else 0), end

@@ -39,9 +39,9 @@ from rospy_support.parameters import MasterAway, ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
 REGISTERING = 0.5  # [s] for a registration that has begun
-LONGEST_CALL = 2.0  # [s] for the master to take note of the end
-CLOCK_PATIENCE = 5.0  # [s] in which the source of /clock may start, too
-LONGEST_END = 8.0  # [s] from the first sign of the end to that of the process; roslaunch waits 15 s
+LONGEST_CALL = 2.0  # [s] for the master to unregister the node
+CLOCK_PATIENCE = 5.0  # [s] for the source of /clock to start, before a warning
+LONGEST_END = 8.0  # [s] from the request to shut down to the end of the process; roslaunch waits 15 s
 
 _ending = threading.Event()  # set once the node shuts down
 
@@ -62,7 +62,7 @@ def init_node(name, declared=(), argv=None, **options):
     rospy.on_shutdown(_limit_the_end)
     given = rospy_internals.command_line_parameters(argv)
     registration.keep_registered(given)
-    if not launched(argv):  # nobody can tell then what the launch file has set
+    if not launched(argv):  # parameters of a launch file cannot be told from those of an earlier run
         parameters.warn_of_stale(declared, given)
     if not rospy_internals.is_wall_time():
         timer = threading.Timer(CLOCK_PATIENCE, _warn_of_no_clock)
@@ -76,7 +76,7 @@ def launched(argv=None):
 
 
 def _warn_of_no_clock():
-    """Say why nothing happens where time does not start because nobody publishes it."""
+    """Warn if simulated time does not start because no node publishes /clock."""
     with contextlib.suppress(NoMaster, rospy.exceptions.ROSInitException):
         if rospy.get_time() == 0.0 and not _ending.is_set():
             (code, _, state), = Master().request([('getSystemState',)])
@@ -95,7 +95,7 @@ def run(main):
 
 
 def outcome(main):
-    """Run a node's main(); say what went wrong and return the exit code."""
+    """Run a node's main(), report an error, and return the exit code."""
     try:
         main()
         return 0
@@ -117,7 +117,7 @@ def outcome(main):
     except (rospy.ROSInterruptException, KeyboardInterrupt):
         return 0
     except Exception as error:
-        if _ending.is_set() or rospy.is_shutdown():  # topics were closed under its hands
+        if _ending.is_set() or rospy.is_shutdown():  # the shutdown has closed topics that main() uses
             rospy.logdebug('main() ended with %r', error)
             return 0
         traceback.print_exc()
@@ -132,7 +132,10 @@ def _master_answers():
 
 
 def end_when_unread():
-    """Shut the node down when the reader of its standard output has gone (``node | head``), if it only prints."""
+    """Shut the node down when the reader of its standard output has gone (``node | head``).
+
+    Only for nodes that do nothing but print.
+    """
     console.when_unread(lambda: shut_down('nothing reads its output any more'))
 
 
@@ -150,7 +153,7 @@ def shut_down(reason):
 
 
 def _limit_the_end():
-    """Make sure that the process ends in time, even if a master that hangs, or a lock, blocks the shutdown."""
+    """End the process after LONGEST_END, even if a master that hangs, or a lock, blocks the shutdown."""
     if not _ending.is_set():
         _ending.set()
         rospy_internals.limit_calls_of_master(LONGEST_CALL)

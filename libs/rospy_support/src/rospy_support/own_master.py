@@ -1,4 +1,4 @@
-"""A ROS master of one's own, on a port that nobody else uses. Does without rospy."""
+"""Start a private ROS master on a free port. Does not use rospy."""
 import contextlib
 import time
 import xmlrpc.client
@@ -8,13 +8,13 @@ from process_support.processes import BackgroundProcess, end_with_parent
 from rospy_support.ports import free_port
 
 ANSWER_DEADLINE = 20.0  # [s] in which a master must answer
-ANSWER_TIME = 1.0  # [s] after which it is asked again: what has its port need not be a master
+ANSWER_TIME = 1.0  # [s] in which one call must be answered: another program may have the port
 POLL = 0.02  # [s]
-TAKEN = 'already in use'  # what a master says when it finds its port taken, which leaves it alive and deaf
+TAKEN = 'already in use'  # a master prints this if its port is taken; it then runs on without answering
 
 
 class MasterError(RuntimeError):
-    """There is no master; the text says why."""
+    """The master could not be started; the text says why."""
 
 
 class OwnMaster(NamedTuple):
@@ -28,7 +28,7 @@ def start_master(start: Callable[[List[str]], BackgroundProcess], port: Optional
                  patience: float = ANSWER_DEADLINE) -> OwnMaster:
     """Start a master by ``start(command)`` and return it when it answers; raise MasterError after ``patience`` [s].
 
-    Without a ``port`` it gets a free one, and another one should somebody take that before it does.
+    Without ``port``, use a free port; if another program takes that first, try the next one.
     """
     deadline, said = time.monotonic() + patience, 'nothing'
     while time.monotonic() < deadline:
@@ -49,9 +49,9 @@ def start_master(start: Callable[[List[str]], BackgroundProcess], port: Optional
 
 @contextlib.contextmanager
 def own_master(log: str) -> Iterator[OwnMaster]:
-    """Run a master for as long as the with statement lasts, or until this process is killed; raise MasterError.
+    """Run a master during the with statement; it also ends if this process is killed. Raise MasterError.
 
-    ``log``: the file for what it prints.
+    ``log`` is the file for its output.
     """
     master = start_master(lambda command: BackgroundProcess(command, log, preexec_fn=end_with_parent))
     try:

@@ -1,6 +1,6 @@
-"""Parameters of a node: declared as data, read with default, type and range, refused with a text that helps.
+"""Parameters of a node: declared as data, read with default, type and range, refused with a helpful error.
 
-A node declares all its parameters in one table, which the page that describes the node is compared with::
+A node declares all its parameters in one table; a test compares the documentation of the node with it::
 
     PARAMETERS = Table(Number('~rate', 10.0, 0.1, 1000.0, 'Hz'), Boolean('~strafe', False))
 
@@ -8,8 +8,8 @@ A node declares all its parameters in one table, which the page that describes t
         nodes.init_node('my_node', PARAMETERS)
         rate, strafe = PARAMETERS.read('~rate', '~strafe')
 
-A parameter has a name, usually private (``'~rate'``), a default, and mostly a range and a unit. Reading raises
-ParameterError where the parameter is set to something else than it may be. rospy must be initialised.
+A parameter has a name, usually private (``'~rate'``), a default, and usually a range and a unit. Reading raises
+ParameterError if the value is not allowed. rospy must be initialised.
 """
 import dataclasses
 import http.client
@@ -23,7 +23,7 @@ from ros_doctor import findings
 from rospy_support.master import Master, NoMaster
 
 _effective = {}  # resolved name -> text of the value, in the order of reading
-_declared = None  # names that this node may read; None: any, as in tests of a part of a node
+_declared = None  # names that this node may read; None: all, as in tests of a part of a node
 
 
 class ParameterError(ValueError):
@@ -35,26 +35,26 @@ class MasterAway(ParameterError):
 
 
 class Computed(str):
-    """Stands in a table for a default that the node works out when it runs; the text is what the page says of it."""
+    """A default that the node computes when it runs; the text describes it in the documentation."""
 
 
 class Parameter:
-    """What all kinds have in common; their fields ``name`` and ``default`` come first.
+    """Base class of all kinds of parameters; their first fields are ``name`` and ``default``.
 
-    ``kind``: the type as the pages call it; ``allowed``: what a value has to be, for refusals; ``range``: the same
-    for the pages, empty where only words can say it.
+    ``kind`` is the type as the documentation calls it, ``allowed`` describes a valid value in errors, ``range`` in the
+    documentation (empty if it takes a sentence).
     """
 
     unit = kind = allowed = range = ''
 
     def convert(self, value):
-        """Return the value of the parameter server as the node uses it; raises ValueError where it is not allowed."""
+        """Convert the value of the parameter server to the one that the node uses; raise ValueError if not allowed."""
         raise NotImplementedError
 
     def read(self, default=None, values=None):
-        """Return the parameter's value; ``default`` takes the place of the table's, which it must if that is Computed.
+        """Return the parameter's value; ``default`` replaces the table's, and is required if that is Computed.
 
-        ``values``: {resolved name: value} of the parameters that are set, if they have already been read.
+        ``values`` {resolved name: value} holds the parameters that are set, if they have already been read.
         """
         if _declared is not None and self.name not in _declared:
             raise LookupError(f'{self.name} is not in the table of parameters that this node was initialised with')
@@ -97,7 +97,7 @@ class _Ranged(Parameter):
 class Number(_Ranged):
     """A finite float within [minimum, maximum], in ``unit``; the word ``infinite`` stands for math.inf.
 
-    ``clamp``: replace a value outside by the nearest one inside, with a warning, as dynamic_reconfigure does.
+    ``clamp``: replace a value out of range by the nearest limit, with a warning, as dynamic_reconfigure does.
     """
 
     name: str
@@ -157,7 +157,7 @@ class Boolean(Parameter):
 
 @dataclasses.dataclass(frozen=True)
 class Text(Parameter):
-    """A string, one of ``choices`` where there are any."""
+    """A string; one of ``choices`` if there are any."""
 
     name: str
     default: str
@@ -180,7 +180,7 @@ class Text(Parameter):
 
 @dataclasses.dataclass(frozen=True)
 class Numbers(Parameter):
-    """A list of finite floats (or of such lists), of ``length`` entries where it is given, in ``unit``."""
+    """A list of finite floats (or of such lists), in ``unit``, with ``length`` entries if that is given."""
 
     name: str
     default: list
@@ -222,26 +222,26 @@ class Table:
         return self._parameters[name]
 
     def read(self, *names):
-        """Return the values of the parameters with these names as a list, of all if there is no name."""
+        """Return the list of the values of the parameters with these names; without names, of all parameters."""
         return [self._parameters[name].read() for name in names or self._parameters]
 
 
 def declare(parameters):
-    """Let the node read these Parameters (mostly a Table) and no others; nodes.init_node does that."""
+    """Let the node read these Parameters (usually a Table) and no others; nodes.init_node calls this."""
     global _declared
     _declared = {parameter.name for parameter in parameters}
 
 
 def warn_of_stale(parameters, given):
-    """Warn of private parameters that an earlier run has left: those that are set, but are not ``given``.
+    """Warn of private parameters that an earlier run has left: those that are set, but are not in ``given``.
 
-    Those that have their default are left out: they change nothing. ``given``: resolved names from the command line.
+    ``given`` holds the resolved names from the command line. Parameters with their default value cause no warning.
     """
     private = [parameter for parameter in parameters if parameter.name.startswith('~')]
     try:
         values = Master().parameters([parameter.name for parameter in private])
     except NoMaster:
-        return  # rospy has just been registered there; whoever reads a parameter says more
+        return  # the master has just gone; reading a parameter reports that
     stale = {}
     for parameter in private:
         resolved = rospy.resolve_name(parameter.name)
@@ -280,11 +280,11 @@ def _value(name, resolved, default):
 
 
 def _typed(name, resolved, default):
-    """Return what to type in a shell to set the parameter."""
+    """Return how to set the parameter: on the command line of the node, or with rosparam."""
     value = 'TEXT' if default in (None, '') else str(default)
     if isinstance(default, bool):
         value = value.lower()
     if isinstance(default, (list, tuple)):
-        value = f'"{value}"'  # a shell would split it
+        value = f'"{value}"'  # quoted for the shell
     command = f'rosparam set {resolved} {value}'
     return f'_{name[1:]}:={value} on the command line or {command}' if name.startswith('~') else command

@@ -2,7 +2,7 @@
 import random
 import socket
 
-PORTS = range(20000, 32000)  # below those that Linux gives to clients
+PORTS = range(20000, 32000)  # below the ports that Linux assigns to clients
 
 
 def free_port():

@@ -1,9 +1,9 @@
-"""Say why nodes on other machines receive nothing from this one; rospy says nothing.
+"""Warn when nodes on other machines cannot connect to this one; rospy reports nothing.
 
 A node tells the master under which address it can be reached: ROS_HOSTNAME, else ROS_IP, else the machine's name.
 A subscriber on another machine connects to that address. If it is wrong, no message arrives and there is no error.
 
-Threading contract: ``watch`` looks from a thread of its own and only logs.
+Threading contract: ``watch`` starts a thread, which only logs.
 """
 import http.client
 import threading
@@ -18,8 +18,8 @@ from ros_doctor import addresses, findings, registrations
 from rospy_support import rospy_internals, threads
 from rospy_support.throttle import WallThrottle
 
-PERIOD = 3.0  # [s] between two looks; a connection takes far less
-SHARE = 0.01  # of the time at most is spent on looks: one at the topics of a thousand turtles takes 0.2 s
+PERIOD = 3.0  # [s] between two checks; a connection takes far less
+SHARE = 0.01  # largest share of the time for checks: one of the topics of a thousand turtles takes 0.2 s
 LOG_TOPIC = '/rosout'
 REMINDER = 30.0  # [s] between two warnings of the same kind
 
@@ -42,22 +42,22 @@ def watch(period=PERIOD):
                 continue  # without a master there is nothing to compare with
             finally:
                 pause = pause_after(time.monotonic() - start, period)
-            for topic, others in sorted(now & before):  # twice in a row: not just about to connect
+            for topic, others in sorted(now & before):  # twice in a row, so it is not just connecting
                 reminders.warn((topic, others), '%s', _silence(topic, others))
             before = now
     return threads.keep_running('reachability', look)
 
 
 def pause_after(took, period):
-    """Return how long [s] to wait after a look that took ``took`` [s]."""
+    """Return how long [s] to wait after a check that took ``took`` [s]."""
     return max(period, took / SHARE)
 
 
 def unconnected():
-    """Return {(topic, nodes)}: topics of this node whose other side the master knows but nobody is connected with.
+    """Return {(topic, nodes)}: topics of this node without a connection, though the master knows the other nodes.
 
-    ``nodes`` is a text, names with commas between them. Raises OSError or a rosgraph.MasterException when the
-    master does not answer.
+    ``nodes`` is a text: their names, separated by commas. Raises OSError or a rosgraph.MasterException if the master
+    does not answer.
     """
     published = rospy_internals.unconnected_publications() - {LOG_TOPIC}
     subscribed = rospy_internals.unconnected_subscriptions()

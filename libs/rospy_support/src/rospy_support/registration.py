@@ -1,13 +1,13 @@
-"""Keep a node registered with the ROS master, also after a restart of the master; take its parameters back at its end.
+"""Keep a node registered with the ROS master, even after the master restarts; delete its parameters when it ends.
 
-rospy registers a topic or service once. After a restart of roscore, a running node is invisible forever. Here it
-notices the restart and registers everything again: the parameters of its command line, topics, services.
+rospy registers a topic or service once. After a restart of roscore, a running node stays invisible forever. Here the
+node notices the restart and registers everything again: the parameters of its command line, topics, services.
 
-rospy leaves the parameters of a command line (_name:=value) on the master for ever, where they change what the same
-command does the next time. Here they are deleted when the node ends, unless somebody has set them to something else.
+rospy leaves the parameters of a command line (_name:=value) on the master, where they change what the same command
+does the next time. Here they are deleted when the node ends, unless another program has changed them.
 
 A master knows the node if it knows ``~get_loggers``, a service that every node has and that only the node registers.
-(The name of the node says nothing: the master learns it when the node asks for a parameter.)
+(The node's name is no proof: a master also learns it when the node asks for a parameter.)
 """
 import contextlib
 import http.client
@@ -20,16 +20,16 @@ import rospy
 from rospy_support import rospy_internals
 from rospy_support.master import TIMEOUT, Master, NoMaster
 
-PERIOD = 1.0  # [s] between two looks at the master
-SIGN = '~get_loggers'  # the service by which a node is seen to be registered
-LAST_CALL = 2.0  # [s] for the master to answer a node that ends
+PERIOD = 1.0  # [s] between two checks of the master
+SIGN = '~get_loggers'  # a node is registered if the master knows this service
+LAST_CALL = 2.0  # [s] in which the master must answer a node that ends
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 _hooks = []  # called after each repeated registration
 
 
 def on_return(function):
-    """Call ``function()``, in another thread, each time the node was registered again.
+    """Call ``function()``, in another thread, each time the node has been registered again.
 
     If it raises one of TROUBLES, the registration is repeated.
     """
@@ -39,7 +39,7 @@ def on_return(function):
 def keep_registered(parameters=(), period=PERIOD):
     """Start a thread that watches the master, and return it.
 
-    parameters: {absolute name: value}, set again on a restarted master, and deleted at the end.
+    ``parameters`` {absolute name: value} are set again on a restarted master, and deleted at the end.
     """
     watch = _Watch(dict(parameters))
     rospy.on_shutdown(watch.end)
@@ -51,7 +51,7 @@ def keep_registered(parameters=(), period=PERIOD):
 def values_of(calls):
     """Make calls (method, argument, ...) of the master in as few requests as possible; return the list of their values.
 
-    Raises one of TROUBLES.
+    Raise one of TROUBLES if the master does not answer or refuses a call.
     """
     calls = list(calls)
     answers = Master(TIMEOUT).request(calls)
@@ -68,27 +68,27 @@ class _Watch:
         self._parameters = parameters
         self._ended = threading.Event()
         self._registering = threading.Lock()
-        self._lost = False  # until all is registered
-        self._away = False  # said to be
+        self._lost = False  # the node must be registered again
+        self._away = False  # the missing master was reported
 
     def run(self, period):
         """Check every ``period`` [s] until the node ends."""
         while not self._ended.wait(period):
             try:
                 self._look()
-            except Exception as error:  # one of TROUBLES, or what is no XML: whatever answers at the master's address
+            except Exception as error:  # one of TROUBLES, or an answer that is not XML: from another program
                 if not self._away and not self._ended.is_set():
                     self._away = True
                     rospy.logwarn('The ROS master does not answer: %s. Continuing without it; the node will register '
                                   'again when it returns (roscore).', error)
 
     def end(self):
-        """Stop watching; what may take time comes after all other hooks of the shutdown, which stop vehicles."""
+        """Stop watching; the slow part runs after all other hooks of the shutdown, because those stop vehicles."""
         self._ended.set()
         rospy.on_shutdown(self._finish)
 
     def _finish(self):
-        """Await a registration in progress, and delete the parameters."""
+        """Wait for a registration in progress, then delete the parameters."""
         if self._registering.acquire(timeout=TIMEOUT):
             self._registering.release()
             with contextlib.suppress(*TROUBLES):
@@ -111,7 +111,7 @@ class _Watch:
 
 
 def _known():
-    """Return whether the master knows this node; end the node if the master knows another one with its name."""
+    """Return whether the master knows this node; end the node if another one has taken its name."""
     sign = rospy.resolve_name(SIGN)
     (code, _, uri), = Master(TIMEOUT).request([('lookupService', sign)])
     if code == 1 and uri != dict(rospy_internals.services()).get(sign, uri):
@@ -122,7 +122,7 @@ def _known():
 
 
 def _delete(parameters):
-    """Delete those {absolute name: value} that are still so, unless a newer node has taken this one's name."""
+    """Delete the parameters {absolute name: value} that still have this value, unless a newer node has this name."""
     if not parameters:
         return
     sign, master = rospy.resolve_name(SIGN), Master(LAST_CALL)

@@ -1,8 +1,9 @@
 """The only module that touches private parts of rospy; checked against rospy 1.15, 1.16, 1.17.
 
-Everything else uses rospy as it is documented. ``misfits()`` says what another rospy has changed; the unit test of
-this module fails with that text. student_path/sitecustomize.py, which runs in a student's program without this
-package, changes ``rospy.impl.simtime.init_simtime``; what it uses is checked here too.
+All other modules use only the documented API of rospy. ``misfits()`` lists what differs in another version of rospy,
+and the unit test of this module fails with that list. student_path/sitecustomize.py replaces
+``rospy.impl.simtime.init_simtime`` in a student's program, where this package is not available; the list covers what
+it uses, too.
 """
 import contextlib
 import errno
@@ -45,17 +46,17 @@ from rospy.impl.registration import (
 from rospy.impl.statistics import SubscriberStatisticsLogger
 
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
-LOG_PARAMETER = '/rosout_disable_topics_generation'  # leaves out a field of lines on /rosout
-ANY_TYPE = '*'  # in the place of a md5sum
-STATISTICS_PARAMETER = '/enable_statistics'  # whether subscribers publish statistics of what they receive
-SHUTDOWN_POLL = 0.5  # [s] between two looks whether a call can still be answered
+LOG_PARAMETER = '/rosout_disable_topics_generation'  # true: messages on /rosout do not list the node's topics
+ANY_TYPE = '*'  # instead of an md5sum: matches every type
+STATISTICS_PARAMETER = '/enable_statistics'  # true: subscribers publish statistics of what they receive
+SHUTDOWN_POLL = 0.5  # [s] between two checks whether a call can still be answered
 
-FUNCTIONS = {  # what is called or replaced: names of its parameters
+FUNCTIONS = {  # functions that this module calls or replaces: names of their parameters
     'rosgraph.roslogging.configure_logging': ('logname', 'level', 'filename', 'env'),
     'rospy.client.load_command_line_node_params': ('argv',),
     'rospy.core.is_shutdown': (),
     'rospy.core.is_shutdown_requested': (),
-    'rospy.impl.masterslave.ROSHandler.shutdown': ('args', 'kwds'),  # as its decorator leaves it
+    'rospy.impl.masterslave.ROSHandler.shutdown': ('args', 'kwds'),  # the signature of its decorator
     'rospy.impl.paramserver.get_param_server_cache': (),
     'rospy.impl.paramserver.ParamServerCache.set': ('self', 'key', 'value'),
     'rospy.impl.registration.get_registration_listeners': (),
@@ -63,7 +64,7 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rospy.impl.statistics.SubscriberStatisticsLogger.__init__': ('self', 'subscriber'),
     'rospy.impl.registration.RegManager.publisher_update': ('self', 'resolved_name', 'uris'),
     'rospy.impl.registration.RegManager._connect_topic_thread': ('self', 'topic', 'uri'),
-    'rospy.impl.masterslave.ROSHandler.publisherUpdate': ('args', 'kwds'),  # as its decorator leaves it
+    'rospy.impl.masterslave.ROSHandler.publisherUpdate': ('args', 'kwds'),  # the signature of its decorator
     'rospy.impl.masterslave.xmlrpcapi': ('uri', 'cache'),
     'rospy.topics._TopicManager.has_subscription': ('self', 'resolved_name'),
     'rospy.msg.args_kwds_to_message': ('data_class', 'args', 'kwds'),
@@ -103,7 +104,7 @@ FUNCTIONS = {  # what is called or replaced: names of its parameters
     'rospy.impl.tcpros_pubsub.TCPROSHandler.topic_connection_handler': ('self', 'sock', 'client_addr', 'header'),
     'rosgraph.xmlrpc.ThreadingXMLRPCServer.__init__': ('self', 'addr', 'log_requests'),
 }
-ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
+ATTRIBUTES = {  # classes: attributes that their constructors set
     'rospy.topics.Topic': ('impl',),
     'rospy.topics._TopicImpl': ('connection_poll', 'connections'),
     'rospy.topics._TopicManager': ('lock', 'pubs', 'subs'),
@@ -115,65 +116,67 @@ ATTRIBUTES = {  # what objects of a class have: names that its constructor sets
     'rospy.impl.tcpros_service.ServiceImpl': ('handler', 'seq', 'protocol'),
     'rospy.service._Service': ('resolved_name', 'service_class', 'request_class', 'response_class'),
 }
-OBJECTS = (  # what is used besides
+OBJECTS = (  # other objects that this module uses
     'rospy.core._shutdown_flag', 'rospy.core._shutdown_lock.acquire', 'rospy.core._xmlrpc_cache.get')
 
 
 def connections(publisher):
-    """Return the connections of a rospy.Publisher; none once it is unregistered. The sequence is not to be changed.
+    """Return the connections of a rospy.Publisher; none once it is unregistered. Do not change the sequence.
 
-    A connection has ``endpoint_id``, the name of the node that subscribes, ``socket``, which is None once rospy has
-    closed it, and ``close()``.
+    A connection has ``endpoint_id`` (the name of the subscribing node), ``socket`` (None once rospy has closed it)
+    and ``close()``.
     """
-    impl = publisher.impl  # unregister, in another thread, sets it to None
+    impl = publisher.impl  # another thread may call unregister, which sets it to None
     return impl.connections if impl else ()
 
 
 def publish_without_threads(publisher):
-    """Keep rospy from making a thread for each connection of a Publisher; the publishing thread then writes to them."""
+    """Let the publishing thread write to the connections of a Publisher, instead of one rospy thread for each."""
     publisher.impl.set_queue_size(None)
 
 
 def caller(message):
-    """Return the name of the node that sent a message or a service request; '' where rospy does not know it."""
+    """Return the name of the node that sent a message or a service request; '' if rospy does not know it."""
     return connection_header(message).get('callerid', '')
 
 
 def connection_header(message):
-    """Return what the node that sent a message or a request has said of itself: callerid, type, latching, ..."""
+    """Return the connection header {field: text} of the node that sent a message or a request: callerid, type, ..."""
     return getattr(message, '_connection_header', None) or {}
 
 
 def to_message(data_class, args, kwds):
-    """Return the message that a call publish(*args, **kwds) means: a message itself, or its fields."""
+    """Return the message that the arguments of publish() stand for: either a message, or the fields of one."""
     return rospy.msg.args_kwds_to_message(data_class, args, kwds)
 
 
 def frame(message, seq=0):
-    """Return a message, with header.seq ``seq``, as the bytes of a TCPROS connection: its length, then its fields."""
+    """Return the bytes of a message on a TCPROS connection: its length, then its fields, with header.seq ``seq``."""
     buffer = io.BytesIO()
     rospy.msg.serialize_message(buffer, seq, message)
     return buffer.getvalue()
 
 
 def set_time(now):
-    """Set what rospy.Time.now() is in this process, as a message on /clock does; ``now`` is a rospy.Time."""
+    """Set the ROS time of this process, as a message on /clock does; ``now`` is a rospy.Time."""
     rospy.rostime._set_rostime(now)
 
 
 def follow_time():
-    """Let time come from /clock where /use_sim_time is true, else from the wall clock: what init_node does unless it
-    is told ``disable_rostime``. Return whether that worked."""
+    """Take the time from /clock if /use_sim_time is true, else from the wall clock. Return whether that worked.
+
+    init_node does the same, unless it is called with ``disable_rostime``.
+    """
     return rospy.impl.simtime.init_simtime()
 
 
 def is_wall_time():
-    """Return whether rospy's time is the wall clock's."""
+    """Return whether rospy takes its time from the wall clock."""
     return rospy.rostime.is_wallclock()
 
 
 def steady_time():
-    """Return a time [s] to measure durations with: ROS time where it is simulated, else that of a clock nobody sets."""
+    """Return a time [s] for measuring durations: simulated ROS time if there is any, else a monotonic clock."""
     return time.monotonic() if is_wall_time() else rospy.get_time()
 
 
@@ -193,19 +196,19 @@ def services():
 
 
 def unconnected_publications():
-    """Return the names of the topics that this node publishes and that no node is connected to."""
+    """Return the names of the topics that this node publishes without a connected subscriber."""
     manager = get_topic_manager()
     return _unconnected(manager.get_publications(), manager.get_publisher_impl)
 
 
 def unconnected_subscriptions():
-    """Return the names of the topics that this node subscribes to and is connected to no publisher of."""
+    """Return the names of the topics that this node subscribes to without a connected publisher."""
     manager = get_topic_manager()
     return _unconnected(manager.get_subscriptions(), manager.get_subscriber_impl)
 
 
 def find_service(header):
-    """Return the service of this node that a caller's header {field: text} asks for, and ''; else None and why not.
+    """Return (service, '') for the service that a caller's header {field: text} names, or (None, reason).
 
     A service has ``resolved_name`` and ``request_class``; see also ``service_header`` and ``respond``.
     """
@@ -222,19 +225,22 @@ def find_service(header):
 
 
 def service_header(found):
-    """Return the header {field: text} that answers a caller of a service."""
+    """Return the header {field: text} with which a service answers the header of its caller."""
     return found.protocol.get_header_fields()
 
 
 def transport_of(found, connection, header):
-    """Return rospy's object for a connection (socket) to a service whose caller has sent a header {field: text}."""
+    """Return rospy's transport for a connection (socket) to a service; ``header`` {field: text} is the caller's."""
     transport = rospy.impl.tcpros_base.TCPROSTransport(found.protocol, found.resolved_name, header=header)
     transport.set_socket(connection, header['callerid'])
     return transport
 
 
 def respond(found, transport, data):
-    """Call a service with a request (bytes of the right length) and write the answer. Raises OSError."""
+    """Call a service with a serialised request and write the answer; raise OSError if the caller has gone.
+
+    ``data`` (bytes) must have the length of a request: see ``message_size.wrong_size``.
+    """
     request = found.request_class()
     try:
         request.deserialize(data)
@@ -246,7 +252,7 @@ def respond(found, transport, data):
 
 
 def _handle_request(self, transport, request):
-    """Be ServiceImpl._handle_request, which takes a caller that has gone for an error of the handler."""
+    """Replace ServiceImpl._handle_request, which reports a caller that has gone as an error of the handler."""
     try:
         response = rospy.impl.tcpros_service.convert_return_to_response(self.handler(request), self.response_class)
         self.seq += 1
@@ -260,7 +266,7 @@ def _handle_request(self, transport, request):
 
 
 def service_error(text):
-    """Return the bytes that make a caller raise a ServiceException with a text."""
+    """Return the bytes of an answer that makes the caller raise a ServiceException with this text."""
     data = text.encode()
     return struct.pack('<BI', 0, len(data)) + data
 
@@ -271,10 +277,10 @@ def is_shutdown_requested():
 
 
 def replace_tcpros_server(start, stop):
-    """Let the servers of this process be run by others; to be called before init_node.
+    """Replace the loop that accepts the TCPROS connections of this process. Call it before init_node.
 
-    ``start(listening socket, topic handler)`` and ``stop(listening socket)``: the handler takes (socket, address,
-    header) of a connection, writes rospy's header and returns None, or returns a text that says why not.
+    rospy then calls ``start(listening socket, topic handler)`` and ``stop(listening socket)``. The topic handler takes
+    (socket, address, header) of a connection; it writes rospy's header and returns None, or returns why it refuses.
     """
     class Server(rospy.impl.tcpros_base.TCPServer):
         def start(self):
@@ -289,14 +295,15 @@ def replace_tcpros_server(start, stop):
 
 
 def replace_slave_server(make):
-    """Let ``make(address, log_requests)`` make the XML-RPC server of this process; to be called before init_node."""
+    """Use ``make(address, log_requests)`` to create the XML-RPC server of this process. Call it before init_node."""
     rosgraph.xmlrpc.ThreadingXMLRPCServer = make
 
 
 def limit_lengths(header, message, report):
-    """Close connections to publishers and services that announce more bytes than these; to be called before init_node.
+    """Close connections to publishers and services that announce too many bytes. Call it before init_node.
 
-    ``report(text)`` is told.
+    ``header`` and ``message`` [bytes] are the largest sizes allowed; ``report(text)`` is called for a message that is
+    larger.
     """
     base, client = rospy.impl.tcpros_base, rospy.impl.tcpros_service.TCPROSServiceClient
 
@@ -314,27 +321,27 @@ def limit_lengths(header, message, report):
     def read_header(connection, buffer, size):
         return rosgraph.network.read_ros_handshake_header(_Limited(connection, header), buffer, size)
     base.TCPROSTransportProtocol.read_messages = limited(base.TCPROSTransportProtocol.read_messages, 0)
-    client.read_messages = limited(client.read_messages, 1)  # behind the byte that says whether the call went well
+    client.read_messages = limited(client.read_messages, 1)  # after the byte that says whether the call succeeded
     base.read_ros_handshake_header = read_header
 
 
 def limit_publishers(most):
-    """Make one thread for each publisher of a topic, which ends once the master does not name it any more.
+    """Use one connecting thread per publisher of a topic, and end it when the master no longer lists the publisher.
 
-    rospy makes one whenever the master says who publishes, and each tries for ever; ``most`` publishers of a topic are
-    taken from what it says. To be called before init_node.
+    rospy starts another thread for a publisher at every update from the master, and each one retries forever.
+    Of each update, only the first ``most`` publishers are used. Call it before init_node.
     """
     _Publishers(most).install()
 
 
 class _Publishers:
-    """What takes the place of rospy's functions that connect subscribers to publishers."""
+    """Replacements for the functions of rospy that connect subscribers to publishers."""
 
     def __init__(self, most):
         self._most = most
-        self._named = {}  # topic: URIs of the publishers that the master has named last
-        self._lock, self._trying = threading.Lock(), {}  # (topic, URI): whether it is named once more meanwhile
-        self._own = threading.local()  # topic: what this thread connects
+        self._named = {}  # topic: URIs of the publishers in the last update from the master
+        self._lock, self._trying = threading.Lock(), {}  # (topic, URI): whether it was listed again in the meantime
+        self._own = threading.local()  # topic: the topic that this thread connects
 
     def install(self):
         handler, manager = rospy.impl.masterslave.ROSHandler, RegManager
@@ -375,7 +382,7 @@ class _Publishers:
 
 
 class _Limited:
-    """A socket that gives up to a number of bytes."""
+    """Wraps a socket; raises ROSHandshakeException after ``left`` bytes."""
 
     def __init__(self, connection, left):
         self._connection, self._left = connection, left
@@ -394,17 +401,17 @@ def _unconnected(topics, implementation):
 
 
 def command_line_parameters(argv=None):
-    """Return {absolute name: value} of the private parameters that this process was given as _name:=value."""
+    """Return {absolute name: value} of the private parameters given as _name:=value on the command line."""
     given = rospy.client.load_command_line_node_params(sys.argv if argv is None else argv)
     return {rospy.resolve_name(f'~{name}'): value for name, value in given.items()}
 
 
 def log_without_asking():
-    """Keep log calls from asking the master; call it once rospy is initialised.
+    """Keep log calls from asking the master for LOG_PARAMETER; ask for it once. Call it after init_node.
 
-    Until LOG_PARAMETER is set, rospy asks for it at each log line and subscribes to it. That takes time; a master that
-    hangs blocks the node; a restarted master believes that it knows the node; and a master that the node has left still
-    does, and would tell the next owner of the node's port to shut down. Here the master is asked once.
+    While LOG_PARAMETER is not set, rospy asks for it at each log line and subscribes to it. That has four drawbacks: it
+    takes time; a master that hangs blocks the node; a restarted master seems to know the node; and a master still
+    lists the node after its end, and would send a shutdown request to the next owner of its port.
     """
     try:
         value = rospy.get_param(LOG_PARAMETER, False)
@@ -414,28 +421,28 @@ def log_without_asking():
 
 
 def new_publishers(topic, uris):
-    """Tell rospy which nodes, given by their URIs, publish a topic that this node subscribes to; it connects."""
+    """Connect the subscribers of a topic to these publishers, given by the URIs of their nodes."""
     for listener in get_registration_listeners().listeners:
         if isinstance(listener, RegManager):
             listener.publisher_update(topic, uris)
 
 
 def shutting_down():
-    """Return whether the shutdown has started; rospy.is_shutdown() says so only after some hooks were called."""
+    """Return whether the shutdown has started; rospy.is_shutdown() is true only after some hooks have run."""
     return rospy.core.is_shutdown_requested() or rospy.core.is_shutdown()
 
 
 def limit_calls_of_master(seconds):
-    """Let rospy wait no longer than this [s] for an answer of the master: for the shutdown, which unregisters the node.
+    """Limit the time [s] that rospy waits for the master. Call it at the shutdown, which unregisters the node.
 
-    What another thread asks the master just now does not hold it up either.
+    The shutdown then has a connection of its own, so that it does not wait for another thread's call of the master.
     """
     uri = rosgraph.get_master_uri()
     rospy.core._xmlrpc_cache[uri] = xmlrpc.client.ServerProxy(uri, transport=_LimitedTransport(seconds))
 
 
 class _LimitedTransport(xmlrpc.client.Transport):
-    """HTTP with a time limit [s]; rospy's shutdown handles only two kinds of socket errors."""
+    """HTTP with a time limit [s]; raises ProtocolError for the OSErrors that rospy's shutdown does not handle."""
 
     def __init__(self, limit):
         super().__init__()
@@ -454,9 +461,9 @@ class _LimitedTransport(xmlrpc.client.Transport):
 
 
 def end_registering(timeout):
-    """Let a registration with a master that is away end, for the shutdown; one that lasts longer than ``timeout`` [s].
+    """End a registration that has not succeeded after ``timeout`` [s], because the shutdown needs its lock.
 
-    rospy retries until it shuts down, and meanwhile holds the lock that its shutdown needs.
+    While no master answers, rospy retries until it shuts down, and holds that lock all the time.
     """
     for manager in (get_topic_manager(), get_service_manager()):
         if manager.lock.acquire(timeout=timeout):
@@ -466,19 +473,20 @@ def end_registering(timeout):
 
 
 def wait_for_shutdown():
-    """Wait until rospy.signal_shutdown, if another thread is in it, has called all hooks."""
+    """Wait until rospy.signal_shutdown has called all hooks, if another thread is executing it."""
     with rospy.core._shutdown_lock:
         pass
 
 
 def shut_down_by(function):
-    """Let ``function(reason)`` shut down when another node (the master, rosnode kill) asks for it, which it answers.
+    """Call ``function(reason)`` when the master or another node (rosnode kill) requests a shutdown, and answer them.
 
-    A master that was not told of a node's end may ask whoever has that node's port now; that is ignored.
+    A request for another node is ignored: a master that does not know of that node's end sends it to the present
+    owner of the port.
     """
     def shutdown(self, caller_id, msg=''):
         print(f'shutdown request: {msg}')
-        meant = re.match(r'\[(/\S*)\] Reason: ', str(msg))  # the master's way to say who
+        meant = re.match(r'\[(/\S*)\] Reason: ', str(msg))  # a master begins with the name of the node
         if meant and meant.group(1) != self.name:
             rospy.logwarn('Ignored a shutdown request for %s', meant.group(1))
             return 0, f'this is {self.name}', 0
@@ -489,7 +497,7 @@ def shut_down_by(function):
 
 @contextlib.contextmanager
 def logging_configured_by(function):
-    """In this context let rospy.init_node call function(original, *arguments, **options) to configure logging."""
+    """In this context, rospy.init_node configures logging by ``function(original, *arguments, **options)``."""
     original = rosgraph.roslogging.configure_logging
     rosgraph.roslogging.configure_logging = functools.partial(function, original)
     try:
@@ -499,7 +507,7 @@ def logging_configured_by(function):
 
 
 class ServiceCall:
-    """A request of a QueuedService, until it is answered; ``answer`` or ``fail`` is called once, on any thread."""
+    """A request of a QueuedService. Call either ``answer`` or ``fail``, once, from any thread."""
 
     def __init__(self, service, transport, request):
         self.service, self.request = service, request
@@ -508,11 +516,11 @@ class ServiceCall:
         self._answered = threading.Event()
 
     def answer(self, response):
-        """Write a response, without ever waiting for a client that does not read."""
+        """Send a response without waiting for a client that does not read."""
         self._write(b'\x01' + frame(response))
 
     def fail(self, reason):
-        """Write why the call failed, also without waiting."""
+        """Send the reason of a failure, also without waiting."""
         self._write(service_error(reason))
 
     def _write(self, data):
@@ -520,17 +528,17 @@ class ServiceCall:
         try:
             taken = select.poll()
             taken.register(connection, select.POLLOUT)
-            # a socket with a time limit waits in spite of MSG_DONTWAIT
+            # send() on a socket with a timeout waits despite MSG_DONTWAIT
             sent = connection.send(data, socket.MSG_DONTWAIT) if taken.poll(0) else 0
         except BlockingIOError:
             sent = 0
-        except (OSError, TypeError, AttributeError):  # gone; it is None once rospy has closed it
+        except (OSError, TypeError, AttributeError):  # the client has gone; the socket is None once rospy has closed it
             sent = len(data)
         self._unsent = data[sent:]
         self._answered.set()
 
     def finish(self):
-        """Wait for the answer, and for a client that did not take all of it; the connection's own thread does this."""
+        """Wait for the answer, and send what is left of it. The thread of the connection calls this."""
         while not self._answered.wait(SHUTDOWN_POLL):
             if rospy.is_shutdown():
                 return
@@ -539,7 +547,7 @@ class ServiceCall:
 
 
 class QueuedService(rospy.Service):
-    """A rospy.Service that does not answer itself but hands its requests over as ServiceCalls."""
+    """A rospy.Service that passes its requests on as ServiceCalls instead of answering them itself."""
 
     def __init__(self, name, service_class, hand_over):
         """``hand_over(call)`` is called in one of rospy's threads, which then waits until the call is answered."""
@@ -553,7 +561,7 @@ class QueuedService(rospy.Service):
 
 
 class _ConnectionPoll:
-    """What rospy asks which connections of a topic are broken; its own takes a file descriptor for each topic."""
+    """Replaces rospy's poller of broken connections, which takes a file descriptor for each topic."""
 
     def __init__(self):
         self._lock = threading.Lock()  # two threads cannot use select.poll at the same time
@@ -561,33 +569,33 @@ class _ConnectionPoll:
         self._files = 0
 
     def add_fd(self, file):
-        """Watch a connection from now on."""
+        """Watch a connection."""
         with self._lock:
-            self._poll.register(file, 0)  # POLLHUP and POLLERR come unasked
+            self._poll.register(file, 0)  # POLLHUP and POLLERR are always reported
             self._files += 1
 
     def remove_fd(self, file):
-        """Watch it no more; raise KeyError when it was not watched."""
+        """Stop watching a connection; raise KeyError if it was not watched."""
         with self._lock:
             self._poll.unregister(file)
             self._files -= 1
 
     def error_iter(self):
-        """Return the connections that are broken."""
+        """Return the broken connections."""
         if not self._files:
             return ()
         with self._lock:
             return [file for file, event in self._poll.poll(0) if event]
 
 
-_collecting = threading.local()  # calls: those of this thread, while it collects
+_collecting = threading.local()  # calls: the list that this thread collects, else None or missing
 
 
 @contextlib.contextmanager
 def collected_registrations():
-    """Collect this thread's registrations in a list of calls instead of making them.
+    """Collect the registrations that this thread makes as a list of calls; none is sent to the master.
 
-    A call is (method of the master's XML-RPC interface, its arguments after the caller's name).
+    A call is a tuple: a method of the master's XML-RPC interface, then its arguments after the caller's name.
     """
     _divert(get_registration_listeners())
     _collecting.calls = calls = []
@@ -596,17 +604,17 @@ def collected_registrations():
     finally:
         _collecting.calls = None
     manager = get_topic_manager()
-    with manager.lock:  # rospy looks at all topics under it, now and then
+    with manager.lock:  # rospy holds it when it goes through all topics
         for method, name, *_ in calls:
             topic = (manager.pubs if method == 'registerPublisher' else manager.subs).get(name)
             if topic and method != 'registerService':
                 topic.connection_poll.poller.close()
                 topic.connection_poll = _ConnectionPoll()
-    calls.append(('getParam', STATISTICS_PARAMETER))  # rospy asks for it at each subscriber
+    calls.append(('getParam', STATISTICS_PARAMETER))  # rospy reads it for each subscriber; here once for all
 
 
 def registered(calls, values):
-    """Do what rospy does with the master's answers to the calls of collected_registrations; None: it refused one."""
+    """Process the master's answers to the calls of collected_registrations, as rospy does; None: a refused call."""
     for (method, name, *_), value in zip(calls, values):
         if method == 'registerSubscriber':
             if value:
@@ -618,12 +626,12 @@ def registered(calls, values):
 
 @contextlib.contextmanager
 def collected_unregistrations():
-    """As collected_registrations, for what this thread unregisters; many topics take no longer than one."""
+    """Collect what this thread unregisters, as collected_registrations does; many topics take no longer than one."""
     _divert(get_registration_listeners())
     manager = get_topic_manager()
     _collecting.calls = calls = []
     with manager.lock:
-        manager._recalculate_topics = lambda: None  # it looks through all topics, for each one removed
+        manager._recalculate_topics = lambda: None  # rospy goes through all topics each time it removes one
         try:
             yield calls
         finally:
@@ -633,7 +641,7 @@ def collected_unregistrations():
 
 
 def _divert(listeners):
-    """Collect rospy's calls of the master if a collection is active, else make them."""
+    """Make rospy collect its calls of the master in a thread that collects, and send them in all others."""
     if 'notify_added' in vars(listeners):
         return
     tell_added, tell_removed = listeners.notify_added, listeners.notify_removed
@@ -659,7 +667,7 @@ _KINDS = {Registration.PUB: 'Publisher', Registration.SUB: 'Subscriber', Registr
 
 
 def version():
-    """Return the version of rospy as text; '?' where it was installed without saying."""
+    """Return the version of rospy; '?' if its installation does not tell."""
     try:
         return importlib.metadata.version('rospy')
     except importlib.metadata.PackageNotFoundError:
@@ -667,7 +675,7 @@ def version():
 
 
 def misfits():
-    """Return a line for each private part of rospy that is not as this module needs it; none if all fit."""
+    """Return one line for each private part of rospy that differs from what this module needs; [] if none does."""
     return ([said for name, parameters in FUNCTIONS.items() for said in _wrong_function(name, parameters)]
             + [said for name, attributes in ATTRIBUTES.items() for said in _wrong_class(name, attributes)]
             + [f'{name} is missing' for name in OBJECTS if not _there(name)])
@@ -698,7 +706,7 @@ def _wrong_class(name, attributes):
 
 
 def _part(name):
-    """Return what a dotted name means: modules as far as there are any, then attributes."""
+    """Return the object with a dotted name: a module, or an attribute of one."""
     path = name.split('.')
     for length in range(len(path), 0, -1):
         try:

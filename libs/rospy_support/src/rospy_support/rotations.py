@@ -1,14 +1,14 @@
-"""Headings as messages and back, by tf.transformations.
+"""Convert headings to quaternion messages and back, by tf.transformations.
 
-alvar_core.rotations does the same for cores and for the tracker, where a marker takes three conversions: between a
-matrix and a quaternion tf.transformations needs 7 us, alvar_core 3 to 5 us.
+alvar_core.rotations does the same without ROS, for cores and for the tracker, which needs three conversions per
+marker: between a matrix and a quaternion tf.transformations takes 7 us, alvar_core 3 to 5 us.
 """
 from geometry_msgs.msg import Quaternion
 from tf.transformations import euler_from_quaternion, quaternion_from_euler
 
 
 def to_quaternion(*angles, axes='sxyz'):
-    """Return the Quaternion of three angles [rad] about axes as in tf.transformations; sxyz: roll, pitch, yaw."""
+    """Return the Quaternion of three angles [rad]; ``axes`` as in tf.transformations; sxyz: roll, pitch, yaw."""
     return Quaternion(*quaternion_from_euler(*angles, axes=axes))
 
 

@@ -1,4 +1,4 @@
-"""The servers of a node, so that one peer cannot block the others; for callers of rospy.init_node.
+"""Protect the servers of a node, so that one peer cannot block the others; for callers of rospy.init_node.
 
 rospy accepts connections and reads their headers in one thread, so a peer that connects and sends nothing blocks all
 others. Here a SocketWatch reads them (inbound.py).
@@ -25,7 +25,7 @@ REMINDER = 600.0  # [s] between two lines about file descriptors
 
 
 def allow_many_files():
-    """Raise the soft limit of open files: each connection takes one, and the limit is often 1024."""
+    """Raise the soft limit of open files: each connection takes one, and the limit is often only 1024."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
     if soft != resource.RLIM_INFINITY and soft < wanted:
@@ -34,9 +34,9 @@ def allow_many_files():
 
 @functools.lru_cache(maxsize=None)
 def protect():
-    """Let a SocketWatch read the connections of this process's servers, and allow many; call it before init_node.
+    """Let a SocketWatch read all incoming connections of this process, and allow many. Call it before init_node.
 
-    With an unknown rospy, the node keeps rospy's own servers and warns.
+    With an unknown version of rospy, warn and keep rospy's own servers.
     """
     allow_many_files()
     unfit = rospy_internals.misfits()
@@ -58,12 +58,12 @@ def protect():
 class Report:
     """Logs warnings about peers, at most MOST_LINES of a kind per PERIOD, and counts the others.
 
-    Each is logged in a separate thread, because logging asks the master for a parameter, and a terminal may block.
+    Each line is logged in a separate thread, because logging asks the master for a parameter, and a terminal may block.
     """
 
     def __init__(self, monotonic=time.monotonic, log=rospy.logwarn):
         self._monotonic, self._log, self._lock = monotonic, log, threading.Lock()
-        self._said = collections.defaultdict(collections.deque)  # kind: when [s, monotonic]
+        self._said = collections.defaultdict(collections.deque)  # kind: times of its lines [s, monotonic]
         self._left_out = collections.Counter()
 
     def __call__(self, kind, text):

@@ -1,7 +1,7 @@
-"""A connection to a service of this node: requests are read by a SocketWatch and answered in a thread each.
+"""A connection to a service of this node: a SocketWatch reads each request, and a thread answers it.
 
-Threading contract: the thread of a connection lives from a complete request to its answer, and LINGER longer when
-the connection is persistent; a connection without a request costs none.
+Threading contract: the thread of a connection exists from a complete request to its answer, and LINGER longer if the
+connection is persistent. A connection without a request has no thread.
 """
 import socket
 import struct
@@ -13,21 +13,21 @@ from rospy_support.message_size import wrong_size
 
 SIZE_LIMIT = 256 << 20  # [bytes] of a message or a request
 FIRST_DEADLINE = 60.0  # [s] for the request, unless the connection is persistent
-LINGER = 0.5  # [s] in which a thread waits for the next request of a persistent connection
-SEND_DEADLINE = 60.0  # [s] for the peer to take the answer
+LINGER = 0.5  # [s] that a thread waits for the next request of a persistent connection
+SEND_DEADLINE = 60.0  # [s] for the peer to read the answer
 
 
 class ServiceConnection:
-    """One connection whose header has been read and answered."""
+    """A connection after the exchange of headers."""
 
     def __init__(self, watch, service, connection, header):
-        """``service`` is rospy's, ``header`` {field: text}."""
+        """``service`` is rospy's object, ``header`` {field: text} the caller's."""
         self._watch, self._service, self._header = watch, service, header
         self._transport = rospy_internals.transport_of(service, connection, header)
         self._persistent = header.get('persistent', '').lower() in ('1', 'true')
 
     def open(self, connection):
-        """Wait for a request."""
+        """Let the watch read the next request."""
         self._wait(connection, FrameReader(SIZE_LIMIT), None if self._persistent else FIRST_DEADLINE)
 
     def _wait(self, connection, reader, deadline):
@@ -42,7 +42,7 @@ class ServiceConnection:
         connection.close()
 
     def _serve(self, connection, request):
-        """Answer a request, and those that follow soon."""
+        """Answer a request, and further ones that come within LINGER."""
         try:
             connection.setblocking(True)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _timeval(SEND_DEADLINE))
@@ -77,5 +77,5 @@ class ServiceConnection:
 
 
 def _timeval(seconds):
-    """Return a time limit as a socket's option has it; Python's own, settimeout, costs a system call each time."""
+    """Return a time limit as a socket option; Python's settimeout would cost a system call at each use."""
     return struct.pack('ll', int(seconds), int(seconds % 1.0 * 1e6))

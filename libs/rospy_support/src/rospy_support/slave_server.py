@@ -1,4 +1,4 @@
-"""A node's XML-RPC server (the slave API of ROS) whose requests are read by a SocketWatch: see inbound.py."""
+"""A node's XML-RPC server (the slave API of ROS); a SocketWatch reads its requests, see inbound.py."""
 import functools
 import io
 import socket
@@ -8,15 +8,15 @@ import rosgraph.xmlrpc
 
 from rospy_support.inbound import BACKLOG, HttpReader, Refused
 
-BODY_LIMIT = 4 << 20  # [bytes] of a request; the longest that ROS makes is a list of publishers, or a parameter
+BODY_LIMIT = 4 << 20  # [bytes] of a request; the longest ones of ROS hold a list of publishers, or a parameter
 FIRST_DEADLINE = 15.0  # [s] for the first request of a connection
-NEXT_DEADLINE = 60.0  # [s] for each after that; the master keeps its connections
-SEND_DEADLINE = 30.0  # [s] for the peer to take the answer
+NEXT_DEADLINE = 60.0  # [s] for each further request; the master keeps its connections open
+SEND_DEADLINE = 30.0  # [s] for the peer to read the answer
 REFUSAL = b'HTTP/1.1 413 Payload Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n'
 
 
 class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
-    """In place of the class it is made from; a thread is made for each complete request only."""
+    """Replaces rosgraph's server, which starts a thread for each connection; here each complete request gets one."""
 
     def __init__(self, watch, address, log_requests=1):
         self._watch, self._closed = watch, threading.Event()
@@ -59,7 +59,7 @@ class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
         try:
             connection.settimeout(SEND_DEADLINE)
             keep = not _RequestHandler(connection, address, self, request).close_connection
-        except Exception:  # the peer has gone, or what it sent is no HTTP; rosgraph's way is a line in the log file
+        except Exception:  # the peer has gone, or its data are not HTTP; logged to the file, as rosgraph does
             self.handle_error(connection, address)
             keep = False
         if keep:
@@ -73,7 +73,7 @@ class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
 
 
 class _RequestHandler(rosgraph.xmlrpc.SilenceableXMLRPCRequestHandler):
-    """Answers one request, which has been read."""
+    """Answers one request that has already been read."""
 
     def __init__(self, connection, address, server, request):
         self._request = request

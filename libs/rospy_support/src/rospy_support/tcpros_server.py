@@ -1,4 +1,4 @@
-"""A node's TCPROS server, read by a SocketWatch: topics go to rospy's own handler, services to ServiceConnection."""
+"""A node's TCPROS server: a SocketWatch reads the headers; rospy handles topics, ServiceConnection services."""
 import functools
 import struct
 import threading
@@ -10,15 +10,15 @@ from rospy_support import rospy_internals
 from rospy_support.inbound import FrameReader, Refused
 from rospy_support.service_connection import ServiceConnection
 
-HEADER_LIMIT = 256 << 10  # [bytes]; a header holds the definition of a message, 30 kB in the longest that there are
-HEADER_DEADLINE = 5.0  # [s] for a peer to send it; ROS sends it with the connection
+HEADER_LIMIT = 256 << 10  # [bytes]; a header contains the definition of the message type, up to 30 kB in known packages
+HEADER_DEADLINE = 5.0  # [s] for a peer to send its header; ROS nodes send it at once
 
 
 class TcprosServer:
-    """Takes over connections whose header is complete."""
+    """Reads the header of each connection and passes the connection on."""
 
     def __init__(self, watch, topic_handler):
-        """``topic_handler(socket, address, header)`` is rospy's; it returns why it refused, or something false."""
+        """``topic_handler(socket, address, header)`` is rospy's; it returns why it refuses, or None or ''."""
         self._watch, self._topic_handler = watch, topic_handler
 
     def accepted(self, connection, address):
@@ -48,11 +48,11 @@ class TcprosServer:
             self._refuse(address, connection, 'no topic or service name detected')
 
     def _hand_over(self, address, connection, header):
-        """Let rospy write its header, and a latched topic's last message: in a thread, which may wait for the peer."""
+        """Let rospy write its header and a latched message; runs in its own thread, as it may wait for the peer."""
         try:
             connection.setblocking(True)
             refused = self._topic_handler(connection, address, header)
-        except Exception as error:  # the peer has gone; whatever else it is must not end more than this connection
+        except Exception as error:  # usually the peer has gone; any other error ends only this connection, too
             self._report(address, f'{type(error).__name__}: {error}')
             connection.close()
             return
@@ -80,7 +80,7 @@ class TcprosServer:
 
 
 def _send_header(connection, header):
-    """Send a short header without waiting; return whether all of it has gone."""
+    """Send a short header without waiting; return whether all of it was sent."""
     data = rosgraph.network.encode_ros_handshake_header(header)
     try:
         connection.setblocking(False)

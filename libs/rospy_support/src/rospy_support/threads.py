@@ -17,7 +17,7 @@ REMINDER = 10.0  # [s] of wall time between two reports of the same error
 
 
 def keep_running(name, loop):
-    """Call ``loop()`` in a daemon thread of this name, which is returned; again after an error, until it returns."""
+    """Call ``loop()`` in a daemon thread of this name, again after each error, until it returns; return the thread."""
     returned = guarded(lambda: loop() or True)
 
     def run():
@@ -36,7 +36,7 @@ def call_every(period, function):
 
 
 def guarded(function):
-    """Return a function that does the same but logs errors instead of raising them, and then returns None.
+    """Wrap a function, so that it logs an error instead of raising it, and then returns None.
 
     While the node shuts down, errors are ignored: rospy is closing topics and services.
     """

@@ -11,7 +11,7 @@ import rospy
 
 
 class WallThrottle:
-    """Tells whether a line may be logged. May be used from any thread."""
+    """Decides whether a line may be logged. Thread-safe."""
 
     def __init__(self, period):
         """``period`` [s] between two lines of a kind; math.inf: only the first one is due."""
@@ -22,7 +22,7 @@ class WallThrottle:
     def due(self, kind='', text='', changed=None):
         """Return whether a line of this kind may be logged now; if so, the next one is due a period later.
 
-        ``changed`` [s]: the period of a line whose ``text`` is not that of the last one; by default the same.
+        ``changed`` [s] is the period of a line whose ``text`` differs from the last one's; by default the same.
         """
         now = time.monotonic()
         with self._lock:

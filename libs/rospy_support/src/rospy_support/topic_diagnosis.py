@@ -4,11 +4,11 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
-COMPRESSED = '/compressed'  # what image_transport puts behind a picture's topic
+COMPRESSED = '/compressed'  # the suffix that image_transport appends to an image topic
 
 
 def waiting_text(subscriber, name):
-    """Return a text about a rospy.Subscriber that gets nothing; ``name``: its topic before remapping."""
+    """Return a text that explains why a rospy.Subscriber gets nothing; ``name`` is its topic before remapping."""
     topic, data_type = subscriber.resolved_name, subscriber.type
     try:
         master = rosgraph.Master(rospy.get_name())
@@ -21,7 +21,7 @@ def waiting_text(subscriber, name):
 
 
 def text_about(topic, data_type, name, types, publishers):
-    """Return the same from {topic: type} and {topic: other nodes that publish it}."""
+    """Return the same text from ``types`` {topic: type} and ``publishers`` {topic: other nodes that publish it}."""
     own = publishers.get(topic)
     if not own:
         said = f'{topic}: no node publishes it.'

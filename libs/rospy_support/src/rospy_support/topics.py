@@ -1,4 +1,5 @@
-"""A publisher for many small messages at a high rate, and a listener for messages that are made only on demand."""
+"""Publishers: one for many small messages at a high rate, one that is safe at the shutdown; a listener for subscribers.
+"""
 import socket
 
 import rospy
@@ -15,21 +16,21 @@ class SubscriptionListener(rospy.SubscribeListener):
         self._on_subscribe = on_subscribe
 
     def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        """Be rospy's callback."""
+        """Call ``on_subscribe``; rospy calls this method."""
         self._on_subscribe()
 
 
 class Publisher(rospy.Publisher):
-    """A rospy.Publisher that does nothing, rather than raise an error, once the node shuts down.
+    """A rospy.Publisher that does nothing, instead of raising an error, once the node shuts down.
 
-    rospy closes topics before it says that it shuts down, and does so in whatever thread the shutdown runs in.
+    rospy closes topics before it reports the shutdown, possibly in another thread.
     """
 
     def publish(self, *args, **kwds):
         """Publish a message, given as itself or by its fields."""
         try:
             super().publish(*args, **kwds)
-        except Exception:  # an error of rospy, or what it stumbles over: it takes the topic apart meanwhile
+        except Exception:  # any error: the shutdown may be closing the topic in another thread
             if not rospy_internals.shutting_down():
                 raise
 
@@ -76,12 +77,12 @@ class LatestPublisher(rospy.Publisher):
                     self._send_rest(connection)
             except BlockingIOError:
                 pass
-            except (OSError, AttributeError):  # gone; its socket is None once rospy has closed it
+            except (OSError, AttributeError):  # the subscriber has gone; the socket is None once rospy has closed it
                 self._unsent.pop(connection, None)
                 connection.close()
 
     def _send_rest(self, connection):
-        """Complete a message sent in part; the present one is dropped, which keeps the stream whole."""
+        """Send the rest of an incomplete message; the new message is dropped, so that the stream stays valid."""
         rest = self._unsent[connection]
         sent = connection.socket.send(rest, socket.MSG_DONTWAIT)
         if sent < len(rest):

@@ -1,6 +1,6 @@
-"""The time of a simulator: as fast as the wall clock, N times as fast, as fast as possible, or by hand; and /clock.
+"""Pace a simulator (real time, N times as fast, as fast as possible, or step by step) and publish /clock.
 
-For a simulator's author::
+How to use it in a simulator::
 
     def main():
         init_simulator('my_simulator', PARAMETERS)  # instead of rospy.init_node; with the parameters below
@@ -9,10 +9,10 @@ For a simulator's author::
         ...                                  # topics
         clock.run(step)                      # calls step() until shutdown
 
-``step()`` lets STEP pass in the simulated world and publishes what is new; stamps are ``rospy.Time.now()``, which
-within step() is the time at its end wherever /clock is published (wall time elsewhere). /clock follows when step()
-returns, so that whoever waits for a time finds everything published that belongs to it. Nothing in a simulator may
-wait for simulated time in the thread that calls ``run``. Random numbers come from ``seeded_random()``.
+``step()`` advances the simulated world by STEP and publishes what is new; stamps are ``rospy.Time.now()``. With /clock,
+that is the simulated time at the end of the step (without, it is wall time). The message on /clock follows when step()
+returns, so that a node that waits for a time finds everything that belongs to it published. A simulator must not wait
+for simulated time in the thread that calls ``run``. Random numbers come from ``seeded_random()``.
 
 Private parameters: ``~rate``, ``~clock``, ``~paused``, ``~lockstep``, ``~lockstep_wait``; services ``~pause``,
 ``~resume`` (std_srvs/Trigger), ``~step`` (sim_ros/Step); topic ``~clock_status`` (sim_ros/ClockStatus,
@@ -21,10 +21,11 @@ latched).
 Lockstep (see sim_ros.lockstep): no step starts before every node of this machine that follows /clock is idle. A node
 that waits in wall time (time.sleep; rospy.wait_for_message polls) counts as idle.
 
-/use_sim_time: a simulator that publishes /clock sets it to true if it is not set; nodes that started before use wall
-time. A launch file should set it first. At its end the simulator deletes it if it or a launch file has set it.
+/use_sim_time: a simulator that publishes /clock sets it to true if it is not set; nodes that started earlier use wall
+time. A launch file should set it first. When the simulator ends, it deletes the parameter if it or a launch file has
+set it.
 
-Threading contract: ``run`` is called in one thread, which also answers ``services``; ~pause, ~resume and ~step come in
+Threading contract: ``run`` is called in one thread, which also answers ``services``; ~pause, ~resume and ~step run in
 rospy's threads.
 """
 import math
@@ -58,14 +59,14 @@ SEED = Integer('~seed', 0, 0)
 MOST_STEPS = 1_000_000  # of one call of ~step
 CLOCK_SIZE = len(frame(Clock()))  # [bytes]
 WARNING_PERIOD = 10.0  # [s] of wall time between two warnings of one kind
-ANSWER_POLL = 0.5  # [s] between two looks whether an answer can still be waited for
+ANSWER_POLL = 0.5  # [s] between two checks for a shutdown while waiting for an answer
 USE_SIM_TIME = '/use_sim_time'
 
 
 def init_simulator(name, declared):
-    """Initialise rospy for a simulator: the source of /clock must not wait for it. Call SimulatorClock next.
+    """Initialise rospy for a simulator, which must not wait for its own /clock. Call SimulatorClock next.
 
-    ``declared``: the parameters.Table of the simulator.
+    ``declared`` is the parameters.Table of the simulator.
     """
     nodes.init_node(name, declared, disable_rostime=True)
 
@@ -90,9 +91,9 @@ class SimulatorClock:
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._status = StatusReporter(self._pacer, lockstep, self._publishes, self._throttle)
         self._clock = None  # the publisher of /clock
-        self._lockstep = None  # waits for the nodes that follow
-        self._lag = None  # in place of that: looks for nodes that cannot follow
-        self._sets_sim_time = False  # and has to take it back
+        self._lockstep = None  # waits for the nodes that follow /clock
+        self._lag = None  # without lockstep: finds nodes that fall behind /clock
+        self._sets_sim_time = False  # /use_sim_time has to be deleted at the end
         if self._publishes:
             self._own_clock(step, lockstep)
         else:
@@ -105,7 +106,7 @@ class SimulatorClock:
         registration.on_return(self._restore)
 
     def run(self, step):
-        """Call ``step()`` when it is due, until shutdown."""
+        """Call ``step()`` whenever a step is due, until shutdown."""
         self._report()
         while not rospy.is_shutdown():
             given_up = self._pacer.wait()
@@ -113,7 +114,7 @@ class SimulatorClock:
                 self._no_step_due()
                 continue
             if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
-                time.sleep(self._pacer.step)  # no node follows yet: years would pass before one has started
+                time.sleep(self._pacer.step)  # no node follows yet: else years would pass before one has started
             if given_up and not self._lockstep:
                 rospy.logwarn('The simulator stood still for %.1f s (was the machine suspended?); it continues '
                               'from here.', given_up)
@@ -130,7 +131,7 @@ class SimulatorClock:
         now = self._set_time()
         self._answer()
         step()
-        if self._lockstep:  # else chance would say which a node takes first, these messages or /clock
+        if self._lockstep:  # else it would be chance whether a node handles these messages or /clock first
             self._wait_for_nodes()
         self._clock.publish(now)
         if self._lag:
@@ -138,14 +139,14 @@ class SimulatorClock:
         self._report()
 
     def _restore(self):
-        """Set again what a restarted master does not know."""
+        """Restore what a restarted master has lost."""
         if self._lockstep:
             self._lockstep.watch_master()
         if self._sets_sim_time and not rospy.has_param(USE_SIM_TIME):
             rospy.set_param(USE_SIM_TIME, True)
 
     def _set_time(self):
-        """Let this process's rospy know the time, without the detour through the topic; return it."""
+        """Set the ROS time of this process directly, without the topic; return it."""
         now = rospy.Time(*divmod(self._pacer.nanoseconds, 1_000_000_000))
         rospy_internals.set_time(now)
         return now
@@ -154,7 +155,7 @@ class SimulatorClock:
         return not self._publishes or self._clock.wanted()
 
     def _no_step_due(self):
-        """Do what may not wait for the next step: answer in a pause, tell late-comers what time it is."""
+        """Do what must not wait for the next step: answer calls in a pause, publish the time for new subscribers."""
         if self._pacer.paused:
             self.services.answer()
         if self._publishes:
@@ -162,12 +163,12 @@ class SimulatorClock:
         self._report()
 
     def _call_came(self):
-        """Interrupt a pause: calls are answered immediately in it."""
+        """Wake the pacer, so that a call in a pause is answered immediately."""
         if self._pacer.paused:
             self._pacer.wake()
 
     def _answer(self):
-        """Answer calls at the start of a step; in lockstep no call may be late by chance."""
+        """Answer calls at the start of a step; in lockstep, chance must not decide whether a call is late."""
         self.services.answer(max(MASTER_TIMEOUT, self._lockstep_timeout) if self._lockstep else MASTER_TIMEOUT)
 
     def _wait_for_nodes(self):
@@ -188,7 +189,7 @@ class SimulatorClock:
         self._status.report(*((watch.late, watch.busy) if watch else (0, '')))
 
     def _own_clock(self, step, lockstep):
-        """Publish /clock, and see to it that nodes follow it, as Gazebo does, and that there is one."""
+        """Publish /clock and set /use_sim_time, as Gazebo does, and warn of a second /clock."""
         self._clock = LatestPublisher('/clock', Clock)
         self._set_use_sim_time()
         if lockstep:
@@ -197,7 +198,7 @@ class SimulatorClock:
             self._lag = LagMonitor(self._clock, CLOCK_SIZE, step)
 
     def _set_use_sim_time(self):
-        """Set /use_sim_time where nobody has; say what speaks against it."""
+        """Set /use_sim_time to true if it is not set; warn if it is false, or if another node publishes /clock."""
         others = _other_clocks()
         if others:
             rospy.logwarn('%s', findings.two_clocks([*others, rospy.get_name()]))
@@ -213,7 +214,7 @@ class SimulatorClock:
                           'rosparam set %s true, before the other nodes start.', USE_SIM_TIME, USE_SIM_TIME)
 
     def _use_other_clock(self):
-        """Do what disable_rostime skipped: another node may publish /clock."""
+        """Initialise ROS time, which disable_rostime skipped, because another node may publish /clock."""
         if not rospy_internals.follow_time():
             raise rospy.exceptions.ROSInitException('ROS time could not be initialised')
         if rospy.get_param(USE_SIM_TIME, False) and not _other_clocks():
@@ -248,7 +249,7 @@ class SimulatorClock:
         return StepResponse(request.last, self._pacer.nanoseconds_after(request.last) / 1e9)
 
     def _wait_until_made(self, request):
-        """Wait until steps by hand are made, or given up because of a resume."""
+        """Wait until the requested steps are made, or dropped because of a resume; ServiceException at the shutdown."""
         while not request.wait(ANSWER_POLL) and not rospy.is_shutdown():
             pass
         if not request.made and rospy.is_shutdown():

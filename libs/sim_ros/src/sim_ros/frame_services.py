@@ -1,12 +1,12 @@
-"""Services that a simulator answers between two steps, like a node that does everything in its frame.
+"""Services that a simulator answers between two steps, like a single-threaded node.
 
 A call is queued when it arrives. At the start of each step, the stepping thread takes all queued calls and answers them
-in the order of their arrival; the answers leave before anything that the step publishes. So consecutive calls of one
+in the order of their arrival; the answers are sent before anything that the step publishes. So consecutive calls of one
 client take a step each, and calls of several clients share one.
 
-Calls that need the master do not hold up the steps: their handler is a generator that yields functions. Each function
-is called in another thread, and the yield returns its result or raises its exception. The step waits for it for a
-moment, which is nearly always enough, so that order and time are those of one thread; otherwise the call, and later
+Calls that need the master do not delay the steps: their handler is a generator that yields functions. Each function is
+called in another thread, and the yield returns its result or raises its exception. The step waits for it for a short
+time, which is nearly always enough, so that order and time are those of one thread; otherwise the call, and later
 ones that need the master, continue in the next steps, which do not wait for it again.
 
 Threading contract: ``put`` may be called from any thread, ``answer`` from the one that steps; handlers run there.
@@ -21,23 +21,23 @@ import rospy
 
 from rospy_support.rospy_internals import QueuedService, caller
 
-MASTER_TIMEOUT = 0.03  # [s] of wall time that a step waits for what asks the master; it takes some 3 ms
+MASTER_TIMEOUT = 0.03  # [s] of wall time that a step waits for calls of the master, which take about 3 ms
 
 
 class FrameServices:
     """The services of one simulator."""
 
     def __init__(self, on_call=lambda: None, by_name=False):
-        """``on_call()`` is called when there is something to answer, in any thread.
+        """``on_call()`` is called, in any thread, when there is something to answer.
 
-        ``by_name``: calls of one step are answered in the order of callers and services, not in that of coming,
-        which chance decides where several nodes call.
+        ``by_name``: answer the calls of one step in the order of callers and services. The order of arrival depends on
+        chance if several nodes call.
         """
         self._on_call, self._by_name = on_call, by_name
         self._lock = threading.Lock()
         self._queued = []  # (ServiceCall, its handler) since the last step
         self._unfinished = []  # _Answers that wait for the master, and those that wait for them
-        self.batch = 0  # counts the steps with calls: what the master says after one has begun holds for all its calls
+        self.batch = 0  # counts the steps with calls: an answer of the master in a step is valid for all its calls
         self._worker = _Worker(on_call)
 
     def add(self, name, service_class, handler):
@@ -51,9 +51,9 @@ class FrameServices:
         self._on_call()
 
     def answer(self, timeout=MASTER_TIMEOUT):
-        """Answer what was queued before now; wait for the master ``timeout`` [s of wall time] at most.
+        """Answer the calls queued so far; wait for the master at most ``timeout`` [s of wall time].
 
-        Steps do not wait again for what took longer.
+        Later steps do not wait again for a call that took longer.
         """
         if not self._queued and not self._unfinished:
             return
@@ -71,7 +71,7 @@ class FrameServices:
 
 
 class _Answer:
-    """What is to be done for a call."""
+    """The work that is left for one call."""
 
     def __init__(self, call, handler, worker):
         self.asks_master = inspect.isgeneratorfunction(handler)
@@ -80,18 +80,18 @@ class _Answer:
 
     @property
     def late(self):
-        """Return whether a step has waited for it already."""
+        """Return whether a step has already waited for it."""
         return self._steps is not None
 
     def proceed(self, end):
-        """Go on; return whether the call is answered, or False when it waits at ``end`` [s, monotonic]."""
+        """Continue until ``end`` [s, monotonic] at the latest; return whether the call is answered."""
         try:
             self._call.answer(self._run(end) if self.asks_master else self._handler(self._call.request))
         except _Unfinished:
             return False
         except rospy.ServiceException as failure:
-            self._call.fail(f'service cannot process request: {failure}')  # rospy's words
-        except Exception as error:  # as rospy does: a fault in one handler ends one call, not the node
+            self._call.fail(f'service cannot process request: {failure}')  # rospy's text
+        except Exception as error:  # as in rospy, an error in a handler ends one call, not the node
             rospy.logerr('Error processing request: %s', error, exc_info=True)
             self._call.fail(f'error processing request: {error}')
         return True
@@ -110,11 +110,11 @@ class _Answer:
 
 
 class _Unfinished(Exception):
-    """A call waits for the master."""
+    """Raised when a call still waits for the master."""
 
 
 class _Job:
-    """A function that is called on another thread."""
+    """A function that is called in another thread."""
 
     def __init__(self, function):
         self.done = threading.Event()
@@ -125,7 +125,7 @@ class _Job:
         """Call it; ``done`` is set afterwards."""
         try:
             self._result = self._function()
-        except Exception as error:  # the generator gets it
+        except Exception as error:  # give() raises it in the generator
             self._error = error
         self.done.set()
 

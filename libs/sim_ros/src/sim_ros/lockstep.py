@@ -1,6 +1,6 @@
-"""What a simulator in lockstep waits for: every node of this machine that follows its /clock, and the master.
+"""Lockstep: wait until the master and all nodes of this machine that follow /clock are idle.
 
-Threading contract: one thread, that which publishes /clock, uses a Lockstep.
+Threading contract: only the thread that publishes /clock uses a Lockstep.
 """
 import http.client
 import os
@@ -17,21 +17,21 @@ from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from rospy_support import rospy_internals
 
-FIRST_PAUSE = 5e-5  # [s] of wall time between two looks at first; it doubles up to
+FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks; it doubles up to LONGEST_PAUSE
 LONGEST_PAUSE = 1e-3  # [s]
-SETTLING = 0.12  # [s] without work after a registration: the master's threads that tell others look every 0.1 s
-WORK = 100_000  # [ns] that a thread runs at least for a registration; threads that poll run less between two looks
-NOBODY = 'the simulator itself, or new connections'  # where no node is busy
-NODE_TIMEOUT = 1.0  # [s] in which a node must answer what its process is
-TRIES = 3  # to ask it: a machine that stands still lets that time pass
+SETTLING = 0.12  # [s] without work after a registration: the master's threads that notify nodes poll every 0.1 s
+WORK = 100_000  # [ns] a thread runs at least this long for a registration; one that polls runs less between two checks
+NOBODY = 'the simulator itself, or new connections'  # reported if no node is busy
+NODE_TIMEOUT = 1.0  # [s] in which a node must answer a request for its process id
+TRIES = 3  # such requests: on a machine that stood still, the timeout passes without an answer
 
 
 class Snapshot(NamedTuple):
-    """How long each thread of each process had run at one look, in which none ran: {thread id: run time [ns]}."""
+    """The run times {thread id: run time [ns]} of all processes, taken in one check that found no thread running."""
 
-    master: Dict[str, int]  # empty where it cannot be watched
+    master: Dict[str, int]  # empty if it cannot be watched
     own: Dict[str, int]
-    followers: Tuple[Optional[Dict[str, int]], ...]  # None where one cannot be watched
+    followers: Tuple[Optional[Dict[str, int]], ...]  # None for one that cannot be watched
 
     def run_times(self):
         """Return {thread id: run time [ns]} of all processes."""
@@ -43,39 +43,39 @@ class Lockstep:
     """Waits until the followers of a publisher of /clock are idle."""
 
     def __init__(self, publisher, timeout, step):
-        """``timeout`` [s of wall time]: the longest wait; ``step`` [s]: that for the next step once a node was late."""
+        """``timeout`` [s of wall time] is the longest wait; once a node was late, it is ``step`` [s]."""
         self._publisher = publisher
         self._timeout = timeout
         self._step = step
         self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
         self.watch_master()
-        self._settled = {}  # {thread: run time [ns]} of the master when all were idle the last time
+        self._settled = {}  # {thread: run time [ns]} of the master when all nodes were last idle
         self._connections = ()
-        self._followers = {}  # connection: (name, ProcessThreads, or None where it cannot be watched)
-        self.late = 0  # steps that were begun although a node was not idle
+        self._followers = {}  # connection: (name, ProcessThreads or None if it cannot be watched)
+        self.late = 0  # steps that started although a node was not idle
         self.busy = ''  # names of the nodes that were still busy at the end of the last wait
 
     def watch_master(self):
         """Find the process of the master, again after a restart."""
         if not rospy.has_param(rospy_internals.LOG_PARAMETER):
-            # its default; a node that logs asks the master for it at every line until it is set
+            # set the default: until the parameter is set, a node that logs asks the master for it at every line
             rospy.set_param(rospy_internals.LOG_PARAMETER, False)
         self._master = _watch_master()
-        self._registrations = _registrations()  # when all were idle the last time
+        self._registrations = _registrations()  # when all nodes were last idle
 
     def wait(self):
         """Wait until all are idle; return whether they were in time."""
         timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
         timeout = self._step if self.busy else self._timeout
         settling = _Settling()
-        before = None  # the Snapshot of the last look
+        before = None  # the Snapshot of the last check
         while not rospy.is_shutdown():
             snapshot, now = self._look(), timer.look()
             settling.observe(snapshot, now)
             if _all_idle(before, snapshot) and settling.is_over(now):
                 if self._master_settled(snapshot, settling, now):
                     return True
-                snapshot = None  # the question has woken the master: two more looks
+                snapshot = None  # the request has woken the master: check twice more
             before = snapshot
             if now >= timeout:
                 self.late += 1
@@ -87,7 +87,7 @@ class Lockstep:
         return True
 
     def _look(self):
-        """Return a Snapshot; None when a thread runs, and when a follower has ended just now."""
+        """Return a Snapshot; None if a thread is running or a follower has just ended."""
         self._update_followers()
         try:
             master = self._master.runs() if self._master else {}
@@ -99,7 +99,7 @@ class Lockstep:
         for connection, (name, threads) in self._followers.items():
             try:
                 followers.append(threads and threads.runs())
-            except Gone:  # the node has ended; its connection follows
+            except Gone:  # the node has ended, and its connection will end soon
                 self._followers[connection] = name, None
                 return None
             if threads and followers[-1] is None:
@@ -107,9 +107,9 @@ class Lockstep:
         return None if own is None else Snapshot(master, own, tuple(followers))
 
     def _master_settled(self, snapshot, settling, now):
-        """Return whether the master has told all nodes what was registered; all have been idle up to ``snapshot``.
+        """Return whether the master has notified all nodes of new registrations; all were idle until ``snapshot``.
 
-        What the master was asked by then has woken its threads, so that this is asked once in a wait at most.
+        To find out, ask the master for its registrations, only once in a wait, because the request wakes its threads.
         """
         if settling.asked or self.busy or not _worked(self._settled, snapshot.master):
             self._settled, self.busy = snapshot.master, ''
@@ -121,7 +121,7 @@ class Lockstep:
         return False
 
     def _busy_names(self):
-        """Return the names of the nodes that are busy just now."""
+        """Return the names of the nodes that are busy now."""
         busy = set()
         for name, threads in self._followers.values():
             try:
@@ -132,7 +132,7 @@ class Lockstep:
         return ', '.join(sorted(busy))
 
     def _update_followers(self):
-        """Update the list of nodes."""
+        """Update the followers after a change of the connections."""
         connections = tuple(rospy_internals.connections(self._publisher))
         if connections == self._connections:
             return
@@ -147,20 +147,20 @@ class Lockstep:
 
 
 class _Settling:
-    """Within one wait: whether the time that the master needs after a registration has passed."""
+    """Decides, within one wait, whether the time that the master needs after a registration has passed."""
 
     def __init__(self):
-        self.asked = False  # whether the master was asked what is registered
-        self.needed = 0.0  # [s] in which no node may do any work
-        self._since = 0.0  # [s] in the wait, when the last work was seen
-        self._ran = None  # {thread: run time [ns]} at the last look
+        self.asked = False  # whether the master was asked for its registrations
+        self.needed = 0.0  # [s] for which no node may do any work
+        self._since = 0.0  # [s] time of the last work, counted from the start of the wait
+        self._ran = None  # {thread: run time [ns]} at the last check
 
     def start(self, now):
-        """Ask for SETTLING from ``now`` [s] on."""
+        """Require SETTLING without work from ``now`` [s] on."""
         self.needed, self._since = SETTLING, now
 
     def observe(self, snapshot, now):
-        """Take in a look; who polls in wall time wakes up now and then, for nothing."""
+        """Note a Snapshot taken at ``now`` [s]. The short run times of threads that poll do not count as work."""
         if snapshot and self.needed:
             ran = snapshot.run_times()
             if self._ran is None or _worked(self._ran, ran):
@@ -168,23 +168,23 @@ class _Settling:
             self._ran = ran
 
     def is_over(self, now):
-        """Return whether nobody has worked for as long as is needed."""
+        """Return whether no thread has worked for the time that is needed."""
         return now - self._since >= self.needed
 
 
 def _all_idle(before, after):
-    """Return whether no thread has run between two looks; only the master's may have polled. None: one ran."""
+    """Return whether no thread has run between two checks, apart from polling of the master; None: one was running."""
     return (before is not None and after is not None and after.own == before.own
             and after.followers == before.followers and not _worked(before.master, after.master))
 
 
 def _worked(before, after):
-    """Return whether a thread has done more than to look for work."""
+    """Return whether a thread has done more than poll."""
     return any(ran - before.get(thread, 0) > WORK for thread, ran in after.items())
 
 
 def _watch(connection):
-    """Return the ProcessThreads of a subscriber; None, with a warning, when they are out of sight."""
+    """Return the ProcessThreads of a subscriber; warn and return None if they cannot be watched."""
     name = connection.endpoint_id
     try:
         here, there = connection.socket.getsockname()[0], connection.socket.getpeername()[0]
@@ -194,7 +194,7 @@ def _watch(connection):
         threads.runs()
         return threads
     except (OSError, AttributeError, xmlrpc.client.Error, rosgraph.MasterException, Gone) as error:
-        if not isinstance(error, rosgraph.MasterException):  # one that the master does not know any more is leaving
+        if not isinstance(error, rosgraph.MasterException):  # no warning: the node has unregistered, it is ending
             rospy.logwarn('Lockstep cannot wait for %s: %s', name, error)
         return None
 
@@ -213,7 +213,7 @@ def _watch_master():
 
 
 def _registrations():
-    """Return what is registered with the master, or None."""
+    """Return all registrations of the master (getSystemState); None if it does not answer."""
     try:
         return _proxy(rosgraph.get_master_uri()).getSystemState(rospy.get_name())[2]
     except (OSError, xmlrpc.client.Error, http.client.HTTPException):

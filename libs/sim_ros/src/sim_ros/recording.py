@@ -1,7 +1,7 @@
 """A simulated world that several threads share, with the recording that ``~record`` asks for.
 
-Threading contract: ``lock`` guards the world and its recording; whoever holds it never waits for the master or for
-images.
+Threading contract: ``lock`` guards the world and its recording; a thread that holds it never waits for the master or
+for images.
 """
 import contextlib
 import os
@@ -18,13 +18,13 @@ RECORD = parameters.Text('~record', '')
 
 
 class RecordedWorld:
-    """A world, its lock, and the recording of what takes effect in its steps, if there is one."""
+    """A world, its lock, and the recording of its steps, if there is one."""
 
     def __init__(self, world, columns, fields, log_refusal):
         """``world`` counts its ``steps``.
 
-        ``columns``: of the recording; ``fields(result)`` returns what stands in them after a step with that result.
-        ``log_refusal(error)`` logs an InvalidInput that fails a service call.
+        ``columns`` are the columns of the recording; ``fields(result)`` returns their values after a step with that
+        result. ``log_refusal(error)`` logs an InvalidInput that makes a service call fail.
         """
         self.world = world
         self.lock = threading.Lock()
@@ -34,9 +34,9 @@ class RecordedWorld:
 
     @contextlib.contextmanager
     def change(self):
-        """Hold the lock and hand out the world; what it refuses becomes the failure of a service call.
+        """Hold the lock and yield the world; turn an InvalidInput into the failure of a service call.
 
-        Who changes something calls ``note``, too.
+        Call ``note`` after a change.
         """
         try:
             with self.lock:
@@ -46,10 +46,10 @@ class RecordedWorld:
             raise rospy.ServiceException(str(refusal)) from None
 
     def record_if_asked(self):
-        """Record into the file of ``~record``, unless that is empty. Raise ParameterError when that is not possible.
+        """Record into the file ``~record``, unless that is empty. Raise ParameterError if that is not possible.
 
-        Parameters outlive nodes: one that an earlier run has set must neither cost that run's recording nor keep this
-        one from starting.
+        Parameters outlive nodes: one that an earlier run has set must neither overwrite that run's recording nor
+        prevent this node from starting.
         """
         path = RECORD.read()
         if not path:
@@ -67,12 +67,12 @@ class RecordedWorld:
         rospy.loginfo('Recording %s; its name is %s until this node ends.', recorder.path, recorder.path + ACTIVE)
 
     def record(self, path):
-        """Record from the next step on; return the Recorder. Raise OSError when the file cannot be written."""
+        """Record from the next step on; return the Recorder. Raise OSError if the file cannot be written."""
         self._recorder = Recorder(path, self._columns)
         return self._recorder
 
     def note(self, event, *values, request=None):
-        """Record an event that takes effect now or in the next step; the lock is held.
+        """Record an event that takes effect now or in the next step. The caller must hold the lock.
 
         ``request`` is the message or service request that asked for it.
         """
@@ -80,7 +80,7 @@ class RecordedWorld:
             self._recorder.note(event, *values, caller=caller(request))
 
     def record_step(self, result):
-        """Record the step that was just made; the lock is held. A disk that is full ends the recording alone."""
+        """Record the step just made. The caller must hold the lock. A full disk ends only the recording."""
         if self._recorder is None:
             return
         try:

@@ -1,4 +1,4 @@
-"""``~clock_status``: how a simulator's time passes."""
+"""Publish ``~clock_status``: how a simulator's time passes."""
 import math
 import time
 
@@ -6,14 +6,14 @@ from rospy_support.topics import Publisher
 from sim_ros.msg import ClockStatus
 
 PERIOD = 1.0  # [s] of wall time between two messages
-ENOUGH = 0.9  # share of the pace that was asked for, below which a warning says so
+ENOUGH = 0.9  # a smaller share of the requested rate causes a warning
 
 
 class StatusReporter:
     """Publishes the status when something has changed and, if ``periodic``, every PERIOD. One thread uses it."""
 
     def __init__(self, pacer, lockstep, periodic, throttle):
-        """``pacer``: the simulator's; ``lockstep``: whether it waits for nodes; ``throttle`` for the warning."""
+        """``pacer`` is the simulator's; ``lockstep``: whether it waits for nodes; ``throttle`` is for the warning."""
         self._pacer = pacer
         self._lockstep = lockstep
         self._periodic = periodic
@@ -22,10 +22,10 @@ class StatusReporter:
         self._next = 0.0  # [s, monotonic] when the next message is due if nothing changes
         self._reported = None  # (paused, whether a step was late) of the last message
         self._since = time.monotonic()  # [s] of the last message
-        self._steps = 0  # until then
+        self._steps = 0  # steps at the last message
 
     def report(self, late, busy):
-        """Publish what is due; ``late`` and ``busy`` as in ClockStatus, late_steps and busy."""
+        """Publish the status if it is due; ``late`` and ``busy``: late_steps and busy of ClockStatus."""
         now, pacer = time.monotonic(), self._pacer
         state = pacer.paused, late > 0
         changed = state != self._reported
@@ -33,7 +33,7 @@ class StatusReporter:
             return
         passed = now - self._since
         pace = (pacer.steps - self._steps) * pacer.step / max(passed, 1e-9)
-        if not changed and passed >= PERIOD and pace < ENOUGH * pacer.rate:  # nothing but time has passed
+        if not changed and passed >= PERIOD and pace < ENOUGH * pacer.rate:  # nothing else has changed
             self._warn_of_pace(pace)
         self._since, self._steps = now, pacer.steps
         self._next, self._reported = now + PERIOD, state
@@ -41,7 +41,7 @@ class StatusReporter:
                                 late, busy)
 
     def _warn_of_pace(self, pace):
-        """Say that time passes too slowly, where a pace was asked for and no node is to blame."""
+        """Warn that time passes too slowly, if ~rate asks for a rate and no node is the cause."""
         if not self._pacer.paused and not self._lockstep and self._pacer.rate < math.inf:
             self._throttle.warn('slow', 'Time passes %.1f times as fast as the wall clock, ~rate asks for %g; nodes '
                                 'that follow /clock notice nothing of that.', pace, self._pacer.rate)

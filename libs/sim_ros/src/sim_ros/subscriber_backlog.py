@@ -1,31 +1,31 @@
-"""How far the nodes of this machine are behind a topic: the unread messages in their sockets. Linux.
+"""Count the messages of a topic that local subscribers have not read yet. Linux only.
 
-A node that gets no CPU time does not read. The tables of TCP sockets (proc(5), /proc/net/tcp) tell how much waits for
-it, in the row of the node's end of the connection.
+A node that gets no CPU time does not read. The tables of TCP sockets (proc(5), /proc/net/tcp) contain the number of
+unread bytes, in the row of the subscriber's end of the connection.
 """
 import time
 
 from rospy_support import rospy_internals
 
 LONGEST_LAG = 0.2  # [s] of simulated time that a node may be behind /clock
-LOOK_PERIOD = 0.1  # [s] of wall time between two looks
+LOOK_PERIOD = 0.1  # [s] of wall time between two checks
 TABLES = '/proc/net/tcp', '/proc/net/tcp6'
 
 
 class LagMonitor:
-    """Looks now and then which nodes are too far behind /clock: for a simulator that does not wait for them."""
+    """Finds nodes that are too far behind /clock, for a simulator that does not wait for them."""
 
     def __init__(self, clock, size, step):
-        """``clock``: its publisher; ``size`` [bytes] of its messages; ``step`` [s] of simulated time between two."""
+        """``clock`` publishes messages of ``size`` [bytes], one every ``step`` [s] of simulated time."""
         self._clock = clock
         self._size = size
         self._step = step
-        self._next_look = 0.0  # [s, monotonic]
-        self.late = 0  # looks that found a node behind
-        self.busy = ''  # the nodes that were, in the last of them
+        self._next_look = 0.0  # [s, monotonic] time of the next check
+        self.late = 0  # checks that found a node behind
+        self.busy = ''  # the nodes that were behind in the last of these checks
 
     def look(self):
-        """Return how far [s of simulated time] the slowest node is behind; 0.0 where none is, or no look is due."""
+        """Return how far [s of simulated time] the slowest node is behind; 0.0 if none is, or no check is due."""
         now = time.monotonic()
         if now < self._next_look:
             return 0.0
@@ -40,7 +40,10 @@ class LagMonitor:
 
 
 def unread(publisher, size):
-    """Return {node: how many messages of ``size`` [bytes] it has not read} of a rospy.Publisher's local subscribers."""
+    """Return {node: number of unread messages} of the local subscribers of a rospy.Publisher.
+
+    ``size`` [bytes] is that of one message.
+    """
     ports = {}
     for connection in list(rospy_internals.connections(publisher)):
         try:
@@ -60,7 +63,7 @@ def unread(publisher, size):
 
 
 def receive_queues(table):
-    """Return {(local port, remote port): bytes received and not read} of the lines of a table, its head first."""
+    """Return {(local port, remote port): unread bytes} from the lines of a table; the first line is its heading."""
     queues = {}
     for line in list(table)[1:]:
         _, local, remote, _, lengths = line.split()[:5]
