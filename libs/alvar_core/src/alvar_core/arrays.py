@@ -1,6 +1,6 @@
-"""The array types of the type hints; shapes, units and number types stand in the docstrings.
+"""Array types for type hints; the docstrings state shapes, units and number types.
 
-Floats: float32 or float64; Bools; Integers; Image: what OpenCV takes and gives, uint8 unless said otherwise.
+``Floats`` are float32 or float64, an ``Image`` is an array of OpenCV, uint8 unless stated otherwise.
 """
 from typing import TYPE_CHECKING, Any
 

@@ -5,11 +5,12 @@
         <corner x="-2.2" y="-2.2" z="0" /> ... four: bottom left, bottom right, top right, top left as drawn
     </marker> ...
 
-Lengths in the files are centimetres, here metres. The first marker is the master: it gives the bundle its number; the
-bundle's frame is that of the corners (by custom the master's: origin in its centre, x right, y up, z out of it).
-A marker of status 0 belongs to the bundle, but its place is unknown (a training that never saw it writes this).
+Lengths in the files are in centimetres, here in metres. The first marker is the master: its id is the id of the bundle.
+The corners are given in the bundle's frame (usually that of the master: origin in its centre, x right, y up, z out of
+it). A marker with status 0 belongs to the bundle, but its position is unknown: ALVAR's training writes this for a
+marker that it never saw.
 
-The form is that of ALVAR 2.0's MultiMarker as read by ar_track_alvar.
+The format is that of ALVAR 2.0's MultiMarker, as read by ar_track_alvar.
 """
 from __future__ import annotations
 
@@ -26,23 +27,24 @@ from alvar_core.arrays import ArrayLike, Floats
 from kinematic_core import documents
 from kinematic_core.validation import LARGEST_MARKER_ID, shown
 
-METRES = 0.01  # a unit of the files
-FROM_FILE = [3, 2, 1, 0]  # top left, top right, bottom right, bottom left of a file's corners, and back
-UNEVEN = 0.05  # of the side: how much a marker may differ from a square
-LOST_CORNER = 0.02  # of the side: some versions of createMarker write the first corner this near to the centre
-MAX_LENGTH = 1e6  # cm
+METRES = 0.01  # [m] per unit of the files
+FROM_FILE = [3, 2, 1, 0]  # converts the order of corners in a file to top left, clockwise, and back
+UNEVEN = 0.05  # share of the side by which a marker may differ from a square
+LOST_CORNER = 0.02  # share of the side: some versions of createMarker write the first corner this near to the centre
+MAX_LENGTH = 1e6  # [cm]
 
 
 class BundleError(ValueError):
-    """A bundle file that cannot be used: says which file, which element, and what is allowed."""
+    """A bundle file cannot be used; the text names the file, the element, and what is allowed."""
 
 
 @dataclass(frozen=True)
 class Bundle:
     """A rigid set of markers.
 
-    source: the file; master: id of the first marker; ids: all; corners: {id: (4, 3)} m in the bundle's frame, top left,
-    top right, bottom right, bottom left, of the markers whose place is known; notes: what is odd about the file.
+    ``source`` is the file, ``master`` the id of the first marker, ``ids`` those of all markers. ``corners``
+    {id: (4, 3)} [m], in the bundle's frame: top left, top right, bottom right, bottom left of each marker whose
+    position is known. ``notes`` are texts about what is unusual in the file.
     """
 
     source: str
@@ -53,18 +55,18 @@ class Bundle:
 
     @property
     def sizes(self) -> dict[code.Value, float]:
-        """{id: side in m} of the markers whose place is known."""
+        """Return {id: side [m]} of the markers whose position is known."""
         return {number: float(np.mean(sides(corners))) for number, corners in self.corners.items()}
 
 
 def sides(corners: Floats) -> Floats:
-    """The lengths (4,) of the sides of corners (4, 3)."""
+    """Return the lengths (4,) of the sides between corners (4, 3)."""
     lengths: Floats = np.linalg.norm(np.roll(corners, -1, 0) - corners, axis=1)
     return lengths
 
 
 def marker_pose(corners: Floats) -> tuple[Floats, Floats]:
-    """Rotation (3, 3) and position (3,) of a marker (x right, y up, z out of it) with corners (4, 3)."""
+    """Return rotation (3, 3) and position (3,) of a marker (x right, y up, z out of it) with corners (4, 3)."""
     top_left, top_right, bottom_right, bottom_left = corners
     x = top_right + bottom_right - top_left - bottom_left
     x = x / np.linalg.norm(x)
@@ -74,7 +76,7 @@ def marker_pose(corners: Floats) -> tuple[Floats, Floats]:
 
 
 def read(path: str | os.PathLike[str]) -> Bundle:
-    """Return the Bundle of an XML file. Raises BundleError."""
+    """Return the Bundle in an XML file; raise BundleError."""
     try:
         root = documents.read_xml(path)
     except OSError as error:
@@ -130,7 +132,7 @@ class _Reader:
         return index, self.square(place, where)[FROM_FILE] * METRES
 
     def square(self, place: Floats, where: str) -> Floats:
-        """Corners (4, 3) as in the file, checked; the first one is computed where createMarker lost it."""
+        """Check corners (4, 3) in the file's order and return them; restore a first one that createMarker has lost."""
         side = np.linalg.norm(place[2] - place[1])
         if side > 0 and np.linalg.norm(place[0] - (place[1] + place[3]) / 2) < LOST_CORNER * side:
             place = np.concatenate([[place[1] + place[3] - place[2]], place[1:]])
@@ -172,7 +174,7 @@ class _Reader:
 
 
 def xml(corners: Mapping[code.Value, ArrayLike]) -> str:
-    """The text of a bundle file.  corners: {id: (4, 3)} m, top left, top right, bottom right, bottom left."""
+    """Return the text of a bundle file from ``corners`` {id: (4, 3)} [m], in the order of Bundle.corners."""
     lines = ['<?xml version="1.0" encoding="UTF-8" standalone="no" ?>', f'<multimarker markers="{len(corners)}">']
     for index, place in corners.items():
         points = np.round(np.asarray(place, float)[FROM_FILE] / METRES, 6) + 0.0  # no -0

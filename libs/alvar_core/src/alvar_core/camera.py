@@ -1,4 +1,4 @@
-"""The camera's two maps: ideal (undistorted) pixels and real pixels, plumb_bob or rational distortion.
+"""Map ideal (undistorted) pixels of a camera to real ones and back, with plumb_bob or rational distortion.
 
 Ideal pixels are those of a camera with the same matrix and no distortion: u = fx x / z + cx. Pixel (0, 0) is the
 centre of the top left pixel.
@@ -12,13 +12,13 @@ from alvar_core.arrays import ArrayLike, Floats
 
 
 class CameraError(ValueError):
-    """A camera matrix or distortion that cannot be used."""
+    """A camera matrix or distortion cannot be used."""
 
 
 class Camera:
-    """Camera matrix (9 numbers, pixels) and distortion (k1 k2 p1 p2 [k3 [k4 k5 k6]]); CameraError if unusable.
+    """Camera matrix (9 numbers) [px] and distortion (k1 k2 p1 p2 [k3 [k4 k5 k6]]); CameraError if unusable.
 
-    size: (width, height) px of its images if known; images of another size are refused then.
+    ``size`` (width, height) [px], if given, is the size of its images; others are refused.
     """
 
     def __init__(self, matrix: ArrayLike, distortion: ArrayLike | None = None,
@@ -31,7 +31,7 @@ class Camera:
         self.focal, self.centre = self.matrix[[0, 1], [0, 1]], self.matrix[:2, 2]
 
     def to_real(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Ideal pixel coordinates (two arrays of one shape) to real ones."""
+        """Return the real pixel coordinates of ideal ones; ``x`` and ``y`` are two arrays of one shape."""
         if not self.distorted:
             return x, y
         k1, k2, p1, p2, k3, k4, k5, k6 = (float(k) for k in self.distortion)
@@ -47,7 +47,7 @@ class Camera:
         return real_x * float(self.fx) + float(self.cx), real_y * float(self.fy) + float(self.cy)
 
     def to_ideal(self, points: ArrayLike) -> Floats:
-        """Real pixel points (..., 2) to ideal ones, float64."""
+        """Return the ideal pixel points (..., 2), float64, of real ones."""
         points = np.asarray(points, np.float64)
         if not self.distorted:
             return points.copy()
@@ -56,12 +56,12 @@ class Camera:
         return np.asarray(ideal, np.float64).reshape(points.shape)
 
     def to_rays(self, ideal: ArrayLike) -> Floats:
-        """Ideal pixel points (..., 2) to x/z, y/z."""
+        """Return the rays (..., 2), x/z and y/z, of ideal pixel points (..., 2)."""
         return (np.asarray(ideal) - self.centre) / self.focal
 
 
 def default_camera(width: int = 640, height: int = 480, distorted: bool = False) -> Camera:
-    """A Camera like a webcam's: 60 degrees wide; with some barrel distortion if asked."""
+    """Return a Camera like that of a webcam, 60 degrees wide, with slight barrel distortion if ``distorted``."""
     focal = 0.82 * width
     return Camera([focal, 0, width / 2 - 0.5, 0, focal, height / 2 - 0.5, 0, 0, 1],
                   [-0.15, 0.04, 0.001, -0.0008, 0.0] if distorted else None)

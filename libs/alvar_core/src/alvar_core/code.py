@@ -1,18 +1,18 @@
 """The code of ALVAR's markers: numbers and short texts as black and white cells.
 
-A marker of resolution n (odd, 5 and up) has n x n data cells; 1 stands for a white cell here. The middle row
-alternates white and black, starting white, and tells the resolution. In the middle column the two cells above the
-middle are black and the two below white: they tell which side is up. Every other cell carries, row by row from the
-top left, one bit (black is 1) of a code word:
+A marker of resolution n (odd, 5 or more) has n x n data cells; in arrays of cells, 1 (True) is white. The middle row
+alternates white and black, starting with white; it shows the resolution. In the middle column, the two cells above the
+middle are black and the two below are white; they show which side is up. Every other cell contains, row by row from
+the top left, one bit (black is 1) of a code word:
 
 * resolution 5: the number, 8 bits, as two extended Hamming(8,4) blocks;
-* larger: first four flags as one Hamming(8,4) block (long blocks? and three bits of kind), then the payload in blocks
-  of 8 or, with the first flag, of 16 cells.
+* larger resolutions: four flags as one Hamming(8,4) block (one bit for long blocks, three bits for the kind), then the
+  payload in blocks of 8 cells, or of 16 if the first flag is set.
 
-Inside a block of n cells the positions 1, 2, 4, 8 ... are parity bits, the last one of a whole block over all others.
-The last block of a marker may be shorter. Text is stored with six bits a letter.
+In a block of n cells, the positions 1, 2, 4, 8 ... are parity bits; the last cell of a complete block is the parity of
+all others. The last block of a marker may be shorter. Texts are stored with six bits per letter.
 
-Behaviour after ALVAR 2.0 as used by ar_track_alvar (resolution up to 127 there, up to MAX_RESOLUTION here).
+The behaviour is that of ALVAR 2.0 as used by ar_track_alvar, with resolutions up to MAX_RESOLUTION instead of 127.
 """
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from kinematic_core.validation import LARGEST_MARKER_ID
 NUMBER, STRING, FILE, HTTP = range(4)
 KINDS = ('number', 'string', 'file', 'http')
 MIN_RESOLUTION, MAX_RESOLUTION = 5, 31
-MARGIN, MAX_MARGIN = 2, 10  # cells of the black rim: as ALVAR prints them by default, and the most
+MARGIN, MAX_MARGIN = 2, 10  # [cells] width of the black border: ALVAR's default, and the largest
 LETTERS = ":abcdefghijklmnopqrstuvwxyz0123456789+-*/()$= ,.#[]%\"_!&'?<>@\\^;"
 HEADER_BITS = 8
 
@@ -37,15 +37,15 @@ Word = Tuple[int, int, Sequence[int]]  # resolution, block size, bits
 
 
 class CodeError(ValueError):
-    """A number, text or resolution that no marker can have, or cells that are no marker."""
+    """A number, text or resolution that no marker can have, or cells that are not a marker."""
 
 
 @dataclass(frozen=True)
 class Content:
-    """What a marker says.
+    """The content of a marker.
 
-    kind: an index of KINDS; value: the number or text; corrected: number of corrected cells; turns: number of quarter
-    turns, counterclockwise as numpy.rot90's, that make the given cells upright.
+    ``kind`` is an index of KINDS, ``value`` the number or text, ``corrected`` the number of corrected cells, ``turns``
+    the number of quarter turns, counter-clockwise as in numpy.rot90, that make the given cells upright.
     """
 
     kind: int
@@ -55,7 +55,7 @@ class Content:
 
 
 def check_resolution(resolution: float) -> int:
-    """Return the resolution as int, or raise CodeError if no marker has it."""
+    """Return the resolution as int; raise CodeError if no marker can have it."""
     if isinstance(resolution, bool) or not isinstance(resolution, Real) \
             or resolution not in range(MIN_RESOLUTION, MAX_RESOLUTION + 1, 2):
         raise CodeError(f'marker resolution {resolution!r}: an odd number from {MIN_RESOLUTION} to {MAX_RESOLUTION} '
@@ -64,7 +64,7 @@ def check_resolution(resolution: float) -> int:
 
 
 def fixed_cells(resolution: int) -> tuple[Bools, Bools]:
-    """Return (mask, white), each (n, n) bool: the cells that all markers share, and which of them are white."""
+    """Return (mask, white), each (n, n) bool: the cells that are equal in all markers, and which of them are white."""
     n, mid = check_resolution(resolution), resolution // 2
     mask, white = np.zeros((n, n), bool), np.zeros((n, n), bool)
     mask[mid] = True
@@ -75,7 +75,7 @@ def fixed_cells(resolution: int) -> tuple[Bools, Bools]:
 
 
 def payload_cells(resolution: int, block: int) -> int:
-    """Number of cells that carry payload (parity included) with blocks of `block` cells."""
+    """Return the number of cells for payload, including parity, with blocks of ``block`` cells."""
     cells = resolution * resolution - resolution - 4 - (HEADER_BITS if resolution > 5 else 0)
     tail = cells % block
     return cells - tail if tail < 3 else cells
@@ -90,7 +90,7 @@ def _block_sizes(cells: int, block: int) -> list[int]:
 
 
 def data_bits(cells: int, block: int) -> int:
-    """Data bits that fit in `cells` cells."""
+    """Return the number of data bits that fit in ``cells`` cells."""
     return sum(sum(not _is_parity(i) for i in range(1, size + 1)) for size in _block_sizes(cells, block))
 
 
@@ -121,7 +121,7 @@ def _encode(bits: Sequence[int], cells: int, block: int) -> list[int]:
 
 
 def _decode_block(word: Sequence[int]) -> tuple[list[int], int] | None:
-    """Return (data bits, corrected) or None when two cells are wrong."""
+    """Return (data bits, corrected), or None if two cells are wrong."""
     size = len(word)
     word = [0] + list(word)
     syndrome = 0
@@ -156,7 +156,7 @@ def _decode(word: Sequence[int], block: int) -> tuple[list[int], int] | None:
 
 
 def _smallest(length: int, first: int, strong: bool, resolution: int | None) -> tuple[int, int]:
-    """Return (resolution, block): the smallest marker with room for `length` data bits."""
+    """Return (resolution, block) of the smallest marker that holds ``length`` data bits."""
     wanted = range(first, MAX_RESOLUTION + 1, 2) if resolution is None else [check_resolution(resolution)]
     for n in wanted:
         for block in (8,) if n == 5 or strong else (8, 16):
@@ -210,8 +210,8 @@ def _text_word(text: str, strong: bool, resolution: int | None) -> Word:
 def encode(value: Value, kind: int | None = None, strong: bool = False, resolution: int | None = None) -> Bools:
     """Return the data cells, (n, n) bool, True is white, of a number (int) or a text (str).
 
-    The smallest resolution with room is taken, as ALVAR does, unless one is given. `strong` forbids blocks of 16.
-    `kind` is an index of KINDS, by default NUMBER or STRING after the type. Raises CodeError.
+    Use the smallest resolution that is enough, as ALVAR does, unless ``resolution`` is given. ``strong`` forbids blocks
+    of 16. ``kind`` is an index of KINDS, by default NUMBER for an int, STRING for a str. Raise CodeError.
     """
     kind = (STRING if isinstance(value, str) else NUMBER) if kind is None else kind
     if (kind == NUMBER) == isinstance(value, str):
@@ -231,7 +231,7 @@ def encode(value: Value, kind: int | None = None, strong: bool = False, resoluti
 
 
 def decode_upright(cells: ArrayLike, max_fixed_errors: int = 0) -> Content | None:
-    """Return the Content of upright cells ((n, n), true is white), or None if they are not a marker."""
+    """Return the Content of upright cells (n, n), True is white; None if they are not a marker."""
     cells = np.asarray(cells, bool)
     n = check_resolution(len(cells))
     mask, white = fixed_cells(n)
@@ -259,9 +259,9 @@ def decode_upright(cells: ArrayLike, max_fixed_errors: int = 0) -> Content | Non
 
 
 def decode(cells: ArrayLike, max_wrong: int = 1) -> Content | None:
-    """Return the Content of cells seen in any of the four orientations, or None.
+    """Return the Content of cells in any of the four orientations, or None.
 
-    At most `max_wrong` cells may be wrong. The orientation with the fewest wrong cells counts; None if two tie.
+    At most ``max_wrong`` cells may be wrong. The orientation with the fewest wrong cells wins; None if two tie.
     """
     best: list[Content] = []
     for turns in range(4):

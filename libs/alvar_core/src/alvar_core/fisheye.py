@@ -1,7 +1,7 @@
-"""A wide lens: the equidistant (Kannala-Brandt) model, as camera_calibration writes it and cv2.fisheye has it.
+"""A wide lens: the equidistant (Kannala-Brandt) model of camera_calibration and cv2.fisheye.
 
-The angle theta of a ray to the optical axis is drawn at the radius theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
-k4 theta^8) focal lengths. Ideal pixels exist in front of the camera only, below 90 degrees.
+A ray at the angle theta to the optical axis appears at a radius of theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
+k4 theta^8) focal lengths. Ideal pixels exist only in front of the camera, for angles below 90 degrees.
 """
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from alvar_core.camera import Camera, CameraError
 
 
 class FisheyeCamera(Camera):
-    """Camera matrix (9 numbers, pixels) and k1 k2 k3 k4; CameraError if unusable."""
+    """Camera matrix (9 numbers) [px] and k1 k2 k3 k4; CameraError if unusable."""
 
     def __init__(self, matrix: ArrayLike, distortion: ArrayLike) -> None:
         super().__init__(matrix)
@@ -23,7 +23,7 @@ class FisheyeCamera(Camera):
         self.distortion, self.distorted = values, True
 
     def to_real(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Ideal pixel coordinates (two arrays of one shape) to real ones."""
+        """Return the real pixel coordinates of ideal ones; ``x`` and ``y`` are two arrays of one shape."""
         x, y = (x - float(self.cx)) * float(1 / self.fx), (y - float(self.cy)) * float(1 / self.fy)
         radius = np.sqrt(x * x + y * y)
         theta = np.arctan(radius)
@@ -34,7 +34,7 @@ class FisheyeCamera(Camera):
         return x * scale * float(self.fx) + float(self.cx), y * scale * float(self.fy) + float(self.cy)
 
     def to_ideal(self, points: ArrayLike) -> Floats:
-        """Real pixel points (..., 2) to ideal ones, float64."""
+        """Return the ideal pixel points (..., 2), float64, of real ones."""
         points = np.asarray(points, np.float64)
         flat = points.reshape(-1, 1, 2)
         ideal = cv2.fisheye.undistortPoints(flat, self.matrix, self.distortion, P=self.matrix)

@@ -11,7 +11,7 @@ from alvar_core.arrays import Floats
 
 
 def quaternion_from_matrix(rotation: Floats) -> Floats:
-    """Quaternion x y z w (w >= 0) of a rotation matrix."""
+    """Return the quaternion x y z w (w >= 0) of a rotation matrix."""
     (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation).tolist()
     x, y, z, w = max(((1 + a - e - i, b + d, c + g, h - f), (b + d, 1 - a + e - i, f + h, c - g),
                       (c + g, f + h, 1 - a - e + i, d - b), (h - f, c - g, d - b, 1 + a + e + i)),
@@ -21,7 +21,7 @@ def quaternion_from_matrix(rotation: Floats) -> Floats:
 
 
 def matrix_from_quaternion(quaternion: Sequence[float] | Floats) -> Floats:
-    """Rotation matrix (3, 3) of a quaternion x y z w of any length above 0."""
+    """Return the rotation matrix (3, 3) of a quaternion x y z w of any length above 0."""
     x, y, z, w = quaternion
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     x, y, z, w = x / norm, y / norm, z / norm, w / norm
@@ -31,7 +31,7 @@ def matrix_from_quaternion(quaternion: Sequence[float] | Floats) -> Floats:
 
 
 def matrix_from_rpy(roll: float, pitch: float, yaw: float) -> Floats:
-    """Rotation matrix (3, 3) of angles [rad] about the fixed x, y and z axes, in this order (URDF, SDF)."""
+    """Return the rotation matrix (3, 3) of angles [rad] about the fixed x, y and z axes, in this order (URDF, SDF)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
     return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
                      [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
@@ -39,12 +39,15 @@ def matrix_from_rpy(roll: float, pitch: float, yaw: float) -> Floats:
 
 
 def angle_between(a: Floats, b: Floats) -> float:
-    """Angle of the rotation from matrix a to matrix b, radians."""
+    """Return the angle [rad] of the rotation from matrix ``a`` to matrix ``b``."""
     return math.acos(min(1.0, max(-1.0, (float(np.vdot(a, b)) - 1) / 2)))
 
 
 def facing(tilt: float, azimuth: float, roll: float) -> Floats:
-    """Rotation (3, 3) of a marker facing the camera, tilted about the image direction `azimuth`, and rolled (rad)."""
+    """Return the rotation (3, 3) of a marker that faces the camera, rolled about the optical axis, then tilted [rad].
+
+    The axis of the tilt lies in the image plane, in the direction ``azimuth`` [rad].
+    """
     toward = np.diag([1.0, -1.0, -1.0])
     axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0]) * tilt
     return cv2.Rodrigues(axis)[0] @ cv2.Rodrigues(np.array([0.0, 0.0, roll]))[0] @ toward

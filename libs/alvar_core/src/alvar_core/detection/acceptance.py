@@ -1,4 +1,4 @@
-"""What an aligned candidate looks like, and whether that makes it a marker."""
+"""Measure features of aligned candidates, and decide which candidates are markers."""
 from __future__ import annotations
 
 from typing import NamedTuple
@@ -13,12 +13,15 @@ from alvar_core.detection.thresholds import Demand
 
 
 class Features(NamedTuple):
-    """What is asked of a candidate.
+    """The measured features of a candidate.
 
-    likeness: correlation of the image with the drawn marker, up to 1; outside: greys of the darkest of the four strips
-    just outside, less those of paper, as a share of the contrast; detail: likeness of the data cells without anything
-    smooth; bad_inside, bad_rim: data cells and rim cells that differ from the drawing; kept: share of the samples that
-    agree with it; contrast, noise: greys; blur: variance, px^2 at the level; fit, gap: of the Reading.
+    * ``likeness``: correlation of the image with the drawn marker, up to 1
+    * ``outside``: grey of the darkest of the four strips around the marker minus that of paper, divided by the contrast
+    * ``detail``: likeness of the data cells, after smooth changes of brightness are removed
+    * ``bad_inside``, ``bad_rim``: number of data cells and of border cells that differ from the drawing
+    * ``kept``: share of the samples that agree with the drawing
+    * ``contrast``, ``noise`` [greys]; ``blur``: variance [px^2 at the level]
+    * ``fit``, ``gap``: those of the Reading
     """
 
     likeness: float
@@ -35,7 +38,7 @@ class Features(NamedTuple):
 
 
 def demand(f: Features) -> Demand:
-    """What is asked of a candidate: more where the likeness is low or cells are covered."""
+    """Return the Demand for a candidate: higher if the likeness is low or cells are covered."""
     if f.bad_inside >= thresholds.CODE_COVERED_CELLS and f.gap > thresholds.WIDE_GAP:
         return thresholds.CODE_COVERED
     if f.bad_rim + 2 * f.bad_inside >= thresholds.COVERED_CELLS:
@@ -44,7 +47,7 @@ def demand(f: Features) -> Demand:
 
 
 def accepted(f: Features) -> bool:
-    """Whether a candidate with these features is a marker."""
+    """Return whether a candidate with these features is a marker."""
     asked = demand(f)
     surplus = f.gap / (thresholds.BEST_FIT - min(f.fit, 1.0))
     return (f.gap > thresholds.MIN_GAP and f.kept > thresholds.MIN_KEPT and f.bad_rim <= thresholds.MAX_BAD_RIM
@@ -55,7 +58,7 @@ def accepted(f: Features) -> bool:
 class Appearance:
     """Compares aligned markers of one resolution and margin (cells) with their drawings.
 
-    The methods take an Alignment of M markers; noise (M,): standard deviation of the values' noise, greys.
+    The methods take an Alignment of M markers; ``noise`` (M,) [greys] is the standard deviation of the values' noise.
     """
 
     def __init__(self, aligner: Aligner, resolution: int, margin: int) -> None:
@@ -70,12 +73,12 @@ class Appearance:
         column, row = (np.floor(v + half) for v in (g.x, g.y))
         members = [(row == y) & (column == x) for y in range(cells) for x in range(cells)]
         chosen = np.array(members + strips)
-        # (P, cells^2 + 4): takes samples to their means in each cell and in the strips just outside
+        # (P, cells^2 + 4): turns samples into their means in each cell and in the four strips around the marker
         self._means = (chosen / chosen.sum(1, keepdims=True)).T.astype(np.float32)
         self._is_data = np.pad(np.ones((resolution, resolution), bool), margin).ravel()
 
     def likeness(self, state: Alignment, noise: Floats) -> Floats:
-        """Normalised correlation (M,) of the image, but for its noise, with the drawn marker; light's slopes too."""
+        """Return the normalised correlation (M,) of the image with the drawn marker, corrected for noise."""
         v = state.values - (state.values @ self._share)[:, None]
         t = state.template - (state.template @ self._share)[:, None]
         with np.errstate(invalid='ignore'):
@@ -84,7 +87,10 @@ class Appearance:
         return likeness
 
     def _detail(self, state: Alignment, noise: Floats) -> Floats:
-        """Correlation (M,) of the data cells with their drawing, without noise and what is smooth (squares of x, y)."""
+        """Return the correlation (M,) of the data cells with their drawing, corrected for noise.
+
+        Smooth changes of brightness, up to second order in x and y, are removed first.
+        """
         both = np.concatenate([state.values, state.template]).take(self._data_samples, 1)
         both -= (both @ self._smooth_basis) @ self._smooth_basis.T
         v, t = both[:len(state.h)], both[len(state.h):]
@@ -93,7 +99,7 @@ class Appearance:
         return detail
 
     def features(self, state: Alignment, likeness: Floats, noise: Floats) -> list[Features]:
-        """Features of each marker, without those of its Reading."""
+        """Return the Features of each marker, without those of its Reading."""
         means = ((state.values - state.model) / state.gain) @ self._means
         bad = np.abs(means[:, :-4]) > thresholds.BAD_CELL
         inside = bad[:, self._is_data].sum(1)

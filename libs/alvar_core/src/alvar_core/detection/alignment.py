@@ -1,7 +1,7 @@
-"""Photometric alignment: the drawn marker, blurred, is laid over the image until the greys agree.
+"""Photometric alignment: fit the blurred drawing of a marker to the image until the greys agree.
 
-All marker coordinates here are cells: x right, y down as the marker is drawn, origin in its centre. A homography H
-takes them to ideal pixels (camera.py). Everything works on a batch of M markers at once, on P samples of each.
+All marker coordinates here are in cells: x right, y down as the marker is drawn, origin in its centre. A homography H
+maps them to ideal pixels (camera.py). All functions work on a batch of M markers, with P samples of each.
 """
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
 from alvar_core.detection.pyramid import Pyramid
 
-# tanh(a z + b z^3 + c z^5) is twice the step of a normal distribution, less one: to 4e-5 (the form after Page, 1977)
+# tanh(a z + b z^3 + c z^5) is 2 F(z) - 1 for the normal distribution F, to within 4e-5 (the form is that of Page, 1977)
 NORMAL_STEP = np.array([0.7977178, 0.03679826, -0.000315808], np.float32)
-# Weight of a sample by its distance from the edge, cells: all inside, little of the paper
+# Weight of a sample by its distance [cells] outside the edge: 1 inside the marker, less on the paper
 DISTANCES, WEIGHTS = [0, 0.05, 0.25, 0.5], [1, 0.7, 0.7, 0.25]
 HOMOGRAPHY, WHITE, BLACK, BLUR = slice(0, 8), slice(8, 11), slice(11, 14), 14  # the 15 parameters of an alignment
 PARAMETERS = 15
 
 
 class Covariance(NamedTuple):
-    """Blur of M markers as covariance in cells, each (M,)."""
+    """The blur of M markers as covariance [cells^2], each field (M,)."""
 
     xx: Floats
     yy: Floats
     xy: Floats
 
     def take(self, keep: Sequence[int] | Integers) -> Covariance:
-        """The same for some of the markers."""
+        """Return the covariance of some of the markers."""
         return Covariance(self.xx[keep], self.yy[keep], self.xy[keep])
 
 
 class Drawing(NamedTuple):
-    """Blurred drawings of M markers, each (M, P): 0 black to 1 white, and its derivatives by x, y, blur variance."""
+    """Blurred drawings of M markers (M, P), 0 black to 1 white, and their derivatives by x, y and blur variance."""
 
     template: Floats
     by_x: Floats
@@ -44,21 +44,23 @@ class Drawing(NamedTuple):
     by_blur: Floats
 
     def take(self, keep: Integers) -> Drawing:
-        """The same for some of the markers."""
+        """Return the drawings of some of the markers."""
         return Drawing(*(part[keep] for part in self))
 
 
 def pixels_per_cell(h: Floats) -> Floats:
-    """(M, 2, 2): derivative of ideal pixels by cells in the marker's centre."""
+    """Return the derivative (M, 2, 2) of ideal pixels by cells in the centre of each marker."""
     w = h[:, 2, 2][:, None, None]
     centre = h[:, :2, 2:] / w
     return (h[:, :2, :2] - centre * h[:, 2:3, :2]) / w
 
 
 class Grid:
-    """Sample places over a marker of `cells` cells a side: `per_cell` a cell, `inset` samples of its surroundings.
+    """A square grid of sample points on a marker with ``cells`` cells per side, and around it.
 
-    count: samples a row; line: (count,) their x or y, cells; x, y: (P,) of all; reach: (P,) cells beyond the edge.
+    It has ``per_cell`` samples per cell in each direction, and ``inset`` samples beyond each edge. ``count``: samples
+    per row; ``line`` (count,) [cells]: their x or y; ``x``, ``y`` (P,) [cells]: all points; ``reach`` (P,) [cells]:
+    distance outside the edge, negative inside.
     """
 
     def __init__(self, cells: int, per_cell: int, inset: int = 2) -> None:
@@ -73,15 +75,15 @@ class Grid:
         self._homogeneous = np.stack([self.x, self.y, np.ones_like(self.x)])
 
     def places(self, h: Floats, camera: Camera) -> tuple[Floats, Floats]:
-        """Real pixels (x, y), each (M, P), of the sample places."""
+        """Return the real pixels x, y of the sample points, each (M, P)."""
         p = h.astype(np.float32) @ self._homogeneous
         p[:, :2] /= p[:, 2:]
         return camera.to_real(p[:, 0], p[:, 1])
 
     def profiles(self, variance: Floats) -> Floats:
-        """(M, 3, count, cells): how much each column of cells covers each column of samples, and its two derivatives.
+        """Return how much each column of cells covers each column of samples, and the first two derivatives of that.
 
-        variance (M,): of the blur, cells^2.
+        The result is (M, 3, count, cells); ``variance`` (M,) [cells^2] is that of the blur.
         """
         s = (1 / np.sqrt(variance)).astype(np.float32)[:, None, None]
         z = self._to_edges * s
@@ -98,7 +100,7 @@ class Grid:
 
 
 def covariance(h: Floats, blur_variance: Floats) -> Covariance:
-    """Blur of the image (variance (M,) in px^2) as covariance in cells."""
+    """Return the blur of the image, given as variance (M,) [px^2], as a covariance in cells."""
     p = pixels_per_cell(h)
     square = p.transpose(0, 2, 1) @ p  # the inverse of this, in closed form
     xx, yy, xy = square[:, 0, 0], square[:, 1, 1], square[:, 0, 1]
@@ -107,7 +109,7 @@ def covariance(h: Floats, blur_variance: Floats) -> Covariance:
 
 
 def draw(grid: Grid, black: Floats, blur: Covariance) -> Drawing:
-    """Drawings of markers with black cells (M, n, n), 0 or 1, blurred."""
+    """Return the blurred drawings of markers with ``black`` cells (M, n, n), 0 or 1."""
     sxx, syy, sxy = (np.asarray(v, np.float32)[:, None, None] for v in blur)
     m, n = len(black), grid.count
     profiles = grid.profiles(np.concatenate([blur.xx, blur.yy])).reshape(2 * m, 3 * n, -1)
@@ -123,12 +125,15 @@ def draw(grid: Grid, black: Floats, blur: Covariance) -> Drawing:
 class Alignment:
     """M markers after a step of the alignment.
 
-    h: (M, 3, 3) cells to ideal px; blur: (M,) variance, px^2 at the level; level: (M,) of the Pyramid;
-    values: (M, P) greys read; template: (M, P) the drawing, 0 black to 1 white; model: (M, P) the greys that it
-    predicts; gain: (M, P) greys from black to white; dark: (M, P) greys of black; contrast: (M,) mean of the gain;
-    weights: (M, P) 0..1, low where something covers the marker; noise: (M,) standard deviation of the greys about the
-    model; normal: (M, 15, 15) normal equations of the parameters; moved: (M,) cells, the largest move of a corner by
-    any one parameter in this step.
+    * ``h`` (M, 3, 3): homography from cells to ideal px
+    * ``blur`` (M,): variance [px^2 at the level]; ``level`` (M,): that of the Pyramid
+    * ``values`` (M, P) [greys]: the samples; ``template`` (M, P): the drawing, 0 black to 1 white
+    * ``model`` (M, P) [greys]: the values that the drawing predicts; ``gain`` (M, P) [greys]: white minus black;
+      ``dark`` (M, P) [greys]: black; ``contrast`` (M,) [greys]: mean of the gain
+    * ``weights`` (M, P), 0 to 1: low where something covers the marker
+    * ``noise`` (M,) [greys]: standard deviation of values minus model
+    * ``normal`` (M, 15, 15): normal equations of the parameters
+    * ``moved`` (M,) [cells]: largest motion of a corner by any one parameter in this step
     """
 
     h: Floats
@@ -146,7 +151,7 @@ class Alignment:
     moved: Floats
 
     def take(self, keep: Integers) -> Alignment:
-        """The same for some of the markers, given by indices in rising order."""
+        """Return the alignment of some of the markers, given by indices in ascending order."""
         if len(keep) == len(self.h):
             return self
         return replace(self, **{field.name: getattr(self, field.name)[keep] for field in fields(self)})
@@ -157,21 +162,24 @@ class Alignment:
             getattr(self, field.name)[where] = getattr(part, field.name)
 
     def clipped(self, which: Sequence[int]) -> Floats:
-        """Values (K, P) of some markers; greys far brighter than paper or darker than print are brought nearer."""
+        """Return the values (K, P) of some markers, limited to a range slightly wider than black to white."""
         gain, dark = self.gain[which], self.dark[which]
         spare = thresholds.CONTRAST_SPARE * gain
         return np.clip(self.values[which], dark - spare, dark + gain + spare)
 
     def spread(self) -> Floats:
-        """Covariance (M, 8, 8), for noise 1, of small changes of h (homography.small); light and blur are not known."""
+        """Return the covariance (M, 8, 8) of small changes of h (homography.small) for noise 1.
+
+        Light and blur are unknowns, too.
+        """
         return np.linalg.inv(_with_ridge(self.normal))[:, HOMOGRAPHY, HOMOGRAPHY]
 
 
 class Aligner:
-    """Batch Gauss-Newton over homography, light (gain and offset with slopes) and blur, robust against covers.
+    """Batch Gauss-Newton over homography, light (gain and offset, with gradients) and blur, robust against occlusion.
 
-    inner: only the outermost `inner` cells of the black square count (None: all of it).
-    fixed_weight: (P,) of the samples; share: the same, of sum 1.
+    ``inner``: use only the outermost ``inner`` cells of the black square (None: all of it). ``fixed_weight`` (P,) are
+    weights of the samples, ``share`` the same with sum 1.
     """
 
     def __init__(self, cells: int, per_cell: int, inner: float | None = None) -> None:
@@ -191,8 +199,9 @@ class Aligner:
             steps: int, redraw: Sequence[int] = (1,)) -> Alignment:
         """Return the Alignment after some steps.
 
-        Start: h (M, 3, 3), black cells (M, n, n), blur variance (M,) px^2 at the level, level (M,).  redraw: the
-        steps, counted from 0, before which the drawings are made again with the blur and perspective found so far.
+        Start values are ``h`` (M, 3, 3), ``black`` cells (M, n, n), the variance ``blur`` (M,) [px^2 at the level] and
+        ``level`` (M,). Before the steps in ``redraw``, counted from 0, the drawings are computed again with the blur
+        and perspective found so far.
         """
         cells = black.astype(np.float32)
         drawing = draw(self.grid, cells, covariance(h, blur * 4.0 ** level))
@@ -217,7 +226,7 @@ class Aligner:
 
     def _solved(self, values: Floats, drawing: Drawing, h: Floats, blur: Floats, level: Integers, weights: Floats,
                 gain: Floats, outlier: float) -> Alignment:
-        """One step of Gauss-Newton from h, blur, weights and gain, to values read there."""
+        """Return the Alignment after a Gauss-Newton step; ``values`` were read at ``h``."""
         basis = self._basis(drawing, gain, values)
         product = ((basis[:, :-1] * weights[:, None]) @ basis.transpose(0, 2, 1)).astype(np.float64)
         normal = product[:, :, :-1]
@@ -240,7 +249,7 @@ class Aligner:
                          self._robust(residual, noise, contrast, outlier), noise, normal, moved)
 
     def _basis(self, drawing: Drawing, gain: Floats, values: Floats) -> Floats:
-        """(M, 16, P): derivatives by the parameters (HOMOGRAPHY, WHITE, BLACK, BLUR), then the values."""
+        """Return (M, 16, P): the derivatives by the parameters (HOMOGRAPHY, WHITE, BLACK, BLUR), then the values."""
         out = np.empty((len(values), PARAMETERS + 1, values.shape[1]), np.float32)
         np.multiply((drawing.by_x * gain)[:, None], self._plane, out=out[:, 0:3])
         np.multiply((drawing.by_y * gain)[:, None], self._plane, out=out[:, 3:6])
@@ -250,19 +259,19 @@ class Aligner:
         return out
 
     def _first_gain(self, values: Floats, template: Floats) -> Floats:
-        """Greys (M, 1) from black to white."""
+        """Return a first estimate (M, 1) [greys] of white minus black."""
         v, t = values - (values @ self.share)[:, None], template - (template @ self.share)[:, None]
         gain: Floats = ((t * v) @ self.share) / ((t * t) @ self.share + 1e-6)
         return np.maximum(gain, thresholds.MIN_START_GAIN)[:, None]
 
     def _noise(self, residual: Floats) -> Floats:
-        """Standard deviation (M,) of residuals (M, P), from their median."""
+        """Return the standard deviation (M,) of residuals (M, P), estimated from the median of their sizes."""
         size = np.abs(residual.take(self._noise_samples, 1))
         middle = size.shape[1] // 2
         return 1.4826 * np.partition(size, middle, 1)[:, middle]
 
     def _robust(self, residual: Floats, noise: Floats, contrast: Floats, outlier: float) -> Floats:
-        """Tukey's weights (M, P) of the samples: 0 from `outlier` times the noise on."""
+        """Return Tukey's weights (M, P) of the samples: 0 from ``outlier`` times the noise on."""
         least = thresholds.MIN_OUTLIER_NOISE * np.maximum(contrast, thresholds.MIN_OUTLIER_CONTRAST)
         limit = outlier * np.maximum(noise, least)
         t: Floats = residual * (1 / limit).astype(np.float32)[:, None]
@@ -274,7 +283,7 @@ class Aligner:
 
 
 def _with_ridge(normal: Floats) -> Floats:
-    """Normal equations (M, n, n) that can be solved whatever the image shows."""
+    """Return normal equations (M, n, n) with a small ridge, so that they can be solved for every image."""
     out, n = normal.copy(), normal.shape[1]
     diagonal = out.reshape(len(out), -1)[:, ::n + 1]
     diagonal *= 1 + 1e-6
@@ -283,6 +292,6 @@ def _with_ridge(normal: Floats) -> Floats:
 
 
 def _within(values: Floats, low: Floats | float, high: Floats | float) -> Floats:
-    """As numpy.clip, without its checks, which take longer than the clipping."""
+    """Do the same as numpy.clip, without its checks, which take longer than the clipping."""
     values = np.maximum(values, low)
     return np.minimum(values, high, out=values)

@@ -1,4 +1,4 @@
-"""One pose of a bundle from the corners of all its markers in an image; one that contradicts the others is left out.
+"""Compute one pose of a bundle from the corners of all its markers, without markers that contradict the others.
 
 Camera frame: optical (x right, y down, z forward). Lengths in metres, angles in radians, images in pixels.
 """
@@ -22,9 +22,9 @@ from alvar_core.rotations import angle_between, quaternion_from_matrix
 class BundlePose:
     """A bundle in the camera's frame.
 
-    rotation (3, 3), position (3,) m; confidence 0..1 of its best marker; ambiguity 0..0.5, ambiguous and solutions as
-    of Detection; error: rms reprojection error, px; used, rejected: ids of the markers in the image that agree with
-    the pose, and of those that do not.
+    ``rotation`` (3, 3), ``position`` (3,) [m]; ``confidence``, 0 to 1, is that of its best marker; ``ambiguity``,
+    ``ambiguous`` and ``solutions`` are those of Detection. ``error`` [px] is the rms reprojection error. ``used`` and
+    ``rejected`` are the ids of the markers in the image that agree with the pose, and of those that do not.
     """
 
     bundle: Bundle
@@ -40,20 +40,20 @@ class BundlePose:
 
     @property
     def quaternion(self) -> Floats:
-        """Orientation x y z w in the camera's optical frame."""
+        """Return the orientation x y z w in the camera's optical frame."""
         return quaternion_from_matrix(self.rotation)
 
 
 class BundleTracker:
-    """Poses of bundles over frames: what one image leaves ambiguous is settled by the last one. Not thread safe."""
+    """Computes poses of bundles over frames; the last frame decides ambiguous poses. Not thread-safe."""
 
     def __init__(self, known: Iterable[Bundle]) -> None:
-        """known: the Bundles to look for."""
+        """``known`` are the Bundles to search for."""
         self.known = list(known)
-        self._last: dict[int, tuple[Floats, int]] = {}  # by place in known: the last rotation, frames since
+        self._last: dict[int, tuple[Floats, int]] = {}  # index in known: the last rotation, frames since
 
     def update(self, detections: Sequence[Detection], camera: Camera) -> list[BundlePose]:
-        """Return the BundlePoses of the next image, of bundles with a marker in it, in the order of `known`."""
+        """Return the BundlePoses of the bundles with a marker in the next image, in the order of ``known``."""
         found = []
         for number, bundle in enumerate(self.known):
             rotation, age = self._last.get(number, (None, 0))
@@ -70,9 +70,10 @@ class BundleTracker:
 
 def solve(bundle: Bundle, detections: Sequence[Detection], camera: Camera,
           last_rotation: Floats | None = None) -> BundlePose | None:
-    """Return the BundlePose of a bundle, None if none of its markers is among the Detections of an image.
+    """Return the BundlePose of a bundle; None if no pose fits, or none of its markers is among the Detections.
 
-    last_rotation: of the image before; of two poses that the image alone does not tell apart the nearer one is taken.
+    ``last_rotation`` is that of the previous image; if the image does not decide between two poses, the one nearer to
+    it is chosen.
     """
     seen = [d for d in detections if d.id in bundle.corners]
     if not seen:
@@ -104,9 +105,9 @@ def _settled(bundle: Bundle, seen: Sequence[Detection], agree: Bools, solutions:
 
 
 class _BundleProblem:
-    """K markers of a bundle in an image. Poses of the bundle come in batches: (B, 3, 3) and (B, 3).
+    """K markers of a bundle in an image. Poses of the bundle are in batches: (B, 3, 3) and (B, 3).
 
-    limit: (K,) px, the largest rms error of a marker that agrees with a pose.
+    ``limit`` (K,) [px] is the largest rms error of a marker that agrees with a pose.
     """
 
     def __init__(self, bundle: Bundle, seen: Sequence[Detection], camera: Camera) -> None:
@@ -119,11 +120,11 @@ class _BundleProblem:
         self.limit = np.maximum(thresholds.AGREES_PX, thresholds.AGREES_SHARE * self._side)
         ids = list(bundle.corners)
         order = np.array([ids.index(d.id) for d in seen])
-        self._trust = 1 + thresholds.FIRST_TRUST * (1 - order / len(ids))  # of two that disagree the first of the file
+        self._trust = 1 + thresholds.FIRST_TRUST * (1 - order / len(ids))  # prefers the first marker of the file
         self._information = np.array([_information(d, s) for d, s in zip(seen, self._side)])
 
     def hypotheses(self) -> tuple[Floats, Floats]:
-        """The bundle's pose after each marker alone, from both of its solutions; of many the best MAX_HYPOTHESES."""
+        """Return the poses of the bundle that follow from both solutions of each marker; at most MAX_HYPOTHESES."""
         rotations, positions = [], []
         for detection, place in zip(self._seen, self._places):
             turn, centre = bundles.marker_pose(place)
@@ -142,22 +143,22 @@ class _BundleProblem:
         return self._points @ rotations.transpose(0, 2, 1)
 
     def _residuals(self, rotations: Floats, positions: Floats) -> Floats:
-        """Reprojection errors (B, 8K) px."""
+        """Return the reprojection errors (B, 8K) [px]."""
         return pose.reprojection_error(self._turned(rotations), positions, self._corners, self._camera)
 
     def errors(self, rotations: Floats, positions: Floats) -> Floats:
-        """rms reprojection error (B, K) px of each marker; infinite where a corner lies behind the camera."""
+        """Return the rms reprojection error (B, K) [px] of each marker; inf if a corner lies behind the camera."""
         residual = self._residuals(rotations, positions).reshape(len(rotations), -1, 8)
         error = np.sqrt((residual ** 2).mean(2) * 2)
         depth = (self._turned(rotations) + positions[:, None])[..., 2].reshape(len(rotations), -1, 4)
         return np.where((depth > 0).all(2) & np.isfinite(error), error, np.inf)
 
     def agreement(self, errors: Floats) -> Floats:
-        """How many markers agree, exact agreement counting more (B,)."""
+        """Return a score (B,) of how many markers agree, and how well."""
         return np.where(errors < self.limit, 1 - (errors / self.limit) ** 2, 0) @ self._trust
 
     def refine_softly(self, rotations: Floats, positions: Floats) -> tuple[Floats, Floats]:
-        """The poses as they are, and after steps that let markers that do not fit count less and less (2B)."""
+        """Return the poses unchanged, and after steps in which markers that do not fit count less and less (2B)."""
         first = rotations, positions
         for share in thresholds.SOFT_SHARES:
             scale = np.maximum(thresholds.AGREES_PX, share * self._side)
@@ -166,7 +167,7 @@ class _BundleProblem:
         return np.concatenate([first[0], rotations]), np.concatenate([first[1], positions])
 
     def _step(self, rotations: Floats, positions: Floats, weights: Floats) -> tuple[Floats, Floats]:
-        """One Gauss-Newton step with weights (B, K) of the markers; where it leads nowhere, none."""
+        """Return the poses after a Gauss-Newton step with weights (B, K); poses without a valid step do not change."""
         residual, jacobian = pose.reprojection(self._turned(rotations), positions, self._corners, self._camera)
         blocks = jacobian.reshape(len(residual), -1, 8, 6)
         weighted = np.einsum('bkij,kil,bk->bklj', blocks, self._information, weights).reshape(jacobian.shape)
@@ -181,7 +182,7 @@ class _BundleProblem:
         return rotations, positions
 
     def solutions(self, rotations: Floats, positions: Floats, agree: Bools) -> list[pose.Solution]:
-        """The one or two distinct poses (best first) that all agreeing markers allow."""
+        """Return the one or two distinct poses, best first, that fit all agreeing markers."""
         weights = np.broadcast_to(agree.astype(float), (len(rotations), len(agree)))
         for _ in range(thresholds.FINAL_STEPS):
             rotations, positions = self._step(rotations, positions, weights)
@@ -200,7 +201,7 @@ class _BundleProblem:
 
 
 def _information(detection: Detection, side: float) -> Floats:
-    """Inverse covariance (8, 8) of a marker's corners, 1/px^2: as detected, and what the bundle's file is off."""
+    """Return the inverse covariance (8, 8) [1/px^2] of a marker's corners, with the errors of the bundle file."""
     known = detection.information
     covariance = np.eye(8) * thresholds.DEFAULT_CORNER_ERROR ** 2 if known is None else np.linalg.inv(known)
     return np.linalg.inv(covariance + np.eye(8) * (thresholds.PLACE_ERROR * side) ** 2)

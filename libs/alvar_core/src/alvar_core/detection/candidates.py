@@ -1,7 +1,7 @@
-"""Candidates: quadrilaterals in a grey image that could be the black square of a marker.
+"""Find candidates: quadrilaterals in a grey image that could be the black square of a marker.
 
-Quads are (4, 2) real pixel corners, clockwise as seen (the order top left, top right, bottom right, bottom left of a
-marker standing upright); which corner comes first is not known yet.
+Quads are (4, 2) real pixel corners, clockwise in the image (for an upright marker: top left, top right, bottom right,
+bottom left); which corner comes first is not known yet.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Point = Tuple[float, float]
 
 
 def binary(smooth: Image, window: int, offset: int, buffers: ImageBuffers) -> Image:
-    """Dark things (255) against the mean of their surroundings."""
+    """Return a binary image in which pixels darker than the mean of their surroundings are 255."""
     height, width = smooth.shape
     dark, clean = (buffers.get(name, height, width) for name in ('dark', 'clean'))
     # As cv2.adaptiveThreshold with a mean of the window, which looks each difference up in a table.
@@ -30,7 +30,10 @@ def binary(smooth: Image, window: int, offset: int, buffers: ImageBuffers) -> Im
 
 
 def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: ImageBuffers | None = None) -> Floats:
-    """Quads (N, 4, 2) float64 of some passes (all of thresholds.PASSES) over a lightly smoothed grey image."""
+    """Return the quads (N, 4, 2), float64, that some passes find in a lightly smoothed grey image.
+
+    The default is all of thresholds.PASSES.
+    """
     passes = thresholds.PASSES if passes is None else passes
     buffers = buffers or ImageBuffers()
     quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, buffers, *each) for each in passes])
@@ -44,7 +47,7 @@ def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: Ima
 
 
 def _one_pass(smooth: Image, buffers: ImageBuffers, shrink: float, window: int, offset: int) -> Floats:
-    for factor in (2, shrink / 2) if shrink > 2 else (shrink,):  # twice the half is faster than a quarter
+    for factor in (2, shrink / 2) if shrink > 2 else (shrink,):  # halving twice is faster than quartering
         width, height = int(smooth.shape[1] / factor), int(smooth.shape[0] / factor)
         method = cv2.INTER_AREA if factor >= 2 else cv2.INTER_LINEAR
         smooth = cv2.resize(smooth, (width, height), dst=buffers.get('shrunk', height, width), interpolation=method)
@@ -60,7 +63,7 @@ def _one_pass(smooth: Image, buffers: ImageBuffers, shrink: float, window: int, 
 
 
 def quads_of_outline(outline: Image) -> list[list[Point]]:
-    """Quads (lists of four corners) around the convex hull of an outline (N, 1, 2) int32: none, one or several."""
+    """Return the quads (lists of four corners) around the convex hull of an outline (N, 1, 2) int32; maybe none."""
     _, _, width, height = cv2.boundingRect(outline)
     smallest = thresholds.MIN_OUTLINE_SIDE
     if min(width, height) < smallest or cv2.contourArea(outline) < thresholds.MIN_FILLED * width * height:
@@ -82,9 +85,10 @@ def quads_of_outline(outline: Image) -> list[list[Point]]:
 
 
 def four_sides(corners: Sequence[Point]) -> list[Point] | None:
-    """Drop sides of a convex polygon down to four, each time the one whose neighbours meet with least area added.
+    """Remove sides of a convex polygon until four are left; return its corners.
 
-    None if the neighbours of no side meet.
+    Each time, remove the side for which extending its neighbours until they meet adds the least area. Return None if
+    the neighbours of no side meet.
     """
     p = list(corners)
     while len(p) > 4:
@@ -95,7 +99,7 @@ def four_sides(corners: Sequence[Point]) -> list[Point] | None:
         for i, ((ux, uy), (vx, vy), turn, next_turn) in enumerate(zip(before, after, turns, turns[1:] + turns[:1])):
             both = ux * vy - uy * vx
             if both and both * turn >= 0 and both * next_turn >= 0:
-                along = next_turn / both  # of the side before, to where its neighbours meet
+                along = next_turn / both  # share of the previous side, up to the point where the neighbours meet
                 if best is None or along * abs(turn) < best[0]:
                     best = along * abs(turn), i, along
         if best is None:
@@ -107,16 +111,17 @@ def four_sides(corners: Sequence[Point]) -> list[Point] | None:
     return p
 
 
-ALONG = np.array([0.12, 0.31, 0.5, 0.69, 0.88], np.float32)  # places along a side
+ALONG = np.array([0.12, 0.31, 0.5, 0.69, 0.88], np.float32)  # positions along a side, as shares of its length
 POWERS = np.stack([np.ones_like(ALONG), ALONG - 0.5, (ALONG - 0.5) ** 2], 1)
-ACROSS = np.linspace(-1, 1, 13, dtype=np.float32)  # places across it, in parts of the reach
+ACROSS = np.linspace(-1, 1, 13, dtype=np.float32)  # positions across it, as shares of the reach
 NEXT = [1, 2, 3, 0]
 
 
 def refined(smooth: Image, quads: Floats) -> Floats:
-    """The quads (K, 4, 2) moved to where the grey rises most from inside to outside, nearby; those without left out.
+    """Move the sides of quads to where the grey rises most from inside to outside; return the quads (K, 4, 2).
 
-    Corners of outlines are rough: blur, noise and what touches the square move them by a cell.
+    Quads without such a rise nearby are left out. Corners of outlines are rough: blur, noise and things that touch the
+    square shift them by up to a cell.
     """
     if not len(quads):
         return quads
@@ -140,7 +145,7 @@ def refined(smooth: Image, quads: Floats) -> Floats:
 
 
 def _line(offset: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    """Robust straight line through offsets (N, 4, 5) over ALONG: its value in the middle and its rise, each (N, 4)."""
+    """Fit a robust line to offsets (N, 4, 5) over ALONG; return its value in the middle and its slope, each (N, 4)."""
     middle, slope = np.sort(offset, -1)[..., len(ALONG) // 2], np.zeros((1, 1, 1), np.float32)
     for _ in range(2):
         r = thresholds.SIDE_OUTLIERS * (offset - middle[..., None] - slope * POWERS[:, 1])
@@ -154,7 +159,7 @@ def _line(offset: Floats, weight: Floats) -> tuple[Floats, Floats]:
 
 
 def _meeting(first: Floats, along: Floats) -> Floats:
-    """Corners (N, 4, 2) where each line (through `first`, direction `along`) meets the one before."""
+    """Return the corners (N, 4, 2) where each line (through ``first``, direction ``along``) meets the previous one."""
     p, d = first[:, [3, 0, 1, 2]], along[:, [3, 0, 1, 2]]
     cross = d[..., 0] * along[..., 1] - d[..., 1] * along[..., 0]
     gap = first - p
@@ -166,7 +171,7 @@ _ROTATED = np.array([[0, 1, 2, 3], [1, 2, 3, 0], [2, 3, 0, 1], [3, 0, 1, 2]])  #
 
 
 def distinct(quads: Floats, score: Floats, which: Integers) -> list[int]:
-    """Of the indices `which`, best score first, those whose corners are not near those of a better one."""
+    """Return those of the indices ``which``, best score first, whose corners are not near those of a better quad."""
     which = which[np.argsort(-score[which])]
     if len(which) < 2:
         return list(which)

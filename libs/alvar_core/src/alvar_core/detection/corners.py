@@ -1,4 +1,4 @@
-"""Corners of aligned markers, and how exactly they are known."""
+"""Measure the corners of aligned markers, and their covariance."""
 from __future__ import annotations
 
 import numpy as np
@@ -11,7 +11,7 @@ from alvar_core.detection.prepared_image import PreparedImage
 
 
 class CornerEstimator:
-    """Corners of markers of `cells` cells a side: from the alignment, and from their edges if they are large."""
+    """Measures corners of markers with ``cells`` cells per side: by the alignment, and by the edges of large ones."""
 
     def __init__(self, cells: int) -> None:
         half = cells / 2
@@ -19,17 +19,17 @@ class CornerEstimator:
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         self._edges = EdgeRefiner(cells)
         self._homogeneous = np.concatenate([self.square, np.ones((4, 1))], 1)[:, :, None]
-        # (4, 2 or 3, 8): by how much small changes of a homography (homography.small) move the corners before it
+        # (4, 2 or 3, 8): derivative of the corners, before the homography, by its small changes (homography.small)
         self._jacobian_basis = np.array([(homography.small(np.eye(8)) @ p - p)[..., 0].T for p in self._homogeneous])
 
     def start(self, state: Alignment) -> Floats:
-        """Corners (M, 4, 2), ideal px, as aligned."""
+        """Return the corners (M, 4, 2) [ideal px] according to the alignment."""
         return homography.apply(state.h, self.square)
 
     def measure(self, image: PreparedImage, state: Alignment, corners: Floats) -> tuple[Floats, Floats]:
-        """Corners (M, 4, 2), ideal px, and their information (M, 8, 8), the inverse covariance, 1/px^2.
+        """Return the corners (M, 4, 2) [ideal px] and their inverse covariance (M, 8, 8) [1/px^2].
 
-        corners: those of start(); they are changed in place.
+        ``corners`` are those of ``start``; they are changed in place.
         """
         side = np.sqrt(homography.area(corners))
         covariance = self._covariance(state, side)
@@ -41,14 +41,14 @@ class CornerEstimator:
             good &= np.abs(moved).max((1, 2)) < thresholds.MAX_EDGE_MOVE * side[large] / self.cells
             large, moved = large[good], moved[good].reshape(-1, 8, 1)
             before = covariance[large]
-            share = before @ np.linalg.inv(before + of_edges[good])  # what counts of the edges
+            share = before @ np.linalg.inv(before + of_edges[good])  # weight of the edges
             corners[large] += (share @ moved).reshape(-1, 4, 2)
             floor = _floor(np.full(len(large), thresholds.CORNER_MODEL_ERROR))
             covariance[large] = before - share @ before + floor
         return corners, np.linalg.inv(covariance)
 
     def _covariance(self, state: Alignment, side: Floats) -> Floats:
-        """Covariance (M, 8, 8) of the aligned corners, px^2, of markers with a side (M,) px."""
+        """Return the covariance (M, 8, 8) [px^2] of the aligned corners; ``side`` (M,) [px] is that of the markers."""
         noise = np.maximum(state.noise, 1.0)[:, None, None]
         coarse = thresholds.COARSE_CORNER_ERROR * (side / self.cells / thresholds.SAMPLES_PER_CELL) ** 2
         covariance: Floats = self._spread(state) * (thresholds.CORNER_NOISE_FACTOR * noise ** 2)
@@ -56,7 +56,7 @@ class CornerEstimator:
         return covariance
 
     def _spread(self, state: Alignment) -> Floats:
-        """Covariance (M, 8, 8) of the corners, ideal px, for noise 1."""
+        """Return the covariance (M, 8, 8) of the corners [ideal px] for noise 1."""
         h = state.h[:, None]
         p = h @ self._homogeneous  # (M, 4, 3, 1)
         jacobian = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self._jacobian_basis
@@ -66,5 +66,5 @@ class CornerEstimator:
 
 
 def _floor(sigma: Floats) -> Floats:
-    """Covariance (M, 8, 8) of corners that are wrong by sigma (M,) px each."""
+    """Return the covariance (M, 8, 8) of corners with independent errors of ``sigma`` (M,) [px]."""
     return np.eye(8) * sigma[:, None, None] ** 2

@@ -1,4 +1,4 @@
-"""What a Detector finds: one marker each."""
+"""The result of a Detector: a Detection for each marker."""
 from __future__ import annotations
 
 import math
@@ -18,13 +18,14 @@ from alvar_core.rotations import quaternion_from_matrix
 
 @dataclass
 class Detection:
-    """One marker.
+    """One marker in an image.
 
-    id: its number, or its text; corners: (4, 2) real px, top left, top right, bottom right, bottom left as drawn;
-    rotation (3, 3) and position (3,) m: the marker in the camera's optical frame; confidence: 0..1; ambiguity: 0..0.5,
-    probability of the other pose; ambiguous: this image cannot tell the two poses apart; error: rms reprojection error
-    of the corners, px; solutions: both poses, best first; features: what it was accepted for; information: (8, 8)
-    inverse covariance of the corners, 1/px^2.
+    ``id`` is its number or text. ``corners`` (4, 2) [real px]: top left, top right, bottom right, bottom left, as
+    drawn. ``rotation`` (3, 3) and ``position`` (3,) [m] are its pose in the camera's optical frame. ``confidence``:
+    0 to 1. ``ambiguity``, 0 to 0.5, is the probability of the other pose; ``ambiguous``: the image does not decide
+    between the two. ``error`` [px] is the rms reprojection error of the corners. ``solutions`` holds both poses, best
+    first, ``features`` what the acceptance has measured, ``information`` (8, 8) [1/px^2] the inverse covariance of the
+    corners.
     """
 
     id: int | str
@@ -41,30 +42,33 @@ class Detection:
 
     @cached_property
     def centre(self) -> tuple[float, float]:
-        """Mean of the corners, real px."""
+        """Return the mean of the corners [real px]."""
         (ax, ay), (bx, by), (cx, cy), (dx, dy) = self.corners.tolist()
         return (ax + bx + cx + dx) / 4, (ay + by + cy + dy) / 4
 
     @cached_property
     def side(self) -> float:
-        """Side of a square of the same area, px."""
+        """Return the side [px] of a square with the same area."""
         (ax, ay), (bx, by), (cx, cy), (dx, dy) = self.corners.tolist()
         return math.sqrt(abs((ax - cx) * (by - dy) - (ay - cy) * (bx - dx)) / 2)
 
     def covers(self, point: tuple[float, float]) -> bool:
-        """Whether a point, real px, lies on the marker."""
-        if math.dist(point, self.centre) > 4 * self.side:  # a square that is seen at all is not longer
+        """Return whether a point [real px] lies on the marker."""
+        if math.dist(point, self.centre) > 4 * self.side:  # no visible square is longer
             return False
         return cv2.pointPolygonTest(self.corners.astype(np.float32), point, False) >= 0
 
     @property
     def quaternion(self) -> Floats:
-        """Orientation x y z w in the camera's optical frame."""
+        """Return the orientation x y z w in the camera's optical frame."""
         return quaternion_from_matrix(self.rotation)
 
 
 def best_of_overlapping(found: Sequence[Detection]) -> list[Detection]:
-    """Of Detections that overlap the one with the highest confidence: the cells of a marker are not a marker."""
+    """Return, of Detections that overlap, only the one with the highest confidence.
+
+    The others are cells of a marker that look like a marker.
+    """
     kept: list[Detection] = []
     for d in sorted(found, key=lambda d: -d.confidence):
         if all(math.dist(d.centre, k.centre) > thresholds.OVERLAP * d.side and not k.covers(d.centre) for k in kept):

@@ -1,12 +1,14 @@
-"""The marker detector: image, camera, marker size in; ids, corners, poses out. Every image stands on its own.
+"""The marker detector: returns ids, corners and poses from an image, its camera and the marker size.
+
+Each image is searched independently of all others.
 
 An image passes these stages, each on all candidates at once:
 
-1. candidates.candidates: dark quadrilaterals; candidates.refined: their sides moved to where the grey rises
-2. reading.CoarseDecoder: quads with a dark rim, and the code word that each resembles
-3. alignment.Aligner: the drawn marker laid over the image; reading.Reader: the cells read again there
-4. acceptance: is it a marker?
-5. corners.CornerEstimator: corners and their covariance; pose.solve: both poses
+1. candidates.candidates finds dark quadrilaterals; candidates.refined moves their sides to where the grey rises.
+2. reading.CoarseDecoder selects quads with a dark border and finds the most similar code word of each.
+3. alignment.Aligner fits the drawn marker to the image; reading.Reader then reads the cells again.
+4. acceptance decides whether it is a marker.
+5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 """
 from __future__ import annotations
 
@@ -27,18 +29,18 @@ from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, CoarseMatch, Reader, Reading, black_cells
 
-MARGINS = range(1, 11)  # cells
+MARGINS = range(1, 11)  # [cells]
 
 
 def checked_size(size: float) -> float:
-    """A marker's size, metres, as float; ValueError if no marker can have it."""
+    """Return a marker's size [m] as float; raise ValueError if no marker can have it."""
     if isinstance(size, (bool, str)) or not isinstance(size, Real) or not 0 < size < math.inf:
         raise ValueError(f'marker size {size!r} m: a length above 0 is needed')
     return float(size)
 
 
 def checked_margin(margin: int) -> int:
-    """A margin, cells, as int; ValueError if no marker has it."""
+    """Return a margin [cells] as int; raise ValueError if no marker can have it."""
     if isinstance(margin, bool) or not isinstance(margin, Real) or margin not in MARGINS:
         raise ValueError(f'marker margin {margin!r}: a whole number of cells from {MARGINS[0]} to {MARGINS[-1]} '
                          'is needed')
@@ -46,10 +48,10 @@ def checked_margin(margin: int) -> int:
 
 
 class _Start(NamedTuple):
-    """Where the alignment of M markers with their drawings starts.
+    """The start values of the alignment of M markers with their drawings.
 
-    h: (M, 3, 3); black: (M, n, n) cells; blur: (M,) variance, px^2 at the level; level: (M,); words: of each the
-    coarse decoding's (word, fit, gap), None if that is not known.
+    ``h`` (M, 3, 3); ``black`` (M, n, n) cells; ``blur`` (M,), variance [px^2 at the level]; ``level`` (M,); ``words``:
+    (word, fit, gap) of the coarse decoding for each marker, or None.
     """
 
     h: Floats
@@ -60,7 +62,7 @@ class _Start(NamedTuple):
 
 
 class _Accepted(NamedTuple):
-    """A candidate that is a marker: its place in the Alignment, Reading and Features."""
+    """A candidate that is a marker: its index in the Alignment, its Reading and its Features."""
 
     place: int
     reading: Reading
@@ -70,8 +72,8 @@ class _Accepted(NamedTuple):
 class Detector:
     """Finds ALVAR markers of one resolution and margin.
 
-    size: width of the black square, metres; sizes: {id: metres} for others; resolution and margin in cells.
-    Not thread safe: one thread uses a Detector at a time.
+    ``size`` [m] is the width of the black square, ``sizes`` {id: [m]} that of markers that differ; ``resolution`` and
+    ``margin`` are in cells. Not thread-safe: one thread uses a Detector at a time.
     """
 
     def __init__(self, size: float, resolution: int = code.MIN_RESOLUTION, margin: int = code.MARGIN,
@@ -92,7 +94,7 @@ class Detector:
 
     @property
     def size(self) -> float:
-        """Width of the black square, metres, of every marker that is not in `sizes`; may be set."""
+        """Return the width [m] of the black square of markers that are not in ``sizes``; it can be set."""
         return self._size
 
     @size.setter
@@ -100,16 +102,16 @@ class Detector:
         self._size = checked_size(size)
 
     def detect(self, image: Image, camera: Camera) -> list[Detection]:
-        """Return the Detections in an image. Raises ImageError, CameraError."""
+        """Return the Detections in an image; raise ImageError or CameraError."""
         prepared = self.prepare(image, camera)
         return self.examine(prepared, candidates.candidates(prepared.smooth, buffers=self.buffers))
 
     def prepare(self, image: Image, camera: Camera) -> PreparedImage:
-        """The image prepared for examine(); it is valid until the next one of this detector."""
+        """Return the image prepared for ``examine``; it is valid until the next call."""
         return PreparedImage(image, camera, self.buffers)
 
     def examine(self, image: PreparedImage, quads: Floats) -> list[Detection]:
-        """Return the Detections among candidate quads (N, 4, 2), real px, clockwise."""
+        """Return the Detections among candidate quads (N, 4, 2) [real px], clockwise."""
         quads = candidates.refined(image.smooth, quads)
         if not len(quads):
             return []
@@ -135,7 +137,7 @@ class Detector:
         return self._finish(image, _Start(h, self._black_words[match.word[chosen]], blur, level, words))
 
     def _by_rim(self, image: PreparedImage, h: Floats, level: Integers, cell: Floats) -> _Start:
-        """Align by the rim alone and read the cells; those that could not be read are left out."""
+        """Align the black border alone and read the cells; leave out markers that could not be read."""
         all_black = np.ones((len(h), self.cells, self.cells), bool)
         rim_blur = _start_blur(thresholds.RIM_START_BLUR, cell, level)
         rim = self._rim_aligner.run(image.pyramid, image.camera, h, all_black, rim_blur, level,
@@ -155,14 +157,14 @@ class Detector:
         return _Start(both[read], np.array(black, bool), blur[read], twice[read])
 
     def _shares(self, values: Floats) -> Floats:
-        """Grey values (M, P) as 0 (the rim's black) to 1 (the brightest cells)."""
+        """Scale grey values (M, P) to 0 (the black of the border) to 1 (the brightest cells)."""
         reach = self._aligner.grid.reach
         dark = np.median(values[:, (reach < -0.2) & (reach > 0.5 - self.margin)], 1, keepdims=True)
         white = np.percentile(values[:, reach < -self.margin], 97, axis=1, keepdims=True)
         return ((values - dark) / np.maximum(white - dark, thresholds.MIN_WHITE)).astype(np.float32)
 
     def _finish(self, image: PreparedImage, start: _Start) -> list[Detection]:
-        """Align with the drawings, read, accept; what reads differently the first time (words) gets another try."""
+        """Align with the drawings, read and judge; align once more if a reading differs from its coarse decoding."""
         if not len(start.h):
             return []
         state = self._aligner.run(image.pyramid, image.camera, start.h, start.black, start.blur, start.level,
@@ -187,7 +189,7 @@ class Detector:
         return out
 
     def _promising(self, likeness: Floats, corners: Floats, blur: Covariance) -> Integers:
-        """Indices of the aligned ones that may be markers."""
+        """Return the indices of the aligned candidates that may be markers."""
         with np.errstate(invalid='ignore'):
             good = (np.isfinite(corners).all((1, 2)) & (homography.area(corners) > thresholds.MIN_MARKER_AREA)
                     & (likeness > thresholds.MIN_LIKENESS)
@@ -196,7 +198,7 @@ class Detector:
 
     def _read(self, state: Alignment, blur: Covariance, likeness: Floats, noise: Floats,
               words: Sequence[tuple[int, float, float]] | None) -> list[Reading | None]:
-        """A Reading (or None) for each marker; where the coarse decoding was sure already, that one stands."""
+        """Return a Reading (or None) of each marker; where the coarse decoding was sure, keep its result."""
         readings: list[Reading | None] = [None] * len(likeness)
         for m, (word, fit, gap) in enumerate(words or ()):
             if fit > thresholds.SURE_FIT and gap > thresholds.SURE_GAP and likeness[m] > thresholds.SURE_FIT:
@@ -214,7 +216,7 @@ class Detector:
 
     def _judged(self, image: PreparedImage, black: Bools, corners: Floats, readings: Sequence[Reading | None],
                 features: Sequence[Features]) -> tuple[list[_Accepted], list[tuple[int, Reading]]]:
-        """The markers, and (index, Reading) of those that read differently from what was drawn."""
+        """Return the markers, and (index, Reading) of the candidates whose reading differs from the drawing."""
         inner = slice(self.margin, self.margin + self.resolution)
         found, changed = [], []
         for m, reading in enumerate(readings):
@@ -229,7 +231,7 @@ class Detector:
         return found, changed
 
     def _has_other_margin(self, image: PreparedImage, corners: Floats, features: Features) -> bool:
-        """Whether the cells look more like a code when the margin is taken for a cell narrower or wider."""
+        """Return whether the cells match a code word better with a margin one cell narrower or wider."""
         if features.detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
             return False
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
@@ -239,7 +241,7 @@ class Detector:
 
     def _detections(self, image: PreparedImage, state: Alignment, corners: Floats,
                     found: Sequence[_Accepted]) -> list[Detection]:
-        """The Detections of accepted markers whose pose fits their corners."""
+        """Return the Detections of the accepted markers whose pose fits their corners."""
         if not found:
             return []
         which = np.array([each.place for each in found])
@@ -263,6 +265,6 @@ class Detector:
 
 
 def _start_blur(cells: float, cell: Floats, level: Integers) -> Floats:
-    """Blur variance (M,), px^2 at the level, of a blur of so many cells of `cell` (M,) px."""
+    """Return the variance (M,) [px^2 at the level] of a blur of ``cells`` cells, each ``cell`` (M,) [px] wide."""
     blur: Floats = np.maximum(1.0, (cells * cell / 2.0 ** level) ** 2)
     return blur

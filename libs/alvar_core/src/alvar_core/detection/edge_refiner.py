@@ -1,10 +1,10 @@
-"""Large markers once more at the image's full size: the outer edges of the black square, found to parts of a pixel.
+"""Measure the outer edges of the black square of large markers, in the full-size image, with subpixel accuracy.
 
-The alignment (alignment.py) reads large markers at a fraction of the size, a few samples a cell, and is as exact as
-that allows. Here the grey is read across the four sides. Where it turns from black to white is measured by the area
-under it, which noise and blur change little; a line through each side follows by robust least squares, and the corners
-are where they meet. All of it works on a batch of M markers at once, in cells (see alignment.py) unless px are named;
-sides and corners are counted from the upper one and from its left end, clockwise.
+The alignment (alignment.py) reads large markers in a reduced image, with a few samples per cell, which limits its
+accuracy. Here the grey is read across the four sides. The position of the step from black to white is computed from
+the area under the grey values, which noise and blur change little. A robust least-squares fit gives the line of each
+side, and the corners are the intersections. All functions work on a batch of M markers, in cells (see alignment.py)
+unless px are stated; sides are counted clockwise from the upper one, corners from its left end.
 """
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
 from alvar_core.detection.pyramid import Pyramid
 
-ALONG = np.linspace(-0.9, 0.9, 22)  # places along a side, in parts of half of it; corners are round
-ACROSS = np.linspace(-1, 1, 13)  # places across it, in parts of the reach
-ENDS = slice(0, 3), slice(-3, None)  # of them that are taken for black and for white
-SHARES = np.zeros((len(ACROSS), 3), np.float32)  # of the greys across the edge: means of black, of white, of all
+ALONG = np.linspace(-0.9, 0.9, 22)  # positions along a side, as shares of its half; without the blurred corners
+ACROSS = np.linspace(-1, 1, 13)  # positions across it, as shares of the reach
+ENDS = slice(0, 3), slice(-3, None)  # those that give black and white
+SHARES = np.zeros((len(ACROSS), 3), np.float32)  # weights for the means of black, of white, and of all greys
 SHARES[ENDS[0], 0] = SHARES[ENDS[1], 1] = 1 / 3
 SHARES[:, 2] = 1 / len(ACROSS)
 
 
 class EdgeRefiner:
-    """Measures the outer edges of markers of `cells` cells a side."""
+    """Measures the outer edges of markers with ``cells`` cells per side."""
 
     def __init__(self, cells: int) -> None:
         self._half = half = cells / 2
@@ -40,9 +40,9 @@ class EdgeRefiner:
         self._corners_of_lines = self._moves_of_corners()
 
     def _moves_of_corners(self) -> Floats:
-        """(8, 8): how corners (x, y of each: rows) move by the offset and rise of the sides (columns).
+        """Return the derivative (8, 8) of the corners (rows: x, y of each) by offset and slope of the sides (columns).
 
-        They are those of the side that begins at the corner and of the one that ends there.
+        A corner depends on the side that begins and on the one that ends there.
         """
         moves = np.zeros((8, 8))
         for corner in range(4):
@@ -52,14 +52,14 @@ class EdgeRefiner:
         return moves
 
     def refine(self, pyramid: Pyramid, camera: Camera, h: Floats, sigma: Floats) -> tuple[Floats, Floats, Bools]:
-        """Return (corners, covariance, good) of markers at h (M, 3, 3), for an image's blur sigma (M,) px.
+        """Return (corners, covariance, good) of markers at ``h`` (M, 3, 3); ``sigma`` (M,) [px] is the image's blur.
 
-        corners (M, 4, 2) ideal px; covariance (M, 8, 8): of the corners, px^2; good (M,): whether all sides are seen.
+        ``corners`` (M, 4, 2) [ideal px], their ``covariance`` (M, 8, 8) [px^2], ``good`` (M,): all sides are visible.
         """
         corners = homography.apply(h, self._square)
         side = corners[:, [1, 2, 3, 0]] - corners
         length = np.sqrt((side * side).sum(2))
-        px = (length[:, [1, 2, 3, 0]] + length[:, [3, 0, 1, 2]]) / (4 * self._half)  # a cell, across the sides
+        px = (length[:, [1, 2, 3, 0]] + length[:, [3, 0, 1, 2]]) / (4 * self._half)  # per cell, across the sides
         reach = (thresholds.EDGE_REACH + thresholds.EDGE_BLURS * sigma[:, None]) / px
         across = np.minimum(reach, thresholds.MAX_EDGE_REACH)
         good = np.ones(len(corners), bool)
@@ -81,7 +81,7 @@ class EdgeRefiner:
         return homography.apply(h, moved), covariance, seen
 
     def _px_of_corners(self, h: Floats) -> Floats:
-        """(M, 8, 8): derivative of the corners, ideal px, by themselves in cells."""
+        """Return the derivative (M, 8, 8) of the corners [ideal px] by the same corners in cells."""
         p = (h @ self._corners).transpose(0, 2, 1)
         w = p[:, :, 2:, None]
         out = np.zeros((len(h), 4, 2, 4, 2))
@@ -90,7 +90,7 @@ class EdgeRefiner:
         return out.reshape(-1, 8, 8)
 
     def _offsets(self, pyramid: Pyramid, camera: Camera, h: Floats, across: Floats) -> tuple[Floats, Floats]:
-        """How far the edges are beyond the points (M, 4, K), cells, and whether there is one (0 or 1)."""
+        """Return how far [cells] the edges lie outside the points (M, 4, K), and whether there is one (0 or 1)."""
         count = len(h)
         reach = (h @ self._outward)[..., None] * (across[..., None] * ACROSS)[:, None]  # (M, 3, 4, S)
         p = (h @ self._points).reshape(count, 3, 4, -1, 1).astype(np.float32) + reach[:, :, :, None].astype(np.float32)
@@ -105,7 +105,10 @@ class EdgeRefiner:
         return offset, enough.reshape(share.shape).astype(float)
 
     def _lines(self, offset: Floats, enough: Floats, px: Floats) -> tuple[Floats, Floats, Bools]:
-        """Offset and rise (M, 4, 2) of each side, their covariance (M, 4, 2, 2), whether all sides are seen (M,)."""
+        """Return offset and slope (M, 4, 2) of each side, their covariance (M, 4, 2, 2), and whether all are visible.
+
+        The last result is (M,).
+        """
         markers, sides, places = offset.shape
         offset, enough, px = offset.reshape(-1, places), enough.reshape(-1, places), px.reshape(-1, 1)
         weight = enough
@@ -127,6 +130,6 @@ class EdgeRefiner:
 
 
 def _median(values: Floats) -> Floats:
-    """Median of the rows of (M, P), nearly: without numpy's checks."""
+    """Return an approximate median of the rows of (M, P), without numpy's checks."""
     middle = values.shape[1] // 2
     return np.partition(values, middle, 1)[:, middle]

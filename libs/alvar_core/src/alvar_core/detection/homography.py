@@ -1,17 +1,20 @@
-"""Homographies in batches of M: from four corners, applied to points, small changes."""
+"""Homographies in batches of M: compute them from four corners, apply them to points, change them slightly."""
 from __future__ import annotations
 
 import numpy as np
 
 from alvar_core.arrays import ArrayLike, Floats
 
-_SMALL = np.zeros((8, 9))  # which number of a matrix each small change is
+_SMALL = np.zeros((8, 9))  # the element of the matrix that each small change adds to
 _SMALL[range(8), [2, 0, 1, 5, 3, 4, 6, 7]] = 1, 1, 1, 1, 1, 1, -1, -1
 _IDENTITY = np.eye(3)
 
 
 def from_square(quads: ArrayLike, half: float) -> Floats:
-    """(M, 3, 3) from the square [-half, half]^2 (y down) to quads (M, 4, 2): top left, then clockwise as seen."""
+    """Return homographies (M, 3, 3) from the square [-half, half]^2 (y down) to quads (M, 4, 2).
+
+    The corners of a quad are top left, then clockwise in the image.
+    """
     q = np.asarray(quads, np.float64)
     first, ends = q[:, :1], q[:, 1::2]
     to_ends, rest = ends - q[:, 2:3], q[:, 0] - q[:, 1] + q[:, 2] - q[:, 3]
@@ -30,23 +33,23 @@ def from_square(quads: ArrayLike, half: float) -> Floats:
 
 
 def apply(h: Floats, points: ArrayLike) -> Floats:
-    """Points (P, 2) or (M, P, 2) through h (M, 3, 3): (M, P, 2)."""
+    """Return points (P, 2) or (M, P, 2) transformed by ``h`` (M, 3, 3), as (M, P, 2)."""
     points = np.asarray(points, np.float64)
     p = points @ np.swapaxes(h[:, :, :2], 1, 2) + h[:, None, :, 2]
     return p[..., :2] / p[..., 2:]
 
 
 def small(d: Floats) -> Floats:
-    """(M, 3, 3) from small changes (M, 8): identity plus [[d1, d2, d0], [d4, d5, d3], [-d6, -d7, 0]]."""
+    """Return (M, 3, 3) from small changes (M, 8): identity plus [[d1, d2, d0], [d4, d5, d3], [-d6, -d7, 0]]."""
     return (d @ _SMALL).reshape(-1, 3, 3) + _IDENTITY
 
 
 def area(quads: Floats) -> Floats:
-    """Signed area (M,) of quads (M, 4, 2): positive for top left, top right, bottom right, bottom left with y down."""
+    """Return the signed area (M,) of quads (M, 4, 2), positive if the corners are clockwise in an image (y down)."""
     d = quads[..., :2, :] - quads[..., 2:, :]  # both diagonals
     return 0.5 * (d[..., 0, 0] * d[..., 1, 1] - d[..., 0, 1] * d[..., 1, 0])
 
 
 def mean_side(quads: Floats) -> Floats:
-    """Side (M,) of squares of the same area as quads (M, 4, 2), whichever way round these are."""
+    """Return the side (M,) of squares with the same area as quads (M, 4, 2), clockwise or not."""
     return np.sqrt(np.abs(area(quads)))

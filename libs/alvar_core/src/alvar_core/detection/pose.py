@@ -1,6 +1,6 @@
-"""Pose of a square marker from its corners: both solutions of the planar ambiguity, weighed.
+"""Compute the pose of a square marker from its corners: both solutions of the planar ambiguity, and which is likelier.
 
-OpenCV's IPPE gives both starts; one step of Gauss-Newton with the corners' covariance refines them.
+OpenCV's IPPE gives two start values; a Gauss-Newton step with the covariance of the corners refines each.
 
 Marker frame: origin in the centre of the black square; looking at the marker as drawn: x right, y up, z out of it.
 Camera frame: optical (x right, y down, z forward). Lengths in metres, angles in radians.
@@ -20,7 +20,7 @@ from alvar_core.camera import Camera
 from alvar_core.detection import thresholds
 from alvar_core.rotations import angle_between, quaternion_from_matrix
 
-DEGREES_OF_FREEDOM = 2  # eight corner coordinates less six of a pose
+DEGREES_OF_FREEDOM = 2  # eight corner coordinates minus six of a pose
 _RAYS_CAMERA = np.eye(3)  # the camera matrix of rays x / z, y / z
 _DAMPED = 1 + 1e-4 * np.eye(6)  # times the normal equations of a refinement
 # p @ _CROSS: the matrix (9 numbers) that takes a turn t to t x p
@@ -29,7 +29,7 @@ _CROSS = np.array([[0, 0, 0, 0, 0, 1, 0, -1, 0], [0, 0, -1, 0, 0, 0, 1, 0, 0], [
 
 @dataclass
 class Solution:
-    """One pose: rotation (3, 3) and position (3,) m of the marker in the camera, rms error px, chi2 (weighed)."""
+    """A pose of the marker in the camera frame: rotation (3, 3), position (3,) [m], rms error [px], and chi2."""
 
     rotation: Floats
     position: Floats
@@ -38,16 +38,16 @@ class Solution:
 
     @property
     def quaternion(self) -> Floats:
-        """Orientation x y z w, w >= 0."""
+        """Return the orientation x y z w, w >= 0."""
         return quaternion_from_matrix(self.rotation)
 
 
 def solve(ideal_corners: ArrayLike, sizes: ArrayLike, camera: Camera,
           information: Floats | None = None) -> list[list[Solution]]:
-    """Return for each of M markers its solutions, best first (none, one or two).
+    """Return the solutions of each of M markers, best first (none, one or two).
 
-    ideal_corners (M, 4, 2) ideal px, sizes (M,) m; information (M, 8, 8): inverse covariance of the corners, 1/px^2
-    (without it every coordinate counts with thresholds.DEFAULT_CORNER_ERROR).
+    ``ideal_corners`` (M, 4, 2) [ideal px]; ``sizes`` (M,) [m]; ``information`` (M, 8, 8) [1/px^2] is the inverse
+    covariance of the corners, by default that of independent errors of thresholds.DEFAULT_CORNER_ERROR.
     """
     corners = np.asarray(ideal_corners, np.float64)
     if information is None:
@@ -68,9 +68,9 @@ def solve(ideal_corners: ArrayLike, sizes: ArrayLike, camera: Camera,
 
 
 def _both_poses(rays: Floats, sizes: Floats) -> tuple[Integers, Floats, Floats]:
-    """Both poses of squares seen along rays (M, 4, 2), without those that have none.
+    """Return both poses of squares seen along rays (M, 4, 2); leave out squares without a pose.
 
-    Returns the index of the square of each pose (B,), rotations (B, 3, 3) and positions (B, 3).
+    The result is the index of the square of each pose (B,), rotations (B, 3, 3) and positions (B, 3).
     """
     owners, rotations, positions = [], [], []
     for m, (seen, size) in enumerate(zip(rays, sizes)):
@@ -87,7 +87,7 @@ def _both_poses(rays: Floats, sizes: Floats) -> tuple[Integers, Floats, Floats]:
 
 def _refine(points: Floats, corners: Floats, camera: Camera, information: Floats, rotations: Floats,
             positions: Floats) -> list[Solution]:
-    """Solutions after one step of Gauss-Newton on the weighed reprojection, where it helps."""
+    """Return the Solutions after a Gauss-Newton step on the weighted reprojection error, where it reduces that."""
     turned = points @ rotations.transpose(0, 2, 1)
     residual, jacobian = reprojection(turned, positions, corners, camera)
     jw = jacobian.transpose(0, 2, 1) @ information
@@ -107,14 +107,14 @@ def _refine(points: Floats, corners: Floats, camera: Camera, information: Floats
 
 
 def turned_by(turns: Floats, rotations: Floats) -> Floats:
-    """Rotations (B, 3, 3), each turned further by a rotation vector (B, 3) rad."""
+    """Return rotations (B, 3, 3), each followed by a small rotation given as a vector (B, 3) [rad]."""
     return np.array([cv2.Rodrigues(turn)[0] for turn in turns]).reshape(-1, 3, 3) @ rotations
 
 
 def reprojection_error(turned: Floats, positions: Floats, corners: Floats, camera: Camera) -> Floats:
-    """Where P points are seen less where they should be, (B, 2P) px.
+    """Return the projections of P points minus their measured corners, (B, 2P) [px].
 
-    turned (B, P, 3): the points, m, rotated as the camera's axes are; positions (B, 3) m; corners (B or 1, P, 2) px.
+    ``turned`` (B, P, 3) [m]: the points after the rotation; ``positions`` (B, 3) [m]; ``corners`` (B or 1, P, 2) [px].
     """
     p = turned + positions[:, None]
     uv = p[..., :2] / p[..., 2:]
@@ -122,7 +122,7 @@ def reprojection_error(turned: Floats, positions: Floats, corners: Floats, camer
 
 
 def reprojection(turned: Floats, positions: Floats, corners: Floats, camera: Camera) -> tuple[Floats, Floats]:
-    """The reprojection_error (B, 2P) and its derivative (B, 2P, 6) by a small turn and a shift."""
+    """Return the reprojection_error (B, 2P) and its derivative (B, 2P, 6) by a small rotation and a translation."""
     p = turned + positions[:, None]
     z = p[..., 2:]
     uv = p[..., :2] / z
@@ -136,9 +136,9 @@ def reprojection(turned: Floats, positions: Floats, corners: Floats, camera: Cam
 
 
 def ambiguity(solutions: Sequence[Solution], degrees_of_freedom: int = DEGREES_OF_FREEDOM) -> tuple[float, bool]:
-    """Return (share, ambiguous): how likely the second solution is against the first (0.5: both alike), and the flag.
+    """Return (share, ambiguous): the probability of the second solution (0.5: equal to the first), and the flag.
 
-    Solutions that differ by less than thresholds.SAME_ROTATION are one.
+    Solutions that differ by less than thresholds.SAME_ROTATION count as one.
     """
     if are_one(solutions):
         return 0.0, False
@@ -147,11 +147,14 @@ def ambiguity(solutions: Sequence[Solution], degrees_of_freedom: int = DEGREES_O
 
 
 def are_one(solutions: Sequence[Solution]) -> bool:
-    """Whether there is only one pose, or two that hardly differ."""
+    """Return whether there is only one pose, or two that hardly differ."""
     return (len(solutions) < 2
             or angle_between(solutions[0].rotation, solutions[1].rotation) < thresholds.SAME_ROTATION)
 
 
 def scaled_difference(solutions: Sequence[Solution], degrees_of_freedom: int = DEGREES_OF_FREEDOM) -> float:
-    """How much worse (chi2) the second solution is; less when even the first fits badly: not all is noise then."""
+    """Return how much larger chi2 of the second solution is; scaled down if even the first fits badly.
+
+    A bad fit means that the errors are not only noise.
+    """
     return (solutions[1].chi2 - solutions[0].chi2) / max(1.0, solutions[0].chi2 / degrees_of_freedom)

@@ -14,11 +14,11 @@ MIN_IMAGE_SIDE = 16  # px
 
 
 class ImageError(ValueError):
-    """An image that cannot be searched."""
+    """An image cannot be searched."""
 
 
 def grey_image(image: Image) -> Image:
-    """uint8 grey image from uint8 or uint16, grey, BGR or BGRA; ImageError for anything else."""
+    """Return the grey image, uint8, of a uint8 or uint16 image in grey, BGR or BGRA; raise ImageError for others."""
     if not isinstance(image, np.ndarray) or image.ndim not in (2, 3) or min(image.shape[:2]) < MIN_IMAGE_SIDE:
         got = getattr(image, 'shape', type(image).__name__)
         raise ImageError(f'an image of at least {MIN_IMAGE_SIDE}x{MIN_IMAGE_SIDE} pixels is needed, got {got}')
@@ -36,7 +36,7 @@ def grey_image(image: Image) -> Image:
 
 
 class ImageBuffers:
-    """Images that are overwritten in every frame: allocating them anew would cost more than filling them."""
+    """Images that are reused in every frame, because allocating them would take longer than filling them."""
 
     MOST = 24
 
@@ -44,7 +44,7 @@ class ImageBuffers:
         self._kept: dict[tuple[str, int, int], Image] = {}
 
     def get(self, name: str, height: int, width: int) -> Image:
-        """A uint8 image (height, width) of unknown content, the same one for the same name and size."""
+        """Return a uint8 image (height, width) with arbitrary content; the same one for the same name and size."""
         key = name, height, width
         if key not in self._kept:
             if len(self._kept) > self.MOST:
@@ -54,9 +54,9 @@ class ImageBuffers:
 
 
 class PreparedImage:
-    """An image prepared for the search: `grey` and `smooth` (height, width) uint8, and its `camera`.
+    """An image prepared for the search: ``grey`` and ``smooth`` (height, width) uint8, and its ``camera``.
 
-    It is valid until the buffers are used for the next image. Raises ImageError, CameraError.
+    It is valid until the buffers are used for the next image. The constructor raises ImageError or CameraError.
     """
 
     def __init__(self, image: Image, camera: Camera, buffers: ImageBuffers | None = None) -> None:
@@ -72,18 +72,18 @@ class PreparedImage:
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of the image's noise, greys."""
+        """Return the standard deviation of the image's noise [greys]."""
         return noise_of(self.grey)
 
     @cached_property
     def pyramid(self) -> Pyramid:
-        """The image in three sizes; made when first needed."""
+        """Return the image in three sizes; it is computed when first needed."""
         height, width = self.grey.shape
         return Pyramid(self.grey, self.buffers.get('atlas', height + height // 2, width))
 
 
 def noise_of(grey: Image) -> float:
-    """Standard deviation of the noise of a grey image, from its second differences along some rows."""
+    """Return the standard deviation of a grey image's noise, from second differences along some rows."""
     rows = grey[4::max(1, len(grey) // 12)].astype(np.int16)
     second = np.abs(2 * rows[:, 1:-1] - rows[:, :-2] - rows[:, 2:]).ravel()
     share = np.bincount(second).cumsum() / second.size

@@ -1,4 +1,4 @@
-"""A grey image in three sizes, read between its pixels."""
+"""A grey image in three sizes, with interpolation between pixels."""
 from __future__ import annotations
 
 import functools
@@ -12,9 +12,9 @@ LEVELS = range(3)  # full, half and quarter size
 
 
 class Pyramid:
-    """A grey image (uint8) at full, half and quarter size, in one array so that one remap reads all of them.
+    """A grey image (uint8) at full, half and quarter size, in one array, so that one remap reads all of them.
 
-    buffer: (height + height // 2, width) uint8 for that array; without it a new one is made.
+    ``buffer`` (height + height // 2, width) uint8 is used for that array; without it, a new one is allocated.
     """
 
     def __init__(self, grey: Image, buffer: Image | None = None) -> None:
@@ -27,7 +27,10 @@ class Pyramid:
                                interpolation=cv2.INTER_AREA)
 
     def read(self, x: Floats, y: Floats, level: Integers) -> Floats:
-        """Grey values (float32) at real pixels x, y (M, P float32) of the full image, read at `level` (M,)."""
+        """Return the grey values (M, P), float32, at real pixels ``x``, ``y`` (M, P), float32, of the full image.
+
+        ``level`` (M,) selects the size to read from.
+        """
         scale, x_offset, y_offset, left, top, right, bottom = self._table[level].T[:, :, None]
         x, y = x * scale, y * scale
         for along, offset, low, high in (x, x_offset, left, right), (y, y_offset, top, bottom):
@@ -39,7 +42,10 @@ class Pyramid:
 
 @functools.lru_cache(maxsize=8)
 def _layout(width: int, height: int) -> tuple[list[list[int]], Floats]:
-    """Of each level: its box (x, y, width, height); a row of scale, x and y offset, left, top, right, bottom."""
+    """Return the boxes (x, y, width, height) of all levels, and a row of each.
+
+    A row contains scale, x and y offset, left, top, right, bottom.
+    """
     sizes = np.array([[width >> level, height >> level] for level in LEVELS])
     base = np.array([[0, 0], [0, height], [width - sizes[2, 0], height]])
     scale = 0.5 ** np.arange(len(LEVELS))[:, None]

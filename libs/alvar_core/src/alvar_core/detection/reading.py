@@ -1,4 +1,4 @@
-"""Reading the cells of a marker: soft decisions against every code word of ALVAR's 5x5 numbers, or cell by cell."""
+"""Read the cells of a marker: compare them with all code words of ALVAR's 5x5 numbers, or read them one by one."""
 from __future__ import annotations
 
 import functools
@@ -14,14 +14,17 @@ from alvar_core.detection.alignment import Covariance, Grid
 
 
 def black_cells(white: ArrayLike, margin: int) -> Bools:
-    """(..., n + 2 margin, n + 2 margin) bool: black cells of markers with data cells `white` (..., n, n) bool."""
+    """Return the black cells (..., n + 2 margin, n + 2 margin), bool, of markers; ``white`` (..., n, n) bool."""
     white = np.asarray(white, bool)
     return np.pad(~white, [(0, 0)] * (white.ndim - 2) + [(margin, margin)] * 2, constant_values=True)
 
 
 @functools.lru_cache(maxsize=1)
 def words_of_numbers() -> Bools:
-    """(1024, 5, 5) bool: row turns * 256 + number, as seen when numpy.rot90(seen, turns) stands upright."""
+    """Return the cells (1024, 5, 5), bool, True is white, of all numbers in all orientations.
+
+    Row turns * 256 + number contains the cells that numpy.rot90(cells, turns) turns upright.
+    """
     upright = [code.encode(number) for number in range(256)]
     words = np.array([np.rot90(cells, -turns) for turns in range(4) for cells in upright])
     words.flags.writeable = False  # all callers share it
@@ -29,7 +32,7 @@ def words_of_numbers() -> Bools:
 
 
 def in_chunks(a: Floats, b: Floats, limit: int = 250000) -> Floats:
-    """a @ b in pieces below the size from which OpenBLAS starts threads, whose start costs more than the product."""
+    """Return a @ b, computed in parts that are too small for OpenBLAS to start threads, whose start takes longer."""
     rows = max(1, limit // (b.shape[0] * b.shape[1]))
     if len(a) <= rows:
         return a @ b
@@ -37,13 +40,17 @@ def in_chunks(a: Floats, b: Floats, limit: int = 250000) -> Floats:
 
 
 def without_noise(energy: Floats | float, noise: Floats | float) -> Floats:
-    """Energy less the energy of the noise in it, at most a share MAX_NOISE_SHARE of it; arrays or numbers."""
+    """Return energy minus noise, which counts for at most the share MAX_NOISE_SHARE of it; arrays or numbers."""
     return energy - np.minimum(noise, thresholds.MAX_NOISE_SHARE * energy)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What was read: content (code.Content), fit 0..1, gap to the next best code word, cells as seen (n, n) bool."""
+    """The result of reading a marker.
+
+    ``content`` is a code.Content, ``fit`` 0 to 1, ``gap`` the difference to the fit of the next best code word,
+    ``white`` (n, n), bool, the cells in the orientation of the image.
+    """
 
     content: code.Content
     fit: float
@@ -53,10 +60,10 @@ class Reading:
 
 @dataclass
 class CoarseMatch:
-    """Coarse decoding of the K quads with a dark rim, of N.
+    """The coarse decoding of those K of N quads that have a dark border.
 
-    kept: (K,) their indices; h: (K, 3, 3) their homographies; fit: (K,) of the best code word, up to 1; gap: (K,) to
-    the fit of the next best; word: (K,) index of the best.
+    ``kept`` (K,): their indices; ``h`` (K, 3, 3): their homographies; ``fit`` (K,): that of the best code word, up to
+    1; ``gap`` (K,): difference to the fit of the next best; ``word`` (K,): index of the best.
     """
 
     kept: Integers
@@ -67,15 +74,15 @@ class CoarseMatch:
 
 
 class CoarseDecoder:
-    """Coarse decoding of roughly placed quads: is the rim dark, and which code word do the cells resemble?
+    """Decides for rough quads whether the border is dark, and which code word the cells resemble.
 
-    It reads one grey value a cell, of the data cells and one ring of the rim, and some along the outer edge.
-    words: (1024, 5, 5) bool, the code words of resolution 5; None at other resolutions, where only the cells that all
-    markers share are matched.
+    It reads one grey value per cell, of the data cells and one ring of the border, and some along the outer edge.
+    ``words`` (1024, 5, 5), bool, are the code words of resolution 5; None at other resolutions, where it matches only
+    the cells that are equal in all markers.
     """
 
-    ALONG = np.array([-0.75, -0.4, 0.0, 0.4, 0.75])  # of half a side: places along each side
-    DEPTHS = (0.4, -0.7)  # cells beyond the edge: where white, where black is read
+    ALONG = np.array([-0.75, -0.4, 0.0, 0.4, 0.75])  # positions along each side, as shares of its half
+    DEPTHS = (0.4, -0.7)  # [cells] outside the edge, at which white and black are read
 
     def __init__(self, resolution: int, margin: int) -> None:
         self.half = resolution / 2 + margin
@@ -97,7 +104,10 @@ class CoarseDecoder:
         return np.concatenate(points)
 
     def _centred_words(self, resolution: int) -> tuple[Floats, Floats]:
-        """Which cells count (W or 1, P) and the words less their mean, of length 1 (P, W); P: data cells and a ring."""
+        """Return which cells count (W or 1, P), and the words minus their means, normalised (P, W).
+
+        P are the data cells and one ring around them.
+        """
         if self.words is not None:
             words, known = np.pad(self.words, ((0, 0), (1, 1), (1, 1))), np.ones((1, 7, 7))
         else:
@@ -110,7 +120,7 @@ class CoarseDecoder:
         return flat, np.ascontiguousarray((centred / np.linalg.norm(centred, axis=1, keepdims=True)).T)
 
     def match(self, smooth: Image, quads: Floats) -> CoarseMatch:
-        """Match quads (N, 4, 2), real px, in a lightly smoothed image."""
+        """Return the CoarseMatch of quads (N, 4, 2) [real px] in a lightly smoothed image."""
         h = homography.from_square(quads, self.half)
         rim = self._grey(smooth, h, self._rim).reshape(-1, 2, 4, len(self.ALONG))
         step = rim[:, 0] - rim[:, 1]
@@ -125,7 +135,7 @@ class CoarseDecoder:
         return CoarseMatch(kept, h[kept], *self._match(self._grey(smooth, h[kept], self._cells)))
 
     def fit(self, smooth: Image, quad: Floats, spread: float) -> float:
-        """Fit of the best code word with the cells of one quad (4, 2), `spread` times as far apart."""
+        """Return the fit of the best code word to the cells of one quad (4, 2), ``spread`` times as far apart."""
         h = homography.from_square(quad[None], self.half)
         cells = self._cells * np.array([[spread], [spread], [1]], np.float32)
         return float(self._match(self._grey(smooth, h, cells))[0][0])
@@ -137,7 +147,7 @@ class CoarseDecoder:
         return cv2.remap(smooth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
 
     def _match(self, grey: Floats) -> tuple[Floats, Floats, Integers]:
-        """Fit (N,) of the best word, its gap to the second best, its index, for greys (N, P)."""
+        """Return, for greys (N, P), the fit of the best word, its gap to the second best and its index, each (N,)."""
         spread = (grey * grey) @ self._known.T - (grey @ self._known.T) ** 2 / self._known.sum(1)
         fit = in_chunks(grey, self._words_t) / np.sqrt(np.maximum(spread, 1.0))
         word = fit.argmax(1)
@@ -148,7 +158,7 @@ class CoarseDecoder:
 
 
 class Reader:
-    """Reads aligned markers of one resolution and margin (both in cells); `grid` is that of the aligned values."""
+    """Reads aligned markers of one resolution and margin (both in cells); ``grid`` is that of the aligned values."""
 
     def __init__(self, grid: Grid, resolution: int = code.MIN_RESOLUTION, margin: int = code.MARGIN) -> None:
         self.resolution, self.margin, self.grid = resolution, margin, grid
@@ -161,9 +171,10 @@ class Reader:
         self._words = self._seen.reshape(-1, 25).astype(np.float32)
 
     def read(self, values: Floats, covariance: Covariance, noise: Floats) -> list[Reading]:
-        """The best Reading of each marker of resolution 5: grey values (M, P) on the grid, blur covariance in cells.
+        """Return the best Reading of each marker of resolution 5.
 
-        noise (M,): standard deviation of the values' noise, which does not count against a reading.
+        ``values`` (M, P) [greys] are those on the grid, ``covariance`` is the blur in cells. ``noise`` (M,) [greys] is
+        the standard deviation of the values' noise, which does not reduce the fit.
         """
         ex, ey = self._coverage(covariance)
         flat = self._region(values).reshape(len(values), -1)
@@ -172,7 +183,7 @@ class Reader:
         return [self._number(*each) for each in zip(matched, grey, ex, ey, noise)]
 
     def _coverage(self, covariance: Covariance) -> tuple[Floats, Floats]:
-        """How much of each column and row of samples the columns and rows of data cells cover: each (M, S, n)."""
+        """Return how much columns and rows of data cells cover each column and row of samples; each (M, S, n)."""
         inner = slice(self.margin, self.margin + self.resolution)
         both = np.concatenate([covariance.xx, covariance.yy])
         coverage = self.grid.profiles(both)[:, 0, self._inside, inner]
@@ -200,12 +211,15 @@ class Reader:
         return self.of_word(best, fit[best], fit[best] - fit[second])
 
     def of_word(self, word: int, fit: float, gap: float) -> Reading:
-        """Reading of a code word (index turns * 256 + number)."""
+        """Return the Reading of a code word (index turns * 256 + number)."""
         turns, number = divmod(int(word), 256)
         return Reading(code.Content(code.NUMBER, number, 0, turns), float(fit), float(gap), self._seen[word])
 
     def read_cells(self, shares: Floats, covariance: Covariance) -> list[Reading | None]:
-        """As read(), of any resolution, cell by cell: shares (M, P) are 0 where black and 1 where white paper is."""
+        """Return the Readings (or None) of markers of any resolution, read cell by cell.
+
+        ``shares`` (M, P) are the samples, from 0 (black) to 1 (white).
+        """
         ex, ey = self._coverage(covariance)
         grey = self._region(shares)
         matched = (ey.transpose(0, 2, 1) @ grey @ ex).reshape(len(shares), -1)
@@ -229,7 +243,10 @@ class Reader:
         return Reading(content, float(fit), 1.0, white)
 
     def _redrawn(self, content: code.Content, seen: Bools) -> Bools | None:
-        """The upright cells of a marker of this content, of the drawings the nearest to what was seen; None if none."""
+        """Return the upright cells of the drawing of this content that is most similar to ``seen``.
+
+        Return None if more than two cells differ in each.
+        """
         drawings = []
         for strong in (False, True):
             try:

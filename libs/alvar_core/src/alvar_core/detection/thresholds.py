@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 
 class Pass(NamedTuple):
-    """One search for dark outlines: the image is shrunk, then compared with its local mean.
+    """One search for dark outlines: the image is reduced, then compared with its local mean.
 
-    shrink: factor; window: px of the shrunk image, odd, whose mean is taken; offset: greys darker than that mean.
+    ``shrink``: factor; ``window`` [px of the reduced image], odd: width of the local mean; ``offset`` [greys]: how much
+    darker than that mean a pixel must be.
     """
 
     shrink: float
@@ -27,10 +28,10 @@ class Pass(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """What is asked of a candidate; each of it has noise taken out.
+    """The lowest values for a candidate; the noise does not count in any of them.
 
-    fit: of the data cells with the code word; surplus: gap to the next best word as a share of what the best one
-    leaves unexplained; detail: likeness of the cells without anything smooth.
+    ``fit``: of the data cells to the code word; ``surplus``: gap to the next best word as a share of what the best one
+    leaves unexplained; ``detail``: likeness of the cells after smooth changes of brightness are removed.
     """
 
     fit: float

@@ -1,17 +1,17 @@
-"""Marker tracking over images: the last poses tell where to look; only what is in the current image is reported.
+"""Track markers over images: the last poses show where to search; only markers in the current image are reported.
 
-* Every frame, the markers of the last frame are looked for where they should be now. Their cells are read again, so a
-  swapped, turned or covered marker is reported correctly in the same frame.
-* Around a marker that is missing the image is searched at once.
-* The passes of the search of the whole image (thresholds.PASSES) are spread over `full_every` frames; any one of them
+* In every frame, the tracker searches for the markers of the last frame at their expected positions. It reads their
+  cells again, so that a swapped, turned or covered marker is reported correctly in the same frame.
+* If a marker is missing, it searches the surroundings in the same frame.
+* The passes of the search of the whole image (thresholds.PASSES) are spread over ``full_every`` frames; each of them
   finds most new markers. While no marker is tracked, every frame runs all passes.
-* A caller with time left before the next image calls search_rest(): it runs the passes that update() skipped, and the
-  next update() looks where they found something.
+* A caller with time left before the next image calls search_rest(). It runs the passes that update() skipped, and the
+  next update() examines what they have found.
 
 Of the two poses of the planar ambiguity, the tracker chooses the one that agrees with the motion so far, unless the
 image alone decides.
 
-Not thread safe: one thread calls update().
+Not thread-safe: one thread calls update().
 """
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from alvar_core.detection.thresholds import Pass
 from alvar_core.rotations import angle_between
 
 
-@dataclass(eq=False)  # compared by identity: several may have one id, and arrays cannot be compared
+@dataclass(eq=False)  # compared by identity: several may have the same id, and arrays have no single truth value
 class Track:
-    """A marker being tracked.
+    """A marker that is being tracked.
 
-    detection: the last one; before: its corners one frame earlier, (4, 2) px, None if it was not seen then; missed:
-    frames since; evidence: chi2 for its pose against the other one.
+    ``detection`` is the last Detection; ``before`` (4, 2) [px]: the corners one frame earlier, None if it was not
+    detected there; ``missed``: frames since the detection; ``evidence`` [chi2] for its pose against the other one.
     """
 
     detection: Detection
@@ -46,7 +46,7 @@ class Track:
 
 
 class Tracker:
-    """Detector over a sequence of images of one camera.  full_every: frames over which the full search is spread."""
+    """Detects markers in the images of one camera; spreads the full search over ``full_every`` frames."""
 
     def __init__(self, detector: Detector, full_every: int = 3) -> None:
         if not isinstance(full_every, int) or full_every < 1:
@@ -55,15 +55,15 @@ class Tracker:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything."""
+        """Forget all markers."""
         self.tracks: list[Track] = []
         self._frame = 0
         self._shape: tuple[int, ...] = ()
-        self._hints: list[Floats] = []  # corners to look at next
+        self._hints: list[Floats] = []  # corners that the next update() examines
         self._skipped: tuple[PreparedImage, list[Pass]] | None = None  # the last image, the passes not run on it
 
     def update(self, image: Image, camera: Camera) -> list[Detection]:
-        """Return the Detections of the next image. Raises ImageError, CameraError."""
+        """Return the Detections in the next image; raise ImageError or CameraError."""
         self._skipped = None
         prepared = self.detector.prepare(image, camera)
         if prepared.grey.shape != self._shape:
@@ -75,7 +75,7 @@ class Tracker:
     def search_rest(self) -> None:
         """Run the passes that the last update() skipped; its image must be unchanged.
 
-        What is found is not reported: the next update() looks there.
+        The markers found are not reported, but the next update() examines their positions.
         """
         skipped, self._skipped = self._skipped, None
         if skipped is None or not skipped[1]:
@@ -104,7 +104,7 @@ class Tracker:
         return best_of_overlapping(found + self.detector.examine(image, quads)) if len(quads) else found
 
     def _expected(self) -> Floats:
-        """Corners (K, 4, 2) where the markers should be now: as last seen, and moved on by their last motion."""
+        """Return the expected corners (K, 4, 2): the last ones, and those moved on by the last motion."""
         quads, self._hints = self._hints, []
         for track in self.tracks:
             last = track.detection.corners
@@ -117,7 +117,7 @@ class Tracker:
         return expected[homography.area(expected) > 0]
 
     def _near(self, image: PreparedImage, expected: Sequence[Floats]) -> Floats:
-        """Candidates in the surroundings of the expected quads."""
+        """Return the candidates in the surroundings of the expected quads."""
         height, width = image.grey.shape
         found = [np.zeros((0, 4, 2))]
         for x0, y0, x1, y1 in _boxes(expected, width, height):
@@ -151,7 +151,7 @@ Box = Tuple[int, int, int, int]  # left, top, right, bottom, px
 
 
 def _boxes(quads: Sequence[Floats], width: int, height: int) -> list[Box]:
-    """Boxes around quads with room to spare; boxes that touch are joined."""
+    """Return boxes around quads, with a margin; boxes that overlap are joined."""
     boxes: list[Box] = []
     for quad in quads:
         low, high = quad.min(0), quad.max(0)
@@ -164,7 +164,7 @@ def _boxes(quads: Sequence[Floats], width: int, height: int) -> list[Box]:
 
 
 def _joined(boxes: Sequence[Box], box: Box) -> list[Box]:
-    """The boxes and another one; those that it touches become one with it."""
+    """Add a box to boxes; join it with those that it overlaps."""
     apart = list(boxes)
     while True:
         other = next((b for b in apart if _touch(b, box)), None)
@@ -179,7 +179,10 @@ def _touch(a: Box, b: Box) -> bool:
 
 
 def _alike(quads: Floats, expected: Floats) -> Bools:
-    """Which quads (N, 4, 2) lie where an expected one (K, 4, 2) lies and are about as large: read those only once."""
+    """Return which quads (N,) have nearly the position and size of an expected one, and need not be read twice.
+
+    ``quads`` (N, 4, 2), ``expected`` (K, 4, 2).
+    """
     side, there = homography.mean_side(quads)[:, None], np.sqrt(homography.area(expected))
     away = np.abs(quads.mean(1)[:, None] - expected.mean(1)).max(2)
     ratio = thresholds.SAME_SIZE
@@ -189,7 +192,7 @@ def _alike(quads: Floats, expected: Floats) -> Bools:
 
 
 def _nearest(tracks: Sequence[Track], detection: Detection) -> Track | None:
-    """The track that a detection may continue, None if all are too far away."""
+    """Return the nearest track, which the detection continues; None if all are too far away."""
     best = min(tracks, key=lambda t: math.dist(t.detection.centre, detection.centre), default=None)
     if best is None:
         return None
@@ -198,16 +201,17 @@ def _nearest(tracks: Sequence[Track], detection: Detection) -> Track | None:
 
 
 def _covered_by(track: Track, found: Sequence[Detection]) -> bool:
-    """Whether another marker is now where this one was."""
+    """Return whether another marker is now where this one was."""
     centre = track.detection.corners.mean(0)
     return any(np.abs(d.corners.mean(0) - centre).max() < thresholds.COVERED_BY * np.ptp(d.corners, 0).max()
                for d in found)
 
 
 def _weighed(detection: Detection, track: Track | None) -> tuple[Detection, float]:
-    """Choose between the two poses with the help of the past; return the Detection, changed, and the evidence for it.
+    """Choose between the two poses, using earlier frames; change the Detection, and return it with the evidence.
 
-    Evidence is a sum of chi2 differences over frames, older ones decaying: from AMBIGUOUS_CHI2 on it is sure.
+    The evidence is a sum of chi2 differences over frames, in which older ones decay. From AMBIGUOUS_CHI2 on, the pose
+    is sure.
     """
     solutions = detection.solutions
     if pose.are_one(solutions):

@@ -1,1 +1,1 @@
-"""Printed markers: createMarker's command line, image and bundle files, PDF sheets."""
+"""Printed markers: the command line of createMarker, image and bundle files, PDF sheets."""

@@ -1,6 +1,6 @@
-"""createMarker: the command line of ar_track_alvar's createMarker, and its questions.
+"""The command line and the dialogue of ar_track_alvar's createMarker.
 
-An option holds for the arguments after it; a length unit is a number of pixels, at 96 pixels per inch.
+An option applies to the arguments after it; a unit of length is a number of pixels, at 96 pixels per inch.
 """
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from alvar_core.printing import marker_files
 from alvar_core.printing.marker_files import DPI, PAGES, CreateError, Marker
 from kinematic_core.files import write_whole
 
-CM, INCH = DPI / 2.54, DPI  # pixels a unit
-SIDE = 9.0  # units
+CM, INCH = DPI / 2.54, DPI  # [px] per unit
+SIDE = 9.0  # [units]
 PAGE = 'a4'
 INTERRUPTED = 130  # exit code after Ctrl-C, as a shell's
 Answer = TypeVar('Answer')
-Read = Callable[[str], str]  # gives the next argument; its parameter names it in the error if there is none
+Read = Callable[[str], str]  # returns the next argument; its parameter describes that in the error if it is missing
 
 HELP = f"""usage: createMarker [OPTION ...] ID ...
 
@@ -47,9 +47,9 @@ square in cm."""
 
 
 class CommandLine:
-    """The arguments, read one after the other: the `markers` so far, and the settings of the next one.
+    """Reads the arguments one after the other; ``markers`` are those so far, the rest are settings of the next one.
 
-    at: its x and y, None without a place; unit: pixels; side: units; the others as the options.
+    ``at``: its x and y, None without a position; ``unit`` [px]; ``side`` [units]; the others are as the options.
     """
 
     def __init__(self, arguments: Sequence[str] = ()) -> None:
@@ -149,7 +149,7 @@ def _next(rest: Iterator[str], option: str, what: str) -> str:
 
 
 def number(text: str, what: str, low: float, high: float) -> float:
-    """A text as a number from low to high; CreateError if it is not one."""
+    """Return a text as a number from ``low`` to ``high``; raise CreateError if it is not one."""
     try:
         value = float(text)
     except ValueError:
@@ -160,7 +160,7 @@ def number(text: str, what: str, low: float, high: float) -> float:
 
 
 def whole(text: str, what: str) -> int:
-    """A text as a whole number; CreateError if it is not one."""
+    """Return a text as a whole number; raise CreateError if it is not one."""
     try:
         return int(text)
     except ValueError:
@@ -169,7 +169,7 @@ def whole(text: str, what: str) -> int:
 
 
 def ask(question: str, default: Answer, convert: Callable[[str], Answer]) -> Answer:
-    """The answer to a question, asked again until it is valid; the default for an empty answer."""
+    """Ask until the answer is valid, and return it; an empty answer means the default."""
     shown = f'{default:g}' if isinstance(default, float) else default
     while True:
         text = input(f'{question} [{shown}]: ').strip()
@@ -182,7 +182,7 @@ def ask(question: str, default: Answer, convert: Callable[[str], Answer]) -> Ans
 
 
 def ask_for_markers(line: CommandLine) -> None:
-    """Ask for ids and places until -1 or the end of the input; the default places fill a growing square."""
+    """Ask for ids and positions until -1 or the end of the input; the default positions fill a growing square."""
     pitch, asked, marker_id = 2 * line.side, 0, 0
     while True:
         marker_id = ask('  marker id (use -1 to end)', marker_id, lambda text: whole(text, 'marker id'))
@@ -204,7 +204,7 @@ def ask_for_markers(line: CommandLine) -> None:
 
 
 def coordinate(text: str) -> float:
-    """A text as a coordinate; CreateError if it is not one."""
+    """Return a text as a coordinate; raise CreateError if it is not one."""
     return number(text, 'position', -1e5, 1e5)
 
 
@@ -238,7 +238,7 @@ def converse(line: CommandLine) -> None:
 
 
 def save(name: str, data: bytes) -> None:
-    """Write a file, or raise a CreateError."""
+    """Write a file; raise CreateError if that fails."""
     print(f'Saving: {name}')
     try:
         write_whole(name, data)
@@ -248,7 +248,7 @@ def save(name: str, data: bytes) -> None:
 
 
 def run(arguments: Sequence[str]) -> None:
-    """Do what the arguments say. Raises CreateError."""
+    """Execute the arguments; raise CreateError."""
     line = CommandLine(arguments)
     if line.help:
         print(HELP)
@@ -261,7 +261,7 @@ def run(arguments: Sequence[str]) -> None:
     if line.pdf is None:
         made = marker_files.files(markers)
     else:
-        from alvar_core.printing import sheet  # needs cairo, the images do not
+        from alvar_core.printing import sheet  # needs cairo; images do not
         made = sheet.files(markers, line.pdf, line.page)
     for name, data in made:
         save(name, data)

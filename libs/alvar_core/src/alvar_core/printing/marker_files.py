@@ -1,4 +1,4 @@
-"""Files of markers: images (PNG) that print at their size, and a bundle file (XML) for several in known places."""
+"""Make the files of markers: images (PNG) that print at true size, and a bundle file (XML) for several markers."""
 from __future__ import annotations
 
 import struct
@@ -14,24 +14,25 @@ from alvar_core.arrays import Bools, Floats, Image
 from alvar_core.code import Value
 
 DPI = 96.0  # pixels per inch of the images, as in the original
-PAGES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}  # mm
-MAX_PIXELS = 20000  # of an image's side
-LETTERS_IN_NAME = 9  # of a text, in a file's name
-IDS_IN_NAME = 64  # letters: a file's name of this length gets no more ids
+PAGES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}  # [mm]
+MAX_PIXELS = 20000  # [px] side of an image
+LETTERS_IN_NAME = 9  # characters of a marker's text in a file name
+IDS_IN_NAME = 64  # characters: a file name of this length gets no more ids
 
 File = Tuple[str, bytes]  # name, content
 
 
 class CreateError(ValueError):
-    """What createMarker cannot do; the text says what is possible."""
+    """createMarker cannot do what was asked; the text says what is possible."""
 
 
 @dataclass(frozen=True)
 class Marker:
     """A marker to draw.
 
-    value: number or text; cells: (n, n) bool, true is white; margin: cells of the rim; side: of the black square, m;
-    at: its centre right of and above the bundle's origin, m, or None; pixels: its side in an image.
+    ``value``: number or text; ``cells`` (n, n), bool, True is white; ``margin`` [cells]: width of the border; ``side``
+    [m] of the black square; ``at`` [m]: its centre to the right of and above the bundle's origin, or None; ``pixels``:
+    its side in an image.
     """
 
     value: Value
@@ -43,29 +44,29 @@ class Marker:
 
     @property
     def centre(self) -> tuple[float, float]:
-        """As `at`; a marker without a place is at the origin."""
+        """Return ``at``, or the origin for a marker without a position."""
         return self.at or (0.0, 0.0)
 
     @property
     def count(self) -> int:
-        """Cells in a row, rim included."""
+        """Return the number of cells in a row, including the border."""
         return len(self.cells) + 2 * self.margin
 
     @property
     def black(self) -> Bools:
-        """(count, count) bool, the whole black square."""
+        """Return the black cells (count, count), bool, of the whole marker."""
         return np.pad(~self.cells, self.margin, constant_values=True)
 
     @property
     def name(self) -> str:
-        """What identifies it in a file's name: the number, or the text's first letters."""
+        """Return its part of a file name: the number, or the first letters of the text."""
         if not isinstance(self.value, str):
             return str(self.value)
         return ''.join(c.lower() if c.isalnum() else '_' for c in self.value[:LETTERS_IN_NAME])
 
 
 def png(image: Image, metres: float) -> bytes:
-    """The bytes of a PNG of a grey image that prints at a width of so many metres."""
+    """Return the bytes of a PNG of a grey image that prints ``metres`` wide."""
     good, encoded = cv2.imencode('.png', image)
     if not good:
         raise CreateError(f'OpenCV could not write a PNG of {image.shape[1]} x {image.shape[0]} pixels')
@@ -77,7 +78,7 @@ def png(image: Image, metres: float) -> bytes:
 
 
 def image_of(marker: Marker) -> Image:
-    """uint8 grey image of a marker's black square."""
+    """Return the grey image, uint8, of a marker's black square."""
     if not marker.count <= marker.pixels <= MAX_PIXELS:
         raise CreateError(f'marker {marker.value}: its {marker.count} x {marker.count} cells on {marker.pixels} pixels '
                           f'({1e3 * marker.side:.4g} mm); {marker.count} to {MAX_PIXELS} pixels are possible (-s, -u)')
@@ -85,7 +86,7 @@ def image_of(marker: Marker) -> Image:
 
 
 def image_of_bundle(markers: Sequence[Marker]) -> tuple[Image, float]:
-    """(uint8 grey image, its width in metres) of markers at their places."""
+    """Return (grey image uint8, its width [m]) of markers at their positions."""
     check_places(markers)
     scale = DPI / 0.0254
     lefts, tops = [m.centre[0] - m.side / 2 for m in markers], [m.centre[1] + m.side / 2 for m in markers]
@@ -101,7 +102,7 @@ def image_of_bundle(markers: Sequence[Marker]) -> tuple[Image, float]:
 
 
 def check_places(markers: Sequence[Marker]) -> None:
-    """CreateError if markers overlap, or an id appears twice."""
+    """Raise CreateError if markers overlap or an id appears twice."""
     for number, one in enumerate(markers):
         for other in markers[:number]:
             if other.value == one.value:
@@ -112,22 +113,22 @@ def check_places(markers: Sequence[Marker]) -> None:
 
 
 def placed(markers: Sequence[Marker]) -> list[Marker]:
-    """The markers of a bundle; one without a place is put at the origin."""
+    """Return the markers of a bundle; one without a position is put at the origin."""
     return [replace(marker, at=marker.centre) for marker in markers]
 
 
 def bundle_corners(markers: Sequence[Marker]) -> dict[Value, Floats]:
-    """{id: corners (4, 3) m} of the markers with a number, for bundles.xml()."""
+    """Return {id: corners (4, 3) [m]} of the markers with a number, for bundles.xml."""
     return {m.value: drawing.object_corners(m.side) + [*m.centre, 0] for m in markers if not isinstance(m.value, str)}
 
 
 def is_bundle(markers: Sequence[Marker]) -> bool:
-    """Whether the markers have places, so that they share one image."""
+    """Return whether the markers have positions, and so share one image."""
     return len(markers) > 1 and any(m.at is not None for m in markers)
 
 
 def files(markers: Sequence[Marker]) -> list[File]:
-    """The files of markers: one PNG each, or of a bundle one PNG and its XML."""
+    """Return the files of markers: a PNG for each, or one PNG and one XML for a bundle."""
     return _files_of_bundle(placed(markers)) if is_bundle(markers) else _files_of_each(markers)
 
 

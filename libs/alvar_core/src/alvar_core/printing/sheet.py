@@ -1,6 +1,6 @@
-"""Sheets of markers to print (PDF): true sizes, a label below each marker, cut lines, and a ruler to check the print.
+"""Make sheets of markers to print (PDF): true sizes, a label below each marker, cut lines, and a ruler.
 
-On the page lengths are millimetres, x to the right and y down from the top left corner.
+Lengths on a page are in millimetres, x to the right and y down from the top left corner.
 """
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 Box = Tuple[float, float, float, float]  # left, top, right, bottom, mm
 
-EDGE, FOOT = 12.0, 22.0  # mm: what printers leave white, room for the ruler below
-LABEL, GAP = 4.0, 4.0  # mm: height of a label, between markers
-RULER = 100  # mm
-TICKS = (10, 5.0), (5, 3.5), (1, 2.0)  # [mm] of the ruler: every so many, how long
-POINTS = 72 / 25.4  # PDF's unit, points a mm
+EDGE, FOOT = 12.0, 22.0  # [mm] edge that printers leave white, space for the ruler at the bottom
+LABEL, GAP = 4.0, 4.0  # [mm] height of a label, gap between markers
+RULER = 100  # [mm]
+TICKS = (10, 5.0), (5, 3.5), (1, 2.0)  # [mm] distance and length of the ruler's ticks
+POINTS = 72 / 25.4  # points, the unit of PDF, per mm
 GREY = 0.55
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A marker on a page: x, y of the top left corner of its black square, mm; labelled: whether a label fits below."""
+    """A marker on a page; ``x``, ``y`` [mm]: top left corner of its black square; ``labelled``: it has a label."""
 
     marker: Marker
     x: float
@@ -37,33 +37,33 @@ class Spot:
 
     @property
     def side(self) -> float:
-        """Of the black square, mm."""
+        """Return the side [mm] of the black square."""
         return 1e3 * self.marker.side
 
     @property
     def white(self) -> float:
-        """Paper that must stay white around it, mm: one cell."""
+        """Return the width [mm] of the paper that must stay white around it: one cell."""
         return white_of(self.marker)
 
     @property
     def box(self) -> Box:
-        """Its piece of paper, label included."""
+        """Return the box of its paper, including the label."""
         return (self.x - self.white, self.y - self.white, self.x + self.side + self.white,
                 self.y + self.side + self.white + LABEL)
 
 
 def white_of(marker: Marker) -> float:
-    """One cell of a marker, mm."""
+    """Return the width [mm] of one cell of a marker."""
     return 1e3 * marker.side / marker.count
 
 
 def room_of(page: str) -> tuple[float, float]:
-    """Width and height of a page that can be used, mm."""
+    """Return the usable width and height [mm] of a page."""
     return PAGES[page][0] - 2 * EDGE, PAGES[page][1] - EDGE - FOOT - EDGE
 
 
 def spread(markers: Sequence[Marker], page: str) -> list[list[Spot]]:
-    """Return the pages: the markers in rows, in their order. Raises CreateError."""
+    """Return the pages with the markers in rows, in their order; raise CreateError."""
     width, height = room_of(page)
     pages: list[list[Spot]] = [[]]
     x, y, row = 0.0, 0.0, 0.0
@@ -87,7 +87,7 @@ def spread(markers: Sequence[Marker], page: str) -> list[list[Spot]]:
 
 
 def arranged(markers: Sequence[Marker], page: str) -> list[Spot]:
-    """Return the one page of a bundle, its markers at their places. Raises CreateError."""
+    """Return the page of a bundle, with the markers at their positions; raise CreateError."""
     spots = [Spot(m, 1e3 * (m.centre[0] - m.side / 2), 1e3 * (-m.centre[1] - m.side / 2)) for m in markers]
     left, top = (min(spot.box[k] for spot in spots) for k in (0, 1))
     wide, high = max(spot.box[2] for spot in spots) - left, max(spot.box[3] for spot in spots) - top
@@ -102,14 +102,14 @@ def arranged(markers: Sequence[Marker], page: str) -> list[Spot]:
 
 
 def _in_the_way(spot: Spot, other: Spot) -> bool:
-    """Whether the white around another marker lies where a marker's label would be."""
+    """Return whether a marker's label would cover the white edge of another marker."""
     left, _, right, bottom = spot.box
     return (other is not spot and other.box[0] < right and other.box[2] > left
             and other.box[1] < bottom and other.box[3] - LABEL > bottom - LABEL)
 
 
 def files(markers: Sequence[Marker], path: str, page: str) -> list[File]:
-    """Return the PDF and, of a bundle, its XML beside it. Raises CreateError."""
+    """Return the PDF file and, for a bundle, its XML file; raise CreateError."""
     if not marker_files.is_bundle(markers):
         return [(path, pdf(spread(markers, page), page))]
     markers = marker_files.placed(markers)
@@ -122,7 +122,7 @@ def files(markers: Sequence[Marker], path: str, page: str) -> list[File]:
 
 
 def pdf(pages: Sequence[Sequence[Spot]], page: str, cut_each: bool = True) -> bytes:
-    """The bytes of a PDF; cut_each: cut lines around each marker, else around all."""
+    """Return the bytes of a PDF; ``cut_each``: draw cut lines around each marker, else around all of them."""
     try:
         import cairo
     except ImportError:
@@ -159,7 +159,7 @@ def _cut_line(context: cairo.Context, box: Box) -> None:
 
 
 def _marker(context: cairo.Context, spot: Spot) -> None:
-    """Draw the black square, then all white cells in one path, so that no seams show between them."""
+    """Draw the black square, then all white cells as one path, so that there are no seams between them."""
     context.set_source_rgb(0, 0, 0)
     context.rectangle(spot.x, spot.y, spot.side, spot.side)
     context.fill()
@@ -177,7 +177,7 @@ def _marker(context: cairo.Context, spot: Spot) -> None:
 
 
 def _text(context: cairo.Context, text: str, x: float, y: float, size: float, room: float = 1e3) -> None:
-    """Draw text from (x, y) on, shrunk to the room if it is wider."""
+    """Draw text from (x, y) on, scaled down if it is wider than ``room``."""
     context.select_font_face('sans-serif')
     context.set_font_size(size)
     wide = context.text_extents(text).x_advance
