@@ -1,4 +1,4 @@
-"""findMarkerBundlesNoKinect: sets of markers fixed to each other, one pose for each set."""
+"""findMarkerBundlesNoKinect: publishes one pose for each bundle, a set of markers that are fixed to each other."""
 import os
 import shlex
 
@@ -13,7 +13,7 @@ from ar_track_alvar.node import MarkerNode
 from rospy_support import parameters
 
 MASTER, OTHERS = ('main_shapes', (1.0, 0.0, 0.0, 1.0)), ('basic_shapes', (0.0, 1.0, 0.0, 0.7))  # in rviz
-ODD_PICTURES = 5  # in a row in which a marker contradicts its bundle, before a warning
+ODD_PICTURES = 5  # consecutive images in which a marker contradicts its bundle, before a warning
 EXAMPLE = f'{command_line.EXAMPLE} _bundle_files:="FILE.xml OTHER.xml"'
 
 BUNDLE_FILES = parameters.Text('~bundle_files', '')
@@ -21,17 +21,17 @@ PARAMETERS = parameters.Table(BUNDLE_FILES, settings.PARAMETERS)
 
 
 class BundleNode(MarkerNode):
-    """Publishes the poses of bundles under the ids of their masters; the markers themselves are for rviz alone."""
+    """Publishes the poses of bundles under the ids of their masters; single markers only appear in rviz."""
 
     def __init__(self, settings, known):
-        """settings: Settings; known: the alvar_core.bundles.Bundles to look for."""
+        """``known`` are the alvar_core.bundles.Bundles to search for."""
         super().__init__(settings, sizes_of(known))
         self._bundles = BundleTracker(known)
         self._masters = {bundle.master for bundle in known}
-        self._odd = {}  # (source, id) of a marker -> pictures in a row in which it contradicted its bundle
+        self._odd = {}  # (source, id) of a marker: consecutive images in which it contradicted its bundle
 
     def to_publish(self, detections):
-        """Return the MarkerPoses of the bundles of which a marker is there, and for rviz those of other markers."""
+        """Return the MarkerPoses of the bundles with a detected marker and, for rviz only, those of other markers."""
         found = self._bundles.update(detections, self.camera)
         self._notice_odd(found)
         others = [self._marker_pose(d.id, d, False, OTHERS) for d in detections if d.id not in self._masters]
@@ -42,7 +42,7 @@ class BundleNode(MarkerNode):
                           reported, *look)
 
     def _notice_odd(self, found):
-        """Warn of markers that are not where their bundle's file says."""
+        """Warn of markers that are not at the position in their bundle's file."""
         odd = {(one.bundle.source, number) for one in found for number in set(one.rejected) - set(one.used)}
         self._odd = {key: self._odd.get(key, 0) + 1 for key in odd}
         for (source, number), pictures in self._odd.items():
@@ -52,7 +52,7 @@ class BundleNode(MarkerNode):
 
 
 def sizes_of(known):
-    """Return {id: width of the square, m} of the markers of all bundles; of one in several the first one's."""
+    """Return {id: width of the square [m]} of the markers of all bundles; if several contain one, the first counts."""
     sizes = {}
     for bundle in known:
         sizes.update({number: size for number, size in bundle.sizes.items() if number not in sizes})
@@ -60,7 +60,7 @@ def sizes_of(known):
 
 
 def read_bundles(names):
-    """Return the Bundles of files (names separated by blanks, quoted as in a shell) and log what is odd about them."""
+    """Return the Bundles in files (names separated by spaces, quoted as in a shell); log what is unusual about them."""
     try:
         paths = shlex.split(names)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""Between ROS messages and alvar_core: cameras from CameraInfo, messages from poses.  Needs no running ROS."""
+"""Convert CameraInfo to cameras of alvar_core, and poses to ROS messages. Works without a running ROS master."""
 from dataclasses import dataclass
 
 import genpy
@@ -13,9 +13,9 @@ from alvar_core.camera import Camera, CameraError
 from alvar_core.fisheye import FisheyeCamera
 from kinematic_core.validation import LARGEST_MARKER_ID
 
-MARKER_FRAME = 'ar_marker_'  # and the id: the tf frame of a marker
+MARKER_FRAME = 'ar_marker_'  # followed by the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz
-THICKNESS = 0.2  # of a cube, in parts of its width
+THICKNESS = 0.2  # of a cube, as share of its width
 COLOURS = ((0.0, 0.0, 1.0, 1.0), (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.5, 0.5, 1.0),
            (0.5, 0.5, 0.0, 1.0), (0.5, 0.0, 0.5, 1.0))  # r, g, b, a: of the ids 0 to 4 and of all others
 MODELS = {'plumb_bob': Camera, 'rational_polynomial': Camera, 'equidistant': FisheyeCamera, 'fisheye': FisheyeCamera}
@@ -23,11 +23,11 @@ MODELS = {'plumb_bob': Camera, 'rational_polynomial': Camera, 'equidistant': Fis
 
 @dataclass
 class MarkerPose:
-    """What is published of a marker, or of a bundle of them.
+    """The data published about a marker, or about a bundle.
 
-    rotation (3, 3) and position (3,) m: in the camera's optical frame; confidence: 0 to 100; size: m, of the cube in
-    rviz; reported: in ar_pose_marker and tf, or in rviz only; namespace, colour (r, g, b, a 0 to 1; None: that of
-    the id): in rviz.
+    ``rotation`` (3, 3) and ``position`` (3,) [m] are in the camera's optical frame; ``confidence``: 0 to 100; ``size``
+    [m]: width of the cube in rviz; ``reported``: publish it in ar_pose_marker and tf, too, not only in rviz;
+    ``namespace`` and ``colour`` (r, g, b, a, 0 to 1; None: that of the id) are for rviz.
     """
 
     id: int
@@ -41,29 +41,29 @@ class MarkerPose:
 
 
 def confidence(detection):
-    """Return how sure a Detection is, in percent; at most 50 while its orientation is ambiguous."""
+    """Return the confidence [%] of a Detection; at most 50 while its orientation is ambiguous."""
     percent = 100.0 * min(max(detection.confidence, 0.0), 1.0)
     return int(round(percent / 2.0 if detection.ambiguous else percent))
 
 
 def numbered(detections):
-    """Return the Detections whose id AlvarMarker.id can hold, in the order of their ids, and the other ones' ids."""
+    """Return the Detections whose id fits into AlvarMarker.id, sorted by id, and the ids of the others."""
     fit = [d for d in detections if isinstance(d.id, int) and 0 <= d.id <= LARGEST_MARKER_ID]
     others = [d.id for d in detections if not any(d is one for one in fit)]
     return sorted(fit, key=lambda d: d.id), others
 
 
 def camera_key(info, width, height, rectified):
-    """Return all that camera_of() looks at; equal keys mean equal cameras (NaN equals nothing)."""
+    """Return all values that camera_of() uses; equal keys mean equal cameras (NaN equals nothing)."""
     roi = info.roi
     return (width, height, rectified, info.width, info.height, info.distortion_model, tuple(info.D), tuple(info.K),
             tuple(info.P), info.binning_x, info.binning_y, roi.x_offset, roi.y_offset, roi.width, roi.height)
 
 
 def camera_of(info, width, height, rectified=False):
-    """Return the Camera of pictures of ``width`` x ``height`` pixels with this CameraInfo.
+    """Return the Camera of images of ``width`` x ``height`` pixels with this CameraInfo; raise CameraError.
 
-    rectified: the pictures are undistorted already, P describes them.  Raises CameraError.
+    ``rectified``: the images are already undistorted, and P describes them.
     """
     _check_size(info, width, height)
     if rectified:
@@ -72,12 +72,12 @@ def camera_of(info, width, height, rectified=False):
     values = np.asarray(info.D, float)
     matrix = _of_window(info, _checked(np.reshape(info.K, (3, 3)), 'K'))
     model = MODELS.get(info.distortion_model)
-    if not values.any() and model is not FisheyeCamera:  # that one bends straight lines also with zeros
+    if not values.any() and model is not FisheyeCamera:  # a fisheye camera has distortion even if D is all zeros
         return Camera(matrix)
     if model is None:
         raise CameraError(f'distortion_model is {info.distortion_model!r}; known are: {", ".join(MODELS)}')
     if model is Camera and values.size > 8 and not values[8:].any():
-        values = values[:8]  # thin prisms of no thickness
+        values = values[:8]  # the thin prism terms are zero
     return model(matrix, values)
 
 
@@ -90,7 +90,7 @@ def _checked(matrix, name):
 
 
 def _check_size(info, width, height):
-    """Raise CameraError unless the CameraInfo is that of such pictures; a size of 0 x 0 says nothing."""
+    """Raise CameraError unless the CameraInfo is for images of this size; 0 x 0 means any."""
     roi = info.roi
     full = (roi.width, roi.height) if roi.width and roi.height else (info.width, info.height)
     expected = full[0] // max(info.binning_x, 1), full[1] // max(info.binning_y, 1)
@@ -102,7 +102,7 @@ def _check_size(info, width, height):
 
 
 def _of_window(info, matrix):
-    """The matrix of the pixels in the region of interest, several binned into one; pixel centres are whole numbers."""
+    """Return the camera matrix for the region of interest and the binning; whole numbers are pixel centres."""
     matrix = matrix.copy()
     for axis, offset, binning in ((0, info.roi.x_offset, info.binning_x), (1, info.roi.y_offset, info.binning_y)):
         binning = max(binning, 1)
@@ -120,7 +120,7 @@ def transform_of(marker, header):
 
 
 def rviz_marker_of(marker, header):
-    """Return the cube that rviz shows, in the camera's frame (of ``header``)."""
+    """Return the cube for rviz, in the camera's frame (of ``header``)."""
     message = Marker(header=header, ns=marker.namespace, id=marker.id if marker.id < 2 ** 31 else marker.id - 2 ** 32,
                      type=Marker.CUBE, action=Marker.ADD, lifetime=genpy.Duration.from_sec(LIFETIME))
     message.pose = _pose(marker.rotation, marker.position)
@@ -130,7 +130,10 @@ def rviz_marker_of(marker, header):
 
 
 def alvar_marker_of(marker, header, rotation, translation):
-    """Return the AlvarMarker in the frame of ``header``; rotation, translation: the camera's pose in that frame."""
+    """Return the AlvarMarker in the frame of ``header``.
+
+    ``rotation`` (3, 3) and ``translation`` (3,) [m] are the pose of the camera in that frame.
+    """
     message = AlvarMarker(header=header, id=marker.id, confidence=marker.confidence)
     message.pose.header = header
     message.pose.pose = _pose(rotation @ marker.rotation, rotation @ marker.position + translation)
@@ -138,7 +141,7 @@ def alvar_marker_of(marker, header, rotation, translation):
 
 
 def matrix_of(transform):
-    """Return rotation (3, 3) and translation (3,) m of a geometry_msgs/Transform."""
+    """Return rotation (3, 3) and translation (3,) [m] of a geometry_msgs/Transform."""
     t, q = transform.translation, transform.rotation
     return rotations.matrix_from_quaternion((q.x, q.y, q.z, q.w)), np.array([t.x, t.y, t.z])
 

@@ -1,11 +1,11 @@
-"""The tracker's report on /diagnostics, once per second."""
+"""Statistics of the tracker for /diagnostics."""
 import statistics
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 
 class Statistics:
-    """Counts of dropped images and of markers without transform since the start; everything else of the last second."""
+    """Counts dropped images and markers without transform since the start; all else since the last report."""
 
     def __init__(self):
         self.skipped = self.dropped = self.refused = self.missing_transforms = 0
@@ -26,7 +26,7 @@ class Statistics:
         self._latencies.append(seconds)
 
     def trouble(self, text):
-        """Remember why there are no poses, or not all."""
+        """Note why poses are missing."""
         self._trouble = text
 
     def report(self, name, elapsed, enabled, stamp):

@@ -1,4 +1,4 @@
-"""individualMarkersNoKinect: every marker by itself, from the pictures of a colour camera."""
+"""individualMarkersNoKinect: publishes the pose of every marker in the images of a camera."""
 from ar_track_alvar import settings, start
 from ar_track_alvar.node import MarkerNode
 

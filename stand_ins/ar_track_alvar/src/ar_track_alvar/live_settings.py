@@ -1,4 +1,4 @@
-"""Settings that change while the node runs: dynamic_reconfigure and ~enable_detection."""
+"""Change settings while the node runs, by dynamic_reconfigure."""
 import math
 import xmlrpc.client
 
@@ -10,16 +10,16 @@ from ar_track_alvar.cfg import ParamsConfig
 
 
 class LiveSettings:
-    """Serves dynamic_reconfigure on a Settings; ``on_change()`` is called after every change, in rospy's threads."""
+    """Serves dynamic_reconfigure for a Settings; calls ``on_change()`` after every change, in rospy's threads."""
 
     def __init__(self, settings, on_change):
         self._settings, self._on_change = settings, on_change
-        for name in ParamsConfig.defaults:  # as floats: dynamic_reconfigure would take a whole number for an int
+        for name in ParamsConfig.defaults:  # as floats, because dynamic_reconfigure treats whole numbers as int
             rospy.set_param(f'~{name}', getattr(settings, name))
         self._server = Server(ParamsConfig, self._changed)
 
     def enable(self, enabled):
-        """Switch detection on or off, visible to the clients of dynamic_reconfigure."""
+        """Switch detection on or off, and show this to clients of dynamic_reconfigure."""
         self._update({'enabled': bool(enabled)})
 
     def restore(self):
@@ -29,7 +29,7 @@ class LiveSettings:
     def _update(self, changes):
         try:
             self._server.update_configuration(changes)
-        except (OSError, rosgraph.MasterException, xmlrpc.client.Error) as error:  # it is in effect all the same
+        except (OSError, rosgraph.MasterException, xmlrpc.client.Error) as error:  # the change is in effect anyway
             rospy.logwarn('Cannot write a change to the parameter server: %s', error)
 
     def _changed(self, config, _):

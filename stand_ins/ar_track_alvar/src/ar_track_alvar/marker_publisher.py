@@ -1,6 +1,6 @@
-"""What the tracker publishes of a picture: tf and cubes in the camera's frame at once, poses when tf is known.
+"""Publish the markers in an image: tf and cubes in the camera's frame at once, poses when the transform is known.
 
-One thread uses a Report.
+Threading contract: one thread uses a Report.
 """
 import time
 from collections import deque
@@ -15,12 +15,12 @@ from ar_track_alvar import conversions
 from ar_track_alvar.output_frame import OutputFrame, TransformMissing
 from rospy_support.topics import LatestPublisher
 
-RETRY = 0.005  # [s] between two looks for a transform that was not there
+RETRY = 0.005  # [s] between two lookups of a missing transform
 
 
 @dataclass
 class Waiting:
-    """The poses of a picture whose transform is not known yet; arrival, deadline: monotonic [s]."""
+    """The poses of an image whose transform is not known yet; ``arrival``, ``deadline`` [s, monotonic]."""
 
     arrival: float
     deadline: float
@@ -32,7 +32,10 @@ class Report:
     """Publishes ar_pose_marker, visualization_marker and tf."""
 
     def __init__(self, frame, tolerance, statistics, complain):
-        """frame: of ar_pose_marker; tolerance [s]: see OutputFrame; complain(kind, text): say what is wrong."""
+        """``frame`` is that of ar_pose_marker, ``tolerance`` [s] that of OutputFrame.
+
+        ``complain(kind, text)`` reports problems.
+        """
         self.output = OutputFrame(frame, tolerance)
         self._statistics, self._complain = statistics, complain
         self._waiting = deque()
@@ -42,11 +45,11 @@ class Report:
 
     @property
     def retry(self):
-        """Seconds until flush() should be called again, None if nothing waits."""
+        """Return the time [s] until flush() should be called again; None if nothing waits."""
         return RETRY if self._waiting else None
 
     def publish(self, arrival, header, markers):
-        """Publish the MarkerPoses of a picture with this header that came at ``arrival`` (monotonic, s)."""
+        """Publish the MarkerPoses of an image with this header that arrived at ``arrival`` [s, monotonic]."""
         header = Header(stamp=header.stamp, frame_id=header.frame_id.lstrip('/'))  # tf2 takes no leading /
         deadline = time.monotonic() + self.output.tolerance
         self._waiting.append(Waiting(arrival, deadline, header, [m for m in markers if m.reported]))
@@ -55,7 +58,7 @@ class Report:
             self._in_camera_frame(header, markers)
 
     def flush(self):
-        """Publish what has waited for its transform, in order, and complain where there is none."""
+        """Publish poses that have waited for their transform, in order; report missing transforms."""
         while self._waiting:
             first = self._waiting[0]
             try:
@@ -71,7 +74,7 @@ class Report:
             self._waiting.popleft()
 
     def clear(self):
-        """Forget waiting poses and transforms: time started again."""
+        """Forget waiting poses and transforms, because time has jumped back."""
         self._waiting.clear()
         self.output.clear()
 
@@ -81,7 +84,7 @@ class Report:
         self._statistics.published(time.monotonic() - waiting.arrival)
 
     def _in_camera_frame(self, header, markers):
-        reported = {}  # of several markers with one id tf gets the surest: a frame has one place
+        reported = {}  # of several markers with one id, tf gets the one with the highest confidence
         for marker in sorted(markers, key=lambda m: m.confidence):
             if marker.reported:
                 reported[marker.id] = marker

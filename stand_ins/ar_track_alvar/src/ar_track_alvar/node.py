@@ -1,7 +1,7 @@
-"""The node class of the marker trackers: images in, poses out.
+"""The node class of the marker trackers: it receives images and publishes poses.
 
 Threading contract: rospy's threads only store the newest image, camera_info and settings, under
-``_condition``; one worker thread does everything else: it searches, publishes, and reports on itself.
+``_condition``; one worker thread does everything else: it searches, publishes and sends diagnostics.
 """
 import math
 import threading
@@ -34,24 +34,24 @@ from rospy_support.topics import LatestPublisher, Publisher
 BUFFER = 1 << 22  # [bytes] read from the image connection in one go: one image of 1280x720 in colour
 SILENCE = 5.0  # [s] without an image or camera_info before a warning
 WARNING_PERIOD = 10.0  # [s] between two warnings of a kind
-CHANGED_PERIOD = 1.0  # [s] the same, where the second one names another fault of the input
+CHANGED_PERIOD = 1.0  # [s] the same, if the second one names another fault of the input
 REPORT = 1.0  # [s] between two reports on /diagnostics
-SLOW = 0.05  # [s] between pictures: from there on each one is searched wholly, the rest of it after the poses are out
-JUMP_BACK = 1.0  # [s] a stamp that is older than the last one by more than this means that time started again
+SLOW = 0.05  # [s] from this time between images on, each is searched completely, partly after its poses are published
+JUMP_BACK = 1.0  # [s] a stamp that is older than the last one by more than this means that time has jumped back
 
 
 class MarkerNode:
-    """Tracks markers and publishes what ``to_publish`` makes of them.
+    """Tracks markers and publishes the result of ``to_publish``.
 
-    A node that reports something else than the single markers (bundles) derives from this class and overrides
-    ``to_publish``; markers of other sizes than ~marker_size are given as ``sizes``.
+    A node that reports something other than single markers (bundles) derives from this class and overrides
+    ``to_publish``; ``sizes`` contains the markers whose size is not ~marker_size.
     """
 
     def __init__(self, settings, sizes=None):
-        """Register everything; rospy is initialised.  settings: Settings; sizes: {id: width of the square, m}."""
+        """Register topics and services; rospy must be initialised. ``sizes``: {id: width of the square [m]}."""
         self.settings, self._sizes = settings, dict(sizes or {})
         self._condition = threading.Condition()
-        self.camera = None  # Camera of the picture that is searched
+        self.camera = None  # Camera of the image that is being searched
         self._image = None  # (arrival [s, monotonic], message): the newest one, until it is searched
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateLimiter(settings.max_frequency), ErrorFilter()
@@ -72,16 +72,16 @@ class MarkerNode:
         parameters.log_effective()
 
     def to_publish(self, detections):
-        """Return the MarkerPoses to publish for the Detections in one picture.
+        """Return the MarkerPoses to publish for the Detections in one image.
 
-        Called in the worker thread for every picture that was searched, also with no detections; ``camera`` is that
-        of the picture.  Ids are numbers that fit into a message.
+        The worker thread calls this for every image that was searched, even without detections; ``camera`` is that of
+        the image. The ids are numbers that fit into a message.
         """
         return [MarkerPose(d.id, d.rotation, d.position, conversions.confidence(d), self.size_of(d.id))
                 for d in detections]
 
     def size_of(self, marker_id):
-        """Return the width of a marker's black square, m."""
+        """Return the width [m] of a marker's black square."""
         return self._sizes.get(marker_id, self.settings.marker_size / 100.0)
 
     def run(self):
@@ -122,7 +122,7 @@ class MarkerNode:
         while not rospy.is_shutdown():
             try:
                 self._turn()
-            except Exception:  # a fault in one picture must neither end the tracker nor come again with the next
+            except Exception:  # an error in one image must neither end the tracker nor recur with the next one
                 if self._tracker is not None:
                     self._start_anew()
                 if not rospy_internals.shutting_down():
@@ -202,7 +202,7 @@ class MarkerNode:
             self._tracker.search_rest()
 
     def _camera_for(self, info, grey):
-        """The Camera of the image, made again when camera_info (or the size of the image) changes."""
+        """Return the Camera of the image; it is made again when camera_info or the size of the image changes."""
         geometry = self.settings.image_geometry
         rectified = geometry == RECTIFIED or geometry == AUTO and 'rect' in self._topic.rsplit('/', 1)[-1]
         key = conversions.camera_key(info, grey.shape[1], grey.shape[0], rectified)
@@ -228,7 +228,7 @@ class MarkerNode:
     # ------------------------------------------------------------------------------------------ how it is doing
 
     def _look_after(self):
-        """Once a second: say what is missing, publish the diagnostics."""
+        """Once per second, warn of missing input and publish the diagnostics."""
         now = time.monotonic()
         if self._subscriber is not None:
             with self._condition:
@@ -244,7 +244,7 @@ class MarkerNode:
                                                           rospy.Time.now()))
 
     def _complain(self, kind, text, more=lambda: '', changed=None):
-        """Note a trouble; log it, with more(), if it is due: ``kind`` and ``changed`` are those of a WallThrottle."""
+        """Note a problem and log it with the text of ``more()``; ``kind`` and ``changed``: see WallThrottle.due."""
         self._statistics.trouble(text)
         if self._throttle.due(kind, text, changed):
             rospy.logwarn('%s', '. '.join(filter(None, (text, more()))))

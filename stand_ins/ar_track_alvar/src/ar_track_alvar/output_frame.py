@@ -1,4 +1,4 @@
-"""Where the camera is in the frame of the report, by tf2, without ever waiting for it."""
+"""Look up the pose of the camera in the output frame, by tf2, without waiting."""
 import numpy as np
 import rospy
 import tf2_ros
@@ -10,14 +10,14 @@ IDENTITY = np.eye(3), np.zeros(3)
 
 
 class TransformMissing(Exception):
-    """There is no transform for a picture; the text says why and which frames there are."""
+    """There is no transform for an image; the text says why and which frames there are."""
 
 
 class OutputFrame:
-    """Looks up the camera's pose in a frame; listens to tf only when a camera has another frame than that.
+    """Looks up the camera's pose in a frame; subscribes to tf only if the camera's frame is another one.
 
-    Rules: the transform at the picture's stamp; until that is there, None (the caller asks again, later); when the
-    caller's patience is over, the newest one if it is at most ``tolerance`` [s] older than the picture.
+    It uses the transform at the stamp of the image. Until that arrives, it returns None, and the caller asks again. On
+    the caller's last try, it uses the newest transform, if that is at most ``tolerance`` [s] older than the image.
     """
 
     def __init__(self, frame, tolerance):
@@ -25,7 +25,7 @@ class OutputFrame:
         self._buffer = self._listener = None
 
     def camera_pose(self, camera_frame, stamp, last_try):
-        """Return (rotation (3, 3), translation (3,) m), or None: not yet; on the last try raise TransformMissing."""
+        """Return (rotation (3, 3), translation (3,) [m]); None: not yet; on the last try raise TransformMissing."""
         if camera_frame == self.frame:
             return IDENTITY
         if not camera_frame:
@@ -55,9 +55,9 @@ class OutputFrame:
                                f'{str(reason).rstrip(" .")}. Frames that exist: {known}')
 
     def _frames(self):
-        """The frames that tf knows but those of the markers, which come from here."""
+        """Return the frames that tf knows, without those of the markers, which this node publishes."""
         frames = yaml.safe_load(self._buffer.all_frames_as_yaml())
-        if not isinstance(frames, dict):  # a text that says there is none
+        if not isinstance(frames, dict):  # a text that says that there are none
             return set()
         frames = {name: frame for name, frame in frames.items() if not name.startswith(MARKER_FRAME)}
         return set(frames) | {frame['parent'] for frame in frames.values()}

@@ -15,7 +15,8 @@ DEFAULT, LOW, HIGH = ParamsConfig.defaults, ParamsConfig.min, ParamsConfig.max  
 def _changeable(name, unit='', clamp=True):
     """Return a parameter that can be changed while the tracker runs, with the default and range of that setting.
 
-    ``clamp``: the original takes values beyond the range, too: launch files with 60 Hz are about.
+    ``clamp``: values out of range are replaced by the nearest limit; the original accepts them, and there are launch
+    files with 60 Hz.
     """
     return Number(f'~{name}', DEFAULT[name], LOW[name], HIGH[name], unit, clamp=clamp)
 
@@ -31,7 +32,7 @@ PARAMETERS = Table(
 
 @dataclass
 class Settings:
-    """Parameters by their names; marker_size in cm, max_frequency in Hz, transform_tolerance in s."""
+    """The parameters by their names; marker_size [cm], max_frequency [Hz], transform_tolerance [s]."""
 
     enabled: bool
     max_frequency: float

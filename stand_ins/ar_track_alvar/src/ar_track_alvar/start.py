@@ -1,4 +1,4 @@
-"""What the trackers' main()s share."""
+"""The start of both trackers."""
 import sys
 
 import cv2
@@ -9,11 +9,11 @@ from rospy_support import nodes
 
 
 def init_node(program, declared, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):
-    """Initialise rospy, with the positional arguments of this process if it has any; exits where they are wrong.
+    """Initialise rospy, with the positional arguments of this process if it has any; exit if these are wrong.
 
-    ``program``: its name; ``declared``: the parameters.Table of the node.
+    ``program`` is the name of the program, ``declared`` the parameters.Table of the node.
     """
-    cv2.setNumThreads(1)  # the pictures are small: more threads only take more time
+    cv2.setNumThreads(1)  # the images are small, so more threads would only take more time
     words = rospy.myargv()[1:]
     try:
         nodes.init_node('marker_detect', declared, argv=sys.argv + (arguments_of(words) if words else []))

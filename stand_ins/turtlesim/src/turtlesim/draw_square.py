@@ -1,7 +1,7 @@
-"""draw_square: turtle1 drives round a square, steered by its poses.
+"""draw_square: drive turtle1 round a square, controlled by its poses.
 
-The corners are laid out once, from the first pose, and each is driven to from wherever the turtle is: errors do not
-add up from lap to lap.
+The corners are computed once, from the first pose. The turtle drives to each of them from its present position, so that
+errors do not add up from lap to lap.
 
 Threading contract: a callback stores the newest pose; the main thread takes it, decides and publishes.
 """
@@ -36,19 +36,19 @@ LARGEST_SIDE = 5.5  # [m] from the middle of the arena, where reset puts the tur
 PARAMETERS = Table(Number('~side', 2.0, 0.1, LARGEST_SIDE, 'm'),  # 2 m: turtlesim's
                    Integer('~laps', 0, 0))
 
-POSE_TIMEOUT = 5.0  # [s] without a pose after which the node says so
-WARNING_PERIOD = 5.0  # [s] between two lines that say the same
+POSE_TIMEOUT = 5.0  # [s] without a pose before a warning
+WARNING_PERIOD = 5.0  # [s] between two equal warnings
 RETRY_PERIOD = 1.0  # [s]
 
 
 class SquareDriver:
-    """Decides, pose by pose, how to drive round a square counter-clockwise.
+    """Computes, from each pose, the command to drive round a square counter-clockwise.
 
-    It begins in a corner, with a side straight ahead. Units: m, rad; x to the right, y up, theta counter-clockwise.
+    It starts in a corner, with a side straight ahead. Units: m, rad; x to the right, y up, theta counter-clockwise.
     """
 
     def __init__(self, x, y, theta, side, laps=0):
-        """Lay the square out from the pose (x, y, theta); ``laps`` 0: for ever."""
+        """Place the square at the pose (x, y, theta); ``laps``: 0 means forever."""
         self.corners = square_corners(x, y, theta, side)  # in driving order, the first one the start
         self.visited = 0  # corners reached so far
         self.finished = False
@@ -58,16 +58,16 @@ class SquareDriver:
 
     @property
     def corners_left(self):
-        """How many corners are still to be reached; inf when it goes on for ever."""
+        """Return how many corners are left; inf if it drives forever."""
         return self._corners_to_visit - self.visited
 
     @property
     def target(self):
-        """The corner that is driven to, (x, y)."""
+        """Return the corner (x, y) that the turtle drives to."""
         return self.corners[(self.visited + 1) % 4]
 
     def step(self, x, y, theta):
-        """Return the command that fits the pose."""
+        """Return the command for this pose."""
         ahead, left = in_turtle_frame(x, y, theta, *self.target)
         heading_error = math.atan2(left, ahead)
         if not self.corners_left:
@@ -95,7 +95,7 @@ class SquareDriver:
 
 
 def square_corners(x, y, theta, side):
-    """Return the corners (x, y) of the square that begins at a pose with a side straight ahead, counter-clockwise."""
+    """Return the corners (x, y) of the square that starts at a pose with a side straight ahead, counter-clockwise."""
     forward = (side * math.cos(theta), side * math.sin(theta))
     left = (-forward[1], forward[0])
     return [(x, y), (x + forward[0], y + forward[1]),
@@ -103,7 +103,7 @@ def square_corners(x, y, theta, side):
 
 
 def in_turtle_frame(x, y, theta, target_x, target_y):
-    """Return how far a point lies ahead and to the left of a turtle at the pose (x, y, theta), m."""
+    """Return how far [m] a point lies ahead and to the left of a turtle at the pose (x, y, theta)."""
     dx, dy = target_x - x, target_y - y
     return math.cos(theta) * dx + math.sin(theta) * dy, math.cos(theta) * dy - math.sin(theta) * dx
 
@@ -114,10 +114,10 @@ def approach(error, limit):
 
 
 class DrawSquareNode:
-    """Drives turtle1 with a SquareDriver. rospy is initialised."""
+    """Drives turtle1 with a SquareDriver. rospy must be initialised."""
 
     def __init__(self):
-        """Read the parameters, register what is published."""
+        """Read the parameters and register the topic."""
         self._side, self._laps = PARAMETERS.read('~side', '~laps')
         parameters.log_effective()
         self._pose = None
@@ -128,7 +128,7 @@ class DrawSquareNode:
         rospy.on_shutdown(self._end)
 
     def run(self):
-        """Call reset, then drive until the laps are done or ROS ends."""
+        """Call reset, then drive until the laps are done or ROS shuts down."""
         reset_simulator()
         poses = rospy.Subscriber('turtle1/pose', Pose, self._store, queue_size=1, tcp_nodelay=True)
         driver = None
@@ -158,7 +158,7 @@ class DrawSquareNode:
             self._news.notify()
 
     def _next_pose(self, topic):
-        """Return a pose that was not yet returned, or None when there is none for a while or ROS ends."""
+        """Return the next pose; None if there is none for a while or ROS shuts down."""
         with self._news:
             if not self._news.wait_for(lambda: self._pose or self._ended, timeout=POSE_TIMEOUT):
                 rospy.logwarn('No pose on %s for %g s. Is the simulator running? rosrun turtlesim turtlesim_node',
@@ -172,7 +172,7 @@ class DrawSquareNode:
                 self._publisher.publish(to_twist(command))
 
     def _end(self):
-        """Stop the turtle once, so that others can take over, and let the main thread go."""
+        """Stop the turtle once, so that others can take over, and wake the main thread."""
         with self._news:
             self._publish(STILL)
             self._ended = True
@@ -180,7 +180,7 @@ class DrawSquareNode:
 
 
 def reset_simulator():
-    """Call the simulator's service ``reset``, as soon and as often as needed for it to succeed."""
+    """Call the simulator's service ``reset`` until it succeeds."""
     name, throttle = rospy.resolve_name('reset'), WallThrottle(WARNING_PERIOD)
     while not rospy.is_shutdown():
         try:

@@ -1,7 +1,7 @@
-"""The simulator's picture with its turtles: as topics, as a file on request, in a window.
+"""Serve the simulator's image with its turtles: as topics, as a file on request, and in a window.
 
-Everything is made in a thread of its own and only while somebody looks; OpenCV is loaded when the first picture
-is wanted, so that a simulator that nobody looks at starts at once and stays small.
+A separate thread makes the images, and only while there is a subscriber or a window. OpenCV is loaded for the first
+image, so that a simulator without a viewer starts at once and stays small.
 """
 import os
 import threading
@@ -28,7 +28,7 @@ class ImageServer:
     """Serves ``~image_raw`` (rgb8), ``~image_raw/compressed`` (PNG), ``~snapshot`` and the window of a SharedWorld."""
 
     def __init__(self, shared):
-        """Read the parameters, register, open the window where there is a display."""
+        """Read the parameters, register topics and service, open the window if there is a display."""
         self._shared = shared
         self._period = 1.0 / PARAMETERS['~image_rate'].read()
         self._frame_lock = threading.Lock()
@@ -116,7 +116,7 @@ class ImageServer:
 
 
 def _no_window():
-    """Return why no window is to be opened; '' where there is no reason."""
+    """Return why no window is opened; '' if one is."""
     if not PARAMETERS['~window'].read():
         return f'{rospy.resolve_name("~window")} is false'
     return '' if os.environ.get('DISPLAY') else 'DISPLAY is not set'

@@ -1,4 +1,4 @@
-"""mimic: one turtle does what another one does. It takes the speeds out of input/pose and sends them to output/cmd_vel.
+"""mimic: one turtle copies another one. The node reads the speeds in input/pose and sends them to output/cmd_vel.
 
 Threading contract: poses arrive in rospy's threads, the shutdown in the main one; a lock orders what they publish.
 """
@@ -17,7 +17,7 @@ WARNING_PERIOD = 5.0  # [s]
 
 
 def twist_from_pose(pose):
-    """Return the Twist with the speeds of a turtlesim/Pose, m/s and rad/s; raise InvalidInput where they are none.
+    """Return the Twist with the speeds [m/s, rad/s] of a turtlesim/Pose; raise InvalidInput if they are invalid.
 
     A pose carries no direction of travel: a turtle that drives backward is mimicked by one that drives forward.
     """
@@ -29,15 +29,15 @@ def twist_from_pose(pose):
 
 
 def topic_below(namespace, name):
-    """Return the name to register a topic by, so that remapping its namespace works as well as remapping itself.
+    """Return the name with which to register a topic, so that its namespace can be remapped as well as the topic.
 
-    ``input:=turtle1`` and ``input/pose:=turtle1/pose`` mean the same. rospy alone knows the second form only.
+    ``input:=turtle1`` and ``input/pose:=turtle1/pose`` mean the same; rospy itself supports only the second form.
     """
     return rospy.resolve_name(namespace).rstrip('/') + '/' + name
 
 
 class MimicNode:
-    """Copies the speeds; stops the copying turtle once when it ends. rospy is initialised."""
+    """Copies the speeds, and stops the copying turtle once when the node ends. rospy must be initialised."""
 
     def __init__(self):
         """Register both topics."""

@@ -1,4 +1,4 @@
-"""Which names a turtle may have: it becomes part of the names of topics and services."""
+"""Check the names of turtles, which become part of the names of topics and services."""
 import re
 
 import rospy
@@ -11,7 +11,7 @@ LEGAL = re.compile(r'/?[A-Za-z]\w*(/\w+)*', re.ASCII)  # a ROS graph name withou
 
 
 class TurtleNames:
-    """The names of the turtles that exist, found by what they mean in ROS."""
+    """The names of the existing turtles, by their resolved names in ROS."""
 
     def __init__(self, names=()):
         self._names = {rospy.resolve_name(name): name for name in names}  # resolved name: name
@@ -20,17 +20,17 @@ class TurtleNames:
         return rospy.resolve_name(name) in self._names
 
     def add(self, name):
-        """Note a new turtle's name."""
+        """Add a new turtle's name."""
         self._names[rospy.resolve_name(name)] = name
 
     def remove(self, name):
-        """Forget the name of a turtle that is gone."""
+        """Remove the name of a turtle that is gone."""
         del self._names[rospy.resolve_name(name)]
 
     def check(self, name):
-        """Raise InvalidInput unless a new turtle's name is legal in ROS and clashes with nothing.
+        """Raise InvalidInput unless a new turtle's name is legal in ROS and does not clash with other names.
 
-        A turtle of exactly that name is not looked for here: the world refuses it with a text of its own.
+        A turtle with exactly the same name is not an error here: the world refuses it with a text of its own.
         """
         if not LEGAL.fullmatch(name):
             raise InvalidInput(f'spawn: the name {name[:LONGEST]!r} is not allowed; a name starts with a letter and '

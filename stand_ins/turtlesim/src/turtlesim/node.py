@@ -1,9 +1,9 @@
 """The node turtlesim_node: turtlesim's interface on a SharedWorld, stepped by a SimulatorClock.
 
 Threading contract: the main thread steps: it answers all services that were called since the last step, moves the
-turtles and publishes (frame_services). What a service has to ask the master is asked on a thread of its own, which
-changes neither the world nor ``_interfaces``; subscribers run in rospy's threads and reach the world through
-SharedWorld's lock; images are made by a thread of their own (image_server.py).
+turtles and publishes (frame_services). Calls of the master for a service run in a separate thread, which changes
+neither the world nor ``_interfaces``; subscribers run in rospy's threads and access the world under SharedWorld's
+lock; a separate thread makes images (image_server.py).
 """
 import gc
 import math
@@ -25,7 +25,7 @@ from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
-FREEZE_EVERY = 50  # turtles: a look of the garbage collector at a thousand takes 50 ms, so it leaves out older ones
+FREEZE_EVERY = 50  # turtles: garbage collection takes 50 ms with a thousand turtles, so older ones are left out
 BACKGROUND_PARAMETERS = [Integer(f'~background_{channel}', default, 0, 255)
                          for channel, default in zip('rgb', BACKGROUND)]
 START_PARAMETER = Numbers('~start', Computed('by `~seed`'), length=3, unit='m, m, rad')
@@ -37,7 +37,7 @@ class TurtlesimNode:
     """turtlesim's node, with turtle1."""
 
     def __init__(self):
-        """Read the parameters and register everything; ``init_simulator`` has been called."""
+        """Read the parameters and register everything. Call ``init_simulator`` first."""
         self._clock = SimulatorClock(DT)
         self._background = BACKGROUND
         self._asked_in_batch = None  # the last one in which the master was asked for the background
@@ -77,7 +77,7 @@ class TurtlesimNode:
             self._warn_of_wall(at_wall)
 
     def _warn_of_wall(self, at_wall):
-        """Warn once a step, of each turtle in turn: logging a hundred lines a step would stop the simulator."""
+        """Warn once per step, for each turtle in turn: logging a hundred lines per step would stop the simulator."""
         self._wall_turn += 1
         rospy.logwarn('Oh no! I hit the wall! (Clamping from [x=%f, y=%f])', *at_wall[self._wall_turn % len(at_wall)])
 
@@ -137,9 +137,9 @@ class TurtlesimNode:
         return KillResponse()
 
     def _read_background(self, values=None):
-        """Return the colour that the private parameters ask for; a bad one fails the service call.
+        """Return the background colour in the private parameters; an invalid one makes the service call fail.
 
-        ``values``: of the parameters, where they have been read already.
+        ``values`` are those of the parameters, if they have already been read.
         """
         try:
             self._background = tuple(parameter.read(values=values) for parameter in BACKGROUND_PARAMETERS)
@@ -151,7 +151,7 @@ class TurtlesimNode:
             raise rospy.ServiceException(str(error)) from None
 
     def _ask_background(self):
-        """As _read_background, asking the master once a batch, for a limited time."""
+        """Do the same as _read_background, but ask the master once per batch, with a time limit."""
         batch = self._clock.services.batch
         if batch != self._asked_in_batch:
             try:
@@ -162,7 +162,7 @@ class TurtlesimNode:
         return self._background
 
     def _set_background(self):
-        """Set the parameters that are absent: at the start, and on a new master, which has none."""
+        """Set the parameters that are missing: at the start, and on a restarted master, which has none."""
         for parameter, value in zip(BACKGROUND_PARAMETERS, self._background):
             if not rospy.has_param(parameter.name):
                 rospy.set_param(parameter.name, value)
@@ -176,7 +176,7 @@ class TurtlesimNode:
             return BACKGROUND
 
     def _connect(self, name):
-        """Return a new turtle's TurtleInterface; the master knows it, or the call fails."""
+        """Return a new turtle's TurtleInterface; the call fails if it cannot be registered with the master."""
         with rospy_internals.collected_registrations() as calls:
             interface = TurtleInterface(name, self._shared, self._clock.services)
         try:
@@ -189,7 +189,7 @@ class TurtlesimNode:
         return interface
 
     def _disconnect(self, interfaces):
-        """Take away what belongs to turtles that are gone, also from the master if there is one."""
+        """Remove the interfaces of turtles that are gone, and unregister them if there is a master."""
         with rospy_internals.collected_unregistrations() as calls:
             for interface in interfaces:
                 interface.shutdown()
@@ -200,7 +200,7 @@ class TurtlesimNode:
 
 
 def _start():
-    """Return where turtle1 begins: in the middle like the original, where ~seed draws it, or where ~start says."""
+    """Return the start of turtle1: ~start, by default a random pose from ~seed, or the centre as in the original."""
     seed = clock.SEED.read()
     start = START_PARAMETER.read(list(random_start(seed) if seed else START))
     if not (0.0 <= start[0] <= ARENA_SIZE and 0.0 <= start[1] <= ARENA_SIZE and abs(start[2]) <= math.pi):

@@ -1,7 +1,7 @@
-"""A DrawnWorld shared between the thread that steps it and those in which rospy runs callbacks.
+"""A DrawnWorld that is shared between the thread that steps it and the threads of rospy's callbacks.
 
-Threading contract: ``lock`` guards world and canvas and is held for microseconds; whoever registers with the
-master or draws images does so without it.
+Threading contract: ``lock`` guards world and canvas and is held for microseconds; registering with the master and
+drawing images happen without it.
 """
 import rospy
 
@@ -20,14 +20,14 @@ class SharedWorld(RecordedWorld):
         super().__init__(self.drawn.world, COLUMNS, fields, lambda refusal: rospy.logerr('%s', refusal))
 
     def step(self):
-        """As DrawnWorld.step, under the lock."""
+        """Do the same as DrawnWorld.step, under the lock."""
         with self.lock:
             readings = self.drawn.step()
             self.record_step(readings)
             return readings
 
     def record(self, path):
-        """As RecordedWorld.record, of a world that has made no step: how it starts stands in its first row."""
+        """Start a recording as RecordedWorld.record does, before the first step; its first row tells the start."""
         recorder = super().record(path)
         if self.world.start != START:
             recorder.note('start', *self.world.start)
@@ -36,11 +36,11 @@ class SharedWorld(RecordedWorld):
         return recorder
 
     def note(self, event, *values, turtle=TURTLE, request=None):
-        """As RecordedWorld.note, for an event of turtlesim.core.recording.EVENTS."""
+        """Note an event of turtlesim.core.recording.EVENTS, as RecordedWorld.note does."""
         super().note(event_name(event, turtle), *values, request=request)
 
     def image(self):
-        """Return a copy of the canvas's RGB bytes and (name, x, y_down, theta) of every turtle, of one moment."""
+        """Return a copy of the canvas's RGB bytes and (name, x, y_down, theta) of every turtle, at the same moment."""
         with self.lock:
             turtles = [(turtle.name, turtle.x, turtle.y_down, turtle.theta)
                        for _, turtle in sorted(self.world.turtles.items())]

@@ -1,4 +1,4 @@
-"""turtle_teleop_key: the arrow keys of a terminal drive turtle1, one Twist a key press.
+"""turtle_teleop_key: drive turtle1 with the arrow keys of a terminal, one Twist per key press.
 
 Threading contract: keys are read and Twists published in the main thread; other threads only wake it.
 """
@@ -22,7 +22,7 @@ from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, SubscriptionListener
 
 TOPIC = 'turtle1/cmd_vel'
-LISTENERS_DEADLINE = 3.0  # [s] for the listeners that the master knows to connect, once one has
+LISTENERS_DEADLINE = 3.0  # [s] for all subscribers that the master knows to connect, after the first one has
 WARNING_PERIOD = 5.0  # [s]
 QUIT = 'quit'
 DIRECTIONS = {'up': (1, 0), 'down': (-1, 0), 'left': (0, 1), 'right': (0, -1)}  # key: (forward, counter-clockwise)
@@ -46,9 +46,9 @@ _PRESS = re.compile(rb'(?:1(?:;\d+(?::[12])?)?)?\Z')  # no parameters, or 1;MODI
 
 
 class KeyDecoder:
-    """Makes keys of the bytes that a terminal sends; sequences may be split over any number of reads.
+    """Converts the bytes that a terminal sends into keys; sequences may be split over several reads.
 
-    A key is 'up', 'down', 'left', 'right' (with or without Shift, Alt, Ctrl) or QUIT; all others are left out.
+    A key is 'up', 'down', 'left', 'right' (with or without Shift, Alt, Ctrl) or QUIT; all others are ignored.
     """
 
     def __init__(self):
@@ -74,10 +74,10 @@ def _arrow(sequence):
 
 
 class KeyTerminal:
-    """A file descriptor whose terminal gives each key at once and unseen while the ``with`` block lasts.
+    """In the ``with`` block, a file descriptor's terminal returns each key at once and does not echo it.
 
-    It is put back in every case, also while the program is suspended (Ctrl-Z). What is no terminal stays as it is.
-    To be used in the main thread.
+    The terminal's settings are always restored, even while the program is suspended (Ctrl-Z). A file or pipe is not
+    changed. Use it in the main thread.
     """
 
     def __init__(self, descriptor):
@@ -116,7 +116,7 @@ class KeyTerminal:
 
 
 def keys_from(descriptor, wake):
-    """Yield the keys that arrive at a file descriptor, until QUIT, its end, or until ``wake`` has something to read."""
+    """Yield the keys from a file descriptor, until QUIT, its end, or until ``wake`` has something to read."""
     decoder = KeyDecoder()
     while True:
         ready, _, _ = select.select([descriptor, wake], [], [])
@@ -135,10 +135,10 @@ def keys_from(descriptor, wake):
 
 
 class TeleopNode:
-    """Publishes on turtle1/cmd_vel what the keys say. rospy is initialised."""
+    """Publishes the velocities of the keys on turtle1/cmd_vel. rospy must be initialised."""
 
     def __init__(self):
-        """Read the parameters, register the topic."""
+        """Read the parameters and register the topic."""
         self._linear = _scale('scale_linear')
         self._angular = _scale('scale_angular')
         self._listened, self._pressed = threading.Event(), False
@@ -149,7 +149,7 @@ class TeleopNode:
         rospy.on_shutdown(self._listened.set)
 
     def run(self, descriptor):
-        """Read keys from a file descriptor and publish until it ends, a key ends it, or ROS does."""
+        """Read keys from a file descriptor and publish, until its end, a key that quits, or the shutdown."""
         with KeyTerminal(descriptor) as terminal:
             print(HELP.format(topic=self._publisher.resolved_name, linear=self._linear, angular=self._angular),
                   flush=True)
@@ -172,7 +172,7 @@ class TeleopNode:
         self._publisher.publish(twist)
 
     def _wait_for_listeners(self):
-        """Keys from a file or program come at once: without this they would be over before anybody had connected."""
+        """Wait for subscribers: keys from a file or program come at once, before any node could have connected."""
         listeners = self._listeners()
         if not listeners:
             rospy.loginfo('Waiting for a subscriber on %s', self._publisher.resolved_name)
@@ -180,7 +180,7 @@ class TeleopNode:
         self._wait_for_connections(len(listeners))
 
     def _listeners(self):
-        """Return the names of the nodes that subscribe; on a loaded machine they connect later."""
+        """Return the names of the subscribing nodes; on a loaded machine they connect later."""
         try:
             subscribers = rosgraph.Master(rospy.get_name()).getSystemState()[1]
         except (OSError, rosgraph.MasterException):
@@ -196,7 +196,7 @@ class TeleopNode:
 
 
 def _scale(name):
-    """Return the private parameter, else the one beside the node, which is where turtlesim looks for it."""
+    """Return the private parameter, else the one in the node's namespace, which turtlesim uses."""
     private = PARAMETERS['~' + name]
     return private.read(None if rospy.has_param(private.name) else PARAMETERS[name].read())
 

@@ -21,12 +21,12 @@ WARNING_PERIOD = 1.0  # [s] between two warnings about refused velocities
 
 
 class TurtleInterface:
-    """Connects one turtle of a SharedWorld to ROS; publishing is done by the simulator's step, the rest by rospy."""
+    """Connects one turtle of a SharedWorld to ROS; the simulator's step publishes, rospy does the rest."""
 
     def __init__(self, name, shared, services):
-        """Make everything of the turtle ``name``, in the original's order, by which the master gets to know it.
+        """Register the topics and services of the turtle ``name``, in the same order as the original.
 
-        ``shared`` is the SharedWorld it lives in, ``services`` the simulator's FrameServices.
+        ``shared`` is its SharedWorld, ``services`` the simulator's FrameServices.
         """
         self.name = name
         self._shared = shared
@@ -50,7 +50,7 @@ class TurtleInterface:
         return registered
 
     def shutdown(self):
-        """Unregister everything, the last first, as the original does."""
+        """Unregister everything in reverse order, as the original does."""
         for registered in reversed(self._registered):
             if isinstance(registered, rospy.Service):
                 registered.shutdown('the turtle is gone')
@@ -59,10 +59,10 @@ class TurtleInterface:
         self._registered = []
 
     def publish(self, turtle, colour):
-        """Publish pose and colour (r, g, b) of the turtle as they are after a step."""
+        """Publish pose and colour (r, g, b) of the turtle after a step."""
         if self._pose.wanted():
             pose = turtle.pose()
-            if pose != self._published:  # the message of a standing turtle is not serialised again in every step
+            if pose != self._published:  # serialise the message of a standing turtle only once
                 self._published, self._pose_frame = pose, frame(Pose(*pose))
             self._pose.publish_frame(self._pose_frame)
         if self._color.wanted():
@@ -74,7 +74,7 @@ class TurtleInterface:
                 velocity = twist.linear.x, twist.linear.y, twist.angular.z
                 self._shared.world.command(self.name, *velocity)
                 self._note(twist, 'cmd', *velocity)
-        except UnknownTurtle:  # it is being killed
+        except UnknownTurtle:  # the turtle is being killed
             pass
         except InvalidInput as refusal:
             self._refusals.warn('velocity', 'Ignored a message on %s: %s', rospy.resolve_name(f'{self.name}/cmd_vel'),

@@ -1,10 +1,10 @@
-"""The simulator's window: a process of its own, so that drawing never holds up the simulator's steps.
+"""The simulator's window: a separate process, so that drawing never delays the simulator's steps.
 
-Window is the simulator's side. ``python3 -m turtlesim.window TITLE`` is the other: it shows the pictures (binary PPM,
-one after another) that come in on its standard input, until that ends or the user closes the window.
+The simulator uses a Window. The process is ``python3 -m turtlesim.window TITLE``: it shows the images (binary PPM, one
+after another) from its standard input, until that ends or the user closes the window.
 
-Threading contract: Window may be used from any thread; none of its methods but ``close`` waits. A thread of its own
-writes pictures, another one waits for the window's process to end.
+Threading contract: Window may be used from any thread; only ``close`` waits. One thread writes images, another one
+waits for the window's process to end.
 """
 import os
 import re
@@ -18,9 +18,9 @@ from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
 from ros_doctor import findings
 
 TITLE = 'TurtleSim'
-SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two pictures shown; pictures in between are left out
-REDRAW_DELAY = 5  # [ms] of Tk after a picture came in, so that only the newest of several is drawn
-END_TIMEOUT = 1.0  # [s] that the window's process is given to end by itself
+SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two images shown; others are left out
+REDRAW_DELAY = 5  # [ms] of Tk after an image has arrived, so that only the newest of several is drawn
+END_TIMEOUT = 1.0  # [s] for the window's process to end by itself
 READ_SIZE = 1 << 20  # [bytes]
 
 _HEADER = re.compile(rb'P6\s+(\d{1,5})\s+(\d{1,5})\s+255\s')
@@ -28,13 +28,13 @@ _LONGEST_HEADER = 32  # [bytes]
 
 
 class Window:
-    """A window of CANVAS_SIZE x CANVAS_SIZE px that shows the newest picture it was given."""
+    """A window of CANVAS_SIZE x CANVAS_SIZE px that shows the newest image."""
 
     def __init__(self, title=TITLE, report=None):
         """Open the window; this returns at once.
 
-        When it cannot be opened or breaks, ``report(text)`` is called once, from another thread, with what is
-        wrong and what to do; without ``report`` the text goes to the standard error stream.
+        If it cannot be opened or fails later, ``report(text)`` is called once, from another thread, with the problem
+        and what to do; without ``report`` the text goes to the standard error stream.
         """
         self._report = report or (lambda text: print(text, file=sys.stderr, flush=True))
         self._change = threading.Condition()
@@ -48,18 +48,18 @@ class Window:
 
     @property
     def open(self):
-        """Whether pictures make sense: the window is there or about to be."""
+        """Return whether the window can show images: it is open, or about to open."""
         return self._process.returncode is None and not self._closing
 
     @property
     def closed(self):
-        """Whether the user has closed the window. Stays False where it could not be opened or broke."""
+        """Return whether the user has closed the window; False if it could not be opened or has failed."""
         return self._closed_by_user
 
     def show(self, picture):
-        """Show a picture: RGB, 8 bit, row by row from the top, as bytes or as an array of uint8.
+        """Show an image: RGB, 8 bit, row by row from the top, as bytes or as an array of uint8.
 
-        It must not be changed afterwards. The same object again costs nothing. Raises ValueError on another size.
+        Do not change it afterwards. The same object is not sent again. Raise ValueError for another size.
         """
         size = picture.nbytes if hasattr(picture, 'nbytes') else len(picture)
         if size != 3 * CANVAS_SIZE * CANVAS_SIZE:
@@ -70,7 +70,7 @@ class Window:
                 self._change.notify()
 
     def close(self):
-        """Close the window. Waits for its process to end, a second or two at most."""
+        """Close the window, and wait for its process to end, at most one or two seconds."""
         with self._change:
             self._closing = True
             self._change.notify()
@@ -83,7 +83,7 @@ class Window:
         self._writer.join(END_TIMEOUT)
 
     def _write(self):
-        """Send the newest picture, then wait until it may be replaced."""
+        """Send the newest image, then wait until the next one may follow."""
         try:
             with self._process.stdin as pipe:
                 while True:
@@ -110,9 +110,9 @@ class Window:
 
 
 def _start(title):
-    """Start the window's process, in a session of its own: Ctrl-C in a terminal reaches the simulator alone.
+    """Start the window's process in a new session, so that Ctrl-C in a terminal only reaches the simulator.
 
-    Not a process_support.BackgroundProcess, whose output goes into a file: threads read and write its pipes.
+    It is not a process_support.BackgroundProcess, whose output goes to a file, because threads use its pipes.
     """
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
     return subprocess.Popen([sys.executable, '-m', 'turtlesim.window', title], bufsize=0, env=environment,
@@ -132,9 +132,9 @@ class ImageReader:
         self._rest = bytearray()
 
     def feed(self, data):
-        """Return the last picture that ``data`` completes, as the bytes of a PPM file, or None.
+        """Return the last image that ``data`` completes, as the bytes of a PPM file, or None.
 
-        Raises ValueError when what comes in is no such stream.
+        Raise ValueError if the data are not such a stream.
         """
         self._rest += data
         newest = None
@@ -168,7 +168,7 @@ class _Viewer:
         self._root.createfilehandler(descriptor, tkinter.READABLE, self._read)
 
     def run(self):
-        """Show pictures until there are no more or the user closes the window."""
+        """Show images until there are no more or the user closes the window."""
         self._root.mainloop()
 
     def _read(self, *_):
@@ -191,7 +191,7 @@ class _Viewer:
 
 
 def main():
-    """Be the window's process; end with exit code 0 when the window was closed, else with a text that says why."""
+    """Run the window's process; exit with 0 if the window was closed, else with a text that says why."""
     try:
         import tkinter
     except ImportError as error:

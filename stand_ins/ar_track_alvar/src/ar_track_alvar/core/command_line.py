@@ -13,11 +13,11 @@ OPTIONAL = ('_max_frequency', '_marker_resolution', '_marker_margin')
 
 
 class UsageError(ValueError):
-    """Arguments that do not have the deprecated form either."""
+    """The positional arguments do not have the deprecated form either."""
 
 
 def ros_arguments(words: Sequence[str]) -> List[str]:
-    """Return the ROS arguments (name:=value) for the positional ``words``; raise UsageError if they make no sense."""
+    """Return the ROS arguments (name:=value) for the positional ``words``; raise UsageError if these are wrong."""
     if len(words) < len(NEEDED):
         raise UsageError(f'{len(words)} arguments are given; at least {len(NEEDED)} are needed')
     if len(words) > len(NEEDED + OPTIONAL):

@@ -19,8 +19,8 @@ def draw(image: np.ndarray, camera: Camera, detections: Sequence[Detection], pub
          size_of: Callable[[Union[int, str]], float]) -> np.ndarray:
     """Draw Detections on an image (height, width, 3) uint8 BGR, in place: outline, first corner, id, axes.
 
-    The axes are half a side long. ``published``: those that are published, the others are drawn grey; ``size_of(id)``:
-    width of the marker [m].
+    The axes are half a side long. Detections that are not in ``published`` are drawn grey; ``size_of(id)`` returns the
+    width [m] of a marker.
     """
     for detection in detections:
         shown = any(detection is other for other in published)
@@ -43,7 +43,7 @@ def _axes(image: np.ndarray, camera: Camera, detection: Detection, length: float
 
 
 def _label(image: np.ndarray, detection: Detection, colour: Colour) -> None:
-    """Write the id below the marker, with a black rim so that it is readable on any background."""
+    """Write the id below the marker, with a black outline, so that it is readable on any background."""
     x, y = detection.corners[:, 0].min(), detection.corners[:, 1].max()
     at = int(np.clip(x, 0, image.shape[1] - 30)), int(np.clip(y + 18, 14, image.shape[0] - 4))
     text = f'{detection.id}{"?" if detection.ambiguous else ""}'

@@ -1,4 +1,4 @@
-"""Filters: images by their rate, markers by how well they fit."""
+"""Filter images by their rate, and markers by the error of their pose."""
 from typing import List, Sequence, Set, Union
 
 import numpy as np
@@ -15,16 +15,16 @@ class RateLimiter:
         self._due = -np.inf
 
     def accept(self, now: float) -> bool:
-        """Return whether an image that comes ``now`` [s] is accepted, and count it if so."""
+        """Return whether to accept an image that arrives at ``now`` [s]; if so, count it."""
         period = 1.0 / self.rate
-        if self._due - period <= now < self._due:  # earlier than that: time has jumped back
+        if self._due - period <= now < self._due:  # else time has jumped back
             return False
         self._due = min(max(self._due, now - period), now) + period
         return True
 
 
 def fit_error(detection: Detection) -> float:
-    """Return the RMS distance of the corners from where the pose puts them, relative to the side as it is seen."""
+    """Return the rms reprojection error of the corners, as share of the side in the image."""
     return float(detection.error / np.sqrt(abs(homography.area(detection.corners[None])[0])))
 
 
@@ -39,7 +39,7 @@ class ErrorFilter:
         self._previous = set()
 
     def accepted(self, detections: Sequence[Detection], max_new: float, max_track: float) -> List[Detection]:
-        """Return the Detections of the next image that fit well enough."""
+        """Return the Detections of the next image whose error is small enough."""
         kept = [d for d in detections if fit_error(d) <= (max_track if d.id in self._previous else max_new)]
         self._previous = {d.id for d in kept}
         return kept

@@ -20,7 +20,7 @@ ROW_BYTES = 3 * CANVAS_SIZE
 LAST = CANVAS_SIZE - 1  # [px] the last row and column
 END_COLUMN = CANVAS_SIZE << 16  # the column after the last, with 16 more bits
 SNAP = 64  # corners of slanted lines lie on a grid of 1/64 px
-VERTICAL = 1e20  # stands for the slope of an edge without height
+VERTICAL = 1e20  # replaces the slope of an edge without height
 
 Line = Tuple[float, float, float, float]  # x0, y0, x1, y1 [px]
 # An edge of a filled area: a row, the edge's column there, and the columns per row; the last two have 16 more bits.
@@ -182,7 +182,7 @@ class Canvas:
 
 
 def _same(a: float, b: float) -> bool:
-    """Return whether Qt takes two coordinates for equal: in 12 digits, near zero within 1e-12."""
+    """Return whether Qt considers two coordinates equal: in 12 digits, near zero within 1e-12."""
     if a and b:
         return abs(a - b) * 1e12 <= min(abs(a), abs(b))
     return abs(a - b) <= 1e-12

@@ -6,9 +6,9 @@ from turtlesim.core.canvas import Canvas
 
 
 class Reading(NamedTuple):
-    """What one step brought to one turtle: the colour under it, and where (x, y_down) [m] a wall clamped it, or None.
+    """The readings of one turtle after a step: the colour under it, and where (x, y_down) [m] it hit a wall, or None.
 
-    The colour is read after the step's teleports were drawn and before its motion was.
+    The colour is read after the teleports of the step are drawn, and before its motion is.
     """
 
     turtle: Turtle

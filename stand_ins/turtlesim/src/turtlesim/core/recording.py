@@ -1,4 +1,4 @@
-"""What a recording of turtlesim holds: what took effect in which tick, and the poses. replay.py reads it.
+"""The format of turtlesim's recordings: the events of each tick, and the poses. replay.py reads it.
 
 A recording is a CSV file, one row a tick: ``tick, event, x, y, theta, linear_velocity, angular_velocity, r, g, b``
 and here ``callers``. Pose and colour sensor are those of turtle1 after the tick, empty while there is no turtle1.
@@ -32,7 +32,7 @@ def _start(drawn: DrawnWorld, _: str, x: float, y: float, theta: float) -> None:
     drawn.world.reset()
 
 
-EVENTS: Dict[str, Callable[..., object]] = {  # name: what it does to (DrawnWorld, turtle, its values)
+EVENTS: Dict[str, Callable[..., object]] = {  # name: function of (DrawnWorld, turtle, its values)
     'cmd': lambda drawn, turtle, vx, vy, wz: drawn.world.command(turtle, vx, vy, wz),
     'pen': lambda drawn, turtle, r, g, b, width, off: drawn.world.set_pen(turtle, *map(int, (r, g, b, width, off))),
     'teleport_absolute': lambda drawn, turtle, x, y, theta: drawn.world.teleport_absolute(turtle, x, y, theta),
@@ -47,12 +47,12 @@ EVENTS: Dict[str, Callable[..., object]] = {  # name: what it does to (DrawnWorl
 
 
 def event_name(event: str, turtle: str) -> str:
-    """Return how an event of EVENTS is called in a recording when it is this turtle's."""
+    """Return the name that an event of EVENTS for this turtle has in a recording."""
     return event if turtle == TURTLE else f'{turtle}/{event}'
 
 
 def fields(readings: Iterable[Reading]) -> Sequence[object]:
-    """Return what a row has in COLUMNS, from what DrawnWorld.step returned."""
+    """Return the values of COLUMNS in a row, from the result of DrawnWorld.step."""
     for turtle, colour, _ in readings:
         if turtle.name == TURTLE:
             return (*(f'{float32(value):.9g}' for value in turtle.pose()), *colour)

@@ -1,10 +1,10 @@
-"""Replays recordings of turtlesim through core and canvas and counts what differs.
+"""Replay recordings of turtlesim with our own world and canvas, and count the differences.
 
-recording.py says what a recording is. A PNG of the same name beside it is the canvas at the end, without the turtle.
+recording.py describes the format. A PNG file with the same name is the canvas at the end, without the turtle.
 
-A recorder sees from the pose in which tick a command or teleport took effect, but not so for the pen and for clear:
-those may be booked one tick early. Where the colour sensor's readings right after such an event fit better with the
-event one tick later, the replay moves it and says so; the share of equal colours is given both ways.
+A recorder sees from the pose in which tick a command or teleport took effect. It cannot see this for the pen and for
+clear, and may record them one tick too early. If the readings of the colour sensor right after such an event fit better
+with the event one tick later, the replay moves it and reports that; it gives the share of equal colours for both.
 """
 import argparse
 import csv
@@ -20,23 +20,23 @@ from turtlesim.core.canvas import Canvas
 from turtlesim.core.drawn_world import DrawnWorld
 from turtlesim.core.recording import COLUMNS, EMPTY, EVENTS, TURTLE
 
-LONGEST_GAP = 100_000  # [ticks] without a recording: 27 minutes
+LONGEST_GAP = 100_000  # [ticks] between two rows: 27 minutes
 UNSEEN = ('pen', 'clear')  # events that leave no trace in the pose
 
 
 class RecordingError(ValueError):
-    """A file is no recording; the text says which, where and why."""
+    """A file is not a recording; the text says which, where and why."""
 
 
 class Event(NamedTuple):
-    """Something that took effect in a tick; ``name`` is of EVENTS, behind `TURTLE/` when it is another turtle's."""
+    """An event that took effect in a tick; ``name`` is one of EVENTS, after `TURTLE/` if it is another turtle's."""
 
     name: str
     values: Tuple[float, ...]
 
 
 class Row(NamedTuple):
-    """A row of a recording. Pose and colour are None where there is no turtle1."""
+    """A row of a recording. Pose and colour are None if there is no turtle1."""
 
     tick: int
     events: List[Event]
@@ -45,20 +45,20 @@ class Row(NamedTuple):
 
 
 class Comparison:
-    """What the replay of one recording showed."""
+    """The result of replaying one recording."""
 
     def __init__(self) -> None:
         self.ticks = 0
         self.different_poses = 0
         self.first_difference: Optional[str] = None
         self.different_colours: List[int] = []  # ticks
-        self.booked_different_colours = 0  # their number with every event in the tick in which it is booked
+        self.booked_different_colours = 0  # their number if every event stays in its recorded tick
         self.moved_events = 0
         self.equal_pixels: Optional[float] = None  # share, 0..1, or None without a picture
 
 
 def replay(path: str) -> Comparison:
-    """Replay a recording; return its Comparison. Raise RecordingError or OSError when it cannot be read."""
+    """Replay a recording; return its Comparison. Raise RecordingError or OSError if it cannot be read."""
     rows = _read(path)
     result, canvas = _run(rows, path)
     booked, moved = len(result.different_colours), 0
@@ -77,7 +77,7 @@ def replay(path: str) -> Comparison:
 
 
 def _one_tick_later(rows: List[Row], number: int) -> List[Row]:
-    """Return the rows with the unseen events of the row ``number`` moved to the next one."""
+    """Return the rows with the UNSEEN events of row ``number`` moved to the next row."""
     row, after = rows[number:number + 2]
     kept = [event for event in row.events if event.name not in UNSEEN]
     moved = [event for event in row.events if event.name in UNSEEN]
@@ -85,7 +85,7 @@ def _one_tick_later(rows: List[Row], number: int) -> List[Row]:
 
 
 def _run(rows: List[Row], path: str) -> Tuple[Comparison, Canvas]:
-    # a recording that says when the watchdog struck was taken in wall time: its events count, not our own
+    # a recording with watchdog events was made in wall time: use these events instead of our own watchdog
     timed = any(event.name == 'timeout' for row in rows for event in row.events)
     drawn = DrawnWorld(watchdog_steps=math.inf if timed else WATCHDOG_STEPS)
     result = Comparison()
@@ -93,7 +93,7 @@ def _run(rows: List[Row], path: str) -> Tuple[Comparison, Canvas]:
     for row in rows:
         if row.tick - tick > LONGEST_GAP:
             raise RecordingError(f'{path}: tick {row.tick} follows tick {tick}; a gap may have {LONGEST_GAP} ticks')
-        for _ in range(tick + 1, row.tick):  # ticks without a recording
+        for _ in range(tick + 1, row.tick):  # ticks without a row
             drawn.step()
         tick = row.tick
         _apply(drawn, row, path)
@@ -127,7 +127,7 @@ def _parse(row: Dict[str, str]) -> Row:
     pose, colour = None, None  # there is no turtle1
     if tuple(fields) != EMPTY:
         pose = TurtlePose(*map(float, fields[:len(TurtlePose._fields)]))
-        _bits(pose)  # refuses what is no float32
+        _bits(pose)  # raises an error if a value is not a float32
         r, g, b = map(int, fields[len(TurtlePose._fields):])
         colour = r, g, b
     return Row(int(row['tick']), [Event(name, tuple(map(float, values))) for name, *values in events], pose, colour)
@@ -186,7 +186,7 @@ def _report(path: str, result: Comparison) -> None:
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
-    """Replay the files of the command line; return 1 when a pose differs, 2 when a file cannot be replayed."""
+    """Replay the files of the command line; return 1 if a pose differs, 2 if a file cannot be replayed."""
     parser = argparse.ArgumentParser(prog='./run replay', description='Replay recordings of the real turtlesim.')
     parser.add_argument('files', nargs='+', metavar='FILE.csv',
                         help='recordings (CSV), each with or without a PNG file beside it')

@@ -1,6 +1,6 @@
-"""The turtles in the image, artwork of our own drawn by code. Loads OpenCV: import it only when an image is needed.
+"""Draw the turtles in the image; the artwork is our own. Loads OpenCV: import it only when an image is needed.
 
-A turtle's design follows from its name alone, so that images repeat from run to run. Images are numpy arrays
+A turtle's design depends only on its name, so that images are the same in each run. Images are numpy arrays
 (height, width, 3), uint8, RGB; positions are in metres with y down, headings in rad, counter-clockwise from +x.
 The functions may be called from any thread.
 """
@@ -14,12 +14,12 @@ import numpy as np
 
 from kinematic_core.worlds.turtle_world import PIXELS_PER_METRE, Colour
 
-SIZE = 45  # [px] of a sprite; its artwork stays inside a circle, so that turned ones fit into the same square
+SIZE = 45  # [px] of a sprite; its artwork stays inside a circle, so that rotated sprites fit into the same square
 MIDDLE = SIZE // 2
-TURNED_FROM = 2  # sprites are turned from images this many times larger, which keeps them sharp
+TURNED_FROM = 2  # sprites are rotated from images this many times larger, which keeps them sharp
 FINE = 8  # the artwork is drawn this many times larger
 DEGREES = 360  # headings a sprite can have
-KEPT = 256  # turned sprites that are kept, 8 kB each
+KEPT = 256  # rotated sprites that are cached, 8 kB each
 
 DARK = (24, 28, 38)
 WHITE = (255, 255, 255)
@@ -32,13 +32,13 @@ Point = Tuple[float, float]
 
 
 class Artwork:
-    """A transparent image to draw on in the units of the artwork; what is drawn is opaque."""
+    """A transparent image to draw on, in the units of the artwork; drawn parts are opaque."""
 
     def __init__(self) -> None:
         self.pixels = np.zeros((SIZE * FINE, SIZE * FINE, 4), np.uint8)
 
     def ellipse(self, x: float, y: float, half_x: float, half_y: float, colour: Colour, degrees: float = 0) -> None:
-        """Fill an ellipse, turned clockwise."""
+        """Fill an ellipse, rotated clockwise by ``degrees``."""
         (middle,), axes = _fine([(x, y)]), (round(half_x * FINE * 16), round(half_y * FINE * 16))
         cv2.ellipse(self.pixels, middle.tolist(), axes, degrees, 0, 360, (*colour, 255), -1, 8, 4)
 
@@ -205,7 +205,7 @@ def _shell(art: Artwork, design: Design) -> None:
 
 @functools.lru_cache(maxsize=KEPT)
 def _turned(design: int, degrees: int) -> Tuple[np.ndarray, np.ndarray]:
-    """Return a turned sprite: premultiplied RGB, and the share of the background that shows through, 0..255.
+    """Return a rotated sprite: premultiplied RGB, and the share of the background that shows through, 0..255.
 
     Both are (SIZE, SIZE, 3) uint8.
     """
