@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The course's maze: a Robotont finds AR markers one after the other by camera and tracker alone, and ends."""
+"""The course's maze: a Robotont visits AR markers one after the other, using only camera and tracker."""
 import rospy
 
 from rospy_support import nodes, parameters, reachability

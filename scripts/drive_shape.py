@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The course's special challenge: draw a square, another shape or four given positions by topics alone.
+"""The course's special challenge: draw a square, another shape, or four given positions, using only topics.
 
-A turtle does it, or the robot of the last part.
+It drives a turtle, or the robot of the last part.
 """
 
 from kinematic_core.worlds.turtle_world import ARENA_SIZE

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The course's first service: turtle1/gotoPose, with drive_to and draw_shape, which answer how it went."""
+"""The course's first service: turtle1/gotoPose; also drive_to and draw_shape, whose answers tell the result."""
 import rospy
 
 from rospy_support import nodes, parameters, reachability

@@ -23,7 +23,7 @@ class OutOfTimeError(Exception):
 
 
 class Report:
-    """Prints what happens for a person to read; in colour on a terminal, without check marks where it has none."""
+    """Prints the results for people: in colour on a terminal, without check marks if it cannot show them."""
 
     def __init__(self, out):
         self._out = out
@@ -44,12 +44,12 @@ class Report:
         self.line(f'{" " * indent}{colour}{self._marks[good]}{plain} {text}')
 
     def step(self, number, step):
-        """Print what is about to be played."""
+        """Print the step that comes next."""
         self.line(f'\n{number:3d}. {step.title}: {step.asked}')
         self.line(f'      $ {step.typed}')
 
     def outcome(self, measurements, pose, pictures):
-        """Print what was measured."""
+        """Print the results of a step."""
         for measurement in measurements:
             self.verdict(measurement.good, measurement.text)
         if pose is not None:
@@ -81,7 +81,7 @@ def play(step, number, harness, report):
 
 
 def play_all(steps, output, report):
-    """Play the steps; return the titles of those that failed, or did not come to an end."""
+    """Play the steps; return the titles of those that failed or did not end."""
     todo = [step.title for step in steps]
     failed = []
     harness = DemoHarness(output)
@@ -103,7 +103,7 @@ def play_all(steps, output, report):
 
 
 def main():
-    """Play all steps, or those whose title contains a given word; exit with 0 only if all are good."""
+    """Play all steps, or those whose title contains a given word; exit with 0 only if all passed."""
     parser = argparse.ArgumentParser(prog='./run demo', description=__doc__)
     parser.add_argument('--output', default='output', metavar='DIR',
                         help='folder for pictures and logs (default: %(default)s)')

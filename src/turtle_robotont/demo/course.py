@@ -1,7 +1,7 @@
-"""The turtle steps of the demo: each does a step of the course on a DemoHarness and measures the outcome.
+"""The turtle steps of the demo: each plays a step of the course on a DemoHarness and measures the result.
 
-A step starts the node, or types the command, of the course, and measures only the poses, colours and commands of the
-turtle: ``play(harness)`` returns the Measurements.
+A step starts the node of the course, or types its command, and measures only poses, colours and commands of the turtle:
+``play(harness)`` returns the Measurements.
 """
 import contextlib
 import math
@@ -17,7 +17,7 @@ from turtle_robotont.driving import track_metrics
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
 
-POSES = 5  # that a subscriber prints at least
+POSES = 5  # a subscriber must print at least this many
 STOP_TOLERANCE = 0.02  # [m] of stopping at x
 CORNER_TOLERANCE = 0.05  # [m] of driving
 HEADING_TOLERANCE = 0.05  # [rad] of driving
@@ -46,14 +46,14 @@ def at_most(what, value, limit, unit):
 
 
 def no_teleport(track):
-    """Return the Measurement that the turtle drove all the way."""
+    """Return the Measurement that the turtle was never teleported."""
     count = len(track_metrics.jumps(track))
     return Measurement('driven, not teleported' if count == 0 else f'teleported {count} times instead of driving',
                        count == 0)
 
 
 def ended_by_itself(process, timeout):
-    """Wait for a node; return the Measurement that it ended well."""
+    """Wait until a node ends; return the Measurement that it ended without an error."""
     code = process.wait(timeout)
     return Measurement('ended without an error' if code == 0 else f'ended with exit code {code}: {process.last_line()}',
                        code == 0)
@@ -183,10 +183,10 @@ def _call(harness, service, *arguments):
 
 
 class Step(NamedTuple):
-    """A step of the course: its title, what is asked, what is typed, and the function that plays and measures it.
+    """A step of the course: its title, its task, its command, and the function that plays and measures it.
 
-    turtle: it is a turtle's, which is brought back to the middle before and shown in a picture after it; the others
-    leave pictures with ``DemoHarness.keep``.
+    ``turtle``: the step moves a turtle, which is reset before and shown in a picture afterwards; other steps save
+    pictures with ``DemoHarness.keep``.
     """
 
     title: str

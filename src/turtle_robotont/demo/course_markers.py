@@ -1,8 +1,8 @@
 """The robot steps of the demo: markers in an image sequence, and a robot that drives from marker to marker.
 
-Each is compared with the ground truth: the frames.json of the sequence, and the robot's pose in the simulator.
+The results are compared with the ground truth: the frames.json of the sequence, and the robot's pose in the simulator.
 
-Threads: rospy calls the recorders' callbacks in threads of its own; they only append.
+Threads: rospy calls the recorders' callbacks in its own threads; they only append.
 """
 import contextlib
 import json
@@ -29,18 +29,18 @@ from turtle_robotont.driving.shapes import Point
 from turtle_robotont.markers.marker_sequence import FRAMES, MARKERS
 from turtle_robotont.nodes.robot_driver import pose_of
 
-START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first time the sequence is rendered before
-POSITION_ERROR = 0.01  # of the distance, of the median marker; the camera has distortion
+START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first run renders the sequence before
+POSITION_ERROR = 0.01  # median position error as share of the distance; the camera has distortion
 SHEET = (3, 2)  # pictures side by side and below each other
 MAZE_RATE = 2.0  # simulated seconds per wall-clock second
-MAZE_TIME = 80.0  # [s] of the robot's time that the maze may take; how long that is depends on the machine
-POSE_RATE = 30.0  # [Hz] of the robot's time at which the simulator says where the robot is
-NEAR_MARKER = 1.25  # [m] of the robot's middle; the camera, 0.1 m further back, goes up to 1 m
+MAZE_TIME = 80.0  # [s] of simulated time that the maze may take; the wall time depends on the machine
+POSE_RATE = 30.0  # [Hz] of simulated time at which the simulator publishes the robot's pose
+NEAR_MARKER = 1.25  # [m] from the robot's middle; the camera, 0.1 m further back, approaches to 1 m
 PICTURES_WAIT = 3.0  # [s] for a picture
 
 
 class Recorder:
-    """The messages of a topic, each as ``convert`` makes it."""
+    """Records the messages of a topic, each converted by ``convert``."""
 
     def __init__(self, topic, message_type, convert):
         self.entries = []
@@ -48,7 +48,7 @@ class Recorder:
                                             tcp_nodelay=True)
 
     def end(self):
-        """Take no more."""
+        """Stop recording."""
         self._subscriber.unregister()
 
 
@@ -72,7 +72,7 @@ def ar_markers(harness):
 
 
 def truth_of(folder):
-    """Return {checksum of a picture as it is published: the entry of frames.json}."""
+    """Return {checksum of a published image: its entry in frames.json}."""
     with open(os.path.join(folder, 'frames.json'), encoding='utf-8') as file:
         frames = json.load(file)['frames']
     pictures = (cv2.imread(os.path.join(folder, frame['file'])) for frame in frames)
@@ -81,7 +81,7 @@ def truth_of(folder):
 
 
 def compared(messages, pictures, truth):
-    """Compare the tracker's messages with the truth: counts, and errors as fractions of the distance.
+    """Compare the tracker's messages with the ground truth; return counts, and errors as shares of the distance.
 
     ``pictures``: {stamp: checksum}; ``truth``: {checksum: frame}.
     """
@@ -103,7 +103,7 @@ def compared(messages, pictures, truth):
 
 
 def sequence_measurements(shown, asked, found, phantoms, errors):
-    """Return the Measurements of what ``compared`` returned."""
+    """Return the Measurements of the results of ``compared``."""
     return [Measurement(f'{shown} images with known markers searched', shown > FRAMES / 4),
             Measurement(f'{found} of {asked} markers found (expected 98 %)', asked > 0 and found >= 0.98 * asked),
             Measurement(f'{phantoms} markers reported that are not visible (expected 0)', phantoms == 0),
@@ -125,7 +125,7 @@ def maze(harness):
 
 
 def run_maze(harness):
-    """Let the robot find its way; return (FloorPlan, true poses, the robot's time [s], the node's last words)."""
+    """Let the robot drive through the maze; return (FloorPlan, true poses, simulated time [s], the node's result)."""
     simulator = harness.start('roslaunch', 'robotont_gazebo', 'world_minimaze_ar.launch', f'rate:={MAZE_RATE:g}')
     world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
@@ -150,7 +150,7 @@ def run_maze(harness):
 
 
 def watch_maze(node):
-    """Wait for the maze's end; return what the tracker sees each time that the robot approaches a marker."""
+    """Wait until the tour ends; return an image of the tracker for each marker that the robot approaches."""
     views, looked = [], set()
     while node.runs() and not re.search(r'Visited the markers|FATAL', node.output()):
         for marker in set(re.findall(r'Approaching marker (\d+)', node.output())) - looked:
@@ -168,7 +168,7 @@ def _next_view():
 
 
 def world_plan(text):
-    """Return the FloorPlan that the simulator publishes; DemoError where the simulator is another one."""
+    """Return the FloorPlan that the simulator publishes; raise DemoError if it is another simulator."""
     try:
         from robotont_gazebo.core import worlds
     except ImportError:
@@ -185,7 +185,7 @@ def map_of(plan, track):
 
 
 def sheet(pictures):
-    """Return up to six of the pictures, spread over the time, side by side and below each other."""
+    """Return one image with up to six of the pictures, evenly chosen in time."""
     across, down = SHEET
     if not pictures:
         raise DemoError('the tracker published no image')

@@ -1,8 +1,8 @@
 """The environment of the demo: a master, a simulator, the nodes of a step, and an observer of the turtle.
 
-Threads: rospy calls the observer's callbacks in threads of its own, one a topic; its lock guards what they store.
-Processes: each gets a process group of its own and is ended by ``DemoHarness.close``, and by the kernel (SIGINT) if
-the demo itself is killed.
+Threads: rospy calls the observer's callbacks in its own threads, one per topic; a lock guards the stored data.
+Processes: each has its own process group and is ended by ``DemoHarness.close``, or by the kernel (SIGINT) if the demo
+itself is killed.
 """
 import contextlib
 import glob
@@ -30,24 +30,24 @@ from turtle_robotont.driving import track_metrics
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle starts
 EXACT = 1e-3  # [m]
-STEP_TIMEOUT = 30.0  # [s] in which whatever a step starts or waits for must happen, on a loaded machine too
-REST_TIMEOUT = 5.0  # [s] in which a stopped turtle must stand
+STEP_TIMEOUT = 30.0  # [s] for everything that a step starts or waits for, even on a loaded machine
+REST_TIMEOUT = 5.0  # [s] in which a turtle must come to rest
 END_STAGES = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # of a roslaunch and its nodes
 POLL = 0.02  # [s]
 
 
 class DemoError(RuntimeError):
-    """A wait timed out; the text says for what."""
+    """Waiting has failed or timed out; the text says for what."""
 
 
 class Process(BackgroundProcess):
-    """A command that runs in the background, its output in a file; it ends when the demo is killed."""
+    """A command in the background, with its output in a file; it ends if the demo is killed."""
 
     def __init__(self, command, log):
         super().__init__(command, log, preexec_fn=end_with_parent)
 
     def wait(self, timeout):
-        """Return its exit code; raise DemoError with its last line when it has not ended within timeout [s]."""
+        """Return its exit code; raise DemoError with its last line if it has not ended within ``timeout`` [s]."""
         try:
             return self.process.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -59,12 +59,12 @@ class Process(BackgroundProcess):
         self.process.send_signal(signal.SIGINT)
 
     def stop(self, stages=END_STAGES):
-        """End it, gently at first."""
+        """End it, at first with SIGINT."""
         super().stop(stages)
 
 
 class Observer:
-    """Records what one turtle does, without asking any node."""
+    """Records what one turtle does, from its topics alone."""
 
     def __init__(self, turtle):
         self._lock = threading.Lock()
@@ -102,7 +102,7 @@ class Observer:
 
     @property
     def commands(self):
-        """Return when [s, monotonic] velocities were sent to the turtle."""
+        """Return the times [s, monotonic] at which velocities were sent to the turtle."""
         with self._lock:
             return list(self._commands)
 
@@ -111,10 +111,10 @@ class DemoHarness:
     """A master on a free port, a simulator without a display, and an observer of turtle1, from open to close."""
 
     def __init__(self, output):
-        """``output``: the folder for pictures; what the nodes print goes into its subfolder log."""
+        """``output`` is the folder for pictures; the output of the nodes goes to its subfolder log."""
         self.output, self._log = output, os.path.join(output, 'log')
         self._processes, self._until_closed = [], contextlib.ExitStack()
-        self._kept = []  # pictures of the present step, (height, width, 3) uint8 BGR
+        self._kept = []  # pictures of the current step, (height, width, 3) uint8 BGR
         self.seen = None  # the Observer, once open
 
     def open(self):
@@ -159,12 +159,12 @@ class DemoHarness:
         return self.start(paths[0], *arguments)
 
     def end_nodes(self):
-        """End everything but the simulator."""
+        """End all processes except master and simulator."""
         while len(self._processes) > 1:
             self._processes.pop().stop()
 
     def until(self, condition, trouble, timeout, process=None):
-        """Wait until ``condition()`` holds; raise DemoError(trouble) after timeout [s] or when the process ends."""
+        """Wait until ``condition()`` is true; raise DemoError(trouble) after ``timeout`` [s] or if the process ends."""
         deadline = time.monotonic() + timeout
         while not condition():
             ended = process is not None and not process.runs()
@@ -174,12 +174,12 @@ class DemoHarness:
             time.sleep(POLL)
 
     def until_rest(self):
-        """Wait until the turtle stops, with a time limit; the track shows whether it did."""
+        """Wait until the turtle stops, at most REST_TIMEOUT; the track shows whether it did."""
         with contextlib.suppress(DemoError):
             self.until(lambda: track_metrics.stands_still(self.seen.track), 'the turtle does not stop', REST_TIMEOUT)
 
     def reset(self):
-        """Bring the turtle back to the centre of an empty arena and forget what was seen."""
+        """Reset the simulator, so that the turtle is in the centre of an empty arena, and clear the observer."""
         if not self._processes[0].runs():
             raise DemoError('the simulator has ended')
         self.call('reset', Empty)
@@ -195,7 +195,7 @@ class DemoHarness:
         return rospy.ServiceProxy(service, service_type)(*request)
 
     def keep(self, picture):
-        """Keep a picture, (height, width, 3) uint8 BGR, of the present step."""
+        """Keep a picture, (height, width, 3) uint8 BGR, of the current step."""
         self._kept.append(picture)
 
     def kept(self, name):
@@ -212,7 +212,7 @@ class DemoHarness:
         return paths
 
     def picture(self, name):
-        """Save the simulator's picture as ``name``.png; return its path, or None where the simulator has none."""
+        """Save the simulator's image as ``name``.png; return its path, or None if the simulator offers none."""
         try:
             rospy.wait_for_service('turtlesim/snapshot', 0.05)
         except rospy.ROSException:

@@ -1,1 +1,1 @@
-"""How vehicles are driven: control laws, shapes, metrics of a track. Without ROS."""
+"""Driving of vehicles: control laws, shapes, metrics of a track. Without ROS."""

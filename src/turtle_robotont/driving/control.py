@@ -1,4 +1,4 @@
-"""Drives a turtle or a robot to a goal: pure logic, one ``step(pose, dt)`` per pose, no clock and no ROS.
+"""Drive a turtle or a robot to a goal: pure logic, one ``step(pose, dt)`` per pose, no clock and no ROS.
 
 ======================  ====================================================================================
 quantity                unit, range, frame
@@ -23,18 +23,18 @@ from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from turtle_robotont.driving.shapes import HasPosition, distance
 from turtle_robotont.driving.vehicle import LIMITS, STOP, TURTLE, Limits, Vehicle, VehicleState
 
-TURNED_ENOUGH = 0.05  # [rad] off the goal's direction: drive, and steer the rest
-TURN_AGAIN = 0.5  # [rad] off the goal's direction: stop and turn
+TURNED_ENOUGH = 0.05  # [rad] from the goal's direction: drive, and steer the rest
+TURN_AGAIN = 0.5  # [rad] from the goal's direction: stop and turn
 RADIUS_GAIN = 2.0  # [1/m] heading correction per metre off the circle
-STEER_FADE = 0.1  # [m] closer than this the goal's direction means little, and steering fades out
+STEER_FADE = 0.1  # [m] closer than this, the goal's direction is not reliable, and steering fades out
 
 STUCK_AFTER = 2.0  # [s] without any movement although commanded
 MOVED = 1e-3  # [m or rad] counts as a movement
-JUMP = 0.1  # [m] more than the turtle can have driven: it was teleported
-START_DELAY = 1.0  # [s] at most from planning a drive to its first step, during which the vehicle may still have moved
+JUMP = 0.1  # [m] further than the turtle can have driven: it was teleported
+START_DELAY = 1.0  # [s] longest time from planning a drive to its first step, in which the vehicle may still move
 JUMPS_FORGIVEN = 3
 DEADLINE_FACTOR = 2.0  # a drive may take this many times as long as at its top speeds
-DEADLINE_EXTRA = 5.0  # [s] and this on top
+DEADLINE_EXTRA = 5.0  # [s] added to that time
 
 
 class Goal(NamedTuple):
@@ -56,7 +56,7 @@ TOLERANCE = Tolerance()
 
 
 class State(enum.Enum):
-    """What a drive is doing; the names are those of the constants in DriveStatus.msg."""
+    """The state of a drive; the names are those of the constants in DriveStatus.msg."""
 
     TURNING = 'turning towards the goal'
     DRIVING = 'driving'
@@ -84,8 +84,9 @@ def require_goal(x: float, y: float, theta: Optional[float] = None) -> Goal:
 def approach_speed(left: float, top_speed: float, deceleration: float, gain: float) -> float:
     """Return the speed (>= 0) at which to approach a goal that is ``left`` (>= 0, m or rad) away.
 
-    Far off it is the speed from which ``deceleration`` still stops in time, the square root of the distance left; close
-    to the goal, where that root is too steep for a delayed loop, it is proportional. The two meet without a bend.
+    Far away, it is the highest speed from which ``deceleration`` still stops in time, which is proportional to the
+    square root of the distance. Close to the goal, where that root is too steep for a delayed loop, it is proportional
+    to the distance. The two curves meet without a bend.
     """
     bend = deceleration / gain ** 2
     speed = gain * left if left < bend else math.sqrt(2.0 * deceleration * (left - bend / 2.0))
@@ -93,7 +94,7 @@ def approach_speed(left: float, top_speed: float, deceleration: float, gain: flo
 
 
 def turn_speed(heading_error: float, limits: Limits, vehicle: Vehicle = TURTLE) -> float:
-    """Return the angular velocity [rad/s] that turns a vehicle on the spot by heading_error [rad]."""
+    """Return the angular velocity [rad/s] with which a vehicle turns on the spot by ``heading_error`` [rad]."""
     speed = approach_speed(abs(heading_error), limits.turn_speed, vehicle.turn_deceleration, vehicle.turn_gain)
     return math.copysign(speed, heading_error)
 
@@ -128,11 +129,11 @@ class Drive:
 
 
 class Leg(Drive):
-    """A drive to one goal. It fails when the turtle does not move, takes too long or is moved by somebody else."""
+    """A drive to one goal. It fails if the vehicle does not move, takes too long or is moved by something else."""
 
     def __init__(self, start: HasPosition, goal: Goal, limits: Limits, tolerance: Tolerance, vehicle: Vehicle,
                  length: float, turns: float = 2.0 * math.pi) -> None:
-        """``start``: where it was planned from; ``length`` [m] and ``turns`` [rad]: the longest it may have to go."""
+        """``start`` is the planned start; ``length`` [m] and ``turns`` [rad] are the most that the drive may take."""
         super().__init__(goal)
         self.limits, self.tolerance, self.vehicle = limits, tolerance, vehicle
         self._allowed = DEADLINE_EXTRA + DEADLINE_FACTOR * (length / limits.speed + turns / limits.turn_speed)
@@ -167,7 +168,7 @@ class Leg(Drive):
                                                    self.vehicle.approach_gain))
 
     def _settle(self, pose: VehicleState, there: bool) -> Twist2D:
-        """Stand still; then arrive, or continue if the turtle is not there after all."""
+        """Stand still; then arrive, or continue if the vehicle is not at the goal."""
         if max(pose.linear_velocity, abs(pose.angular_velocity)) < self.vehicle.standing:
             self.state = State.ARRIVED if there else State.TURNING
         return STOP
@@ -200,7 +201,7 @@ class Leg(Drive):
 
 
 class GoTo(Leg):
-    """Drive to a goal, straight and forward. After a jump (teleport) it starts again from where the turtle is."""
+    """Drive to a goal, straight and forward. After a jump (teleport), start again from the new position."""
 
     def __init__(self, pose: HasPosition, goal: Goal, limits: Limits = LIMITS, tolerance: Tolerance = TOLERANCE,
                  jumps_forgiven: int = JUMPS_FORGIVEN, vehicle: Vehicle = TURTLE) -> None:
@@ -289,7 +290,7 @@ class CircleDrive(Leg):
 
 
 class DriveSequence(Drive):
-    """Several drives one after the other, e.g. the sides of a shape. It fails with the first one that fails."""
+    """Several drives one after the other, e.g. the sides of a shape. It fails as soon as one of them fails."""
 
     def __init__(self, legs: List[Leg]) -> None:
         super().__init__(legs[0].goal)

@@ -1,4 +1,4 @@
-"""Turns the name of a shape into the drive that draws it, and measures how well it was drawn. ROS-free.
+"""Plan the drive that draws a shape, and measure how well it was drawn. ROS-free.
 
 Units and frames as in turtle_robotont.driving.shapes.
 """
@@ -13,7 +13,7 @@ from turtle_robotont.driving.vehicle import TURTLE, Limits, Vehicle, VehicleStat
 
 
 class Drawing(NamedTuple):
-    """A planned shape: its drive and start, and the corners in their order or a circle's centre and radius [m]."""
+    """A planned shape: its drive and start, and the corners in their order, or a circle's centre and radius [m]."""
 
     drive: Drive
     start: Point
@@ -34,9 +34,9 @@ def plan(shape: str, start: VehicleState, size: float = shapes.DEFAULT_SIZE, cor
          limits: Optional[Limits] = None, vehicle: Vehicle = TURTLE, strafe: bool = False) -> Drawing:
     """Return the Drawing of a shape for a vehicle that stands at ``start``.
 
-    ``size`` [m] applies to all shapes but 'corners', which takes ``corners``, pairs [x, y] [m]. ``limits`` default to
-    the vehicle's own. With ``strafe`` the vehicle keeps its heading, otherwise it turns to every direction it drives.
-    Raises InvalidInput when the shape is unknown or any part of it would leave the vehicle's arena.
+    ``size`` [m] applies to all shapes except 'corners', which takes ``corners``, pairs [x, y] [m]. ``limits`` default
+    to the vehicle's own. With ``strafe``, the vehicle keeps its heading; otherwise it turns towards each corner.
+    Raise InvalidInput if the shape is unknown or any part of it would leave the vehicle's arena.
     """
     if shape not in shapes.SHAPES:
         raise InvalidInput(f'there is no shape {shape!r}; choose one of {", ".join(shapes.SHAPES)}')

@@ -1,7 +1,8 @@
-"""Follows one AR marker at a distance: ``see`` takes the tracker's messages, ``step(dt)`` returns commands. ROS-free.
+"""Follow one AR marker at a distance: ``see`` takes the tracker's messages, ``step(dt)`` returns commands. ROS-free.
 
-The marker counts as standing where it was for ``lost_after``; then the robot is told once to stop, and nothing more
-until the marker is seen again, so that others can drive it. Neither a clock nor a pose of the robot is needed.
+When the marker is not seen, its last position counts for ``lost_after``. Then the Follower returns one command to stop,
+and no more until it sees the marker again, so that other nodes can drive the robot. It needs neither a clock nor a pose
+of the robot.
 """
 import enum
 import math
@@ -11,16 +12,16 @@ from kinematic_core.worlds.planar import Twist2D
 from turtle_robotont.driving.vehicle import ROBOT, STOP, Limits
 from turtle_robotont.markers.sightings import Sighting
 
-GAIN = 1.2  # [1/s] speed per metre of error; a tracker at 8 Hz answers after 0.2 s, which this leaves room for
+GAIN = 1.2  # [1/s] speed per metre of error; low enough for the delay of 0.2 s of a tracker at 8 Hz
 TURN_GAIN = 1.5  # [1/s] angular velocity per radian of error
-TURN_FIRST = 0.6  # [rad] further aside than this the robot only turns
-ADVISE_AFTER = 10.0  # [s] without the marker after which the status says what to do
+TURN_FIRST = 0.6  # [rad] at larger bearings the robot only turns
+ADVISE_AFTER = 10.0  # [s] without the marker, after which the status says what to do
 DEAD_BAND = 0.01  # [m] or [rad] errors below this are not corrected
 ACCELERATION, TURN_ACCELERATION = ROBOT.acceleration, ROBOT.turn_deceleration  # [m/s^2], [rad/s^2]
 
 
 class State(enum.Enum):
-    """What a Follower is doing."""
+    """The state of a Follower."""
 
     WAITING = 'waiting for the marker'
     FOLLOWING = 'following'
@@ -37,18 +38,18 @@ class Settings(NamedTuple):
 
 
 class Follower:
-    """Follows the marker with one id; ``state`` and ``status``, a text, say what it is doing."""
+    """Follows the marker with one id; ``state`` and the text ``status`` tell what it is doing."""
 
     def __init__(self, marker_id: int, settings: Optional[Settings] = None) -> None:
         self.marker_id, self.settings = marker_id, settings or Settings()
         self.state = State.WAITING
-        self.sighting: Optional[Sighting] = None  # the last one of the marker
+        self.sighting: Optional[Sighting] = None  # the last Sighting of the marker
         self._unseen = 0.0  # [s] since that sighting
         self._unheard = 0.0  # [s] since the tracker sent any message
         self._command = STOP
 
     def see(self, sightings: Sequence[Sighting]) -> None:
-        """Take all Sightings of one message, which may be none; of two with the followed id the nearest counts."""
+        """Process all Sightings of one message, if any; of several with the followed id, the nearest counts."""
         self._unheard = 0.0
         mine = [sighting for sighting in sightings if sighting.id == self.marker_id]
         if mine:
@@ -56,7 +57,7 @@ class Follower:
             self.state = State.FOLLOWING
 
     def step(self, dt: float) -> Optional[Twist2D]:
-        """Return the command after dt [s] more, or None when there is nothing to send."""
+        """Return the command after another ``dt`` [s], or None if there is nothing to send."""
         self._unseen += dt
         self._unheard += dt
         if self.state is not State.FOLLOWING or self.sighting is None:
@@ -70,7 +71,7 @@ class Follower:
 
     @property
     def status(self) -> str:
-        """Return what it is doing as a text; while the marker stays out of view, also what to do."""
+        """Return a text about the state; if the marker stays out of view, it also says what to do."""
         if self.state is not State.FOLLOWING and self._unseen > ADVISE_AFTER >= self._unheard:
             return (f'marker {self.marker_id} has not been in view for {ADVISE_AFTER:g} s, and this node does not '
                     'search for it; turn the robot until it is (rostopic pub -r 10 /cmd_vel geometry_msgs/Twist '

@@ -1,11 +1,11 @@
-"""Shapes that a turtle or a robot can draw: where their corners lie and whether they fit into the turtles' arena.
+"""Shapes that a turtle or a robot can draw: the positions of their corners, and whether they fit into the arena.
 
 Positions are in metres, 0 .. ARENA_SIZE, origin in the lower left corner, y up; headings in rad, counter-clockwise
-from +x. A shape with a size starts where the vehicle stands, sets off in the direction that it faces, lies to its left
-and ends where it started. ``size`` [m] is the length of a side, or the diameter of a circle.
+from +x. A shape with a size starts and ends at the vehicle's position, begins in the direction of its heading, and lies
+to its left. ``size`` [m] is the length of a side, or the diameter of a circle.
 
 To add a shape made of straight lines, write a function like ``polygon`` and enter it in POLYGONS; nodes, services and
-texts take it from there. A curve also needs a drive, which turtle_robotont.driving.drawing chooses.
+texts use that table. A curve also needs a drive, which turtle_robotont.driving.drawing chooses.
 """
 import math
 from functools import partial
@@ -89,9 +89,9 @@ def outline(shape: str, size: float, start: HasPose) -> List[Point]:
 
 
 def point_at_x(pose: HasPose, x: float) -> Point:
-    """Return where to drive so that the turtle stands at ``x`` [m].
+    """Return the point at ``x`` [m] to drive to.
 
-    That is straight ahead if the heading leads there inside the arena, else at the turtle's own y.
+    It lies straight ahead, if the heading leads there inside the arena, else at the turtle's own y.
     """
     ahead = math.cos(pose.theta)
     if abs(ahead) > STEEP and (x - pose.x) * ahead >= 0.0:
@@ -141,7 +141,7 @@ def require_shape_fits(shape: str, size: float, start: HasPose) -> None:
 def largest_size(shape: str, start: HasPose) -> float:
     """Return the largest size [m] with which the shape drawn from ``start`` fits into the arena."""
     sizes = [math.inf]
-    for point in outline(shape, 1.0, start):  # every point moves away from the start in proportion to the size
+    for point in outline(shape, 1.0, start):  # the distance of every point from the start is proportional to the size
         for origin, end in ((start.x, point.x), (start.y, point.y)):
             if end - origin > EDGE:
                 sizes.append((ARENA_SIZE - origin) / (end - origin))

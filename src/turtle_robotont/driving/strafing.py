@@ -1,4 +1,4 @@
-"""Drives of an omnidirectional vehicle that keeps its heading and moves sideways. ROS-free.
+"""Drives for an omnidirectional vehicle that keeps its heading and moves sideways. ROS-free.
 
 Units, frames and states are those of turtle_robotont.driving.control; these drives turn only to hold the heading.
 """
@@ -10,7 +10,7 @@ from turtle_robotont.driving.control import TOLERANCE, CircleDrive, Goal, Leg, S
 from turtle_robotont.driving.shapes import HasPosition, distance
 from turtle_robotont.driving.vehicle import ROBOT, Limits, Vehicle, VehicleState
 
-LOOKAHEAD = 0.1  # [m] along the line to the point that is steered for
+LOOKAHEAD = 0.1  # [m] along the line, to the point at which the drive aims
 
 
 def body_velocity(speed: float, direction: float, theta: float, angular_z: float) -> Twist2D:
@@ -22,7 +22,7 @@ def body_velocity(speed: float, direction: float, theta: float, angular_z: float
 
 
 class StrafeTo(Leg):
-    """Move along the straight line from a start to a goal and keep the heading ``theta`` [rad] all the way."""
+    """Move along the straight line from a start to a goal, and keep the heading ``theta`` [rad]."""
 
     def __init__(self, start: HasPosition, goal: HasPosition, theta: float, limits: Limits = ROBOT.limits,
                  tolerance: Tolerance = TOLERANCE, vehicle: Vehicle = ROBOT) -> None:

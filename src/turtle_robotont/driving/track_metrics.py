@@ -1,4 +1,4 @@
-"""Measures what a vehicle did: pure functions over its track, to judge a result without trusting any node.
+"""Measure what a vehicle did: pure functions of its track, to judge a result without trusting any node.
 
 A track is a sequence of VehicleStates (or messages turtlesim/Pose, which have the same fields) in the order of time.
 A turtle's positions lie in 0 .. ARENA_SIZE, y up.
@@ -12,7 +12,7 @@ from kinematic_core.worlds.turtle_world import DT
 from turtle_robotont.driving.shapes import HasPose, HasPosition, distance
 from turtle_robotont.driving.vehicle import VehicleState
 
-JUMP = 0.25  # [m] further in one step than a turtle drives below 15 m/s: a teleport
+JUMP = 0.25  # [m] in one step, further than a turtle drives below 15 m/s: a teleport
 STANDING = 1e-4  # [m or rad] a turtle that stands still stays within this
 
 Track = Sequence[VehicleState]
@@ -70,10 +70,10 @@ def closing_error(track: Track) -> float:
 
 
 def corner_misses(track: Track, corners: Sequence[HasPosition]) -> List[float]:
-    """Return for each corner how closely [m] the turtle passed it, with the corners in their order.
+    """Return for each corner the distance [m] at which the turtle passed it, visiting the corners in their order.
 
     Of all assignments of poses to corners that do not go back in time, the one with the smallest sum counts.
-    Without a track all are infinite.
+    Without a track, all distances are inf.
     """
     if not track:
         return [math.inf] * len(corners)

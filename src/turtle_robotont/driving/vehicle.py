@@ -1,4 +1,4 @@
-"""What a drive knows of its vehicle: its state, its top speeds, and what its drives are tuned to. ROS-free.
+"""Descriptions of vehicles for drives: state, top speeds, and the parameters of the control laws. ROS-free.
 
 Commands are kinematic_core.worlds.planar.Twist2D: velocities in the vehicle's own frame.
 """
@@ -12,7 +12,7 @@ STOP = STILL
 
 
 class VehicleState(NamedTuple):
-    """The pose and velocity that a drive reads; turtlesim/Pose has the same fields and can be used as it is.
+    """The pose and velocity that a drive reads; a turtlesim/Pose has the same fields and can be used instead.
 
     x, y [m], theta [rad] counter-clockwise from +x, linear_velocity [m/s, never negative], angular_velocity [rad/s].
     """
@@ -38,7 +38,7 @@ class Limits(NamedTuple):
 
 
 class Vehicle(NamedTuple):
-    """What the drives of a vehicle are tuned to; the gains leave room for the delay from a command to its effect.
+    """The parameters of a vehicle's drives; the gains are low enough for the delay from a command to its effect.
 
     name                for texts
     limits              default top speeds

@@ -1,1 +1,1 @@
-"""What is done with AR markers: sightings, tours, the rendered sequence. Without ROS."""
+"""AR markers: sightings, tours, the rendered sequence. Without ROS."""

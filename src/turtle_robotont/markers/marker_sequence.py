@@ -25,7 +25,7 @@ MARKER_SIZE = 0.068  # [m] of the black square
 WIDTH, HEIGHT = 640, 480  # [px]
 MARKERS = (1, 2, 3, 4, 5)
 COVERED = 3  # the marker that is covered
-COVER_FRAMES = (26, 46)  # first frame of the cover's path across, and the one after its last
+COVER_FRAMES = (26, 46)  # the first frame with the cover, and the first one after it
 CARD, COVER = 11.0 / 9.0, 2.2  # side of a marker's white card and of the cover, in marker sides
 FINE = 2  # pixels of the drawn canvas per pixel of the camera, in each direction
 MARGIN = 48  # [px] of the camera that the canvas extends on each side, where the distorted camera looks
@@ -57,16 +57,16 @@ def marker_poses(frame: int) -> Dict[int, MarkerPose]:
 
 
 def cover_centre(frame: int) -> Optional[float]:
-    """Return the position of the cover's middle, in marker sides to the right of the covered marker, or None."""
+    """Return the x of the cover's middle, in marker sides to the right of the covered marker; None without cover."""
     start, end = COVER_FRAMES
     if not start <= frame < end:
         return None
     across = 6.0 * (frame + 0.5 - start) / (end - start) - 3.0
-    return across ** 3 / 9.0  # slowly over the marker
+    return across ** 3 / 9.0  # slow while over the marker
 
 
 def visible(frame: int, marker_id: int) -> str:
-    """Return 'seen', 'part' or 'covered': how much of a marker can be seen in a frame."""
+    """Return how much of a marker is visible in a frame: 'seen', 'part' or 'covered'."""
     centre = cover_centre(frame) if marker_id == COVERED else None
     if centre is None or abs(centre) > (COVER + CARD) / 2.0 + CARD:
         return 'seen'
@@ -88,7 +88,7 @@ def ground_truth(camera: Camera, frame: int) -> List[Dict[str, Any]]:
 
 
 class SequenceRenderer:
-    """Renders the sequence's images; holds the camera, the empty room as it sees it, and the maps to its pixels."""
+    """Renders the images of the sequence; it has the camera, its view of the empty room, and the maps to its pixels."""
 
     def __init__(self) -> None:
         self.camera = default_camera(WIDTH, HEIGHT, distorted=True)
@@ -150,7 +150,7 @@ PER_METRE = 100  # [px] of the room's textures
 
 
 def _plain(rng: np.random.Generator, colour: Tuple[int, int, int], width: float, height: float) -> np.ndarray:
-    """Return a texture in one colour with slow changes of light, width x height [m]."""
+    """Return a texture, ``width`` x ``height`` [m], in one colour with gradual changes of brightness."""
     coarse = rng.normal(0.0, 7.0, (4, 5)).astype(np.float32)
     size = round(width * PER_METRE), round(height * PER_METRE)
     light = cv2.resize(coarse, size, interpolation=cv2.INTER_CUBIC)[..., None]

@@ -1,11 +1,11 @@
-"""Turns what a tracker reports into positions of AR markers relative to the robot. ROS-free.
+"""Convert the messages of a tracker to positions of AR markers relative to the robot. ROS-free.
 
 ======================  ============================================================================================
 axes                    x, y, z of a position
 ======================  ============================================================================================
-body                    ahead, to the left, up: REP 103's, that of camera_link and base_link
-optical                 to the right, down, ahead: REP 103's for frames whose names end in _optical or _optical_frame
-auto                    optical where the frame's name says so, else body
+body                    ahead, to the left, up: the axes of camera_link and base_link (REP 103)
+optical                 to the right, down, ahead: the axes of frames named ..._optical or ..._optical_frame (REP 103)
+auto                    optical if the name of the frame says so, else body
 ======================  ============================================================================================
 """
 import math
@@ -14,11 +14,11 @@ from typing import NamedTuple, Sequence
 from kinematic_core.validation import InvalidInput
 
 AXES = ('auto', 'body', 'optical')
-FURTHEST = 100.0  # [m] at which no camera makes out a marker any more; broken transforms give such poses
+FURTHEST = 100.0  # [m] no camera detects a marker at this distance; wrong transforms give such poses
 
 
 class Sighting(NamedTuple):
-    """A marker seen: its id, and the position of its middle [m]: ahead, to the left and above."""
+    """A detected marker: its id, and the position [m] of its middle: ahead, to the left and above."""
 
     id: int
     ahead: float
@@ -39,7 +39,7 @@ class Sighting(NamedTuple):
 def sighting(marker_id: int, position: Sequence[float], frame_id: str, axes: str = 'auto') -> Sighting:
     """Return the Sighting of a marker at ``position`` (x, y, z) [m] in a frame with these axes.
 
-    Raises InvalidInput when no marker can be there: not finite, or further away than FURTHEST.
+    Raise InvalidInput if the position is not finite or further away than FURTHEST.
     """
     x, y, z = position
     distance = math.sqrt(x * x + y * y + z * z) if all(map(math.isfinite, position)) else math.inf

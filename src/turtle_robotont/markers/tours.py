@@ -1,6 +1,6 @@
-"""Drives from one AR marker to the next by camera alone: turn until it is seen, face it, approach it. ROS-free.
+"""Drive from one AR marker to the next, using only the camera: turn until it is seen, face it, approach it. ROS-free.
 
-``see`` takes the tracker's messages, ``step(dt)`` returns commands, as with the Follower that does the approach.
+``see`` takes the tracker's messages, ``step(dt)`` returns commands, as those of the Follower, which does the approach.
 """
 import enum
 import math
@@ -13,14 +13,14 @@ from turtle_robotont.driving.vehicle import STOP
 from turtle_robotont.markers.sightings import Sighting
 
 FRESH = 0.3  # [s] a marker seen within this time is in view: two messages of a tracker at 8 Hz
-AHEAD = 0.2  # [rad] off the marker: close enough to ahead to drive while turning the rest
-FACING = 0.05  # [rad] off counts as facing the marker
-NEAR = 0.05  # [m] off the distance counts as there
-MOST_TURNS = 2.0  # full turns without seeing the marker: it cannot be seen from here
+AHEAD = 0.2  # [rad] from the marker's direction: small enough to drive while turning the rest
+FACING = 0.05  # [rad] at smaller bearings the robot faces the marker
+NEAR = 0.05  # [m] a marker counts as reached within this of the distance
+MOST_TURNS = 2.0  # full turns without seeing the marker, after which the tour gives up
 
 
 class State(enum.Enum):
-    """What a Tour is doing."""
+    """The state of a Tour."""
 
     SEARCHING = 'turning to find'
     FACING = 'turning towards'
@@ -37,7 +37,7 @@ class Visit(NamedTuple):
 
 
 class Tour:
-    """Visits markers one after the other; ``state``, ``status`` (a text) and ``reached`` tell the progress."""
+    """Visits markers one after the other; ``state``, the text ``status`` and ``reached`` tell the progress."""
 
     def __init__(self, markers: Sequence[int], settings: Optional[Settings] = None, search_speed: float = 1.0) -> None:
         """``markers``: their ids in order; ``search_speed`` [rad/s], positive: to the left."""
@@ -60,7 +60,7 @@ class Tour:
 
     @property
     def status(self) -> str:
-        """Return what it is doing as a text."""
+        """Return a text about the state."""
         if self.state is State.DONE:
             return 'visited the markers ' + ', '.join(f'{visit.marker_id} ({visit.distance:.2f} m)'
                                                       for visit in self.reached)
@@ -72,14 +72,14 @@ class Tour:
         return f'{self.state.value} marker {self.marker_id}'
 
     def see(self, sightings: Sequence[Sighting]) -> None:
-        """Take all Sightings of one message, which may be none."""
+        """Process all Sightings of one message, if any."""
         self._unheard = 0.0
         self._follower.see(sightings)
         if self._follower.marker_id in [sighting.id for sighting in sightings]:
             self._unseen = 0.0
 
     def step(self, dt: float) -> Twist2D:
-        """Return the command after dt [s] more."""
+        """Return the command after another ``dt`` [s]."""
         self._unheard += dt
         self._unseen += dt
         if self.finished or self._silent:

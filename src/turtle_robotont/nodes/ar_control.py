@@ -1,7 +1,7 @@
-"""The course's nodes for AR markers: what the tracker sees is printed, and a robot driven by it.
+"""The course's nodes for AR markers: print the markers that the tracker sees, and drive a robot by them.
 
-Threads: rospy calls ``_on_markers`` in a thread of its own, timers the rest; a lock guards what they share. The
-velocity is published by a timer and, once at the end, by rospy's shutdown hook, in whatever thread that is called.
+Threads: rospy calls ``_on_markers`` in its own thread, timers call the rest; a lock guards shared data. A timer
+publishes the velocity, and at the end so does rospy's shutdown hook, once, in any thread.
 """
 import threading
 import time
@@ -20,13 +20,13 @@ from turtle_robotont.driving.vehicle import STOP
 from turtle_robotont.markers.sightings import sighting
 
 TOPIC = 'ar_pose_marker'
-SILENT_AFTER = 5.0  # [s] wall time without a message after which the node says so
+SILENT_AFTER = 5.0  # [s] of wall time without a message before a warning
 LATEST_STEP = 3.0  # periods: a later step of a driver counts as one of that time
 REMIND = 10.0  # [s] between two warnings of the same kind
 
 
 class MarkerListener:
-    """Takes the markers on ``ar_pose_marker``: prints them, drops impossible ones, passes the Sightings on."""
+    """Receives the markers on ``ar_pose_marker``: prints them, drops impossible ones, passes the Sightings on."""
 
     def __init__(self, axes, log_rate, on_sightings=lambda sightings: None):
         """``axes``: one of sightings.AXES; ``log_rate`` [Hz]: print at most this many messages, 0: all."""
@@ -48,7 +48,7 @@ class MarkerListener:
         self._on_sightings([place for place in places if place is not None])
 
     def _where(self, marker, frame_id):
-        """Return the Sighting of an AlvarMarker, or None where there is none."""
+        """Return the Sighting of an AlvarMarker; warn and return None if its position is impossible."""
         position = marker.pose.pose.position
         try:
             return sighting(marker.id, (position.x, position.y, position.z), marker.header.frame_id or frame_id,
@@ -59,7 +59,7 @@ class MarkerListener:
             return None
 
     def _watch(self):
-        """Say what to do while no message arrives; on wall time, because simulated time may be paused."""
+        """Advise the user while no message arrives; in wall time, because simulated time may be paused."""
         while not rospy.is_shutdown():
             if time.monotonic() - self._heard > SILENT_AFTER and self._warnings.due('silent'):
                 rospy.logwarn('No markers on %s (to start camera and tracker: roslaunch turtle_robotont '
@@ -112,7 +112,7 @@ class MarkerDriver:
         threads.call_every(1.0 / rate, self._step)
 
     def see(self, sightings):
-        """Take the Sightings of a message."""
+        """Pass the Sightings of a message to the behaviour."""
         with self._lock:
             self._behaviour.see(sightings)
 

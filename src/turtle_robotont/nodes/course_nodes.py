@@ -1,7 +1,7 @@
 """The course's first nodes: a velocity publisher and a pose subscriber.
 
-Threads: the publisher works in a timer's thread and stops the turtle from rospy's shutdown hook, in whatever thread
-that is called; a lock orders the two. The subscriber's callback runs in rospy's thread and shares nothing.
+Threads: the publisher works in a timer's thread, and stops the turtle in rospy's shutdown hook, which runs in any
+thread; a lock orders the two. The subscriber's callback runs in rospy's thread and shares no data.
 """
 import threading
 

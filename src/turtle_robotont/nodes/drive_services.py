@@ -1,7 +1,6 @@
 """The services of a self-driving turtle: gotoPose, drive_to and draw_shape.
 
-Threads: rospy runs every call in a thread of its own; what they share is the TurtleDriver, which lets the newest
-goal win.
+Threads: rospy runs every call in its own thread; they share the TurtleDriver, in which the newest goal replaces others.
 """
 import math
 
@@ -19,7 +18,7 @@ from turtle_robotont.nodes.node_params import FASTEST, SLOWEST
 from turtle_robotont.srv import DrawShape, DrawShapeResponse, DriveTo, DriveToRequest, DriveToResponse
 
 MODES = ('drive', 'teleport', 'log')
-FINEST, COARSEST = 0.002, 1.0  # [m] tolerances that can be asked for
+FINEST, COARSEST = 0.002, 1.0  # [m] smallest and largest tolerance in a request
 
 
 class DriveServices:
@@ -35,7 +34,7 @@ class DriveServices:
         rospy.loginfo('Ready to command gotoPose service.')
 
     def _goto_pose(self, request):
-        """Answer when the turtle has arrived; the type has no field for a failure, so then the call itself fails."""
+        """Answer when the turtle has arrived. The call fails if the drive fails, as the answer has no field for it."""
         rospy.loginfo('Service => x: %g y: %g theta: %g', request.x, request.y, request.theta)
         if self._mode == 'drive':
             answer = self._drive_to(DriveToRequest(request.x, request.y, request.theta, True, 0.0, 0.0))

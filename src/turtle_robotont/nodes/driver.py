@@ -1,8 +1,8 @@
-"""The node layer of driving: a pose comes in, velocities and a status go out.
+"""The node layer of driving: it receives poses, and publishes velocities and a status.
 
-Threads: rospy calls ``_take`` in a thread of its own, ``drive`` runs in whichever thread wants to drive (a
-service's or the main one). The condition ``_changed`` guards everything they share. A drive is stepped and its
-command sent under it, so that not one command of an older drive goes out after a newer one has taken over.
+Threads: rospy calls ``_take`` in its own thread; ``drive`` runs in the thread that wants to drive (a service's or the
+main one). The condition ``_changed`` guards all shared data. A drive is stepped, and its command sent, while it is
+held, so that no command of an older drive is sent after a newer one has taken over.
 """
 import collections
 import math
@@ -22,13 +22,13 @@ from turtle_robotont.driving.control import State
 from turtle_robotont.driving.vehicle import STOP
 from turtle_robotont.msg import DriveStatus
 
-READY_TIMEOUT = 10.0  # [s] in which a vehicle must show itself
-POLL = 0.02  # [s] between two looks for a subscriber
-SHORT_WAIT = 0.25  # [s] longer than the rest that a simulator in lockstep asks for
+READY_TIMEOUT = 10.0  # [s] for a vehicle to publish a pose and listen to commands
+POLL = 0.02  # [s] between two checks for a subscriber
+SHORT_WAIT = 0.25  # [s] longer than the idle time that a simulator in lockstep needs
 SAY_AFTER = 5.0  # [s] without a pose while simulated time is paused, before a warning
-STANDING = 0.1  # share of the time waited: simulated time that passes less is said to stand
+STANDING = 0.1  # simulated time counts as paused if less than this share of the wait passes
 STATUS_PERIOD = 0.1  # [s]
-POSES_KEPT = 1000  # that a busy machine may leave waiting
+POSES_KEPT = 1000  # most poses that wait for a drive on a busy machine
 
 
 class DriveError(RuntimeError):
@@ -36,28 +36,28 @@ class DriveError(RuntimeError):
 
 
 class DriveResult(NamedTuple):
-    """What a drive did: the poses on the way and how long it took [s]."""
+    """The result of a drive: the poses on the path, and the time [s] that it took."""
 
     track: list
     elapsed: float
 
 
 class Driver:
-    """Drives one vehicle; a subclass says by which topics, and calls ``_take`` with each pose.
+    """Drives one vehicle; a subclass defines the topics, and calls ``_take`` with each pose.
 
-    One drive at a time: a newer one takes over, and the older one ends PREEMPTED. When a drive ends, however it
-    ends, and when the node shuts down in the middle of one, the vehicle is stopped once and then left to others.
+    There is one drive at a time: a newer one takes over, and the older one ends PREEMPTED. Whenever a drive ends, and
+    when the node shuts down during one, the vehicle is stopped once, so that other nodes can drive it.
     """
 
-    pose_timeout = 1.0  # [s] without a pose after which the vehicle counts as gone; how it is counted: _await
+    pose_timeout = 1.0  # [s] without a pose after which a drive fails; see _await
 
     def __init__(self, vehicle, velocity, status, pose_topic):
-        """``velocity`` and ``status``: the publishers of Twist and DriveStatus; ``pose_topic``: for texts."""
+        """``velocity`` and ``status`` publish Twist and DriveStatus; ``pose_topic`` is for texts."""
         self.vehicle, self.pose_topic = vehicle, rospy.resolve_name(pose_topic)
-        self._subscriber = None  # to the poses; the last that a subclass sets
+        self._subscriber = None  # to the poses; a subclass sets it last
         self._changed = threading.Condition()
         self._current, self._why = None, ''  # the Drive that may send commands, and why it was handed over
-        self._waiting = collections.deque(maxlen=POSES_KEPT)  # (pose, dt) that the drive has not seen
+        self._waiting = collections.deque(maxlen=POSES_KEPT)  # (pose, dt) that the drive has not processed
         self._latest, self._count = None, 0
         self._velocity, self._status = velocity, status
         rospy.on_shutdown(lambda: self.cancel('the node is shutting down'))
@@ -67,7 +67,10 @@ class Driver:
         raise NotImplementedError
 
     def ready(self, timeout=READY_TIMEOUT):
-        """Return the vehicle's pose once it has one and listens to commands; raise DriveError after timeout [s]."""
+        """Wait until the vehicle publishes a pose and listens to commands; return the pose.
+
+        Raise DriveError after ``timeout`` [s].
+        """
         deadline = time.monotonic() + timeout
         if self._latest is None:
             rospy.loginfo('Waiting for %s...', self.pose_topic)
@@ -80,7 +83,7 @@ class Driver:
         return pose
 
     def pose(self, timeout=None):
-        """Return the next pose that comes in; raise DriveError when none does within timeout [s]."""
+        """Return the next pose; raise DriveError if none arrives within ``timeout`` [s]."""
         timeout = timeout or self.pose_timeout
         with self._changed:
             seen = self._count
@@ -113,22 +116,22 @@ class Driver:
         return DriveResult(track, steady_time() - started)
 
     def cancel(self, reason):
-        """End the present drive, if there is one, and stop the vehicle."""
+        """End the current drive, if there is one, and stop the vehicle."""
         with self._changed:
             if self._current is not None:
                 self._hand_over(None, reason)
                 self._send(STOP)
 
     def _await(self, happened, timeout):
-        """Wait until ``happened()``; return whether it did before ``timeout`` [s] had passed.
+        """Wait until ``happened()`` is true; return whether that was before ``timeout`` [s] had passed.
 
-        The time is counted in short waits, so that a machine that stands still for a moment uses up only one of them;
-        and it must have passed in ROS time as well, unless no node publishes poses: a simulator may be slow, or paused.
+        The time is the sum of short waits, so that a machine that stands still uses up only one of them. It must also
+        have passed in ROS time, because a simulator may be slow or paused, unless no node publishes poses.
         """
         begin, waited, said = steady_time(), 0.0, False
         while not self._changed.wait_for(happened, SHORT_WAIT):
             waited, now = waited + SHORT_WAIT, steady_time()
-            if not 0.0 < begin <= now:  # time has only begun, or was set back
+            if not 0.0 < begin <= now:  # ROS time has just started, or was set back
                 begin = now
             if waited >= timeout and (now - begin >= timeout or not self._subscriber.get_num_connections()):
                 return False
@@ -143,7 +146,7 @@ class Driver:
         self._changed.notify_all()
 
     def _step(self, drive):
-        """Step the drive by the poses that have come in; return them."""
+        """Step the drive with the poses that have arrived; return them."""
         poses, elapsed = [pose for pose, _ in self._waiting], sum(dt for _, dt in self._waiting)
         self._waiting.clear()
         if not poses:
@@ -152,7 +155,7 @@ class Driver:
             drive.end(State.FAILED, self._bad_pose(poses[-1]))
         else:
             command = drive.step(poses[-1], elapsed)
-            if self._current is drive:  # no shutdown came in between, whose signal interrupts this very thread
+            if self._current is drive:  # else a shutdown has ended it, whose signal interrupts this thread
                 self._send(command)
         return poses
 
@@ -160,7 +163,7 @@ class Driver:
         self._velocity.publish(to_twist(command))
 
     def _take(self, pose, dt):
-        """Take a pose that has come in, dt [s] after the one before."""
+        """Store a pose that arrived ``dt`` [s] after the previous one."""
         with self._changed:
             self._latest, self._count = pose, self._count + 1
             self._waiting.append((pose, dt))
@@ -186,7 +189,7 @@ class _Reporter:
 
 
 def status_message(drive):
-    """Return the DriveStatus that tells what a Drive is doing."""
+    """Return the DriveStatus of a Drive."""
     status = DriveStatus(state=getattr(DriveStatus, drive.state.name), reason=drive.reason)
     status.header.stamp = rospy.Time.now()
     goal = drive.goal
@@ -197,7 +200,7 @@ def status_message(drive):
 
 
 def run(main):
-    """Run the main() of a node that drives; log why it failed, and then exit with code 1."""
+    """Run the main() of a node that drives; if it fails, log the reason and exit with code 1."""
     def guarded():
         try:
             main()

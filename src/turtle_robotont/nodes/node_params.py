@@ -10,7 +10,7 @@ from turtle_robotont.driving.following import Settings
 from turtle_robotont.driving.vehicle import LIMITS, ROBOT, Limits
 from turtle_robotont.markers.sightings import AXES
 
-SLOWEST, FASTEST = 0.05, 10.0  # [m/s] speeds that can be asked for
+SLOWEST, FASTEST = 0.05, 10.0  # [m/s] range of the parameter ~speed
 TURTLE = Text('~turtle', 'turtle1')
 FRAME_AXES = Text('~frame_axes', 'auto', AXES)
 
@@ -27,13 +27,13 @@ def speeds(speed, turn_speed=LIMITS.turn_speed):
 
 
 def following(distance):
-    """Return a Table of what follow_settings reads; ``distance`` [m] is the default of ~distance."""
+    """Return a Table of the parameters of follow_settings; ``distance`` [m] is the default of ~distance."""
     return Table(Number('~distance', distance, 0.1, 20.0, 'm'), Boolean('~strafe', False),
                  Number('~lost_after', 0.5, 0.1, 5.0, 's'), speeds(*ROBOT.limits))
 
 
 def turtle():
-    """Return ~turtle: the name under which the turtle's topics and services lie."""
+    """Return ~turtle: the namespace of the turtle's topics and services."""
     name = TURTLE.read()
     if not name or name.startswith('~') or not rosgraph.names.is_legal_name(name):
         raise parameters.ParameterError(f'parameter {rospy.resolve_name("~turtle")} is {name!r}; it must be a ROS name '
@@ -44,7 +44,7 @@ def turtle():
 def points(parameter, default=None, bounded=True):
     """Return the Points [m] in a parameter: a list of pairs [x, y], if ``bounded`` inside the arena.
 
-    ``default`` takes the place of the parameter's own.
+    ``default`` replaces the parameter's own.
     """
     try:
         result = shapes.points_from(parameter.read(default))
@@ -68,7 +68,7 @@ def colour(parameter):
 def limits(table, defaults=(None, None)):
     """Return the Limits in the parameters of ``speeds``, which are part of a node's table.
 
-    ``defaults``: Limits that take the place of the table's.
+    ``defaults`` are Limits that replace those of the table.
     """
     return Limits(*(table[name].read(default) for name, default in zip(('~speed', '~turn_speed'), defaults)))
 

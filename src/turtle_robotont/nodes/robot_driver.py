@@ -1,4 +1,4 @@
-"""A robot with odometry as a vehicle that a node drives."""
+"""Drive a robot that publishes odometry."""
 import math
 
 import rospy
@@ -20,10 +20,10 @@ UNIT_TOLERANCE = 0.01  # by which the length of a quaternion may differ from 1
 
 
 class RobotDriver(Driver):
-    """Drives a robot by ``odom`` and ``cmd_vel``; reports on ``drive_status``. Poses are those in odom's frame.
+    """Drives a robot by ``odom`` and ``cmd_vel``; publishes ``drive_status``. Poses are in the frame of odom.
 
-    Odometry whose time is not after the last is left out, until nothing else has come for pose_timeout, not counting
-    the time in which this process stood still.
+    Odometry whose stamp is not later than the last one is ignored, until pose_timeout has passed without any other.
+    Time in which this process stood still does not count.
     """
 
     pose_timeout = WATCHDOG  # [s] after which a Robotont without commands stops by itself
@@ -32,7 +32,7 @@ class RobotDriver(Driver):
         super().__init__(ROBOT, LatestPublisher('cmd_vel', Twist),
                          Publisher('drive_status', DriveStatus, queue_size=10), 'odom')
         self._throttle = WallThrottle(WARNING_PERIOD)
-        self._stamp, self._since = None, ActiveTimer()  # [s] of the last odometry that was taken, and how long ago
+        self._stamp, self._since = None, ActiveTimer()  # [s] stamp of the last odometry used, and the time since then
         self._subscriber = rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
 
     def _on_odometry(self, odometry):
@@ -51,12 +51,12 @@ class RobotDriver(Driver):
 
 
 def step_time(before, stamp, longest):
-    """Return the time [s] between two stamps, 0 to ``longest``: where a clock is set, it may be anything."""
+    """Return the time [s] between two stamps, limited to 0 to ``longest`` in case a clock was set."""
     return min(max(0.0, stamp - before), longest)
 
 
 def pose_of(odometry):
-    """Return the VehicleState of a nav_msgs/Odometry; its theta is NaN when the orientation is not a rotation."""
+    """Return the VehicleState of a nav_msgs/Odometry; its theta is NaN if the orientation is not a rotation."""
     q, twist = odometry.pose.pose.orientation, odometry.twist.twist
     is_unit = abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < UNIT_TOLERANCE
     theta = yaw_of(q) if is_unit else math.nan

@@ -1,4 +1,4 @@
-"""A turtle of turtlesim as a vehicle that a node drives."""
+"""Drive a turtle of turtlesim."""
 import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
@@ -11,7 +11,7 @@ from turtle_robotont.nodes.driver import Driver
 
 
 class TurtleDriver(Driver):
-    """Drives one turtle by ``<turtle>/pose`` and ``<turtle>/cmd_vel``; reports on ``<turtle>/drive_status``."""
+    """Drives one turtle by ``<turtle>/pose`` and ``<turtle>/cmd_vel``; publishes ``<turtle>/drive_status``."""
 
     def __init__(self, turtle):
         self.turtle = turtle
@@ -20,7 +20,7 @@ class TurtleDriver(Driver):
         self._subscriber = rospy.Subscriber(f'{turtle}/pose', Pose, self._on_pose, tcp_nodelay=True)
 
     def _on_pose(self, pose):
-        self._take(pose, DT)  # the simulator leaves out no tick
+        self._take(pose, DT)  # the simulator publishes a pose in every tick
 
     def _no_pose(self, timeout):
         return (f'no pose on {self.pose_topic} for {timeout:g} s; is the simulator running, and does the turtle '

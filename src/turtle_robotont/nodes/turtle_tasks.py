@@ -43,7 +43,7 @@ def draw_shape(driver, shape, size, corners, limits, strafe=False):
 def teleport_tour(driver, positions, colour, width, pause):
     """Teleport the turtle to each of ``positions`` [m], drawing a path of ``colour`` and ``width`` [px].
 
-    ``pause`` [s] lies between two teleports.
+    ``pause`` [s] is the time between two teleports.
     """
     goals = [require_goal(point.x, point.y, 0.0) for point in positions]
     before = driver.ready()
@@ -75,7 +75,7 @@ def set_pen(service, r, g, b, width, off):
 
 
 def call(service, service_type, *request):
-    """Call a service, waiting for it SERVICE_TIMEOUT; raise DriveError when it is not there or refuses."""
+    """Call a service, waiting for it up to SERVICE_TIMEOUT; raise DriveError if it is missing or refuses."""
     name = rospy.resolve_name(service)
     try:
         rospy.wait_for_service(service, SERVICE_TIMEOUT)
