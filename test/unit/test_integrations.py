@@ -32,7 +32,7 @@ class System:
             path.mkdir(exist_ok=True)
         (folder / 'ws' / 'rosrun').write_text(GRADER)
         (folder / 'ws' / 'rosrun').chmod(0o755)
-        (folder / 'ws' / 'env.bash').write_text('PATH=$TURTLE_ROBOTONT_WS:$PATH\n')
+        (folder / 'ws' / 'env.bash').write_text('PATH=$TURTLE_ROBOTONT_WS:$PATH$NOT_SET\n')  # as ROS's own does
         (self.teacher / 'exercise.txt').write_text('stop_at_x\n')
         (self.submission / 'vpl_environment.sh').write_text('export VPL_GRADEMAX=10\n')
 
