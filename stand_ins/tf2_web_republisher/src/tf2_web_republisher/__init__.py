@@ -1,0 +1,1 @@
+"""tf2_web_republisher: transforms for web pages."""

@@ -1,0 +1,54 @@
+"""Whether a transform has changed enough to be sent."""
+import math
+from typing import NamedTuple, Optional, Sequence, Tuple
+
+SLOWEST, FASTEST = 0.01, 1000.0  # [Hz]
+MOST_FRAMES = 1000  # of a request
+
+
+class Transform(NamedTuple):
+    """A translation (x, y, z) [m] and a rotation, the quaternion (x, y, z, w)."""
+
+    translation: Tuple[float, ...]
+    rotation: Tuple[float, ...]
+
+
+class Thresholds(NamedTuple):
+    """How far a transform must move [m] or turn [rad] to be sent again; 0: it is always sent."""
+
+    linear: float
+    angular: float
+
+    def passed(self, sent: Optional[Transform], now: Transform) -> bool:
+        """Return whether ``now`` has to be sent after ``sent``, which is None if nothing was."""
+        return (sent is None or not self.linear or not self.angular
+                or distance(sent.translation, now.translation) > self.linear
+                or angle(sent.rotation, now.rotation) > self.angular)
+
+
+def distance(first: Sequence[float], second: Sequence[float]) -> float:
+    """Return the distance [m] of two points."""
+    return math.sqrt(sum((one - other) ** 2 for one, other in zip(first, second)))
+
+
+def angle(first: Sequence[float], second: Sequence[float]) -> float:
+    """Return the angle [rad], 0 to pi, between two rotations; q and -q are the same rotation."""
+    length = math.sqrt(sum(one * one for one in first) * sum(one * one for one in second))
+    if not length:
+        return 0.0
+    return 2.0 * math.acos(min(1.0, abs(sum(one * other for one, other in zip(first, second))) / length))
+
+
+def invalid(frames: Sequence[str], target: str, thresholds: Thresholds, rate: float) -> str:
+    """Return why a request cannot be served, '' if it can."""
+    if not target.strip('/'):
+        return 'target_frame is empty; it must be the name of a frame'
+    if not all(frame.strip('/') for frame in frames):
+        return 'source_frames has an empty name'
+    if len(frames) > MOST_FRAMES:
+        return f'source_frames has {len(frames)} names; {MOST_FRAMES} are allowed'
+    if not SLOWEST <= rate <= FASTEST:
+        return f'rate is {rate:g} Hz; it must be from {SLOWEST:g} to {FASTEST:g}'
+    if not (0.0 <= thresholds.linear < math.inf and 0.0 <= thresholds.angular < math.inf):
+        return f'trans_thres is {thresholds.linear:g} and angular_thres {thresholds.angular:g}; they must be at least 0'
+    return ''
