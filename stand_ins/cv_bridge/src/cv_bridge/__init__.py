@@ -1,4 +1,4 @@
-"""cv_bridge's Python interface: images of ROS to and from the arrays of OpenCV."""
+"""The Python interface of cv_bridge: convert ROS images to arrays of OpenCV and back."""
 from cv_bridge.bridge import CvBridge, CvBridgeError
 from cv_bridge.encodings import getCvType
 

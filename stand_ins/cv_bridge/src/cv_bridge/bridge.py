@@ -7,7 +7,7 @@ from cv_bridge.encodings import CHANNELS, DEPTHS, CvBridgeError, Pixels, convert
 from kinematic_core.encoded_images import is_truncated
 
 PASSTHROUGH = 'passthrough'  # as it is
-DECODED = {1: 'mono', 3: 'bgr', 4: 'bgra'}  # channels of an image that OpenCV decoded: its colours
+DECODED = {1: 'mono', 3: 'bgr', 4: 'bgra'}  # number of channels of an image decoded by OpenCV: their order
 
 
 class CvBridge:
@@ -38,7 +38,7 @@ class CvBridge:
         return converted(array, f'{colours}{8 * array.itemsize}', desired_encoding)
 
     def cv2_to_imgmsg(self, cvim, encoding=PASSTHROUGH, header=None):
-        """Return the Image of an array; ``encoding`` says what its numbers mean. Raise CvBridgeError."""
+        """Return the Image of an array; ``encoding`` tells what its values mean. Raise CvBridgeError."""
         kind = _kind_of(cvim)
         if encoding == PASSTHROUGH:
             encoding = kind.name

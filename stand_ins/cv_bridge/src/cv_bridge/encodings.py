@@ -1,6 +1,6 @@
-"""The encodings of sensor_msgs/Image, and how images are converted between them.
+"""The encodings of sensor_msgs/Image, and conversions between them.
 
-``mono8``, ``bgr8``, ``bayer_rggb8`` and so on are colours; ``8UC3``, ``32FC1`` and so on are numbers without a meaning.
+``mono8``, ``bgr8``, ``bayer_rggb8`` and so on are colours; ``8UC3``, ``32FC1`` and so on are only types of numbers.
 """
 import re
 from typing import NamedTuple
@@ -23,7 +23,7 @@ class CvBridgeError(TypeError):
 
 
 class Pixels(NamedTuple):
-    """The numbers of a pixel: ``depth`` (a key of DEPTHS) and how many."""
+    """The type of a pixel: ``depth`` (a key of DEPTHS) and the number of channels."""
 
     depth: str
     channels: int
@@ -47,7 +47,7 @@ def pixels(encoding):
 
 
 def depth_of(dtype):
-    """Return the key in DEPTHS of a numpy type; raise CvBridgeError if OpenCV does not have it."""
+    """Return the key in DEPTHS of a numpy type; raise CvBridgeError if OpenCV does not support it."""
     for depth, known in DEPTHS.items():
         if np.dtype(dtype).newbyteorder('=') == known:
             return depth
@@ -61,7 +61,7 @@ def getCvType(encoding):  # cv_bridge's name
 
 
 def converted(image, encoding, desired):
-    """Return an array in the encoding ``desired``; raise CvBridgeError where a conversion makes no sense."""
+    """Return an array in the encoding ``desired``; raise CvBridgeError if such a conversion is not possible."""
     if encoding == desired:
         return image
     ours, wanted = pixels(encoding), pixels(desired)
@@ -76,7 +76,7 @@ def converted(image, encoding, desired):
 
 
 def _as_depth(image, depth):
-    """Return the image with other numbers: 8 and 16 bits are scaled into each other, and what is too large is cut."""
+    """Return the image with another depth: scale between 8 and 16 bits, and limit values that are too large."""
     kind = np.dtype(DEPTHS[depth])
     if image.dtype == kind:
         return image
@@ -103,6 +103,6 @@ def _recoloured(image, encoding, desired):
 
 
 def _space(encoding):
-    """Return OpenCV's name of the colours of an encoding; None for a Bayer pattern and YUV, which are only read."""
+    """Return OpenCV's name for the colours of an encoding; None for Bayer patterns and YUV, which can only be read."""
     order = COLOURS.fullmatch(encoding)[1]
     return {'mono': 'GRAY', None: None}.get(order, order and order.upper())

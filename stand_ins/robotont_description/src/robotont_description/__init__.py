@@ -1,1 +1,1 @@
-"""The Robotont's URDF, put together from its parts."""
+"""The Robotont's URDF, and the start of rviz."""

@@ -1,4 +1,4 @@
-"""Starts rviz with the configuration for a Robotont, or says what is missing. No ROS but rospkg."""
+"""Start rviz with the configuration for a Robotont, or say what is missing. Of ROS, it uses only rospkg."""
 import argparse
 import os
 import shutil
@@ -12,9 +12,9 @@ class CannotStart(Exception):
 
 
 def command(prefix, folder, others=(), find=shutil.which, environment=os.environ):
-    """Return the command line of rviz; raise CannotStart where it is not installed or has no display.
+    """Return the command line of rviz; raise CannotStart if it is not installed or there is no display.
 
-    ``prefix`` is that of the frames' names, ``folder`` that of robotont_description; ``others`` are passed on.
+    ``prefix`` is that of the frame names, ``folder`` that of robotont_description; ``others`` are further arguments.
     """
     program = find('rviz')
     if program is None:
@@ -28,7 +28,7 @@ def command(prefix, folder, others=(), find=shutil.which, environment=os.environ
 
 
 def main(arguments=None):
-    """Become rviz."""
+    """Replace this process by rviz."""
     parser = argparse.ArgumentParser(description='Start rviz with the configuration for a Robotont.')
     parser.add_argument('--prefix', default='', help='prefix of the names of frames, e.g. robot1/')
     options, others = parser.parse_known_args(arguments)

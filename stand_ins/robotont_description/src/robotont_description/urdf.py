@@ -1,4 +1,4 @@
-"""Puts the Robotont's URDF together from its parts and prefixes its names, which xacro does elsewhere. No ROS."""
+"""Make the Robotont's URDF from its parts and prefix its names; elsewhere, xacro does this. No ROS."""
 import argparse
 import os
 import sys
@@ -13,7 +13,7 @@ NAMED = {'link': 'name', 'joint': 'name', 'parent': 'link', 'child': 'link'}  # 
 
 
 def describe(model, prefix, folder):
-    """Return the URDF of a model of MODELS from the parts in ``folder``, names of links and joints with ``prefix``."""
+    """Return the URDF of a model of MODELS from the parts in ``folder``; ``prefix`` is that of links and joints."""
     robot = ElementTree.Element('robot', name='robotont')
     for part in MODELS[model]:
         robot.extend(ElementTree.parse(os.path.join(folder, f'{part}.urdf')).getroot())
@@ -25,7 +25,7 @@ def describe(model, prefix, folder):
 
 
 def main(arguments=None):
-    """Print the URDF that the command line asks for; its folder is the one above the script's."""
+    """Print the URDF for the arguments; its parts are in the folder above that of the script."""
     parser = argparse.ArgumentParser(description='Print the URDF of a Robotont.')
     parser.add_argument('model', choices=sorted(MODELS))
     parser.add_argument('--prefix', default='', help='prefix of the names of links and joints, e.g. robot1/')

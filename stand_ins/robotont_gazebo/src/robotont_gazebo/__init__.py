@@ -1,1 +1,1 @@
-"""Robotont's simulator: its worlds, its camera, its lidar and its node."""
+"""The simulator of a Robotont: worlds, camera, laser scanner and nodes."""

@@ -1,8 +1,9 @@
 """The node robotont_camera: images of the camera of a simulated Robotont.
 
-It follows the simulator's ``ground_truth`` and ``world`` and renders only topics with subscribers. Threading
-contract: everything is made in the thread of the subscription to ``ground_truth``, which has room for one message: a
-slow machine leaves pictures out instead of falling behind. Only the world comes in another thread, as one assignment.
+It subscribes to the simulator's ``ground_truth`` and ``world``, and renders only topics with subscribers.
+
+Threading contract: the thread of the subscription to ``ground_truth`` does everything. Its queue holds one message, so
+that a slow machine leaves out images instead of falling behind. Another thread stores the world, in one assignment.
 """
 
 import cv2
@@ -35,7 +36,7 @@ FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in 
 
 
 class CameraNode:
-    """Colour and depth pictures, points, and the camera_info that goes with them."""
+    """Publishes colour and depth images, points, and their camera_info."""
 
     def __init__(self):
         """Read the parameters and register everything."""
@@ -44,7 +45,7 @@ class CameraNode:
         self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
         self._received = 0
         self._renderer = None
-        self._plan = self._rendered_plan = None  # until the simulator has published its world
+        self._plan = self._rendered_plan = None  # None until the simulator has published its world
         self._info = camera_info(self._frame, camera.PinholeCamera(*self._size, self._fov))
         self._colour = Publisher('camera/color/image_raw', Image, queue_size=1)
         self._colour_info = Publisher('camera/color/camera_info', CameraInfo, queue_size=1)
@@ -126,7 +127,7 @@ def cloud(header, points, colour):
 def main():
     """Run robotont_camera."""
     require_alone(NAME, 'camera/color/image_raw')
-    cv2.setNumThreads(1)  # with more a picture takes more of the processor, and hardly less time
+    cv2.setNumThreads(1)  # with more threads, an image takes more processor time, and hardly less wall time
     nodes.init_node(NAME, PARAMETERS)
     reachability.watch()
     CameraNode()

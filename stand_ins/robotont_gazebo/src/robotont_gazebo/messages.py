@@ -1,4 +1,4 @@
-"""The state of a RobotWorld as ROS messages."""
+"""Convert the state of a RobotWorld to ROS messages."""
 import math
 
 from geometry_msgs.msg import TransformStamped
@@ -10,9 +10,9 @@ from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE
 from robotont_gazebo.core.frames import AXLE_HEIGHT
 from rospy_support.rotations import to_quaternion
 
-POSE_VARIANCE = 1e-5  # [m^2] of x and y where the odometry makes no errors, as Gazebo's plugin has it
+POSE_VARIANCE = 1e-5  # [m^2] of x and y if the odometry has no errors, as in Gazebo's plugin
 YAW_VARIANCE = 1e-3  # [rad^2]
-UNKNOWN = 1e12  # variance of what an odometry in the plane cannot tell: z, roll, pitch
+UNKNOWN = 1e12  # variance of what odometry in the plane does not measure: z, roll, pitch
 ODOMETRY_RATE, SCAN_RATE = 30.0, 40.0  # [Hz] of simulated time
 
 
@@ -30,7 +30,7 @@ def odometry(stamp, frame, child, pose, twist, variances=(0.0, 0.0)):
 
 
 def odometry_variances(distance, noise):
-    """Return the variances of place [m^2] and yaw [rad^2] after ``distance`` [m] with omni.Odometry's ``noise``."""
+    """Return the variances of position [m^2] and yaw [rad^2] after ``distance`` [m]; ``noise`` as for omni.Odometry."""
     grown = noise * noise * distance
     return POSE_VARIANCE + grown, YAW_VARIANCE + grown / WHEEL_DISTANCE ** 2
 
@@ -68,7 +68,7 @@ def joint_states(stamp, names, angles, speeds):
 
 
 def laser_scan(stamp, frame, scanner, ranges):
-    """Return a LaserScan of what a module like kinematic_core.worlds.rays, ``scanner``, describes."""
+    """Return the LaserScan of ``ranges``; ``scanner`` is the module kinematic_core.worlds.rays, with its constants."""
     increment = (scanner.LAST_ANGLE - scanner.FIRST_ANGLE) / (scanner.RAYS - 1)
     message = LaserScan(angle_min=scanner.FIRST_ANGLE, angle_max=scanner.LAST_ANGLE, angle_increment=increment,
                         scan_time=1.0 / SCAN_RATE, range_min=scanner.NEAREST, range_max=scanner.FARTHEST,

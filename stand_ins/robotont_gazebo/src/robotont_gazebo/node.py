@@ -1,8 +1,8 @@
 """The node robotont_gazebo: one Robotont in its world, stepped by a SimulatorClock.
 
 Threading contract: the main thread steps: it answers all services that were called since the last step, moves the robot
-and publishes; cmd_vel comes in rospy's threads and reaches the world through the lock of ``_shared``. The camera is a
-node of its own (camera_node.py): images would hold up the steps.
+and publishes. Messages on cmd_vel arrive in rospy's threads, which change the world under the lock of ``_shared``. The
+camera is a separate node (camera_node.py), because images would delay the steps.
 """
 import os
 
@@ -58,7 +58,7 @@ class RobotontNode:
     """robotont_gazebo's interface on a RobotWorld."""
 
     def __init__(self):
-        """Read the parameters and register everything; ``init_simulator`` has been called."""
+        """Read the parameters and register everything. Call ``init_simulator`` first."""
         self._clock = SimulatorClock(DT)
         self._refusals = WallThrottle(WARNING_PERIOD)
         self._stamp, self._told_of_watchdog = rospy.Time(), False
@@ -112,7 +112,7 @@ class RobotontNode:
                 self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
 
     def _look_at_time(self):
-        """Take the stamp of this step; where time jumps back, the robot stops: its commands were of another time."""
+        """Store the stamp of this step. If time has jumped back, stop the robot, because its command is outdated."""
         now = rospy.Time.now()
         if now < self._stamp:
             rospy.logwarn('Time jumped back by %.3f s, from %.3f: the robot stops and waits for a new command.',

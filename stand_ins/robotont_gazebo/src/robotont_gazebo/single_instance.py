@@ -1,4 +1,4 @@
-"""There is one robot a namespace: a second one is told before it disturbs the first."""
+"""Refuse to start a second robot in a namespace, before it disturbs the first one."""
 import sys
 import xmlrpc.client
 
@@ -7,7 +7,7 @@ import rosgraph.names
 
 from ros_doctor import registrations
 
-TIMEOUT = 2.0  # [s] for a node to say that it lives
+TIMEOUT = 2.0  # [s] in which a running node must answer
 
 
 def resolved(name):
@@ -22,16 +22,16 @@ def resolved(name):
 
 
 def require_alone(node, topic):
-    """End this process with a text where another robot has its name or publishes its topic; call it before rospy."""
+    """End this process with a text if another robot has its name or publishes its topic; call it before init_node."""
     other = other_robot(node, topic)
     if other:
         sys.exit(f'{node} does not start: {other}')
 
 
 def other_robot(node, topic):
-    """Return a text about a living node of the name ``node`` or one that publishes ``topic``, or None.
+    """Return a text about a running node that is called ``node`` or publishes ``topic``; None if there is none.
 
-    rospy is not initialised yet: a node of the same name would be shut down by that.
+    rospy must not be initialised yet, because that shuts down a node with the same name.
     """
     own = resolved(rosgraph.names.load_mappings(sys.argv).get('__name', node))
     published = resolved(topic)
@@ -44,12 +44,12 @@ def other_robot(node, topic):
                 return (f'{name} {what} already: two robots would use the same topics. Stop that node, or start this '
                         f'one in its own namespace, e.g. __ns:=robot2')
     except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
-        pass  # rospy says itself that there is no master
+        pass  # rospy itself reports that there is no master
     return None
 
 
 def _lives(master, node):
-    """Return whether a node answers by its name; what an end has left registered does not, whoever has its port now."""
+    """Return whether a node answers with its own name; one that has ended does not, even if its port is reused."""
     service = rosgraph.names.ns_join(node, registrations.SIGN)
     try:
         return registrations.offers(service, master.lookupService(service), TIMEOUT)

@@ -1,6 +1,6 @@
-"""``~camera_info`` and ``~set_camera_info``: the calibration in use, as camera_info_manager has it.
+"""``~camera_info`` and ``~set_camera_info``: manage the calibration in use, as camera_info_manager does.
 
-Threading contract: ``load`` and ``message`` belong to one thread; the service runs in rospy's. The lock orders them.
+Threading contract: one thread calls ``load`` and ``message``; the service runs in rospy's threads. A lock orders them.
 """
 import math
 import os
@@ -15,25 +15,26 @@ from rospy_support.throttle import WallThrottle
 from usb_cam.core import calibration
 from usb_cam.core.calibration import Calibration, CalibrationError
 
-IN_FOLDER = 'camera.yaml'  # the calibration of the pictures beside it
+IN_FOLDER = 'camera.yaml'  # calibration of the images in the same folder
 
 
 class CameraInfos:
-    """The calibration that ``url`` leads to, and what is published while there is none.
+    """Provides the calibration at ``url``, or a substitute while there is none.
 
-    name: the camera's; horizontal_fov [degrees]: makes an approximate calibration where there is none; 0: K of zeros.
+    ``name`` is that of the camera. Without a calibration, ``horizontal_fov`` [degrees] gives an approximate one; if it
+    is 0, K is all zeros.
     """
 
     def __init__(self, name, url, horizontal_fov):
         self._name, self._url, self._fov = name, url, horizontal_fov
         self._lock = threading.Lock()
         self._path, self._calibration, self._message = None, None, None
-        self._once = WallThrottle(math.inf)  # a source may be opened often
-        self._given = False  # by ~set_camera_info: stays, whatever is opened
+        self._once = WallThrottle(math.inf)  # for warnings, because a source may be opened often
+        self._given = False  # the calibration came by ~set_camera_info, and stays for all sources
         rospy.Service('~set_camera_info', SetCameraInfo, self._set)
 
     def load(self, folder):
-        """Read the calibration for a source whose files lie in ``folder`` (None: a webcam)."""
+        """Read the calibration for a source with files in ``folder`` (None: a webcam)."""
         with self._lock:
             if self._given:
                 return
@@ -51,7 +52,7 @@ class CameraInfos:
                 self._say(rospy.logerr, f'Camera calibration refused: {error}. {self._instead()}')
 
     def message(self, width, height):
-        """Return the CameraInfo of pictures of this size [px], the same object unless it has changed."""
+        """Return the CameraInfo of images with this size [px]; the same object, unless it has changed."""
         with self._lock:
             if self._message is None or (self._message.width, self._message.height) != (width, height):
                 self._message = to_message(self._fitting(width, height), width, height)
@@ -66,7 +67,7 @@ class CameraInfos:
         return calibration.locate(self._url, self._name, rospkg.get_ros_home(), _package_path)
 
     def _fitting(self, width, height):
-        """Return the Calibration to use for pictures of this size, or None."""
+        """Return the Calibration to use for images with this size, or None."""
         if self._calibration is not None and self._calibration.size != (width, height):
             self._say(rospy.logerr, f'The calibration {self._path} is for images of {self._calibration.image_width}x'
                                     f'{self._calibration.image_height} (image_width, image_height); these are '
@@ -108,7 +109,7 @@ class CameraInfos:
 
 
 def to_message(known, width, height):
-    """Return a Calibration as CameraInfo; None gives one with zeros and the size [px]."""
+    """Return the CameraInfo of a Calibration; for None, one with zeros and the size [px]."""
     if known is None:
         return CameraInfo(width=width, height=height)
     return CameraInfo(
@@ -118,7 +119,7 @@ def to_message(known, width, height):
 
 
 def from_message(info, name):
-    """Return a CameraInfo as Calibration of the camera ``name``; raise CalibrationError."""
+    """Return the Calibration of the camera ``name`` from a CameraInfo; raise CalibrationError."""
     roi = tuple((key, getattr(info.roi, key)) for key in calibration.ROI)
     return Calibration(info.width, info.height, name, tuple(info.K), info.distortion_model, tuple(info.D),
                        tuple(info.R), tuple(info.P), info.binning_x, info.binning_y, roi)

@@ -1,9 +1,9 @@
 """The node usb_cam_node: usb_cam's interface on a Capture.
 
-Threading contract: the Capture's thread makes and publishes all pictures; services run in rospy's threads. Plain
-rospy Publishers with a queue of one have a thread for each subscriber, so that a picture is written whole while the
-next one is taken, and a subscriber that stopped reading holds up nobody but itself. (LatestPublisher writes what
-does not fit into a socket's buffer with the next message: right for small messages, a picture late for large ones.)
+Threading contract: the Capture's thread makes and publishes all images; services run in rospy's threads. Plain rospy
+Publishers with a queue of one have a thread for each subscriber, so that an image is sent completely while the next one
+is captured, and a subscriber that stops reading delays only itself. (LatestPublisher sends what does not fit into a
+socket's buffer with the next message. That suits small messages, but large ones would be one image late.)
 """
 import os
 
@@ -32,7 +32,7 @@ PARAMETERS = Table(
     Text('~video_device', '/dev/video0'),
     Integer('~image_width', 640, 1, LARGEST_SIDE, 'px'), Integer('~image_height', 480, 1, LARGEST_SIDE, 'px'),
     Integer('~framerate', 30, 1, int(FASTEST), 'Hz'), Text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
-    Text('~io_method', 'mmap', ('mmap', 'read', 'userptr')),  # OpenCV chooses itself, as it does colours
+    Text('~io_method', 'mmap', ('mmap', 'read', 'userptr')),  # only checked: OpenCV chooses it, as it does colours
     Text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p')),
     Number('~rate', 0.0, 0.0, FASTEST, 'Hz'), Boolean('~loop', True),
     *(Integer(f'~{name}', -1, -1) for name in LEVELS),
@@ -46,10 +46,10 @@ PARAMETERS = Table(
 
 
 class UsbCamNode:
-    """usb_cam's node; also the Capture's sink."""
+    """The node of usb_cam; also the Sink of its Capture."""
 
     def __init__(self):
-        """Read the parameters and register everything; rospy is initialised."""
+        """Read the parameters and register everything; rospy must be initialised."""
         self._device, self._frame_id, self._name = PARAMETERS.read('~video_device', '~camera_frame_id', '~camera_name')
         self._settings = _settings()
         self._mono = self._settings.pixel_format in MONOCHROME
@@ -75,12 +75,12 @@ class UsbCamNode:
         self._capture.close()
 
     def wanted(self):
-        """Return whether anybody looks."""
+        """Return whether there is a subscriber."""
         return bool(self._image.get_num_connections() or self._compressed.get_num_connections()
                     or self._info.get_num_connections())
 
     def opened(self, source):
-        """Tell what is read from now on."""
+        """Log the new source, and load its calibration."""
         rospy.loginfo("Starting '%s' (%s) at %dx%d %s", self._name, self._device, *source.size,
                       f'via mmap ({self._settings.pixel_format}) at {self._settings.framerate:g} FPS' if source.live
                       else f'at {source.rate:g} Hz')
@@ -88,7 +88,7 @@ class UsbCamNode:
         self._infos.load(source.folder)
 
     def picture(self, source):
-        """Publish the picture that was grabbed, in all forms that somebody wants."""
+        """Publish the grabbed image on all topics with subscribers."""
         stamp = _stamp(source.age())
         if stamp is None:
             self._throttle.warn('time', 'use_sim_time is true, but there is no time on /clock yet: no pictures until '
@@ -113,17 +113,17 @@ class UsbCamNode:
         self._info.publish(info)
 
     def trouble(self, text):
-        """Say why there are no pictures: at once when it is something new, else from time to time."""
+        """Warn that there are no images: a new reason at once, the same one every REPEAT."""
         if self._throttle.due('trouble', text, changed=0.0):
             rospy.logerr('%s Retrying.', text)
 
     def ended(self):
-        """Say that the last picture was shown."""
+        """Log that the last image was shown."""
         rospy.loginfo('%s: that was the last image, and ~loop is false. Call %s to play it again.', self._device,
                       rospy.resolve_name('~start_capture'))
 
     def _warn(self, text):
-        self._throttle.warn(text, '%s', text)  # a source that cannot be used is opened again and again
+        self._throttle.warn(text, '%s', text)  # because a source that cannot be used is opened again and again
 
     def _start(self, _):
         self._capture.start()
@@ -137,7 +137,7 @@ class UsbCamNode:
 
 
 def _settings():
-    """Read what a source is asked for."""
+    """Return the Settings of a source from the parameters."""
     PARAMETERS.read('~io_method', '~color_format')  # only checked
     width, height, framerate, pixel_format, rate, loop = PARAMETERS.read(
         '~image_width', '~image_height', '~framerate', '~pixel_format', '~rate', '~loop')
@@ -146,7 +146,7 @@ def _settings():
 
 
 def _controls():
-    """Return the webcam's controls to set, [(name, OpenCV property, value)], in usb_cam's order; none for -1."""
+    """Return the webcam's controls to set, [(name, OpenCV property, value)], in usb_cam's order; -1 sets none."""
     values = [(name, PARAMETERS[f'~{name}'].read()) for name in LEVELS]
     controls = [(name, getattr(cv2, f'CAP_PROP_{name.upper()}'), value) for name, value in values if value >= 0]
     auto_white_balance, white_balance = PARAMETERS.read('~auto_white_balance', '~white_balance')
@@ -181,7 +181,7 @@ def silence_opencv():
 
 def main():
     """Run usb_cam_node."""
-    os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: what is wrong is said here, once
+    os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet, because this node reports problems itself
     os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] a webcam may hang; below STOP_TIMEOUT
     silence_opencv()
     nodes.init_node('usb_cam', PARAMETERS)

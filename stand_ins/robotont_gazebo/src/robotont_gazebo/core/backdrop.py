@@ -1,4 +1,4 @@
-"""Sky and floor: the background of everything that stands in a world."""
+"""Draw sky and floor, the background of a world."""
 import math
 from typing import Sequence, Tuple
 
@@ -12,8 +12,8 @@ from robotont_gazebo.core.camera import CameraPose, PinholeCamera
 PERIOD = 2 * textures.TILE  # [m] after which the floor repeats
 SHARPNESS = 1.1  # pixels of the floor's image per pixel of the camera, in the geometric mean of its two directions
 LEVELS = 5  # images of the floor, each half as fine as the previous one; beyond the last one it is plain
-ZENITH_TONE, HORIZON_WHITE = 0.82, 0.55  # the sky's brightness far up, and its share of white at the horizon
-SKY_HEIGHT = 0.6  # [tangent of the elevation] where the sky has its darkest tone
+ZENITH_TONE, HORIZON_WHITE = 0.82, 0.55  # brightness of the sky at the top, and share of white at the horizon
+SKY_HEIGHT = 0.6  # [tangent of the elevation] from which on the sky has its darkest tone
 
 
 class Background:

@@ -1,7 +1,7 @@
-"""The Robotont's camera: its numbers, in one place, and the points that a depth image stands for.
+"""The Robotont's camera: its parameters, projections, and the points of a depth image.
 
 Optical frame: x right, y down, z forward; metres. Pixel (0, 0) is the centre of the top left one. The principal point
-is (width / 2, height / 2), where Gazebo's camera_info has it; the images are rendered with exactly these numbers.
+is (width / 2, height / 2), as in Gazebo's camera_info; the images are rendered with exactly these values.
 """
 import math
 from typing import List, NamedTuple, Sequence, Tuple

@@ -1,4 +1,4 @@
-"""Draws the faces of solids: bricks and markers in perspective, plain colours, cylinders shaded around."""
+"""Draw the faces of solids: bricks and markers in perspective, plain colours, shaded cylinders."""
 import math
 from typing import Dict, Iterator, Tuple, Union
 
@@ -23,8 +23,8 @@ from robotont_gazebo.core.visibility import (
 
 LIGHT = (0.16, 0.10)  # additional brightness of faces towards +x and +y
 UPRIGHT, TOP_SHADE, UNDER_SHADE = 0.81, 1.0, 0.55  # brightness of upright faces on average, upper and lower ends
-COARSEST = 12  # the most times that a pattern's image is halved
-SHARPER = 0.4  # halvings by which a wall's image is finer than the camera's
+COARSEST = 12  # a pattern's image is halved at most this many times
+SHARPER = 0.4  # halvings by which a wall's image has a higher resolution than the camera's
 
 Row = Tuple[float, float, float]
 Wall = Tuple[Colour, float, int, bool]  # the arguments of textures.wall, which makes the image when it is first seen
@@ -36,7 +36,7 @@ def shade(normal_x: textures.FloatOrArray, normal_y: textures.FloatOrArray) -> t
 
 
 class FacePainter:
-    """Draws what one Layer shows of Solids; ``patterns``: False for plain colours."""
+    """Draws one Layer of Solids; ``patterns``: False for plain colours."""
 
     def __init__(self, solids: Solids, camera: PinholeCamera, patterns: bool) -> None:
         self._solids, self._camera = solids, camera
@@ -150,13 +150,13 @@ class FacePainter:
 
 
 def _colour(colour: Colour) -> Colour:
-    """Return the colour as a tuple, which can be a key, also where a file made a list of it."""
+    """Return the colour, a tuple or a list from a file, as a tuple, which can be a key."""
     red, green, blue = colour
     return red, green, blue
 
 
 def _runs(keys: np.ndarray) -> Iterator[Tuple[int, int]]:
-    """Yield (left, right) of the stretches of equal keys (width,)."""
+    """Yield (left, right) of each run of equal keys (width,)."""
     borders = np.flatnonzero(keys[1:] != keys[:-1]) + 1
     yield from zip([0, *borders.tolist()], [*borders.tolist(), len(keys)])
 

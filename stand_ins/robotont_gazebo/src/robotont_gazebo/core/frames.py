@@ -1,4 +1,4 @@
-"""The Robotont's frames as the simulator needs them, and where its sensors are; robotont_description has the rest."""
+"""The frames of the Robotont that the simulator needs, and the positions of its sensors; see robotont_description."""
 import math
 from typing import NamedTuple, Tuple
 

@@ -1,4 +1,4 @@
-"""Blends what was drawn of one layer onto the image, with smooth upper and lower edges."""
+"""Blend the drawing of one layer onto the image, with smooth upper and lower edges."""
 from typing import Tuple
 
 import cv2
@@ -34,7 +34,7 @@ class LayerMask:
                                      self._wide_lower[present].max(initial=1.0))))
 
     def rows_of(self, left: int, right: int) -> Tuple[int, int]:
-        """Return the first and the end row of what is covered at all in the columns ``left`` to ``right``."""
+        """Return the first and the end row of the covered area in the columns ``left`` to ``right``."""
         return (max(0, int(self.first[left:right].min()) - self.reach),
                 min(self._height, int(self.end[left:right].max()) + self.reach))
 

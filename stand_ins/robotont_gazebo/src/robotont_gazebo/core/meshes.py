@@ -1,4 +1,4 @@
-"""Reads mesh files (STL, COLLADA) that are boxes, as walls of Gazebo worlds often are. No ROS."""
+"""Read mesh files (STL, COLLADA) that are boxes, as walls of Gazebo worlds often are. No ROS."""
 import os
 import re
 from typing import Tuple

@@ -1,6 +1,6 @@
-"""Draws a map of a floor plan from above, with paths, robots and markers: for demos, reports and graders. No ROS.
+"""Draw a map of a floor plan from above, with paths, robots and markers, for demos, reports and graders. No ROS.
 
-The world's x points to the right and its y up; metres and radians in, a uint8 RGB image out.
+The world's x points to the right and its y up. Positions are in metres, headings in radians; images are uint8 RGB.
 """
 import math
 from itertools import cycle
@@ -22,7 +22,7 @@ SHIFT = 4  # fractional bits of OpenCV's drawing coordinates
 PAPER, GRID, INK, FAINT = (252, 252, 250), (228, 230, 232), (40, 44, 52), (130, 134, 140)
 LOW = 0.1  # [m] solids lower than this are drawn pale
 MARKER_INK = (176, 32, 40)
-PATH_COLOURS = ((22, 96, 196), (222, 120, 20), (34, 140, 84), (140, 60, 170))  # in turn, for paths without a colour
+PATH_COLOURS = ((22, 96, 196), (222, 120, 20), (34, 140, 84), (140, 60, 170))  # for paths without a colour, in turn
 ROBOT_COLOUR = (34, 110, 210)
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
@@ -30,7 +30,7 @@ XY = Sequence[float]  # x, y [m]
 
 
 class Path(NamedTuple):
-    """A path to draw through points [(x, y)] [m], with gaps where they are not finite; colour None: one in turn."""
+    """A path through points [(x, y)] [m], with gaps where they are not finite; colour None: one of PATH_COLOURS."""
 
     points: Sequence[XY]
     colour: Optional[Colour] = None
@@ -195,14 +195,14 @@ def draw_map(plan: FloorPlan, paths: Sequence[Path] = (), robots: Sequence[Pose2
 
 
 def _write(image: np.ndarray, text: str, start: Tuple[int, int], size: float, colour: Colour) -> int:
-    """Write a text with a pale rim, its lower left corner at ``start`` (column, row); return its width [px]."""
+    """Write a text with a pale outline, its lower left corner at ``start`` (column, row); return its width [px]."""
     for ink, width in ((PAPER, 4), (colour, 1)):
         cv2.putText(image, text, start, FONT, size, ink, width, cv2.LINE_AA)
     return cv2.getTextSize(text, FONT, size, 1)[0][0]
 
 
 def _bounds(plan: FloorPlan, also: Iterable[XY]) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest (x, y) [m] of what the map shows, (2,) each."""
+    """Return the lowest and the highest (x, y) [m] on the map, (2,) each."""
     points = [corner for box in plan.boxes for corner in corners(box)]
     points += [(c.x + side * c.radius, c.y + side * c.radius) for c in plan.cylinders for side in (-1, 1)]
     points += [(panel.x, panel.y) for panel in plan.panels]

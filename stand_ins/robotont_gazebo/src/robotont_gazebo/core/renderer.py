@@ -1,8 +1,8 @@
 """Renders colour and depth images of a floor plan as the Robotont's camera sees it.
 
-The image is composed of the layers that sight.visible_from finds, the farthest first: each face is drawn by the one
-perspective map of its plane, from an image of its pattern in a size that fits the distance, and blended at its upper
-and lower edges by how much of a pixel it covers. Upright edges fall between two columns.
+The image is composed of the layers that visibility.visible_from finds, the farthest first. Each face is drawn by the
+perspective map of its plane, from an image of its pattern in a size that suits the distance. Its upper and lower edges
+are blended by how much of a pixel they cover; upright edges fall between two columns.
 """
 from typing import Optional, Sequence
 

@@ -1,9 +1,9 @@
-"""Reads from a Gazebo world (SDF 1.4 to 1.7) what a floor plan can hold. No ROS.
+"""Read a Gazebo world (SDF 1.4 to 1.7) as a floor plan. No ROS.
 
-It reads the upright boxes and cylinders of links, static or not (nothing moves here), with nested poses, of which those
-in <state> take precedence over those of the models, colours of materials, the sky's colour, horizontal planes at floor
-level, meshes that are boxes, and the AR panels of robotont_gazebo's models (meshes called Marker<id>.dae). Everything
-else that would be an obstacle or visible is left out, and a warning names it.
+It reads upright boxes and cylinders of links, static or not (nothing moves here), with nested poses (those in <state>
+take precedence over those of the models), colours of materials, the colour of the sky, horizontal planes at floor
+level, meshes that are boxes, and the AR panels of robotont_gazebo's models (meshes called Marker<id>.dae). Other
+obstacles and visible things are left out, and a warning names each of them.
 """
 import math
 import os
@@ -21,7 +21,7 @@ from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder,
 from robotont_gazebo.core import meshes
 from robotont_gazebo.core.colours import COLOURS
 
-UPRIGHT = 0.02  # [rad] a shape that leans less counts as upright: saved worlds have settled
+UPRIGHT = 0.02  # [rad] a shape that is tilted less counts as upright, because saved worlds have settled
 FLOOR = 0.05  # [m] by which a shape may reach into the floor without a warning
 SILENT = {'sun', 'ground_plane'}  # included models that have no effect here
 MARKER = re.compile(r'Marker(\d+)\.dae$', re.IGNORECASE)
@@ -29,7 +29,7 @@ MARKER_MESH = (0.5, 0.35)  # [m] size of such a mesh's board and of its marker a
 
 
 def read(path: str) -> Tuple[FloorPlan, List[str]]:
-    """Return (FloorPlan, warnings) of a world file; raise InvalidInput, without its name, if it makes no sense."""
+    """Return (FloorPlan, warnings) of a world file; raise InvalidInput, without its name, if it is not valid."""
     try:
         root = documents.read_xml(path)
     except OSError as error:
@@ -54,7 +54,7 @@ class _Reader:
     """Collects the shapes of a <world>."""
 
     def __init__(self, world: Element, folder: str) -> None:
-        """``folder``: the file's folder, in which meshes are searched."""
+        """``folder`` is that of the file, in which meshes are searched."""
         self.warnings: List[str] = []
         self._folder = folder
         self._shapes: Dict[type, List[Any]] = {Box: [], Cylinder: [], Panel: []}
@@ -170,7 +170,7 @@ class _Reader:
         self._add_box((size * np.abs(scale)).tolist(), pose @ to_centre, name, colour)
 
     def _add(self, shape: Shape) -> None:
-        """Add a shape, with floats of Python where it has numpy's."""
+        """Add a shape, with numpy floats converted to those of Python."""
         kind: Any = type(shape)
         self._shapes[kind].append(kind(*(float(value) if isinstance(value, np.floating) else value
                                          for value in shape)))

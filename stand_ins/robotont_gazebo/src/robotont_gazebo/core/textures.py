@@ -1,7 +1,7 @@
-"""Textures of walls, panels and the floor: patterns of our own, computed, in all the sizes in which they are seen.
+"""Textures of walls, panels and the floor: our own patterns, computed in all sizes that are needed.
 
-Images are uint8 RGBA (the fourth channel only makes them faster to copy). In the image of a face, row 0 is at the top
-and column 0 at the left of a viewer in front of it.
+Images are uint8 RGBA (the fourth channel only makes them faster to copy). In the image of a face, row 0 is at the top,
+and column 0 is on the left of a viewer in front of it.
 """
 import functools
 import math
@@ -24,7 +24,7 @@ DARKEST_AT_FLOOR, SHADOW_HEIGHT = 0.80, 0.10  # a wall's brightness at the floor
 TONES = np.random.default_rng(4).uniform(0.90, 1.0, (64, 64))  # of bricks
 MORTAR_TONE = 0.74
 PANEL_PIXELS = 1024  # across a panel
-PANEL_STEPS = 2  # images of a panel per halving: markers have to be exact
+PANEL_STEPS = 2  # images of a panel per halving, because markers have to be accurate
 PAPER, INK = 250, 14  # grey levels of panels
 MARGIN_CELLS = 2  # of a marker's black border
 PAD = 4  # [px] by which an image is extended beyond its edges
@@ -42,9 +42,9 @@ class PaddedImage(NamedTuple):
 
 
 class Mipmap:
-    """A face's image in ever smaller sizes, along and up independently, each made when first needed.
+    """A face's image in smaller and smaller sizes, in both directions independently; each is made when first needed.
 
-    length, height [m] of what it shows. An image is half as large ``steps`` levels on.
+    ``length``, ``height`` [m] are those of the face. Each ``steps`` levels, the size is halved.
     """
 
     def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1) -> None:
@@ -53,7 +53,7 @@ class Mipmap:
         self._padded: Dict[Tuple[int, int], PaddedImage] = {}
 
     def at(self, along: int, up: int) -> PaddedImage:
-        """Return the image at these two levels; a side of one pixel is not made smaller."""
+        """Return the image at these two levels; a side of one pixel is not reduced further."""
         found = self._padded.get((along, up))
         if found is None:
             image = self._image(along, up)
@@ -83,7 +83,7 @@ def rgba(rgb: np.ndarray) -> np.ndarray:
 
 
 def coarser_for(length: float, height: float) -> int:
-    """Return how often the resolution of walls is halved until an image has room for length x height [m]."""
+    """Return how often the resolution of walls is halved until ``length`` x ``height`` [m] fit into an image."""
     return max(0, math.ceil(math.log2(max(length / WALL_LENGTH, height / WALL_HEIGHT))))
 
 

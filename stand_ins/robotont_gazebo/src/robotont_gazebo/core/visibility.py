@@ -1,9 +1,9 @@
-"""Finds what each column of a level camera's image shows: faces of upright solids, nearest first, without hidden ones.
+"""Find the visible faces of upright solids in each column of a level camera's image, nearest first.
 
-The camera has no roll or pitch, so every upright edge stays upright in the image: a column looks along one line of the
-floor plan, meets each solid there from one depth to another, and shows it between rows that follow from these two
-depths. Order and occlusion are therefore exact in each column, even for overlapping solids. Depths are along the
-optical axis, in metres; rows and columns are in px, with whole numbers at their centres.
+The camera has no roll or pitch, so every upright edge is upright in the image. A column corresponds to one line in the
+floor plan, which is inside each solid from one depth to another; the rows of the solid follow from these two depths.
+Order and occlusion are therefore exact in each column, even for overlapping solids. Depths are along the optical axis,
+in metres; rows and columns are in px, with whole numbers at their centres.
 """
 import math
 from typing import Any, Iterator, List, NamedTuple, Tuple
@@ -18,14 +18,15 @@ Numbers = Any  # a float, or an array (N, 1)
 FRONT, TOP, UNDER = range(3)  # kinds of pieces: an upright face, the upper and the lower end of a solid
 LEFT_OF_X, RIGHT_OF_X, LEFT_OF_Y, RIGHT_OF_Y, ROUND = range(5)  # faces: the box's own -x, +x, -y, +y sides; a cylinder
 TIE = 1e-7  # [m] by which a higher solid counts as nearer than a lower one whose face is in the same plane
-SEAM = 1.0  # [px] by which an end overlaps the upright face below or above it, so that nothing shines through
+SEAM = 1.0  # [px] by which an end overlaps the upright face below or above it, so that there is no gap
 
 
 class Layer(NamedTuple):
-    """What one layer shows in each column, arrays (width,); where it shows nothing, solid is -1.
+    """The content of one layer in each column, arrays (width,); ``solid`` is -1 where it is empty.
 
-    solid: index; kind: FRONT, TOP, UNDER; face: LEFT_OF_X ... ROUND; upper, lower: the rows between which it is seen,
-    not yet cut off by nearer layers; depth: of the upright face; incidence: of the ray on the face, |cosine| / z.
+    ``solid``: index; ``kind``: FRONT, TOP, UNDER; ``face``: LEFT_OF_X ... ROUND; ``upper``, ``lower``: the rows between
+    which it is visible, apart from nearer layers; ``depth``: that of the upright face; ``incidence``: that of the ray
+    on the face, |cosine| / z.
     """
 
     solid: np.ndarray
@@ -38,9 +39,9 @@ class Layer(NamedTuple):
 
 
 class VisibleLayers(NamedTuple):
-    """Everything that is visible: the Layers, the nearest first, and where the floor can be seen.
+    """All that is visible: the Layers, nearest first, and the floor.
 
-    floor_from (width,): the row [px] above which a column shows no floor.
+    ``floor_from`` (width,): the row [px] above which a column shows no floor.
     """
 
     layers: List[Layer]
@@ -107,7 +108,7 @@ def _in_frames_of(solids: Solids, index: np.ndarray, pose: CameraPose) -> Camera
 
 
 def _in_view(solids: Solids, camera: PinholeCamera, pose: CameraPose) -> np.ndarray:
-    """Return the indices of the solids that may be in the image, judged by the circles around them."""
+    """Return the indices of the solids that may be in the image, according to the circles around them."""
     dx, dy = solids.x - pose.x, solids.y - pose.y
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     ahead, right = cos * dx + sin * dy, sin * dx - cos * dy
@@ -168,16 +169,16 @@ def _cross(solids: Solids, camera: PinholeCamera, pose: CameraPose) -> Tuple[np.
 
 
 def visible_from(solids: Solids, camera: PinholeCamera, pose: CameraPose) -> VisibleLayers:
-    """Return what a camera at ``pose`` sees of the solids."""
+    """Return the VisibleLayers of the solids for a camera at ``pose``."""
     index, crossings = _cross(solids, camera, pose)
     pieces = _pieces(solids, camera, pose, index, crossings)
     return _layers(camera, pieces)
 
 
 class _Pieces(NamedTuple):
-    """Candidates (P, width) for what is seen, in any order; closed (P, 1): nothing but the floor is seen below it.
+    """Candidates (P, width) for visible pieces, in any order; ``closed`` (P, 1): below it, only the floor is visible.
 
-    ``key`` [m] orders them from near to far; inf: not there.
+    ``key`` [m] orders them from near to far; inf: the piece does not exist.
     """
 
     solid: np.ndarray
@@ -230,9 +231,9 @@ def _pieces(solids: Solids, camera: PinholeCamera, pose: CameraPose, index: np.n
 
 def _stretches(k: int, others: np.ndarray, near: np.ndarray, leave: np.ndarray, hit: np.ndarray,
                key: np.ndarray) -> Iterator[Tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield (start, end, key), each (width,), of the stretches [m] of the upper or lower end of solid k.
+    """Yield (start, end, key), each (width,), of the intervals [m] of the upper or lower end of solid k.
 
-    Where one of ``others`` starts above (or below) the end, the part behind it is a stretch of its own, to be drawn
+    Where one of ``others`` starts above (or below) the end, the part behind it is a separate interval, which is drawn
     before that other solid.
     """
     start, start_key = near[k], key[k] + 0.5 * TIE

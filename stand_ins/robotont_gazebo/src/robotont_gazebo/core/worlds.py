@@ -40,8 +40,8 @@ class WorldError(InvalidInput):
 def load_world(world: str, folder: str) -> Tuple[FloorPlan, List[str]]:
     """Return (FloorPlan, warnings) of a world: a path, or the name of a YAML file in ``folder``.
 
-    If there is no such file, its name counts: ``worlds/minimaze.world``, as in launch files for Gazebo, then means the
-    world minimaze in ``folder``. WorldError if that does not exist either, or if the world makes no sense.
+    If there is no such file, its name is used: ``worlds/minimaze.world``, as in launch files for Gazebo, then means the
+    world minimaze in ``folder``. Raise WorldError if that does not exist either, or if the world is not valid.
     """
     path = find_world(world, folder)
     if path.endswith(SDF_SUFFIXES):
@@ -67,7 +67,7 @@ def find_world(world: str, folder: str) -> str:
 
 
 def read_yaml(path: str) -> FloorPlan:
-    """Return the FloorPlan of a YAML file; WorldError if it makes no sense."""
+    """Return the FloorPlan of a YAML file; raise WorldError if it is not valid."""
     try:
         return _parse_document(documents.read_yaml(path))
     except OSError as error:
@@ -77,7 +77,7 @@ def read_yaml(path: str) -> FloorPlan:
 
 
 def parse_yaml(text: Union[str, bytes]) -> FloorPlan:
-    """Return the FloorPlan that a YAML text describes; InvalidInput, without a file name, if it makes no sense."""
+    """Return the FloorPlan that a YAML text describes; raise InvalidInput, without a file name, if it is not valid."""
     try:
         return _parse_document(documents.parse_yaml(text))
     except DocumentError as error:
@@ -89,12 +89,12 @@ def _parse_document(world: Any) -> FloorPlan:
 
 
 def parse_json(text: str) -> FloorPlan:
-    """Return the FloorPlan of a text from ``to_json``; ``parse_yaml`` reads it too, but a hundred times as slowly."""
+    """Return the FloorPlan of a text from ``to_json``, a hundred times as fast as ``parse_yaml`` reads it."""
     return parse(json.loads(text))
 
 
 def parse(world: Any) -> FloorPlan:
-    """Return the FloorPlan that a mapping describes; InvalidInput if it makes no sense."""
+    """Return the FloorPlan that a mapping describes; raise InvalidInput if it is not valid."""
     _check_keys('the world', world, KEYS)
     fields: Dict[str, Any] = {key: _colour(key, world[key]) for key in COLOUR_KEYS if key in world}
     fields.update({key: _shapes(key, kind, world[key]) for key, kind in KINDS.items() if key in world})
@@ -148,7 +148,7 @@ def _check_keys(where: str, mapping: Any, known: Iterable[str]) -> None:
 
 
 def _colour(where: str, value: Any) -> Any:
-    """Return the colour that a value names; anything that is not a colour is left to FloorPlan.check."""
+    """Return the colour that a value names; other values are returned as they are, and FloorPlan.check refuses them."""
     if isinstance(value, str):
         if value not in COLOURS:
             raise InvalidInput(f'{where} is {shown(value)}; it must be [red, green, blue], 0 to 255 each, or one of: '

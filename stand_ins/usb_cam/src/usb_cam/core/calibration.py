@@ -1,4 +1,4 @@
-"""Camera calibrations: the YAML files of ROS's camera_calibration, where they are, and an approximation. No ROS."""
+"""Camera calibrations: YAML files of ROS's camera_calibration, their paths, and an approximation. No ROS."""
 import math
 import os
 import re
@@ -22,12 +22,12 @@ ROI = {'x_offset': 0, 'y_offset': 0, 'height': 0, 'width': 0, 'do_rectify': Fals
 
 
 class CalibrationError(ValueError):
-    """A calibration that cannot be used; the text names the file, the key and what is allowed."""
+    """A calibration cannot be used; the text names the file, the key and what is allowed."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """One camera's calibration; the fields are the keys of the file. CalibrationError when something cannot be.
+    """One camera's calibration; the fields are the keys of the file. CalibrationError if a value is impossible.
 
     image_width, image_height [px]; the matrices row by row, K [px] with fx and fy above 0; distortion_coefficients in
     the order of sensor_msgs/CameraInfo; binning and roi as there, 0: none.
@@ -93,7 +93,7 @@ def _parse_document(document: Any) -> Calibration:
     if not isinstance(document, dict):
         raise CalibrationError('not a calibration: it must have the keys image_width, camera_matrix and so on')
     values = {key: _matrix(document, key, *shape) for key, shape in MATRICES.items()}
-    model = document.get('distortion_model', 'plumb_bob')  # old files have none, as camera_calibration_parsers knows
+    model = document.get('distortion_model', 'plumb_bob')  # missing in old files; as in camera_calibration_parsers
     roi = document.get('roi', {})
     if not isinstance(roi, dict):
         raise CalibrationError(f'roi is {shown(roi)}; it must hold {", ".join(ROI)}')
@@ -178,7 +178,7 @@ def _matrix(document: Dict[str, Any], key: str, rows: Optional[int] = None, colu
 def _number(value: Any) -> float:
     if isinstance(value, bool):
         raise TypeError
-    return float(value)  # also of a text: PyYAML reads 1e-05, which other parsers write, as a text
+    return float(value)  # also for a str: other parsers write 1e-05, which PyYAML reads as a str
 
 
 def _roi_entry(key: str, value: Any, default: Union[int, bool]) -> Union[int, bool]:

@@ -1,4 +1,4 @@
-"""Keeps images coming from a source, whatever happens to it. Without ROS.
+"""Read images from a source, and open it again when it fails. Without ROS.
 
 Threading contract: ``start``, ``stop``, ``wake`` and ``close`` may be called from any thread. A thread of the Capture
 opens, reads and closes sources and calls the sink; ``wanted``, which must not block, is called by other threads too.
@@ -9,33 +9,33 @@ from typing import Callable, Optional, Protocol
 from usb_cam.core.pace import FrameSchedule
 from usb_cam.core.sources import EndOfSource, Source, SourceError
 
-RETRY = 1.0  # [s] between two attempts to open what cannot be read
-STOP_TIMEOUT = 5.0  # [s] that stopping may take: OpenCV waits for a webcam that hangs
+RETRY = 1.0  # [s] between two attempts to open a source
+STOP_TIMEOUT = 5.0  # [s] that stopping may take, because OpenCV waits for a webcam that hangs
 
 
 class Sink(Protocol):
-    """Where a Capture's images go."""
+    """Receives the images of a Capture."""
 
     def wanted(self) -> bool:
-        """Return whether anybody subscribes."""
+        """Return whether there is a subscriber."""
 
     def opened(self, source: Source) -> None:
-        """Learn which source is read from now on."""
+        """A new source was opened."""
 
     def picture(self, source: Source) -> None:
         """Retrieve the image that the source has grabbed; called only while wanted."""
 
     def trouble(self, text: str) -> None:
-        """Learn why there are no images; another attempt follows."""
+        """There are no images, because of ``text``; another attempt follows."""
 
     def ended(self) -> None:
-        """Learn that the last image was shown; the Capture's start() plays the source again."""
+        """The last image was shown; the Capture's start() plays the source again."""
 
 
 class Capture:
     """A thread between ``open_source()``, which returns a Source or raises SourceError, and a sink.
 
-    A webcam is read even while nobody subscribes, so that its images are fresh; files pause, so that nobody misses
+    A webcam is read even without a subscriber, so that its images are fresh; files pause, so that no subscriber misses
     their start.
     """
 

@@ -1,4 +1,4 @@
-"""Schedules the images of a file on a fixed time grid, so that delays do not add up."""
+"""Schedule the images of a file on a fixed time grid, so that delays do not add up."""
 import time
 from typing import Callable
 

@@ -15,18 +15,18 @@ FOURCC = {'yuyv': 'YUYV', 'uyvy': 'UYVY', 'mjpeg': 'MJPG', 'yuvmono10': 'Y10 ', 
           'grey': 'GREY', 'yu12': 'YU12', 'h264': 'H264'}  # usb_cam's pixel_format: V4L2's code
 PIXEL_FORMATS = tuple(FOURCC)
 IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.pnm', '.ppm', '.tif', '.tiff', '.webp')
-# as stored: turning an image as its EXIF data say would no longer match its calibration
+# as stored: an image that is rotated according to its EXIF data does not match its calibration
 DECODE = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 OLDEST = 1.0  # [s] a V4L2 time stamp older than this belongs to another clock
-BROKEN = 30  # broken images in a row before a webcam is given up; the first ones often are broken
-SLOWEST, FASTEST = 0.01, 1000.0  # [Hz] rates of a video that are believed
+BROKEN = 30  # consecutive broken images before a webcam is given up; the first ones are often broken
+SLOWEST, FASTEST = 0.01, 1000.0  # [Hz] range in which the rate in a video file is trusted
 
 Warn = Callable[[str], None]
 OpenCapture = Callable[[str, int], cv2.VideoCapture]
 
 
 class SourceError(Exception):
-    """There are no images; the text says from what, why, and what to do."""
+    """A source gives no images; the text names it, and says why and what to do."""
 
 
 class EndOfSource(Exception):
@@ -35,7 +35,7 @@ class EndOfSource(Exception):
 
 @dataclass
 class Settings:
-    """What is requested of a source; webcams ignore ``rate`` and ``loop``, files use only these and ``framerate``.
+    """The settings of a source; webcams ignore ``rate`` and ``loop``, files use only these and ``framerate``.
 
     width, height [px]; framerate [Hz]; pixel_format of PIXEL_FORMATS; controls [(name, OpenCV property, value)];
     rate [Hz], 0: a video's own, or framerate for images; loop: start again at the end.
@@ -51,7 +51,7 @@ class Settings:
 
 
 class Source:
-    """A source of images, open from construction, when it has read a first image, to ``close``.
+    """A source of images. The constructor opens it and reads a first image; ``close`` ends it.
 
     size    (width, height) [px] of all its images
     live    whether it sets the pace itself
@@ -168,7 +168,7 @@ class Webcam(Source):
             warn(f'{self._path} rejects {", ".join(refused)}; v4l2-ctl --list-ctrls shows what it accepts.')
 
     def _compare(self, settings: Settings, warn: Warn) -> None:
-        """Warn of everything in which the webcam differs from what was requested."""
+        """Warn of every setting in which the webcam differs from the request."""
         size, rate = (settings.width, settings.height), self._capture.get(cv2.CAP_PROP_FPS)
         code = int(self._capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, 'little', signed=True).decode('ascii', 'replace')
         got = [('{}x{} pixels'.format(*size), '{}x{}'.format(*self.size), self.size == size),
@@ -239,8 +239,8 @@ class Video(_File):
 class Images(_File):
     """The images of a folder in natural order, listed again for each round; or one image again and again.
 
-    The first readable one determines the size; a warning names each other one that is unreadable or of another size
-    once, and it is left out.
+    The first readable one determines the size. Images that are unreadable or have another size are left out, each with
+    one warning.
     """
 
     def __init__(self, path: str, settings: Settings, warn: Warn) -> None:
@@ -270,7 +270,7 @@ class Images(_File):
         """Do nothing: no file is kept open."""
 
     def _list(self) -> None:
-        """Start a round."""
+        """List the images for a new round."""
         try:
             names = os.listdir(self._path) if os.path.isdir(self._path) else ['']
         except OSError as error:
