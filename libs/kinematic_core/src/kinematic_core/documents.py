@@ -1,6 +1,6 @@
-"""Reads untrusted YAML and XML files: every malformed one raises one kind of error, and none costs much.
+"""Read untrusted YAML and XML files: every malformed file raises the same kind of error, and none takes long.
 
-Size, depth and what aliases or entities multiply are limited; a file's tags never create Python objects.
+Size, depth and the entries that aliases or entities multiply are limited; tags in a file never create Python objects.
 """
 import os
 from typing import Any, Dict, Optional, Union
@@ -9,7 +9,7 @@ from xml.parsers import expat
 
 import yaml
 
-LARGEST_YAML = 1_000_000  # [bytes], for which PyYAML takes about ten seconds
+LARGEST_YAML = 1_000_000  # [bytes]; PyYAML takes about ten seconds for them
 LARGEST_XML = 100_000_000  # [bytes]
 DEEPEST = 100  # nested elements or lists
 MOST_ENTRIES = 100_000  # of a YAML file, with its aliases written out
@@ -22,12 +22,12 @@ class DocumentError(ValueError):
 
 
 def read_yaml(path: Path) -> Any:
-    """Return what a YAML file holds: dicts, lists, texts, numbers. Raise DocumentError, or OSError."""
+    """Return the content of a YAML file: dicts, lists, texts, numbers. Raise DocumentError or OSError."""
     return parse_yaml(_read(path, LARGEST_YAML))
 
 
 def parse_yaml(text: Union[str, bytes]) -> Any:
-    """Return what a YAML text (or UTF-8) holds. Raise DocumentError."""
+    """Return the content of a YAML text (str or UTF-8); raise DocumentError."""
     loader = None
     try:
         loader = _Loader(text.decode('utf-8') if isinstance(text, bytes) else text)
@@ -41,17 +41,17 @@ def parse_yaml(text: Union[str, bytes]) -> Any:
     except yaml.YAMLError as error:
         raise DocumentError('not YAML: ' + ' '.join(str(error).split())) from None
     except (ValueError, TypeError, AttributeError, KeyError, IndexError, OverflowError, RecursionError) as error:
-        # PyYAML's own words, of values that are tagged as something that they cannot be
+        # PyYAML's own errors, for values whose tag does not fit
         raise DocumentError(f'not YAML: {error!r:.200}') from None
 
 
 def read_xml(path: Path) -> ElementTree.Element:
-    """Return the root Element of an XML file. Raise DocumentError, or OSError."""
+    """Return the root Element of an XML file; raise DocumentError or OSError."""
     return parse_xml(_read(path, LARGEST_XML))
 
 
 def parse_xml(content: Union[str, bytes]) -> ElementTree.Element:
-    """Return the root Element of an XML document, text or bytes. Raise DocumentError."""
+    """Return the root Element of an XML document (str or bytes); raise DocumentError."""
     parser, builder, depth = expat.ParserCreate(), ElementTree.TreeBuilder(), [0]
     parser.buffer_text = True
 
@@ -89,7 +89,7 @@ def _read(path: Path, largest: int) -> bytes:
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML comes without types
-    """Knows how deep it is."""
+    """A SafeLoader that limits the depth of nested lists and mappings."""
 
     def __init__(self, stream: str) -> None:
         super().__init__(stream)
@@ -107,7 +107,7 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML comes without ty
 
 
 def _entries(node: Any, known: Dict[int, Optional[int]]) -> int:
-    """Return the number of entries of a node with its aliases written out; YAMLError when there are too many."""
+    """Return the number of entries of a node with its aliases written out; raise YAMLError if there are too many."""
     number = known.get(id(node))
     if number is None and id(node) in known:
         raise yaml.MarkedYAMLError(problem='it contains itself', problem_mark=node.start_mark)

@@ -1,11 +1,11 @@
-"""Tells encoded images that were cut off from complete ones, by their first and last bytes."""
+"""Detect encoded images that are cut off, by their first and last bytes."""
 
 TRAILER = 1024  # [bytes] that a camera may add after the end mark
 END_MARKS = {b'\xff\xd8': b'\xff\xd9', b'\x89PNG': b'IEND'}  # first bytes of JPEG and PNG: end mark
 
 
 def is_truncated(data: bytes) -> bool:
-    """Return whether a JPEG or PNG lacks its end mark; OpenCV would fill such an image up with grey.
+    """Return whether a JPEG or PNG has no end mark; OpenCV would fill the rest of such an image with grey.
 
     Other formats are never truncated.
     """

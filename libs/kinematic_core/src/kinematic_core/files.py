@@ -1,7 +1,7 @@
-"""Writes files completely or not at all, whatever happens to the disk or to the writing process.
+"""Write files completely or not at all, whatever happens to the disk or to the writing process.
 
-A new file is written next to the wanted one, under an unpredictable name, and renamed when it is complete. So nobody
-reads half a file, and an existing one stays until then.
+A new file is written next to the final one, with an unpredictable name, and renamed when it is complete. So no program
+reads half a file, and an existing file stays until then.
 """
 import contextlib
 import errno
@@ -10,8 +10,8 @@ import secrets
 import stat
 from typing import Iterator, Union
 
-MOST_NUMBERED = 100_000  # files of one name in a folder
-STEM = 50  # characters of the file's name in that of the new one: Linux allows 255 bytes, up to 4 per character
+MOST_NUMBERED = 100_000  # numbered files with one name in a folder
+STEM = 50  # characters of the file name in the temporary one: Linux allows 255 bytes, up to 4 per character
 
 Content = Union[bytes, str]
 
@@ -28,7 +28,7 @@ def write_whole(path: str, content: Content) -> None:
         return
     with _new_file(path, content) as new:
         with contextlib.suppress(OSError):
-            os.chmod(new, stat.S_IMODE(os.stat(path).st_mode))  # as that of the previous one
+            os.chmod(new, stat.S_IMODE(os.stat(path).st_mode))  # the same mode as the previous file
         os.replace(new, path)
 
 
@@ -54,7 +54,7 @@ def create_numbered(folder: str, stem: str, extension: str, content: Content) ->
 
 
 def name_new(old: str, new: str) -> None:
-    """Rename a file; raise FileExistsError if the new name is taken."""
+    """Rename a file; raise FileExistsError if the new name exists."""
     try:
         os.link(old, new)
     except FileExistsError:

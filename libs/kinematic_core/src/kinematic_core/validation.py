@@ -1,8 +1,8 @@
-"""Refuses values that no robot can be given; every value from outside passes here before it reaches a world."""
+"""Refuse values that make no sense for a robot; every value from outside is checked here before it reaches a world."""
 import math
 import reprlib
 
-LARGEST_MARKER_ID = 2 ** 32 - 1  # of ALVAR; AlvarMarker.id, a uint32, holds no larger number either
+LARGEST_MARKER_ID = 2 ** 32 - 1  # of ALVAR, and of AlvarMarker.id, a uint32
 ABSURD = 1e6  # [m, m/s, rad or rad/s] far beyond any course, and small enough that float32 and angles stay meaningful
 
 
@@ -13,11 +13,11 @@ _SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 16  # [entries]
 
 
 class InvalidInput(ValueError):
-    """A value was refused and nothing was changed; the text names the value and what is allowed."""
+    """A value was refused, and nothing has changed; the text names the value and what is allowed."""
 
 
 def shown(value: object) -> str:
-    """Return a value as repr does, but of large ones only beginning and end; for the texts of errors."""
+    """Return the repr of a value, shortened in the middle if it is long; for the texts of errors."""
     text = _SHORT.repr(value)
     return text if len(text) <= LONGEST_SHOWN else f'{text[:LONGEST_SHOWN - 40]} ... {text[-30:]}'
 

@@ -1,4 +1,4 @@
-"""The tasks as gymnasium environments, single and vectorised; ``Episodes`` says what is observed and rewarded."""
+"""The tasks as gymnasium environments, single and vectorised; ``Episodes`` defines observations and rewards."""
 import math
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
@@ -18,7 +18,7 @@ LARGEST_SEED = 2 ** 31 - 1  # of an episode whose seed was drawn; the simulators
 
 
 class TaskEnv(gymnasium.Env[np.ndarray, np.ndarray]):
-    """One episode after the other of a task of TASKS.
+    """The environment of a task of TASKS.
 
     ``reset(seed=N)`` starts where a simulator with ``~seed`` N does; ``info['seed']`` is the seed of the episode,
     ``info['is_success']`` whether the goal is reached.
@@ -39,12 +39,12 @@ class TaskEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     @property
     def plan(self) -> FloorPlan:
-        """Return what stands in the vehicle's world."""
+        """Return the FloorPlan of the vehicle's world."""
         return self._episodes.plans[0]
 
     def reset(self, *, seed: Optional[int] = None,
               options: Optional[Dict[str, Any]] = None) -> Tuple[np.ndarray, Dict[str, Any]]:
-        """Begin an episode: that of ``seed``, or a random one. There are no options."""
+        """Start an episode: that of ``seed``, or a random one. There are no options."""
         super().reset(seed=seed)
         self._episodes.start(0, episode_seed(self.np_random) if seed is None else seed)
         return self._episodes.observations()[0], self._info()
@@ -62,7 +62,7 @@ class TaskEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 class TaskVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """``num_envs`` episodes of a task of TASKS side by side in one process.
 
-    They are those of as many TaskEnv in a SyncVectorEnv; one that has ended begins anew in the next step, which
+    They equal those of as many TaskEnv in a SyncVectorEnv. An episode that has ended restarts in the next step, which
     ignores its action.
     """
 
@@ -80,7 +80,7 @@ class TaskVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def reset(self, *, seed: Union[int, Sequence[Optional[int]], None] = None,
               options: Optional[Dict[str, Any]] = None) -> Tuple[np.ndarray, Dict[str, Any]]:
-        """Begin all episodes: with the seeds ``seed``, ``seed`` + 1, ..., or those given; None is a random one."""
+        """Start all episodes: with the seeds ``seed``, ``seed`` + 1, ..., or those in a list; None: a random seed."""
         seeds: List[Optional[int]] = [None] * self.num_envs
         if isinstance(seed, int):
             seeds = [seed + index for index in range(self.num_envs)]

@@ -1,4 +1,4 @@
-"""Episodes of one task side by side: worlds stepped one after the other, all else computed for all of them at once.
+"""Episodes of one task side by side: the worlds are stepped one by one, all else is computed for all at once.
 
 Rows of all arrays are episodes. An observation has, in this order,
 
@@ -8,8 +8,8 @@ the pose       x, y [m], heading [rad, -pi to pi] in the world's frame
 the ranges     [m] from the middle of the vehicle to the nearest wall, if the task has rays; FARTHEST: none
 =============  ==========================================================================================
 
-The reward of a step is what it brought the vehicle nearer to the goal [m], REWARD more when the goal is reached, and
-REWARD less when a wall is touched. Both end the episode; the time limit truncates it.
+The reward of a step is the distance [m] by which it brought the vehicle nearer to the goal, plus REWARD if the goal is
+reached, minus REWARD if a wall is touched. Both end the episode; the time limit truncates it.
 """
 from typing import List, Tuple
 
@@ -27,7 +27,7 @@ class Episodes:
     """``number`` episodes of ``task``; public: ``poses`` (N, 3), ``seeds`` (N,), ``reached`` (N,), ``plans``."""
 
     def __init__(self, task: Task, number: int) -> None:
-        """Begin all with the seed 0; ``start`` begins another one."""
+        """Start all with the seed 0; ``start`` starts another episode."""
         self.task = task
         self.poses = np.zeros((number, 3))
         self.seeds = np.zeros(number, np.int64)
@@ -47,7 +47,7 @@ class Episodes:
             self.start(index, 0)
 
     def start(self, index: int, seed: int) -> None:
-        """Begin a new episode in row ``index``."""
+        """Start a new episode in row ``index``."""
         episode = self.task.begin(seed)
         self._drives[index], self.plans[index] = episode.drive, episode.plan
         self.poses[index], self._goals[index], self._boxes[index] = episode.start, episode.goal, _boxes(episode)
@@ -85,7 +85,7 @@ class Episodes:
 
 
 def box_ranges(boxes: np.ndarray, poses: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Return how far (N, rays) [m] rays from poses (N, 3) reach until a box of the same row ends them; inf: none does.
+    """Return the distance (N, rays) [m] from poses (N, 3) to the first box of the same row along each ray; inf: none.
 
     ``boxes`` (N, boxes, 5): x, y, yaw, half length, half width; ``angles`` (rays,) count from the heading. Each pair of
     sides lets a ray be inside for an interval of distances; it hits the box where both intervals overlap.

@@ -1,12 +1,12 @@
 """Scripted policies that solve the tasks: functions of an observation, or of a batch of them, that return the action.
 
-They show what the numbers of an observation mean, and what a learned policy has to beat.
+They show what the numbers of an observation mean, and are a baseline for learned policies.
 """
 import numpy as np
 
 from kinematic_core.environments.tasks import WALL_X
 
-SLOW_DOWN = 0.3  # [m] from the goal, where a policy begins to brake
+SLOW_DOWN = 0.3  # [m] distance from the goal at which a policy starts to brake
 IN_FRONT = 0.6  # [m] before the walls, where the robot stops until it is in front of the gap
 ALIGNED = 0.1  # [m] sideways that count as in front of the gap
 
@@ -28,7 +28,7 @@ def robotont_goal(observation: np.ndarray) -> np.ndarray:
 
 
 def robotont_between_walls(observation: np.ndarray) -> np.ndarray:
-    """Drive to the goal, but only sideways while that is not in front of the robot and the walls are near."""
+    """Drive to the goal, but only sideways while the walls are near and the goal is not straight ahead."""
     action = robotont_goal(observation)
     waits = (np.abs(observation[..., 1]) > ALIGNED) & (np.abs(observation[..., 2] - WALL_X) < IN_FRONT)
     action[..., 0] = np.where(waits, 0.0, action[..., 0])

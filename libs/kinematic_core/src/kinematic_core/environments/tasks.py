@@ -1,7 +1,7 @@
-"""The tasks of the environments: which vehicle, where it starts, where its goal is, what stands in its way.
+"""The tasks of the environments: vehicle, start, goal and obstacles.
 
-A task turns a seed into an episode: the same seed gives the same one. Positions [m] and headings [rad] are in the frame
-of the vehicle's world. Nothing here knows gymnasium.
+A task makes an episode from a seed; the same seed gives the same episode. Positions [m] and headings [rad] are in the
+frame of the vehicle's world. This module does not use gymnasium.
 """
 import math
 from typing import Callable, Dict, NamedTuple, Tuple
@@ -22,9 +22,9 @@ WALL_X = 2.0  # [m] where the two walls stand, ahead of the robot
 WALL_THICKNESS = 0.2  # [m]
 WALL_HEIGHT = 0.5  # [m]
 GAP = 0.8  # [m] between the two walls, more than twice the robot's diameter
-FARTHEST_GAP = 1.2  # [m] of its middle from the straight way ahead
-ROOM = (-1.0, 5.0, 2.0)  # [m] x from and to, y to both sides: walls there, so that no way leads round
-BEHIND = 1.5  # [m] of the goal behind the walls
+FARTHEST_GAP = 1.2  # [m] of its middle from the line straight ahead
+ROOM = (-1.0, 5.0, 2.0)  # [m] lowest x, highest x, y to both sides: outer walls, so that there is no other path
+BEHIND = 1.5  # [m] distance of the goal behind the walls
 
 
 class Episode(NamedTuple):
@@ -37,9 +37,9 @@ class Episode(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What all episodes of a task have in common."""
+    """The properties that all episodes of a task share."""
 
-    begin: Callable[[int], Episode]  # of a seed, 0 or more
+    begin: Callable[[int], Episode]  # returns the episode of a seed, 0 or more
     dt: float  # [s] a step
     fastest: Tuple[float, ...]  # the command that an action of 1 stands for [m/s, ..., rad/s]
     reached: float  # [m] distance from the goal at which it counts as reached
@@ -49,7 +49,7 @@ class Task(NamedTuple):
 
 
 def turtle_goal(seed: int) -> Episode:
-    """Return turtle1 where turtlesim_node starts it with that seed, and a goal inside the arena."""
+    """Return an episode of turtle1, with the start that turtlesim_node has for that seed, and a goal in the arena."""
     start = random_start(seed) if seed else START
     world = TurtleWorld(start=start)
     turtle, command, step = world.turtles['turtle1'], world.command, world.step
@@ -63,13 +63,13 @@ def turtle_goal(seed: int) -> Episode:
 
 
 def robotont_goal(seed: int) -> Episode:
-    """Return a Robotont at the origin of the empty world, and a goal around it."""
+    """Return an episode of a Robotont at the origin of the empty world, and a goal around it."""
     world = RobotWorld()
     return Episode(_robot_drive(world), world.pose, _goal(seed, world.pose[:2], -ROBOT_AREA, ROBOT_AREA))
 
 
 def robotont_between_walls(seed: int) -> Episode:
-    """Return a Robotont in front of two walls, and a goal behind the gap between them."""
+    """Return an episode of a Robotont in front of two walls, and a goal behind the gap between them."""
     gap_y = float(np.random.default_rng(seed).uniform(-FARTHEST_GAP, FARTHEST_GAP))
     world = RobotWorld(gap_plan(gap_y))
     return Episode(_robot_drive(world), world.pose, (WALL_X + BEHIND, gap_y), world.plan)

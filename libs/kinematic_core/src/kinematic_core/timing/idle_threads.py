@@ -1,8 +1,8 @@
-"""Whether other processes of this machine are idle: every thread sleeps and waits for input.
+"""Find out whether other processes of this machine are idle, that is, all their threads sleep and wait for input.
 
 A simulator in lockstep starts a step only when all work caused by the last step is done. No program has to report that:
-Linux tells for every thread whether it sleeps and how long it has run. If each thread sleeps in two checks, and none
-has run in between, all of them slept at one moment between the two checks.
+Linux shows for every thread whether it sleeps and how long it has run. If each thread sleeps in two checks, and none
+has run in between, all of them were asleep at the same time between the two checks.
 
 This misses two cases: a thread that sleeps in wall time (``time.sleep``) counts as idle, because only its program knows
 better; and data that the kernel delays (TCP's delayed acknowledgement, up to 40 ms) wakes a thread later.
@@ -35,7 +35,7 @@ class ProcessThreads:
         self._files = {}
 
     def runs(self) -> Optional[Dict[str, int]]:
-        """Return {thread: how long it has run [ns]}; None when one runs or is about to. Raise Gone."""
+        """Return {thread: its run time [ns]}; None if one is running or ready to run. Raise Gone."""
         times = {}
         for thread in self.ids() - self._without:
             try:

@@ -1,18 +1,19 @@
-"""When the next step of a simulator is due: fixed steps paced by wall time, faster or slower than it, or by hand.
+"""Compute when the next step of a simulator is due: in real time, faster, slower, or on request.
 
-Simulated time is counted in steps, never measured: step number n ends at BEGIN + n * step, whatever the wall clock did.
+Simulated time is counted in steps, never measured: step number n ends at BEGIN + n * step, whatever the wall clock
+does.
 
-Two policies for steps that come late, because the machine was busy:
+There are two policies for steps that are late because the machine was busy:
 
-* simulated time *is* wall time for everybody else (``bounded`` false): late steps are made up for soon, so that no
-  ground is lost; not in one burst, for after a stall of the whole machine a robot would drive blindly, and its watchdog
-  strike, before a node had its turn;
-* the simulator publishes its time, which is faster, and everybody follows it (``bounded`` true): catching up quickly
-  would leave the followers behind, so late steps are caught up at FASTER_BOUNDED times the pace, and a backlog of more
-  than LONGEST_BOUNDED_CATCH_UP is dropped.
+* All other nodes use wall time (``bounded`` false): late steps are caught up at FASTER times the pace, so that
+  simulated time does not fall behind. They are not made in one burst: after a stall of the whole machine, a robot would
+  drive without control, and its watchdog would stop it, before a node could react.
+* The simulator publishes its time, and all other nodes follow it (``bounded`` true): if it caught up quickly, the nodes
+  could not follow. So late steps are caught up at FASTER_BOUNDED times the pace, and a backlog of more than
+  LONGEST_BOUNDED_CATCH_UP is dropped.
 
-Threading contract: one thread calls ``wait`` and does each step between two calls; everything else may come from any
-thread. What several threads touch is changed and read under one lock.
+Threading contract: one thread calls ``wait`` and makes each step between two calls; all other methods may be called
+from any thread. One lock guards all shared data.
 """
 import collections
 import math
@@ -20,19 +21,19 @@ import threading
 import time
 from typing import Callable, Deque, Optional
 
-BEGIN = 1_000_000_000  # [ns] simulated time before the first step; ROS takes 0 for 'no time yet'
+BEGIN = 1_000_000_000  # [ns] simulated time before the first step; in ROS, 0 means 'no time yet'
 LONGEST_CATCH_UP = 5.0  # [s] of wall time that is caught up; a longer gap means that the machine was suspended
 LONGEST_BOUNDED_CATCH_UP = 0.5  # [s] the same if other nodes follow
 LONGEST_SLEEP = 0.1  # [s] of wall time after which ``wait`` returns at the latest
-FASTER = 3.0  # times the pace, at which late steps are caught up: commands at 10 Hz reach a watchdog of 0.5 s
+FASTER = 3.0  # times the pace for late steps: low enough for commands at 10 Hz and a watchdog of 0.5 s
 FASTER_BOUNDED = 1.25  # the same if other nodes follow
 
 
 class StepRequest:
-    """Requested steps (none or more) until they are done; returned by ``pause`` and ``request``.
+    """Requested steps (none or more); returned by ``pause`` and ``request``.
 
-    ``last``: number of the last of them. ``made``: None as long as they are waited for; then True, or False when
-    they were given up because of ``resume`` or ``close``.
+    ``last`` is the number of the last of them. ``made`` is None while they are not done, then True, or False if they
+    were dropped because of ``resume`` or ``close``.
     """
 
     def __init__(self, steps: int, last: int) -> None:
@@ -69,9 +70,9 @@ class Pacer:
         self._sleep: Callable[[float], object] = sleep or self._changed.wait
         self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
         self._steps = 0  # steps started so far
-        self._stepping = False  # the last of them is being made
-        self._requested = 0  # steps by hand that are still to be made
-        self._requests: Deque[StepRequest] = collections.deque()  # without an answer, the first to be made first
+        self._stepping = False  # whether the last of them is still being made
+        self._requested = 0  # requested steps that are not yet made
+        self._requests: Deque[StepRequest] = collections.deque()  # unanswered, in the order of their steps
         self._closed = self._woken = False
         self._due = math.nan  # [s] wall time of the next step, from the first wait on; in a pause, as it was before
         self._last = -math.inf  # [s] wall time of the last one
@@ -82,12 +83,12 @@ class Pacer:
 
     @property
     def rate(self) -> float:
-        """Return the wanted simulated seconds per wall-clock second."""
+        """Return the requested simulated seconds per wall-clock second."""
         return self._rate
 
     @property
     def paused(self) -> bool:
-        """Return whether steps are made by hand only."""
+        """Return whether steps are made only on request."""
         return self._paused
 
     @property
@@ -97,7 +98,7 @@ class Pacer:
 
     @property
     def nanoseconds(self) -> int:
-        """Return the simulated time [ns] at the end of the step begun last."""
+        """Return the simulated time [ns] at the end of the step that started last."""
         return self.nanoseconds_after(self._steps)
 
     def nanoseconds_after(self, steps: int) -> int:
@@ -107,7 +108,7 @@ class Pacer:
     def pause(self) -> StepRequest:
         """Stop stepping until ``resume``, except for steps of ``request``; return a StepRequest of no steps.
 
-        It is answered when no step is being made and all that were requested before are made.
+        It is answered when no step is being made and all earlier requests are done.
         """
         return self.request(0)
 
@@ -144,17 +145,17 @@ class Pacer:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Let ``wait`` return None from now on; requested steps are given up."""
+        """Let ``wait`` return None from now on; drop requested steps."""
         with self._lock:
             self._closed = True
             self._answer_requests()
             self.wake()
 
     def wait(self, longest: float = LONGEST_SLEEP) -> Optional[float]:
-        """Wait until a step is due and begin it: ``steps`` counts up. The step begun before is done now.
+        """Wait until a step is due and start it: ``steps`` counts up. The previous step counts as done now.
 
-        Return the wall time [s] that was too late to be made up for and given up, nearly always 0.0; None when there
-        is no step after ``longest`` [s], in a pause or at a slow rate, when woken, and once closed.
+        Return the wall time [s] that is too long to catch up and was dropped, nearly always 0.0. Return None if no step
+        is due after ``longest`` [s], in a pause or at a slow rate, and when woken or closed.
         """
         with self._lock:
             self._stepping = False
@@ -185,7 +186,7 @@ class Pacer:
         return given_up
 
     def _begin_due(self, now: float) -> float:
-        """Begin a step that is due; say when the next one is."""
+        """Start a step that is due, and compute when the next one is."""
         late, self._last = now - self._due, now
         if not self._period:
             self._due = now

@@ -1,10 +1,10 @@
-"""Recordings of simulators: CSV files with one row per tick: what took effect in it, and which node asked for it.
+"""Record simulators in CSV files with one row per tick: the events that took effect, and the nodes that caused them.
 
 Columns: ``tick``, ``event`` (several are separated by ``;``, each a name and its values), those of the simulator, and
-``callers``, the nodes that asked for the events, in the same order.
+``callers``, the nodes that caused the events, in the same order.
 
-As with rosbag's .bag.active, a recording has the suffix ACTIVE while it grows, and its own name once it is closed. No
-file is ever overwritten: where the name is taken, the recording gets the next free one, a_2.csv after a.csv. A row is
+As with rosbag's .bag.active, a recording has the suffix ACTIVE while it grows, and its final name once it is closed. No
+file is ever overwritten: if the name exists, the recording gets the next free one, a_2.csv after a.csv. A row is
 written completely or not at all, unless the machine itself crashes.
 """
 import contextlib
@@ -20,7 +20,7 @@ from kinematic_core import files
 Value = Union[float, str]  # of an event; floats are written to the last bit
 
 ACTIVE = '.active'  # suffix of a recording that grows
-CLOSED = -1  # in place of a file descriptor
+CLOSED = -1  # instead of a file descriptor
 
 
 class Recorder:
@@ -30,7 +30,7 @@ class Recorder:
     """
 
     def __init__(self, path: Union[str, 'os.PathLike[str]'], columns: Iterable[str]) -> None:
-        """Begin the file; ``columns``: names of the simulator's own. Raise OSError when that cannot be."""
+        """Start the file; ``columns`` are the names of the simulator's own columns. Raise OSError if that fails."""
         self.path = self._growing = os.path.abspath(path)
         if files.is_special(self.path):
             self._file = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC)  # CLOSED once it is closed
@@ -41,7 +41,7 @@ class Recorder:
         self._write(('tick', 'event', *columns, 'callers'))
 
     def note(self, event: str, *values: Value, caller: str = '') -> None:
-        """Keep an event for the next tick. Of commands in a row only the last counts."""
+        """Note an event for the next tick. Of consecutive commands, only the last counts."""
         if event.rpartition('/')[2] == 'cmd' and self._events and self._events[-1][0] == event:
             self._events.pop()
         self._events.append((event, values, caller))
@@ -49,7 +49,7 @@ class Recorder:
     def tick(self, number: int, fields: Iterable[object]) -> None:
         """Write the row of a tick with the simulator's fields.
 
-        When it cannot be written, the recording is closed without it and OSError is raised.
+        If it cannot be written, close the recording without it and raise OSError.
         """
         events = ';'.join(' '.join((name, *map(_text, values))) for name, values, _ in self._events)
         callers = ';'.join(caller for _, _, caller in self._events)
@@ -57,7 +57,7 @@ class Recorder:
         self._write((number, events, *fields, callers))
 
     def close(self) -> None:
-        """End the file and give it its name."""
+        """Close the file and give it its final name."""
         if self._file == CLOSED:
             return
         file, self._file = self._file, CLOSED
@@ -91,8 +91,8 @@ class Recorder:
 
 
 def open_growing(path: str) -> Optional[IO[str]]:
-    """Return a recording opened for reading, while it grows or when it is closed; None when there is none yet."""
-    for name in (path + ACTIVE, path):  # in this order it cannot slip through
+    """Open a recording for reading, whether it still grows or is closed; return None if there is none yet."""
+    for name in (path + ACTIVE, path):  # in this order, a rename in between does not hide it
         with contextlib.suppress(FileNotFoundError):
             return open(name, encoding='utf-8', newline='')
     return None

@@ -1,7 +1,7 @@
 """A timer that does not count the time in which the machine stood still.
 
-After a virtual machine was suspended, or a process stopped, seconds have passed in which nothing could answer. Only the
-time in which this process ran counts: it checks often, and a longer gap between two checks counts only as
+When a virtual machine is suspended, or a process is stopped, seconds pass in which nothing can answer. This timer
+counts only the time in which this process ran: it is checked often, and a longer gap between two checks counts only as
 ``LONGEST_GAP``.
 """
 import time
@@ -19,7 +19,7 @@ class ActiveTimer:
         self._monotonic, self._last = monotonic, monotonic()
 
     def look(self) -> float:
-        """Return ``waited``; to be called more often than every LONGEST_GAP."""
+        """Return ``waited``. Call it more often than every LONGEST_GAP."""
         now = self._monotonic()
         gap, self._last = now - self._last, now
         self.waited += min(gap, LONGEST_GAP)

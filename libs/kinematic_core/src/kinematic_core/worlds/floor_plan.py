@@ -1,7 +1,7 @@
-"""What stands in a robot's world: upright boxes and cylinders, and panels with AR markers. Immutable.
+"""The objects in a robot's world: upright boxes and cylinders, and panels with AR markers. Immutable.
 
 World frame: x forward, y to the left, z up, the floor at z = 0; metres, radians counter-clockwise (REP 103).
-A plan can be shared between threads and kept: changing one makes a new one.
+A plan can be shared between threads; a change makes a new plan.
 """
 import math
 from typing import Any, Iterator, List, NamedTuple, Tuple, Union
@@ -18,7 +18,7 @@ PANEL_MARKER_SIZE = 0.28  # [m] the marker's black square in its middle
 PANEL_BOTTOM = 0.05  # [m]
 PANEL_THICKNESS = 0.01  # [m] behind the face
 LARGEST = 1000.0  # [m] of any coordinate or size of a plan
-MOST_SHAPES = 1000  # of a plan: each is compared with each
+MOST_SHAPES = 1000  # of a plan, because all pairs are compared
 LONGEST_NAME = 200  # characters
 TOUCHING = 0.01  # [m] by which shapes may overlap and still count as side by side
 

@@ -1,4 +1,4 @@
-"""Rays on a floor plan, and the laser scanner made of them. The one module of this package that uses numpy."""
+"""Rays on a floor plan, and a laser scanner that uses them. The only module of this package that uses numpy."""
 import math
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ FIRST_ANGLE = -math.pi  # [rad] of the first ray, from the scanner's x axis; the
 LAST_ANGLE = math.pi
 NEAREST = 0.10  # [m]
 FARTHEST = 30.0  # [m]
-_JOINED = 1.0 - 1e-9  # sides are a little longer than they are, so that no ray gets through between two
+_JOINED = 1.0 - 1e-9  # makes sides slightly longer, so that no ray passes between two of them
 
 
 class RayCaster:
@@ -62,7 +62,7 @@ class RayCaster:
         return distances
 
     def _to_rounds(self, x: float, y: float, yaw: float) -> np.ndarray:
-        """Return the distances (rays,) to the nearest cylinder: from the ray's nearest point to the axis backwards."""
+        """Return the distances (rays,) to the nearest cylinder, computed back from the ray's nearest point to the axis."""
         round_x, round_y, radius = self._rounds
         cos, sin = self._rays
         to_x, to_y = round_x - x, round_y - y
@@ -78,11 +78,11 @@ class RayCaster:
 
 
 class _Sides(NamedTuple):
-    """One pair of opposite sides of each box: which of them are seen, and factors of the rays' cos and sin."""
+    """One pair of opposite sides of each box: which of them are visible, and factors of the rays' cos and sin."""
 
     seen: np.ndarray  # (boxes,), bool
-    inverse: np.ndarray  # (2, those seen) of the inverse distance [1/m]
-    offset: np.ndarray  # (2, those seen) of the position along the side, in half widths, times the inverse distance
+    inverse: np.ndarray  # (2, visible sides) of the inverse distance [1/m]
+    offset: np.ndarray  # (2, visible sides) of the position along the side, in half widths, times the inverse distance
 
 
 def _sides(out: np.ndarray, half_depth: np.ndarray, along: np.ndarray, half_width: np.ndarray,

@@ -28,7 +28,7 @@ WATCHDOG = 0.5  # [s] without a command after which the robot stops
 SCAN_NOISE = 0.01  # [m] standard deviation of each range of its laser scanner (rays.py)
 ROBOT_RADIUS = 0.18  # [m]
 ROBOT_HEIGHT = 0.25  # [m] with the camera
-FASTEST_COMMAND = 10.0  # [m/s] several times what any Robotont does
+FASTEST_COMMAND = 10.0  # [m/s] several times the speed of any Robotont
 FASTEST_TURN = 50.0  # [rad/s]
 LONGEST_TURN = 0.1  # [rad] by which a path beside an obstacle turns and still counts as straight
 
@@ -77,7 +77,7 @@ class RobotWorld:
         return wheel_speeds(self._travelled)
 
     def place(self, x: float, y: float, yaw: float) -> None:
-        """Put the robot somewhere, standing; its odometry starts there. InvalidInput if an obstacle is there."""
+        """Put the robot at a pose, stopped; its odometry restarts there. Raise InvalidInput if an obstacle is there."""
         require_sane('the pose', x=x, y=y, yaw=yaw)
         obstacle = self._obstacles.at(x, y)
         if obstacle is not None:
@@ -120,7 +120,7 @@ class RobotWorld:
         self.timed_out = False
 
     def stop(self) -> None:
-        """Command a standstill, which takes a while to reach if the acceleration is limited."""
+        """Command the robot to stop, which takes a while if the acceleration is limited."""
         self._target = STILL
         self._stops_at = math.inf
 
@@ -158,7 +158,7 @@ class RobotWorld:
                                   travelled.angular_z + twist.angular_z * dt)
 
     def _move_beside_obstacles(self, twist: Twist2D) -> Twist2D:
-        """Move in straight pieces; return the resulting mean twist."""
+        """Move in short straight pieces; return the resulting mean twist."""
         pieces = math.ceil(abs(twist.angular_z) * self.dt / LONGEST_TURN) or 1
         dt = self.dt / pieces
         moved_x = moved_y = 0.0

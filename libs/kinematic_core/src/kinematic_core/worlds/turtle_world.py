@@ -1,6 +1,6 @@
 """The world of turtlesim in fixed steps of 16 ms: arena, turtles, teleports, pens, watchdog.
 
-Equal to the node of ROS Noetic in every bit of every pose. What follows from that:
+Every pose equals that of the node of ROS Noetic, bit by bit. Quantities:
 
 =====================  =========================================================================
 quantity               unit, range, frame
@@ -58,11 +58,11 @@ def random_start(seed: Any) -> Tuple[float, float, float]:
 
 
 class NameTaken(InvalidInput):
-    """A turtle of that name exists already."""
+    """A turtle with that name already exists."""
 
 
 class UnknownTurtle(InvalidInput):
-    """There is no turtle of that name."""
+    """There is no turtle with that name."""
 
 
 class TurtlePose(NamedTuple):
@@ -194,10 +194,10 @@ class TurtleWorld:
         return f'turtle{number}'
 
     def check_spawn(self, x: float, y: float, theta: float, name: str) -> None:
-        """Raise InvalidInput when ``spawn`` would refuse this."""
+        """Raise InvalidInput if ``spawn`` would refuse these values."""
         require_sane('spawn', x=x, y=y, theta=theta)
         if name in self.turtles:
-            # turtlesim's words, its 'turtled' included
+            # turtlesim's text, including its 'turtled'
             raise NameTaken(f'A turtled named [{name}] already exists; choose another name or leave it empty')
 
     def spawn(self, x: float, y: float, theta: float, name: str = '', taken: Collection[str] = ()) -> str:
