@@ -118,7 +118,7 @@ def test_http_requests(pair, request_text):
 
 
 @pytest.mark.parametrize('head, said', [
-    (b'Content-Length: 1001', 'a HTTP body of 1001 bytes; at most 1000'), (b'Content-Length: -1', 'must be a number'),
+    (b'Content-Length: 1001', 'an HTTP body of 1001 bytes; at most 1000'), (b'Content-Length: -1', 'must be a number'),
     (b'Content-Length: ' + b'9' * 30, 'at most 1000'), (b'Content-Length: ', 'must be a number')])
 def test_http_that_is_refused(pair, head, said):
     pair[1].send(b'POST / HTTP/1.1\r\n' + head + b'\r\n\r\n')

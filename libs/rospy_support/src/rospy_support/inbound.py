@@ -86,14 +86,14 @@ class HttpReader:
         head = self._data.find(HEADER_END)
         if head < 0:
             if len(self._data) > HEADER_LIMIT:
-                raise Refused(f'a HTTP header of more than {HEADER_LIMIT} bytes')
+                raise Refused(f'an HTTP header of more than {HEADER_LIMIT} bytes')
             return None
         length = _CONTENT_LENGTH.search(bytes(self._data[:head]))
         text = length[1] if length else b'0'
         if not text.isdigit():
             raise Refused(f'Content-Length is {text[:40]!r}; it must be a number of bytes')
         if len(text) > 20 or int(text) > self._limit:
-            raise Refused(f'a HTTP body of {text[:40].decode()} bytes; at most {self._limit} are allowed')
+            raise Refused(f'an HTTP body of {text[:40].decode()} bytes; at most {self._limit} are allowed')
         return head + len(HEADER_END) + int(text)
 
 

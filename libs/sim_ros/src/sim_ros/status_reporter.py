@@ -43,5 +43,5 @@ class StatusReporter:
     def _warn_of_pace(self, pace):
         """Warn that time passes too slowly, if ~rate asks for a rate and no node is the cause."""
         if not self._pacer.paused and not self._lockstep and self._pacer.rate < math.inf:
-            self._throttle.warn('slow', 'Time passes %.1f times as fast as the wall clock, ~rate asks for %g; nodes '
-                                'that follow /clock notice nothing of that.', pace, self._pacer.rate)
+            self._throttle.warn('slow', 'Time passes %.1f times as fast as the wall clock, although ~rate is %g. This '
+                                'does not change what nodes that follow /clock do.', pace, self._pacer.rate)
