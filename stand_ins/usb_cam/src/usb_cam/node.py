@@ -91,8 +91,8 @@ class UsbCamNode:
         """Publish the grabbed image on all topics with subscribers."""
         stamp = _stamp(source.age())
         if stamp is None:
-            self._throttle.warn('time', 'use_sim_time is true, but there is no time on /clock yet; images are published '
-                                'as soon as there is.')
+            self._throttle.warn('time', 'use_sim_time is true, but there is no time on /clock yet; images will be '
+                                'published as soon as there is.')
             return
         bgr = source.retrieve()
         if bgr is None:

@@ -62,7 +62,7 @@ class RayCaster:
         return distances
 
     def _to_rounds(self, x: float, y: float, yaw: float) -> np.ndarray:
-        """Return the distances (rays,) to the nearest cylinder, computed back from the ray's nearest point to the axis."""
+        """Return the distances (rays,) to the nearest cylinder, from the ray's nearest point to the axis backwards."""
         round_x, round_y, radius = self._rounds
         cos, sin = self._rays
         to_x, to_y = round_x - x, round_y - y
