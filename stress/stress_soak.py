@@ -18,6 +18,7 @@ LOAD_EVERY = 3  # samples between two rounds of calls
 HARMLESS = 50.0  # [MB a day] that a node may grow by: a week is less than half a gigabyte
 EDGE = 5  # messages more or less at the ends of the count
 SETTLE = 5.0  # [s]
+OWN = 'Pss_Anon', 'Pss_Shmem', 'SwapPss'  # of /proc/PID/smaps_rollup
 
 
 def soak(subject, scale, _rng):
@@ -62,20 +63,21 @@ def _world(nodes):
 def _sample(nodes, samples, now):
     for key, node in nodes.items():
         try:
-            values = proportional_memory(node.pid), node.descriptors(), node.threads()
+            values = own_memory(node.pid), node.descriptors(), node.threads()
         except OSError:
             continue  # it has ended: soak_ended tells
         for name, value in zip(('memory', 'descriptors', 'threads'), values):
             samples[key][name].append((now, value))
 
 
-def proportional_memory(pid):
-    """Return the PSS [MB]: resident memory, with a share of each shared page."""
+def own_memory(pid):
+    """Return the memory [MB] that a process has filled itself.
+
+    Its share of files such as libraries is left out: that grows when another program that uses them ends.
+    """
     with open(f'/proc/{pid}/smaps_rollup', encoding='utf-8') as file:
-        for line in file:
-            if line.startswith('Pss:'):
-                return int(line.split()[1]) * 1024 / 1e6
-    return 0.0
+        sizes = dict(line.split(':', 1) for line in file if line.split(':', 1)[0] in OWN)
+    return sum(int(size.split()[0]) for size in sizes.values()) * 1024 / 1e6
 
 
 def _load(nodes):
@@ -120,7 +122,7 @@ def _figures():
     yield Figure("the robot's pose, the world or the turtles changed", 'soak_changed', '', sum, NOTHING)
     for kind in node_kinds.in_order(KEYS):
         key = kind.key
-        yield Figure(f'{key}: memory (PSS)', f'memory_{key}', 'MB', max)
+        yield Figure(f'{key}: memory of its own', f'memory_{key}', 'MB', max)
         yield Figure(f'{key}: memory, slope', f'slope_{key}', 'MB a day', max)
         yield Figure(f'{key}: the same, +- (95 %)', f'margin_{key}', 'MB a day', max)
         yield Figure(f'{key}: memory grows for sure', f'proven_{key}', '1: yes', max, NOTHING)
