@@ -156,8 +156,9 @@ class Attempt:
             simulator = forked.start_simulator(self.exercise.simulator, self._simulator_arguments(),
                                                os.path.join(box.folder, 'simulator.txt'))
         except ImportError as error:
-            raise AttemptError(f'there is no simulator for {self.exercise.simulator} ({error}); build the workspace '
-                               'with ./run build') from None
+            raise AttemptError(f'the simulator for {self.exercise.simulator} is missing ({error}): type ./run build. '
+                               'Where ROS has a package of that name itself, its simulator takes the place of the one '
+                               'here, but cannot be stepped as a grading needs') from None
         box.keep(simulator)
         return simulator
 
