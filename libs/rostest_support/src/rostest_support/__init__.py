@@ -1,1 +1,1 @@
-"""What the rostests, the bench and the stress campaign share."""
+"""Helpers for rostests, the bench and the stress campaign."""

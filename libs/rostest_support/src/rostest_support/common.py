@@ -1,9 +1,9 @@
-"""What the rostests share: deadlines, collected messages, refused calls, and a simulator's interface seen from outside.
+"""Helpers for all rostests: deadlines, collected messages, refused calls, and the interface of a simulator.
 
-Nothing here waits for a fixed time: ``until`` polls a condition up to a deadline. The deadlines are generous, a
-loaded machine of two cores has to meet them; they only cost time when a test fails. A machine may also stand still
-for a second, all processes at once: what must happen soon is timed by kinematic_core's ActiveTimer, which leaves that
-out, and a rate is the median of many (``median_rate``).
+Nothing here waits for a fixed time: ``until`` polls a condition up to a deadline. The deadlines are generous, because a
+loaded machine with two cores has to meet them; they only cost time when a test fails. A machine may also stand still
+for a second, with all its processes. So short times are measured by kinematic_core's ActiveTimer, which leaves such
+gaps out, and rates are medians (``median_rate``).
 """
 import ast
 import contextlib
@@ -36,21 +36,21 @@ import rostest
 from process_support.processes import BackgroundProcess
 
 PACKAGE = 'turtle_robotont'
-DEADLINE = 20.0  # [s] for what takes well under a second on an idle machine
+DEADLINE = 20.0  # [s] for things that take well under a second on an idle machine
 END_STAGES = tuple((number, DEADLINE) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL))
 POLL = 0.01  # [s]
 
 DT = 0.016  # [s] one step of the simulator
 ARENA = 11.0888891  # [m] side of the arena
-MIDDLE = 5.544444561004639  # [m] where turtle1 begins, both x and y; a float32
+MIDDLE = 5.544444561004639  # [m] x and y of the start of turtle1; a float32
 PIXELS_PER_METRE = 45.0
 BACKGROUND = (69, 86, 255)
 PEN = (179, 184, 255)
-FLOAT32_TOLERANCE = 1e-5  # [m, rad] what float32 fields and sums of them may be off
+FLOAT32_TOLERANCE = 1e-5  # [m, rad] largest rounding error of float32 fields and their sums
 
 
 def run(*cases):
-    """Run as a rostest node the methods of the TestCases that args= in the .test file names; without any, run all."""
+    """Run, as a rostest node, the methods that args= in the .test file names; without args, run all."""
     owners = {method: case for case in reversed(cases) for method in unittest.defaultTestLoader.getTestCaseNames(case)}
     methods = _methods() or list(owners)
     if not owners.keys() >= set(methods):
@@ -65,7 +65,7 @@ def run(*cases):
 
 
 class _TestsApart(unittest.TestSuite):
-    """Tests that leave no parameters behind but those of nodes that still run."""
+    """A test suite that deletes new parameters after each test, except those of nodes that still run."""
 
     def run(self, result, debug=False):
         for test in self:
@@ -74,7 +74,7 @@ class _TestsApart(unittest.TestSuite):
             running = rosnode.get_node_names()
             for name in rospy.get_param('/').keys() - before.keys():
                 if f'/{name}' not in running:
-                    with contextlib.suppress(KeyError):  # a node that ends may have deleted it meanwhile
+                    with contextlib.suppress(KeyError):  # a node that ends may have deleted it in the meantime
                         rospy.delete_param(f'/{name}')
         return result
 
@@ -84,19 +84,19 @@ def _methods():
 
 
 def _name():
-    """Return the name of the method that is run, or that of the script where it runs several."""
+    """Return the name of the method that is run, or that of the script if it runs several."""
     methods = _methods()
     return methods[0] if len(methods) == 1 else pathlib.Path(sys.argv[0]).stem
 
 
 def _result_file():
-    """Return the file for the results that rostest has named; None when the test was started by hand."""
+    """Return the file for the results that rostest has named; None if the test was started by hand."""
     return next((argument[len(rostest.XML_OUTPUT_FLAG):] for argument in sys.argv
                  if argument.startswith(rostest.XML_OUTPUT_FLAG)), None)
 
 
 def skip(reason):
-    """Write the result of a rostest node that cannot run here, and say so; rosunit itself has no skipped tests."""
+    """Print why a rostest node cannot run here, and write that as its result; rosunit itself cannot skip tests."""
     print(reason, file=sys.stderr)
     path = _result_file()
     if path:
@@ -110,7 +110,7 @@ def skip(reason):
 def until(condition, what, deadline=DEADLINE):
     """Poll ``condition`` until it is true; return its value.
 
-    When ``deadline`` [s] has passed, fail and name ``what``, a text or a function that returns one.
+    After ``deadline`` [s], raise AssertionError with ``what``, a text or a function that returns one.
     """
     end = time.monotonic() + deadline
     while True:
@@ -123,21 +123,21 @@ def until(condition, what, deadline=DEADLINE):
 
 
 def median_rate(times, span):
-    """Return the rate [Hz] of times [s]: the median over all stretches of ``span`` periods.
+    """Return the rate [Hz] of times [s]: the median over all sections of ``span`` periods.
 
-    What is late here and there, or left out and made up for, does not count; a rate that is wrong or falters does.
+    Single late or missing periods do not change it; a rate that is wrong most of the time does.
     """
     return span / statistics.median(later - earlier for earlier, later in zip(times, times[span:]))
 
 
 def proxy(name, service):
-    """Return the proxy of a service that exists or is about to."""
+    """Wait for a service; return its proxy."""
     rospy.wait_for_service(name, DEADLINE)
     return rospy.ServiceProxy(name, service)
 
 
 def restore_parameter(name, value):
-    """Set a parameter to what it was; delete it where it was None, not set."""
+    """Set a parameter to its previous value; delete it if that is None."""
     if value is not None:
         rospy.set_param(name, value)
     elif rospy.has_param(name):
@@ -156,12 +156,12 @@ def registered_names(node):
 
 
 class Collected:
-    """The messages of a topic since this was made, oldest first."""
+    """Collects the messages of a topic from now on, oldest first."""
 
     def __init__(self, topic, message_type):
         self.topic = topic
         self.messages = []
-        self.times = []  # [s, monotonic] when messages came
+        self.times = []  # [s, monotonic] arrival times of the messages
         self.subscriber = rospy.Subscriber(topic, message_type, self._take, tcp_nodelay=True)
 
     def _take(self, message):
@@ -195,7 +195,7 @@ class Collected:
 
 
 class NodeLog:
-    """What a node logs on /rosout since this was made."""
+    """Collects the log messages of a node on /rosout from now on."""
 
     def __init__(self, node):
         self._node = node
@@ -215,15 +215,15 @@ class NodeLog:
 
 
 class SimulatorCase(unittest.TestCase):
-    """A test with a simulator; ``simulator`` is its node's name, ``space`` the namespace of its turtles."""
+    """A test with a simulator; ``simulator`` is the name of its node, ``space`` the namespace of its turtles."""
 
     simulator = '/turtlesim'
     space = '/'
 
-    _used = set()  # simulators that an earlier test has left as it liked
+    _used = set()  # simulators that an earlier test has used, so that they need a reset
 
     def setUp(self):
-        """Wait for turtle1, and undo what an earlier test has done; without ``simulator`` the test starts its own."""
+        """Wait for turtle1, and undo changes of an earlier test; without ``simulator`` the test starts its own."""
         if self.simulator:
             if self.simulator in self._used:
                 proxy(f'{self.simulator}/resume', Trigger)()
@@ -277,7 +277,7 @@ class SimulatorCase(unittest.TestCase):
         return ast.literal_eval(said.group()).decode() if said else str(failure.exception)
 
     def jump(self, x, y, theta=0.0, turtle='turtle1'):
-        """Teleport a turtle without drawing; its pen is down afterwards, in the colour it begins with."""
+        """Teleport a turtle without drawing; its pen is down afterwards, in its first colour."""
         self.call(f'{turtle}/set_pen', 0, 0, 0, 0, 1)
         self.call(f'{turtle}/teleport_absolute', x, y, theta)
         self.call(f'{turtle}/set_pen', *PEN, 3, 0)
@@ -303,16 +303,16 @@ class SimulatorCase(unittest.TestCase):
             return file.read()
 
     def turtles(self):
-        """Return the names of the turtles, as their topics show them."""
+        """Return the names of the turtles, according to their topics."""
         published, _, _ = registered_names(self.simulator)
         return {topic[len(self.space):-len('/pose')] for topic in published if topic.endswith('/pose')}
 
     def state(self):
-        """Return all that a refused call must leave alone: every turtle's pose and the picture's bytes."""
+        """Return all that a refused call must not change: every turtle's pose, and the bytes of the image."""
         return {name: self.pose(name) for name in self.turtles()}, self.snapshot()
 
     def assert_unchanged(self, state):
-        """Assert that the simulator lives and is in a state that ``state`` returned before."""
+        """Assert that the simulator runs, and that its state is that of an earlier call of ``state``."""
         poses, picture = self.state()
         self.assertEqual(state[0], poses)
         self.assertEqual(state[1], picture, 'the picture changed')
@@ -328,7 +328,7 @@ SERVICES = {'clear': Empty, 'reset': Empty, 'spawn': Spawn, 'kill': Kill, 'set_p
 
 
 class Process(BackgroundProcess):
-    """A program that a test starts itself; what it prints is kept. Use it in a with statement."""
+    """A program that a test starts; its output is kept. Use it in a with statement."""
 
     def __init__(self, *command, stdin=subprocess.DEVNULL, **environment):
         self._file = tempfile.NamedTemporaryFile()
@@ -336,11 +336,11 @@ class Process(BackgroundProcess):
                          env=dict(os.environ, PYTHONUNBUFFERED='1', **environment))
 
     def wait_for_output(self, pattern, deadline=DEADLINE):
-        """Return the match of a regular expression in what it prints."""
+        """Wait until its output matches a regular expression; return the match."""
         return until(lambda: re.search(pattern, self.output()), lambda: f'{pattern!r} in:\n{self.output()}', deadline)
 
     def stop(self, stages=END_STAGES):
-        """End it as Ctrl-C does, by force when that does not help; what it has printed is gone then."""
+        """End it as Ctrl-C does, or by force if that does not help; its output is deleted."""
         super().stop(stages)
         self._file.close()
 

@@ -1,7 +1,7 @@
-"""What the rostests of the course's nodes share: starting and ending nodes, calls in the background, tracks.
+"""Helpers for rostests of the course's nodes: starting and ending nodes, calls in the background, tracks.
 
-A track is a list of turtlesim/Pose in the order of time. It is judged here by its own numbers, without the measuring
-functions of the package under test.
+A track is a list of turtlesim/Pose in the order of time. It is judged here by its own values, without the functions of
+the package under test.
 """
 import contextlib
 import math
@@ -18,7 +18,7 @@ POSITION_TOLERANCE = 0.05  # [m] of a corner or a goal that was driven to
 HEADING_TOLERANCE = 0.05  # [rad] of a heading that was turned to
 STOP_TOLERANCE = 0.02  # [m] of stopping at x
 SPEED_TOLERANCE = 0.01  # [m/s] of a track's steps, which are rounded to float32
-BRAKING = 30  # [poses] 0.48 s in which a turtle that was told to stop stands; by itself it would take 62
+BRAKING = 30  # [poses] 0.48 s in which a turtle stops after a command; without one, it would take 62
 STOP = Twist()
 
 
@@ -27,14 +27,14 @@ class CourseCase(SimulatorCase):
 
     @contextlib.contextmanager
     def subTest(self, *message, **values):
-        """As unittest's, but the first failure ends the test: rosunit's report leaves out what a subTest says."""
+        """Do the same as unittest, but end the test at the first failure, as rosunit's report leaves out subtests."""
         try:
             yield
         except AssertionError as error:
             raise AssertionError(f'{message or values}: {error}') from error
 
     def start(self, script, *arguments, **environment):
-        """Start one of the course's nodes as a Process that lasts no longer than the test."""
+        """Start one of the course's nodes as a Process that ends with the test."""
         process = Process(roslib.packages.find_node(PACKAGE, script)[0], *arguments, **environment)
         self.addCleanup(process.stop)
         return process
@@ -89,7 +89,7 @@ class CourseCase(SimulatorCase):
             self.assertLess(off, POSITION_TOLERANCE, pose)
 
     def assert_stopped_by(self, poses, commands, ended):
-        """Assert that a node's last words stopped the turtle, long before the simulator does that by itself.
+        """Assert that a node's last command stopped the turtle, long before the simulator's watchdog would.
 
         ``ended`` is the number of poses there were when the node ended.
         """
@@ -99,7 +99,7 @@ class CourseCase(SimulatorCase):
 
 
 class BackgroundCall(threading.Thread):
-    """A service call in a thread: ``answer`` is there, or ``error`` the text of its failure, when it has ended."""
+    """A service call in a thread; when it has ended, ``answer`` is set, or ``error``, the text of its failure."""
 
     def __init__(self, name, service, *values):
         super().__init__(daemon=True)
@@ -125,7 +125,7 @@ def stands(pose):
 
 
 def wrapped(angle):
-    """Return an angle [rad] brought into [-pi, pi]."""
+    """Return an angle [rad] wrapped to [-pi, pi]."""
     return math.atan2(math.sin(angle), math.cos(angle))
 
 

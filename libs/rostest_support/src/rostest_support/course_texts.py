@@ -1,7 +1,7 @@
-"""Takes programs and commands out of the course's texts, which lie beside the repository, not in it.
+"""Extract programs and commands from the texts of the course, which are not part of the repository.
 
-The texts are printed slides and a web page: programs have lost their indentation, run over several slides and have
-typographic quotes. What is done to them here is what a student does who types them in: nothing else is changed.
+The texts are printed slides and a web page: programs have lost their indentation, continue over several slides and have
+typographic quotes. This module repairs them as a student does who types them, and changes nothing else.
 """
 import re
 import textwrap
@@ -30,7 +30,7 @@ def programs(course):
 
 
 def function(course, name):
-    """Return the source of a function that is printed by itself: up to its return."""
+    """Return the source of a function that is printed separately, up to its return."""
     lines = course.splitlines()
     start = max(number for number, line in enumerate(lines) if line.startswith(f'def {name}('))
     end = next(number for number in range(start, len(lines)) if lines[number].startswith('return'))
@@ -38,7 +38,7 @@ def function(course, name):
 
 
 def commands(course, program):
-    """Return (command, lines printed below it) of each command line of a program that can be typed as it stands."""
+    """Return (command, lines printed below it) of each command line of a program that can be typed unchanged."""
     lines = course.splitlines()
     return [(line[2:], lines[number + 1:]) for number, line in enumerate(lines)
             if line.startswith(f'$ {program} ') and '[' not in line]

@@ -1,6 +1,6 @@
-"""Test images of markers through a camera with lens distortion, blur, noise, light and covers.
+"""Make test images of markers with lens distortion, blur, noise, light and covers.
 
-Scenes are made from a numpy Generator given by the caller: the same seed gives the same image.
+Scenes use the caller's numpy Generator: the same seed gives the same image.
 """
 from dataclasses import dataclass, field
 
@@ -16,9 +16,10 @@ SUPERSAMPLE = 3
 
 @dataclass
 class Placed:
-    """A marker in a scene: id, size m, rotation (3, 3) and position (3,) m in the camera, white paper around in cells.
+    """A marker in a scene.
 
-    cover: None or 'bar', 'blob': what hides a part; black, white: greys of print and paper.
+    ``id``, ``size`` [m], ``rotation`` (3, 3) and ``position`` (3,) [m] in the camera; ``paper`` [cells]: width of the
+    white edge; ``cover``: None, 'bar' or 'blob', which hides a part; ``black``, ``white``: greys of print and paper.
     """
 
     id: object
@@ -34,7 +35,11 @@ class Placed:
 
 @dataclass
 class Scene:
-    """How an image is taken: size px, blur sigma px, noise sigma, slope of the light (share over the image)."""
+    """The properties of an image.
+
+    ``width``, ``height`` [px]; ``blur`` [px], ``noise`` [greys]: standard deviations; ``gradient``: change of the light
+    over the image, as a share.
+    """
 
     width: int = 640
     height: int = 480
@@ -75,7 +80,7 @@ def _one_clutter(rng, image):
 
 
 def _pattern(rng, image, at, size, random_cells):
-    """A look-alike: nested squares, or a square of random cells in a black rim, on white paper."""
+    """Draw a look-alike: nested squares, or a square of random cells in a black border, on white paper."""
     count = int(rng.integers(4, 10))
     cells = rng.integers(0, 2, (count, count)) if random_cells else np.indices((count, count)).sum(0) % 2
     rim = int(rng.integers(0, 4))
@@ -91,7 +96,7 @@ def _pattern(rng, image, at, size, random_cells):
 
 
 def _window(fine, camera, placed, width):
-    """Slices (rows, columns) of the fine image with all that a square `width` m wide in the marker's plane covers."""
+    """Return slices (rows, columns) of the fine image that contain a square, ``width`` [m], in the marker's plane."""
     rim = np.linspace(-0.5, 0.5, 9) * width
     points = np.array([(x, y, 0) for x in rim for y in rim])
     if ((points @ placed.rotation.T + placed.position)[:, 2] <= 0).any():
@@ -160,7 +165,7 @@ def _light(rng, scene, fine):
 
 
 def image_of(rng, camera, placed, scene, margin=2):
-    """uint8 grey image of Placed markers (their corners are filled in) seen by a camera."""
+    """Return the grey image, uint8, of Placed markers seen by a camera; set their corners."""
     fine = _background(rng, scene)
     for marker in placed:
         marker.corners = drawing.project(camera, marker.rotation, marker.position, drawing.object_corners(marker.size))
@@ -173,7 +178,10 @@ def image_of(rng, camera, placed, scene, margin=2):
 
 
 def random_markers(rng, camera, scene, count, side=(20, 120), max_tilt=60.0, size=0.1, cover=0.0):
-    """Up to `count` Placed markers that do not overlap; side px, tilt degrees; `cover`: share of covered ones."""
+    """Return up to ``count`` Placed markers that do not overlap.
+
+    ``side`` [px], lowest and highest; ``max_tilt`` [degrees]; ``size`` [m]; ``cover``: share of covered markers.
+    """
     placed = []
     for marker_id in rng.choice(256, 8 * count, replace=False):
         px = np.exp(rng.uniform(*np.log(side)))

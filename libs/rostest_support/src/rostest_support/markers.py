@@ -1,4 +1,4 @@
-"""What the tests of ar_track_alvar share: a camera that shows rendered markers, and how far poses may be off."""
+"""Helpers for tests of ar_track_alvar: a camera that shows rendered markers, and tolerances of poses."""
 import copy
 import threading
 import time
@@ -24,7 +24,7 @@ from rostest_support.marker_scenes import Placed, Scene, image_of
 TRACKER = '/tracker'
 FRAME = 'camera'
 SIZE = 0.1  # [m] of the markers, the tracker's default
-POSITION_TOLERANCE = 0.01  # of the distance
+POSITION_TOLERANCE = 0.01  # share of the distance
 ANGLE_TOLERANCE = np.radians(1.5)
 AT_THE_CAMERA = np.eye(3), np.zeros(3)
 EXECUTABLE = (roslib.packages.find_node('ar_track_alvar', 'individualMarkersNoKinect') or [None])[0]
@@ -48,7 +48,7 @@ def camera_info(camera=CAMERA, size=(640, 480)):
 
 
 class FakeCamera:
-    """Publishes ``image`` and ``info``, whatever they are (None: nothing), with stamps of ``clock``, until stop()."""
+    """Publishes the present ``image`` and ``info`` (None: nothing), with stamps of ``clock``, until stop()."""
 
     def __init__(self, topic='camera_image', info_topic='camera_info', frame=FRAME, rate=20.0, kind=Image):
         self.image = self.info = None
@@ -68,7 +68,7 @@ class FakeCamera:
         return self
 
     def stop(self):
-        """End and leave the topics."""
+        """Stop publishing, and unregister the topics."""
         self._stopped.set()
         self._thread.join()
         self.images.unregister()
@@ -131,7 +131,7 @@ class TrackerCase(unittest.TestCase):
         return {'': array.status[0].message, **{entry.key: entry.value for entry in array.status[0].values}}
 
     def assert_poses(self, message, placed=PLACED, camera_pose=AT_THE_CAMERA, frame=FRAME):
-        """Assert that AlvarMarkers are those that are shown; camera_pose: rotation, translation in their frame."""
+        """Assert that AlvarMarkers are those in the image; ``camera_pose``: rotation, translation in their frame."""
         self.assertEqual(sorted(placed), sorted(m.id for m in message.markers))
         self.assertEqual(frame, message.header.frame_id)
         rotation, translation = camera_pose
@@ -154,7 +154,7 @@ class TrackerCase(unittest.TestCase):
 
 
 def stays_away(collected, seconds=0.6):
-    """Return whether nothing comes on a Collected topic for a while, several periods of the tracker."""
+    """Return whether no message arrives on a Collected topic for ``seconds``, several periods of the tracker."""
     before, end = len(collected.messages), time.monotonic() + seconds
     while time.monotonic() < end and len(collected.messages) == before:
         time.sleep(0.01)

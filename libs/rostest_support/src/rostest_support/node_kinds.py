@@ -1,8 +1,8 @@
-"""The kinds of nodes of this repository: how each is started, and which names it must have registered. No ROS.
+"""The kinds of nodes in this repository: how each is started, and which names it must register. No ROS.
 
-One table for whatever has to hold for every kind of node: the campaign of `./run stress` and the rostests read it.
-A kind's simulators and sources must run before it (`needs`, `in_order`). Several kinds that drive disturb each other on
-one turtle: `on_turtle` gives one of them a turtle of its own, which has to be spawned; draw_square calls reset as well.
+The campaign of `./run stress`, and the rostests of properties that all kinds of nodes share, use this table. A kind's
+simulators and sources must run before it (`needs`, `in_order`). Several kinds that drive disturb each other on one
+turtle: `on_turtle` gives one of them another turtle, which has to be spawned; draw_square also calls reset.
 """
 
 import os
@@ -10,18 +10,18 @@ from typing import NamedTuple
 
 import rospkg
 
-WIDTH, HEIGHT = 160, 120  # [px] of the picture that usb_cam shows
+WIDTH, HEIGHT = 160, 120  # [px] of the image that usb_cam publishes
 TURTLE_SERVICES = tuple(f'/turtle1/{name}' for name in ('set_pen', 'teleport_absolute', 'teleport_relative'))
 
 
 class NodeKind(NamedTuple):
     """One kind of node.
 
-    key: its name in tables; node: its name in ROS; package, executable: as for rosrun; arguments: parameters and
-    remaps, where {folder} stands for a folder with a picture, {bundle} for the file of a bundle of markers; needs: keys
-    of the kinds that must run before it; its standard input has to stay open, which turtle_teleop_key reads;
-    published, subscribed, services: names that it has registered once it is up; drives: it moves a turtle or a robot,
-    for ever or until it has arrived.
+    ``key`` is its name in tables, ``node`` its name in ROS; ``package``, ``executable``: as for rosrun; ``arguments``:
+    parameters and remaps, in which {folder} stands for a folder with an image, {bundle} for the file of a bundle;
+    ``needs``: keys of the kinds that must run before it; ``published``, ``subscribed``, ``services``: names that it has
+    registered once it runs; ``drives``: it moves a turtle or a robot, forever or until it has arrived. Keep its
+    standard input open, because turtle_teleop_key reads it.
     """
 
     key: str
@@ -37,7 +37,7 @@ class NodeKind(NamedTuple):
 
     @property
     def parameters(self):
-        """{absolute name: text} of the private parameters on its command line."""
+        """Return {absolute name: text} of the private parameters on its command line."""
         pairs = (argument[1:].split(':=', 1) for argument in self.arguments if argument.startswith('_') and
                  not argument.startswith('__'))
         return {f'{self.node}/{name}': value for name, value in pairs}
@@ -114,7 +114,7 @@ SIMULATORS = ('turtlesim', 'robotont')
 
 
 def in_order(keys):
-    """The kinds with these keys and all that they need, each after what it needs."""
+    """Return the kinds with these keys and all kinds that they need, each after those that it needs."""
     found = []
     for key in keys:
         kind = BY_KEY[key]
@@ -123,7 +123,7 @@ def in_order(keys):
 
 
 def arguments(kind, folder):
-    """The arguments of a kind's command, with ``folder`` as the place of a picture for usb_cam."""
+    """Return the arguments of a kind's command; ``folder`` contains the image for usb_cam."""
     return [argument.format(folder=folder, bundle=_bundle() if '{bundle}' in argument else '')
             for argument in kind.arguments]
 
@@ -133,7 +133,7 @@ def _bundle():
 
 
 def on_turtle(kind, turtle):
-    """A kind that drives with ``turtle`` in place of turtle1."""
+    """Return the kind with ``turtle`` instead of turtle1."""
     def moved(names):
         return tuple(name.replace('/turtle1/', f'/{turtle}/') for name in names)
     remaps = tuple(f'turtle1/{name}:={turtle}/{name}' for name in ('cmd_vel', 'pose', 'set_pen', 'teleport_absolute'))
@@ -143,7 +143,7 @@ def on_turtle(kind, turtle):
 
 
 def make_picture(folder):
-    """Write a picture that usb_cam can show into a folder; return the folder."""
+    """Write an image for usb_cam into a folder; return the folder."""
     os.makedirs(folder, exist_ok=True)
     pixels = bytes((x + y) % 256 for y in range(HEIGHT) for x in range(WIDTH) for _ in range(3))
     with open(os.path.join(folder, 'picture.ppm'), 'wb') as file:
@@ -152,6 +152,6 @@ def make_picture(folder):
 
 
 def missing(kind, registered):
-    """The names of a kind that are not in ``registered``: (published, subscribed, services), each a collection."""
+    """Return the names of a kind that are not in ``registered``, which is (published, subscribed, services)."""
     needed = kind.published, kind.subscribed, kind.services
     return [name for names, there in zip(needed, registered) for name in names if name not in there]

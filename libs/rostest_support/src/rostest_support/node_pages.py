@@ -1,4 +1,4 @@
-"""What the pages say about nodes: a section with the heading ### SCRIPT, and in it tables of parameters and names."""
+"""Read the documentation of nodes: a section with the heading ### SCRIPT, with tables of parameters and names."""
 import pathlib
 import re
 

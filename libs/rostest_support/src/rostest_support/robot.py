@@ -1,4 +1,4 @@
-"""What the rostests of the robot's nodes share: markers as a tracker publishes them, and a robot that obeys cmd_vel."""
+"""Helpers for rostests of the robot's nodes: markers as a tracker publishes them, and a robot that obeys cmd_vel."""
 import math
 import threading
 
@@ -14,7 +14,7 @@ from rostest_support.common import Collected, until
 from rostest_support.course import CourseCase
 
 FRAME = 'camera_link'
-VIEW = 0.7  # [rad] to each side the robot's camera sees
+VIEW = 0.7  # [rad] that the robot's camera sees to each side
 ODOMETRY_STEPS, MARKERS_STEPS = 4, 12  # of RobotWorld's 120 Hz: 30 Hz and 10 Hz
 
 
@@ -31,7 +31,7 @@ def markers_message(markers, frame=FRAME):
 
 
 class RobotCase(CourseCase):
-    """A test with nodes of the robot part; no turtle is there."""
+    """A test with nodes of the robot part; there is no turtle."""
 
     simulator = None
 
@@ -49,14 +49,14 @@ class RobotCase(CourseCase):
         return collected
 
     def robot(self, start=(0.0, 0.0, 0.0), places=None):
-        """Return a Robot that lasts as long as the test."""
+        """Return a Robot that ends with the test."""
         robot = Robot(start, places)
         self.addCleanup(robot.stop)
         return robot
 
 
 class Robot(threading.Thread):
-    """A Robotont on free ground in real time: obeys ``cmd_vel``, publishes ``odom`` and, with markers, what it sees.
+    """A Robotont without obstacles in real time: obeys ``cmd_vel``, publishes ``odom`` and the markers that it sees.
 
     ``places``: {id: (x, y)} [m] of markers. ``track``: the poses (x, y, theta) so far, one for each message of
     odometry. While ``silent`` it publishes nothing.

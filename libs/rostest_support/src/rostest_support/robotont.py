@@ -1,4 +1,4 @@
-"""What the rostests of the simulated Robotont share: its topics seen from outside, and simulators of a test's own."""
+"""Helpers for rostests of the simulated Robotont: its topics and services, and private simulators."""
 import ast
 import json
 import math
@@ -45,11 +45,11 @@ class RobotontCase(unittest.TestCase):
         return rospy.wait_for_message(self.topic(name), kind, DEADLINE)
 
     def truth(self):
-        """Return where the robot really is: (x, y, yaw) [m, m, rad]."""
+        """Return the true pose of the robot: (x, y, yaw) [m, m, rad]."""
         return place(self.message('~ground_truth', Odometry))
 
     def odometry(self):
-        """Return where the robot believes to be: (x, y, yaw) [m, m, rad]."""
+        """Return the pose in the robot's odometry: (x, y, yaw) [m, m, rad]."""
         return place(self.message('odom', Odometry))
 
     def driver(self):
@@ -69,7 +69,7 @@ class RobotontCase(unittest.TestCase):
         until(driven, what)
 
     def drive_once(self, *command):
-        """Give one command and wait until the watchdog has stopped the robot; return where it is then."""
+        """Give one command and wait until the watchdog has stopped the robot; return its pose."""
         truth = self.collected('~ground_truth', Odometry)
         start = len(truth.messages)
         self.driver()(*command)
@@ -93,7 +93,7 @@ class RobotontCase(unittest.TestCase):
         return ast.literal_eval(said.group()).decode() if said else str(failure.exception)
 
     def world(self):
-        """Return the world that the simulator tells of, as in a world file."""
+        """Return the world that the simulator publishes, as in a world file."""
         return json.loads(self.message('~world', String).data)
 
     def panel(self, name):
@@ -101,7 +101,7 @@ class RobotontCase(unittest.TestCase):
         return next(panel for panel in self.world()['panels'] if panel['name'] == name)
 
     def start(self, *arguments):
-        """Start a simulator as a Process that lasts no longer than the test."""
+        """Start a simulator as a Process that ends with the test."""
         process = Process(SIMULATOR, *arguments)
         self.addCleanup(process.stop)
         return process

@@ -1,6 +1,6 @@
-"""A screen for tests: an X server without hardware (Xvfb), what is to be seen on it, and its windows.
+"""A screen for tests: an X server without hardware (Xvfb), its pixels and its windows.
 
-Talks to the server through libX11, which comes with python3-tk, so that Xvfb is all a test needs besides.
+It uses libX11, which comes with python3-tk, so that a test only needs Xvfb in addition.
 """
 import ctypes
 import ctypes.util
@@ -15,7 +15,7 @@ MISSING = '' if shutil.which('Xvfb') else 'Xvfb is missing, the window is NOT te
 
 _CLIENT_MESSAGE = 33
 _ERROR_HANDLER = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
-# A window may vanish between two requests; by default libX11 would end the whole test run because of it.
+# A window may vanish between two requests; by default, libX11 would then end the whole test run.
 _ignore_errors = _ERROR_HANDLER(lambda _display, _event: 0)
 
 
@@ -26,7 +26,7 @@ class _ClientMessage(ctypes.Structure):
 
 
 class VirtualDisplay:
-    """An X server of its own on a free display; ``name`` is what DISPLAY must be. Use it in a with statement."""
+    """A private X server on a free display; ``name`` is the value for DISPLAY. Use it in a with statement."""
 
     def __init__(self):
         self._display = None
@@ -53,7 +53,7 @@ class VirtualDisplay:
         return red, green, blue
 
     def windows(self, title):
-        """Return the ids of the windows of that title that are there."""
+        """Return the ids of the windows with this title."""
         root, parent, number = ctypes.c_ulong(), ctypes.c_ulong(), ctypes.c_uint()
         children = ctypes.POINTER(ctypes.c_ulong)()
         self._x.XQueryTree(self._display, self._x.XDefaultRootWindow(self._display), ctypes.byref(root),
@@ -72,7 +72,7 @@ class VirtualDisplay:
         return width.value, height.value
 
     def ask_to_close(self, window):
-        """Do what the cross in a window's frame does."""
+        """Request a window to close, as the button in its frame does."""
         protocols = self._x.XInternAtom(self._display, b'WM_PROTOCOLS', 0)
         delete = self._x.XInternAtom(self._display, b'WM_DELETE_WINDOW', 0)
         event = _ClientMessage(type=_CLIENT_MESSAGE, send_event=1, display=self._display, window=window,
@@ -82,7 +82,7 @@ class VirtualDisplay:
 
     def close(self):
         """End the server; its windows lose their connection."""
-        if self._display:  # first: libX11 ends a program that uses a lost connection
+        if self._display:  # close it first: libX11 ends a program that uses a lost connection
             self._x.XCloseDisplay(self._display)
             self._display = None
         self.process.terminate()
