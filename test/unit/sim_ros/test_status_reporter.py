@@ -83,4 +83,4 @@ def test_a_pace_below_the_one_asked_for_is_complained_of(wall, warnings, rate, s
     pacer.steps = steps
     status.report(0, '')
     assert bool(warnings) == complains
-    assert not warnings or 'Time passes 9.0 times as fast as the wall clock, ~rate asks for 10' in warnings[0]
+    assert not warnings or 'Time passes 9.0 times as fast as the wall clock, although ~rate is 10.' in warnings[0]
