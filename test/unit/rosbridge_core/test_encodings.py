@@ -10,7 +10,7 @@ import pytest
 
 from rosbridge_core.encodings import MOST_OPEN, Defragmenter, Message, fragments, from_png, to_json, to_png
 from rosbridge_core.operations import Refused
-from unit_support.messages import Point
+from unit_support.messages import Point, message_class
 
 VALUES = {'x': 1.0, 'y': None, 'z': 0.5}
 WANTED = {'op': 'publish', 'topic': '/p', 'msg': VALUES}
@@ -27,6 +27,17 @@ def message(calls=None):
 def test_json_is_valid():
     frame = message().frame('none')
     assert json.loads(frame, parse_constant=lambda name: pytest.fail(name)) == WANTED
+
+
+@pytest.mark.parametrize('fields', [('data',), ('width', 'data'), ('data', 'more', 'width')])
+def test_long_bytes_are_valid_json(fields):
+    kinds = {'data': 'uint8[]', 'more': 'char[]', 'width': 'uint32'}
+    image = message_class('test_msgs/Image', **{name: kinds[name] for name in fields})
+    values = {'data': bytes(range(256)) * 40, 'more': b'', 'width': 7}
+    one = image(**{name: values[name] for name in fields})
+    found = json.loads(Message('/a"b', b'', lambda data: one, (0, 0)).frame('none'))
+    assert found['topic'] == '/a"b' and base64.b64decode(found['msg']['data']) == values['data']
+    assert set(found['msg']) == set(fields) and found['msg'].get('width', 7) == 7
 
 
 def test_cbor_keeps_nan():

@@ -11,10 +11,11 @@ import cbor2
 import cv2
 import numpy as np
 
-from rosbridge_core.conversion import cbor_values, json_values
+from rosbridge_core.conversion import cbor_values, json_values, kind_of
 from rosbridge_core.operations import Operation, Refused
 
 Frame = Union[str, bytes]  # a text frame, or a binary one
+LONG = 4096  # characters
 MOST_OPEN = 32  # messages of which a client has sent only some fragments
 PNG_HEADER = struct.Struct('>8s4x4sII')  # signature, length of the first chunk, IHDR, width, height
 _dump: Callable[[Any], str] = json.JSONEncoder(separators=(',', ':'), allow_nan=False).encode
@@ -55,7 +56,16 @@ class Message:
             self._message = self._deserialise(self.data)
         if compression == 'cbor':
             return to_cbor({**operation, 'msg': cbor_values(self._message)})
-        return to_json({**operation, 'msg': json_values(self._message)})
+        return f'{{"op":"publish","topic":{_dump(self.topic)},"msg":{_message_text(self._message)}}}'
+
+
+def _message_text(message: Any) -> str:
+    """Return a message as JSON; long arrays of bytes get by the encoder, which would search their base64 for quotes."""
+    values = json_values(message)
+    long = [f'"{name}":"{values.pop(name)}"' for name, kind in zip(message.__slots__, message._slot_types)
+            if kind_of(kind).is_bytes and len(values[name]) > LONG]
+    text = _dump(values)
+    return f'{text[:-1]}{"," if values and long else ""}{",".join(long)}}}'
 
 
 def to_png(text: str) -> str:

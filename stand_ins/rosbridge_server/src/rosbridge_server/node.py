@@ -24,6 +24,7 @@ from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
 
 LARGEST = 1e9  # [B]
+SWITCH = 0.0005  # [s] after which another thread gets its turn: the loop's does not wait for one that reads an image
 PAGE = ('This is a rosbridge server: connect to it with a WebSocket, as roslibjs and roslibpy do. It shows no page '
         'because ~folder is not set.')
 
@@ -130,6 +131,7 @@ class _WebSockets(tornado.routing.Matcher):
 def main():
     """Serve until shutdown."""
     nodes.init_node('rosbridge_websocket', PARAMETERS)
+    sys.setswitchinterval(SWITCH)
     port, address = PARAMETERS.read('~port', '~address')
     RosbridgeNode(_option('--port', port, int), _option('--address', address, str) or '0.0.0.0').run()
 

@@ -19,7 +19,7 @@ from rosbridge_core.operations import Refused
 from rosbridge_core.outbox import BURST, SMALL
 from rosbridge_server import types
 from rospy_support import rospy_internals
-from rospy_support.topics import Publisher
+from rospy_support.topics import LatestPublisher, Publisher
 
 CONNECTING = 1.0  # [s] after the registration of a topic, in which new subscribers get what they would have missed
 MOST_KEPT = 100  # messages for them
@@ -58,8 +58,10 @@ class Advertised:
         self.is_velocity = kind in VELOCITIES
         self.unregistering = None
         self._starting = None if latch else _Starting()
-        self._publisher = Publisher(name, self.cls, self._starting, latch=latch, queue_size=max(1, queue_size),
-                                    tcp_nodelay=True)
+        if latch:
+            self._publisher = Publisher(name, self.cls, latch=True, queue_size=max(1, queue_size), tcp_nodelay=True)
+        else:
+            self._publisher = LatestPublisher(name, self.cls, self._starting)
 
     def publish(self, values):
         """Publish a message given as a dict."""

@@ -87,7 +87,9 @@ class RosbridgeWebSocket(Guarded, tornado.websocket.WebSocketHandler):
 
     def _write(self, frame):
         try:
-            return asyncio.ensure_future(_quietly(self.write_message(frame, isinstance(frame, bytes))))
+            written = self.write_message(frame, isinstance(frame, bytes))
+            written.add_done_callback(_note_error)
+            return written
         except tornado.websocket.WebSocketClosedError:
             return asyncio.get_event_loop().create_future()
 
@@ -108,12 +110,10 @@ class RosbridgeWebSocket(Guarded, tornado.websocket.WebSocketHandler):
         self._session.look(now)
 
 
-async def _quietly(future):
-    """Wait for a frame; that the client has gone meanwhile is told by on_close."""
-    try:
-        await future
-    except (tornado.websocket.WebSocketClosedError, tornado.iostream.StreamClosedError):
-        await asyncio.get_event_loop().create_future()
+def _note_error(written):
+    """Let asyncio not log that a client went while it was written to: on_close tells it."""
+    if not written.cancelled():
+        written.exception()
 
 
 class Clients:
