@@ -30,7 +30,7 @@ from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import sandbox
-from course_grader.rules import judging, random_stimuli, scoring
+from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
 from course_grader.supervision.job import Attempted
@@ -78,7 +78,8 @@ def run(job):
         chosen = policy_of(command, job.real_time)
         command = static_analysis.resolved(command)
     except sandbox.CommandError as error:
-        return Attempted(scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)]), Observed())
+        failed = scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)])
+        return Attempted(symptoms.advise(job.exercise, Observed(), failed), Observed())
     attempt = Attempt(job, command, chosen, remarks)
     try:
         verdict = attempt.run()
@@ -120,6 +121,8 @@ class Attempt:
 
     def attempted(self, verdict):
         """Return everything as an Attempted."""
+        self.observed.source = static_analysis.source(self._command)
+        verdict = symptoms.advise(self.exercise, self.observed, verdict)
         return Attempted(verdict, self.observed, tuple(self.remarks), self._policy.lockstep, self.busy, self.flooded)
 
     def run(self):
@@ -345,6 +348,8 @@ class Attempt:
         for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
             for name, nodes in names:
                 others = set(nodes) - own
+                if set(nodes) & own:
+                    self.observed.others.add((name, role))
                 self._students |= others
                 if others and name not in OF_EVERY_NODE:
                     self.observed.connections.add((name, role))

@@ -4,6 +4,7 @@ Simulated time may pass faster only if the program follows it. rospy.sleep, Rate
 for here do not. Python programs are searched with their own modules, launch files with the files that they include.
 """
 import ast
+import contextlib
 import os
 import pathlib
 import re
@@ -38,6 +39,16 @@ def looks_at_the_wall_clock(command):
         return _first(_shell(part) if os.path.isfile(part) else _lines([part]) for part in command[1:])
     read = set()
     return _first(_shell(path) if _begins(path, SHELL) else _python(path, read) for path in _programs(command))
+
+
+def source(command):
+    """Return the text of the Python programs that ``command`` starts, without their own modules."""
+    texts = []
+    for path in _programs(command):
+        if not _begins(path, SHELL):
+            with contextlib.suppress(OSError), open(path, encoding='utf-8', errors='replace') as file:
+                texts.append(file.read())
+    return '\n'.join(texts)
 
 
 def compiled(command):

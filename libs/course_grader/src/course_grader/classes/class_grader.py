@@ -81,7 +81,8 @@ class ClassGrader:
             verdict = Verdict(scoring.UNDECIDED, 0.0, [], [f'the grading failed: {error}'])
         reasons = [f'{reason.points:g} of {reason.of:g}: asked: {reason.asked}; seen: {reason.seen}'
                    for reason in verdict.reasons]
-        return Graded(submission, verdict.outcome, verdict.score, (*verdict.objections, *reasons),
+        hints = [f'hint: {hint}' for hint in verdict.hints]
+        return Graded(submission, verdict.outcome, verdict.score, (*hints, *verdict.objections, *reasons),
                       time.monotonic() - start, folder, verdict)
 
     def _judge(self, submission: Submission, folder: str) -> Verdict:

@@ -12,7 +12,7 @@ import re
 import sys
 from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
-from course_grader.rules.judging import Kind, Parameter, Parameters, Span
+from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
 from kinematic_core import documents
@@ -56,10 +56,27 @@ KEYS: Parameters = {
     'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
     'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
     'stimuli': Parameter('list', [], 'what the grader does meanwhile'),
-    'checks': Parameter('list', ..., 'what counts')}
+    'checks': Parameter('list', ..., 'what counts'),
+    'symptoms': Parameter('list', [], 'advice for the mistakes that a failed program may have made')}
 OF_A_CHECK: Parameters = {
     'points': Parameter('number', ..., 'how many of the 100 points it gives'),
     'must': Parameter('boolean', False, 'whether the exercise fails below half of its points')}
+
+OF_A_SYMPTOM: Parameters = {
+    'hint': Parameter('text', ..., 'the advice, one sentence'),
+    'lost': Parameter('check', None, 'the check that lost points'),
+    'seen': Parameter('pattern', None, 'found in what the report says of a check that lost points'),
+    'prints': Parameter('pattern', None, 'found in what the program printed, or in why it failed'),
+    'source': Parameter('pattern', None, 'found in the Python source of the program'),
+    'publishes': Parameter('pattern', None, 'found in the name of a topic that it publishes'),
+    'subscribes': Parameter('pattern', None, 'found in the name of a topic that it subscribes to'),
+    'serves': Parameter('pattern', None, 'found in the name of a service that it offers'),
+    'linear': Parameter('span speed', ANY, 'the median of linear.x of its commands'),
+    'sideways': Parameter('span speed', ANY, 'the same of linear.y'),
+    'angular': Parameter('span turn speed', ANY, 'the same of angular.z'),
+    'end x': Parameter('span length', ANY, 'where the turtle or robot is at the end'),
+    'end y': Parameter('span length', ANY, 'the same for y'),
+}
 
 
 class ExerciseError(ValueError):
@@ -91,6 +108,7 @@ class Exercise(NamedTuple):
     allows: Tuple[str, ...]
     stimuli: List[Stimulus]
     rules: List[ScoredRule]
+    symptoms: List[Dict[str, Any]] = []  # {'hint': advice, predicate: value or None}, see symptoms.py
 
 
 def load(path: documents.Path) -> Exercise:
@@ -118,6 +136,8 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     if 'checks' in values and all(rules) and abs(points - 100.0) > 1e-6:
         problems.append(f'the points of the checks add up to {points:g}; they must add up to 100')
     stimuli = [_stimulus(entry, number, problems) for number, entry in enumerate(values.get('stimuli', ()), 1)]
+    symptoms = [_fields(entry, OF_A_SYMPTOM, f'symptom {number}', problems)
+                for number, entry in enumerate(values.get('symptoms', ()), 1)]
     if not 0.0 < values.get('time', LONGEST) <= LONGEST:
         problems.append(f'time is {shown(content["time"])}; it must be above 0 and at most {LONGEST:g} s')
     if not 0.0 < values.get('pass', 100.0) <= 100.0:
@@ -127,7 +147,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     if not problems:
         made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
-                        [one for one in rules if one])
+                        [one for one in rules if one], symptoms)
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -259,6 +279,8 @@ def _convert(value: Any, kind: Kind) -> Any:
             words = [str(allowed) for allowed in kind]
             raise QuantityError(f'{shown(value)} must be one of {", ".join(words)}{_meant(value, words)}')
         return found[0]
+    if kind == 'check':
+        return _convert(value, tuple(RULES))
     if kind in PLAIN:
         return _plain(value, kind)
     if kind in PATTERNS:

@@ -29,4 +29,8 @@ checks:
   - {check: moves, points: 20, length: 2 m}
   - {check: stops, points: 60, must: true, x: 9 m, tolerance: 0.15 m, size: 1 m}
   - {check: connects, points: 20, topic: /turtle1/pose, role: subscribes}
+
+# Advice for mistakes of this exercise. All that is given has to hold:
+symptoms:
+  - {lost: stops, linear: at most -0.01 m/s, hint: a negative linear.x drives backward}
 '''

@@ -90,6 +90,8 @@ class Observed:
     connections: Set[Tuple[str, str]] = field(default_factory=set)  # (name, 'publishes' | 'subscribes' | 'serves')
     parameters: Dict[str, Any] = field(default_factory=dict)  # of those that checks ask for, the last values
     transforms: List[Transform] = field(default_factory=list)
+    others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
+    source: str = ''  # of the program, as far as it is Python
     start: float = 0.0
     seconds: float = 0.0  # how long it was observed, since start
     timed_out: bool = False  # whether it was observed for as long as the exercise takes at most

@@ -2,7 +2,7 @@
 import textwrap
 from typing import Any, Dict, List, NamedTuple, Tuple
 
-from course_grader.rules.exercise import KEYS, MEANINGS, OF_A_CHECK, START, STIMULI
+from course_grader.rules.exercise import KEYS, MEANINGS, OF_A_CHECK, OF_A_SYMPTOM, START, STIMULI
 from course_grader.rules.judging import ANY, Kind, Parameters
 from course_grader.rules.quantities import UNITS
 from course_grader.rules.registry import RULES
@@ -10,7 +10,8 @@ from course_grader.rules.registry import RULES
 WIDTH = 100  # characters of a line in the terminal
 HEADINGS = 'parameter', 'kind', 'default', 'meaning'
 WORDS = {'integer': 'whole number', 'pattern': 'regular expression', 'boolean': 'true or false',
-         'spans': 'list of spans', 'coordinate': 'length of either sign', 'value': 'number, text, true, false'}
+         'spans': 'list of spans', 'coordinate': 'length of either sign', 'value': 'number, text, true, false',
+         'check': 'name of a check'}
 
 
 class Entry(NamedTuple):
@@ -31,7 +32,13 @@ def stimuli() -> List[Entry]:
     return [Entry(name, MEANINGS[name], parameters) for name, parameters in STIMULI.items()]
 
 
-SECTIONS: Dict[str, Tuple[str, List[Entry]]] = {'Checks': ('check', checks()), 'Stimuli': ('stimulus', stimuli())}
+def symptoms() -> List[Entry]:
+    """Return what an entry of ``symptoms`` may have."""
+    return [Entry('symptom', 'A mistake of a failed program: all that is given must hold.', OF_A_SYMPTOM)]
+
+
+SECTIONS: Dict[str, Tuple[str, List[Entry]]] = {'Checks': ('check', checks()), 'Stimuli': ('stimulus', stimuli()),
+                                          'Symptoms': ('entry', symptoms())}
 
 
 def markdown(section: str) -> str:
@@ -88,7 +95,8 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
     if default == ANY:
         return 'any'
     if default is None:
-        return {'coordinate': 'not checked', 'value': 'any'}.get(str(kind), 'the middle')
+        words = {'coordinate': 'not checked', 'value': 'any', 'pattern': 'any', 'check': 'any'}
+        return words.get(str(kind), 'the middle')
     if isinstance(default, bool):
         return str(default).lower()
     if kind == 'pattern':

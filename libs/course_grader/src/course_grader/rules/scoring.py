@@ -1,5 +1,5 @@
 """From what was observed to a score with its reasons."""
-from typing import List, NamedTuple
+from typing import List, NamedTuple, Tuple
 
 from course_grader.rules import judging, registry
 from course_grader.rules.exercise import Exercise
@@ -21,12 +21,16 @@ class Reason(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """outcome: passed, failed or undecided; score 0..100; reasons; shortcuts and trouble that were seen, as texts."""
+    """outcome: passed, failed or undecided; score 0..100; reasons; shortcuts and trouble that were seen, as texts.
+
+    ``hints``: advice to the student, see symptoms.py.
+    """
 
     outcome: str
     score: float
     reasons: List[Reason]
     objections: List[str]
+    hints: Tuple[str, ...] = ()
 
 
 def decide(exercise: Exercise, observed: Observed) -> Verdict:

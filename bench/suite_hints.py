@@ -1,0 +1,71 @@
+"""The bench of the grader's hints: how many mistakes of beginners get the right advice.
+
+The programs are right samples of test/data/submissions with one mistake each, as test/data/wrong_programs.yaml lists
+them; they were written before any symptom was, and half of them are held out. See suite_turtlesim for what a suite is.
+"""
+
+import json
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+import yaml
+
+from figures import Figure, Target
+from processes import BenchError
+from suite_grading import CLASS_JOBS, LIMIT, REPOSITORY, SAMPLES, SEED, grade
+from suite_turtlesim import Measurement
+
+NEEDS_NODE = False
+PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
+FULL, QUICK = None, 6  # programs of each half
+KINDS = {'open': 'mistakes that symptoms were written for', 'held_out': 'mistakes that were held out'}
+
+
+def programs(kind):
+    """Return [(exercise, text of the program, pattern of the right hint)]."""
+    found = []
+    for entry in yaml.safe_load(PROGRAMS.read_text(encoding='utf-8'))[kind]:
+        text = (SAMPLES / entry['of']).read_text(encoding='utf-8')
+        for old, new in entry['change'].items():
+            if str(old) not in text:
+                raise BenchError(f'{PROGRAMS}: {entry["of"]} has no {old!r}')
+            text = text.replace(str(old), str(new))
+        found.append((entry['of'].partition('/')[0], text, entry['hint']))
+    return found
+
+
+def count(kind):
+    """Return the measurement of one half: 100 for each program with the right hint, else 0."""
+    def run(_subject, most):
+        chosen = programs(kind)[:most]
+        with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+            for number, (exercise, text, _) in enumerate(chosen):
+                student = Path(folder, 'class', f'{number:02}')
+                student.mkdir(parents=True)
+                (student / f'{exercise}.py').write_text(text, encoding='utf-8')
+            grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
+                   str(Path(folder, 'out'))], LIMIT * len(chosen), accepted=(1,))
+            return {kind: [_right(Path(folder, 'out', f'{number:02}', exercise, 'result.json'), hint)
+                           for number, (exercise, _, hint) in enumerate(chosen)]}
+    return run
+
+
+def _right(path, wanted):
+    """Return 100 if a result.json has the hint, else 0; say what it has instead."""
+    result = json.loads(path.read_text(encoding='utf-8'))
+    if result['outcome'] == 'failed' and any(re.search(wanted, hint) for hint in result['hints']):
+        return 100.0
+    print(f'    {path.parent.parent.name} {path.parent.name}: {result["outcome"]}; wanted {wanted!r}, got '
+          f'{result["hints"]}', file=sys.stderr)
+    return 0.0
+
+
+def mean(values):
+    return sum(values) / len(values)
+
+
+MEASUREMENTS = {kind: Measurement(count(kind), about) for kind, about in KINDS.items()}
+FIGURES = tuple(Figure(f'right hints, {about}', kind, '%', mean, Target('at_least', 90.0))
+                for kind, about in KINDS.items())

@@ -1,0 +1,136 @@
+"""course_grader.rules.symptoms: a failed program gets advice on what it may be, one that passed none."""
+import pathlib
+
+import pytest
+import yaml
+
+from course_grader.rules import exercise, scoring, symptoms
+from course_grader.rules.observation import Observed
+from unit_support.graded_turtle import GradedTurtle
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+FOLDER = REPOSITORY / 'exercises'
+PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
+OTHERS = {('/turtle1/cmd_vel', 'subscribes'), ('/turtle1/pose', 'publishes'), ('/turtle1/set_pen', 'serves'),
+          ('/turtle1/teleport_absolute', 'serves'), ('/turtle1/teleport_relative', 'serves'), ('/rosout', 'publishes')}
+
+
+def hints(name, act=None, source='', trouble='', connections=()):
+    """Return the hints for what a turtle did in an exercise."""
+    turtle = GradedTurtle(4.0, 3.0)
+    if act:
+        act(turtle)
+    observed = turtle.observed
+    observed.others, observed.source, observed.trouble = OTHERS, source, trouble
+    observed.connections |= set(connections)
+    one = exercise.load(FOLDER / f'{name}.yaml')
+    return symptoms.advise(one, observed, scoring.decide(one, observed)).hints
+
+
+def circle(turtle, angular=0.2, rate=10.0):
+    turtle.drive(33.0, 0.5, angular, rate, say=lambda pose: '0.5 0.2')
+
+
+@pytest.mark.parametrize('connection, said', [
+    (('/turtle/cmd_vel', 'publishes'), 'publishes /turtle/cmd_vel, which nobody reads: did you mean /turtle1/cmd_vel?'),
+    (('/cmd_vel', 'publishes'), 'publishes /cmd_vel, which nobody reads: did you mean /turtle1/cmd_vel?'),
+    (('/turtle1/Pose', 'subscribes'),
+     'subscribes to /turtle1/Pose, which nobody publishes: did you mean /turtle1/pose?'),
+    (('/turtle1/setpen', 'serves'), 'offers /turtle1/setpen, which nobody calls: did you mean /turtle1/set_pen?'),
+])
+def test_names_that_nobody_else_uses(connection, said):
+    assert hints('publish_circle', connections=[connection])[0] == f'the program {said}'
+
+
+@pytest.mark.parametrize('connection', [('/rosout', 'publishes'), ('/turtle1/cmd_vel', 'publishes'),
+                                        ('/my_node/get_loggers', 'serves'), ('/something/else', 'publishes')])
+def test_other_names_are_not_suspected(connection):
+    assert not any('did you mean' in hint for hint in hints('publish_circle', connections=[connection]))
+
+
+def test_names_in_the_source_are_compared_with_the_task_first():
+    source = "call = rospy.ServiceProxy('/turtle1/teleport', Teleport)  # of turtlesim/Teleport\n"
+    assert hints('square_by_teleport', source=source)[0] == (
+        'the program uses /turtle1/teleport, which does not exist: did you mean /turtle1/teleport_absolute?')
+
+
+@pytest.mark.parametrize('trouble, said', [
+    ("a.py, line 3: SyntaxError: Missing parentheses in call to 'print'. Did you mean print(...)?",
+     'this is Python 2: `2to3 -w FILE` makes it Python 3'),
+    ("TypeError: callback() missing 1 required positional argument: 'pose'", 'without parentheses'),
+    ("AttributeError: 'Pose' object has no attribute 'position'", 'Pose has no field position: `rosmsg show Pose`'),
+    ("ModuleNotFoundError: No module named 'geometry_msg'", 'there is no module geometry_msg'),
+    ("ImportError: cannot import name 'twist' from 'geometry_msgs.msg' (/opt)", 'start with a capital letter'),
+    ("NameError: name 'twsit' is not defined", 'the name twsit is used'),
+    ('the program never started a node; does it call rospy.init_node?', 'call rospy.init_node'),
+])
+def test_failures_are_explained(trouble, said):
+    assert said in hints('publish_circle', trouble=trouble)[0]
+
+
+def test_a_service_that_returns_nothing():
+    def act(turtle):
+        turtle.print("[ERROR] Error processing request: service handler returned None")
+    assert 'must return a response' in hints('set_pen_and_goto_pose', act)[0]
+
+
+def test_a_missing_spin():
+    def act(turtle):
+        turtle.observed.exit_code, turtle.observed.ended_at = 0, 0.3
+    assert 'rospy.spin()' in hints('print_poses', act, source="rospy.Subscriber('/turtle1/pose', Pose, show)\n")[0]
+    assert not any('ended at once' in hint for hint in hints(
+        'print_poses', act, source="rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.spin()\n"))
+
+
+def test_a_value_that_stays_in_a_function():
+    source = 'x = None\ndef callback(pose):\n    x = pose.x\n'
+    assert 'write `global x`' in hints('stop_at_x', source=source)[0]
+    declared = source.replace('    x =', '    global x\n    x =')
+    assert not any('global' in hint for hint in hints('stop_at_x', source=declared))
+
+
+@pytest.mark.parametrize('act, said', [
+    (lambda turtle: circle(turtle, angular=-0.2), 'a positive angular.z turns to the left'),
+    (lambda turtle: circle(turtle, angular=0.0), 'angular.z is its turn speed'),
+    (lambda turtle: circle(turtle, rate=1.0), 'rospy.Rate(10)'),
+])
+def test_symptoms_of_an_exercise(act, said):
+    assert said in hints('publish_circle', act)[0]
+
+
+def test_who_passes_gets_no_hint():
+    assert hints('publish_circle', circle, connections=[('/turtle/cmd_vel', 'publishes')]) == ()
+
+
+def test_hints_are_few():
+    assert len(hints('publish_circle', trouble='NameError: init_node', connections=[
+        ('/turtle/cmd_vel', 'publishes'), ('/turtle1/cmdvel', 'publishes'), ('/turtle1/Pose', 'subscribes')])) == 2
+
+
+@pytest.mark.parametrize('symptom, said', [
+    ({'lost': 'moves'}, 'symptom 1 lacks the key hint'),
+    ({'hint': 'a', 'lost': 'flies'}, "symptom 1: lost: 'flies' must be one of "),
+    ({'hint': 'a', 'seen': '('}, 'symptom 1: seen: '),
+    ({'hint': 'a', 'colour': 'red'}, "symptom 1 has an unknown key 'colour'"),
+])
+def test_wrong_symptoms_are_the_teachers_error(symptom, said):
+    content = {'title': 'T', 'time': '10 s', 'checks': [{'check': 'moves', 'points': 100, 'length': '2 m'}]}
+    assert exercise.parse({**content, 'symptoms': [{'hint': 'drive', 'lost': 'moves'}]}).symptoms[0]['hint'] == 'drive'
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.parse({**content, 'symptoms': [symptom]})
+    assert str(error.value).startswith(said)
+
+
+def test_every_exercise_has_symptoms_and_every_predicate_is_known():
+    assert all(exercise.load(path).symptoms for path in FOLDER.glob('*.yaml'))
+    assert set(symptoms.PREDICATES) == set(exercise.OF_A_SYMPTOM) - {'hint'}
+    assert symptoms.advise(exercise.load(FOLDER / 'stop_at_x.yaml'), Observed(),
+                           scoring.Verdict('undecided', 0.0, [], [])).hints == ()
+
+
+def test_the_mistakes_of_the_bench_are_mistakes_in_samples():
+    listed = yaml.safe_load(PROGRAMS.read_text(encoding='utf-8'))
+    assert sum(map(len, listed.values())) >= 60 and len(listed['held_out']) >= len(listed['open'])
+    for entry in listed['open'] + listed['held_out']:
+        text = (REPOSITORY / 'test' / 'data' / 'submissions' / entry['of']).read_text(encoding='utf-8')
+        assert all(str(old) in text and str(old) != str(new) for old, new in entry['change'].items()), entry
