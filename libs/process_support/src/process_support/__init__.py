@@ -1,1 +1,1 @@
-"""Starting, finding and ending processes. Without ROS."""
+"""Start, find and end processes. Without ROS."""

@@ -1,11 +1,11 @@
-"""Starting, finding and ending processes, also those of somebody else's program that try to remain. Linux, psutil.
+"""Start, find and end processes, including background processes of untrusted programs. Linux, psutil.
 
-A process is a psutil.Process: its number and when it started. Linux gives numbers away again, so only a process that
-was found is signalled, never whatever has its number by now.
+A process is a psutil.Process: its number and its start time. Linux reuses numbers, so a signal is sent only to the
+process that was found, never to another one that has its number now.
 
-Every process inherits the environment, so a mark in it is found in all that a program starts; and this process can
-become the parent of those whose own parent ends (``adopt_orphans``), so that even what clears its environment and
-detaches still descends from here.
+Every process inherits the environment, so a mark in it is found in all processes that a program starts. This process
+can also become the parent of orphans (``adopt_orphans``), so that even a process that clears its environment and
+detaches is still a descendant.
 """
 import contextlib
 import ctypes
@@ -19,11 +19,11 @@ from typing import Any, Callable, Collection, Dict, Iterator, List, Optional, Se
 import psutil
 
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # of prctl(2), which psutil does not have
-Stages = Sequence[Tuple[int, float]]  # (signal, time [s] until the next one), each rougher than the one before
+Stages = Sequence[Tuple[int, float]]  # (signal, time [s] until the next one), each stronger than the previous one
 END_STAGES: Stages = ((signal.SIGINT, 3.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 2.0))
 KILL: Stages = END_STAGES[-1:]
-END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # by which people and programs end this process
-INTERRUPTED = 130  # exit code of a program that Ctrl-C has ended, as a shell's
+END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # signals with which users and programs end this process
+INTERRUPTED = 130  # exit code of a program that Ctrl-C has ended, as in a shell
 POLL = 0.02  # [s]
 
 
@@ -33,9 +33,9 @@ def adopt_orphans() -> None:
 
 
 def end_with_parent(number: int = signal.SIGINT, parent: Optional[int] = None) -> None:
-    """Let this process get a signal when the thread that started it ends; for Popen's preexec_fn.
+    """Send a signal to this process when the thread that started it ends; for Popen's preexec_fn.
 
-    ``parent``: the number of its process, which may have ended already.
+    ``parent`` is the number of that thread's process, which may already have ended.
     """
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, number)
     if parent is not None and os.getppid() != parent:
@@ -43,7 +43,7 @@ def end_with_parent(number: int = signal.SIGINT, parent: Optional[int] = None) -
 
 
 def make_interruptible() -> None:
-    """Let END_SIGNALS raise KeyboardInterrupt, once: what ends the program then is not interrupted again."""
+    """Let END_SIGNALS raise KeyboardInterrupt once, so that they cannot interrupt the clean-up after it."""
     def interrupt(_number: int, _frame: Any) -> None:
         for number in END_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
@@ -53,10 +53,10 @@ def make_interruptible() -> None:
 
 
 def guard(clean_up: Callable[[], None]) -> Tuple[psutil.Process, Callable[[], None]]:
-    """Fork a guardian that calls ``clean_up()`` should this process be killed, by whatever signal.
+    """Fork a guardian that calls ``clean_up()`` if this process is killed, by any signal.
 
-    Return it, and a function that dismisses it and must be called in the end. To be called while this process has one
-    thread.
+    Return the guardian, and a function that dismisses it, which must be called at the end. Call ``guard`` while this
+    process has only one thread.
     """
     watched, held = os.pipe()
     guardian = os.fork()
@@ -80,7 +80,7 @@ def guard(clean_up: Callable[[], None]) -> Tuple[psutil.Process, Callable[[], No
 
 
 def tree(root: psutil.Process) -> List[psutil.Process]:
-    """Return a process and all that descend from it; nothing when it has ended and was waited for."""
+    """Return a process and all its descendants; [] if it has ended and was waited for."""
     try:
         descendants = root.children(recursive=True)
     except psutil.NoSuchProcess:
@@ -89,9 +89,9 @@ def tree(root: psutil.Process) -> List[psutil.Process]:
 
 
 def descendant_ids(root: int) -> Set[int]:
-    """Return the numbers of all processes that descend from ``root``, to look at and not to signal.
+    """Return the numbers of all descendants of ``root``, for observation; do not send signals to them.
 
-    For what looks 50 times a second: among 150 processes it takes 0.4 ms, psutil's children() 12 ms (5.9.4).
+    It is fast enough for 50 calls per second: among 150 processes it takes 0.4 ms, psutil's children() 12 ms (5.9.4).
     """
     found: Set[int] = set()
     unseen = {root}
@@ -105,10 +105,10 @@ def descendant_ids(root: int) -> Set[int]:
 
 
 def related(mark: str, root: psutil.Process, kept: Collection[int] = ()) -> Set[psutil.Process]:
-    """Return the living processes with ``mark`` (NAME=VALUE) in their environment, and all below ``root``.
+    """Return the running processes with ``mark`` (NAME=VALUE) in their environment, and all descendants of ``root``.
 
-    This process is not among them. Its orphans that have ended are reaped, but for those whose numbers are ``kept``:
-    somebody waits for their exit code.
+    This process is not among them. Its orphans that have ended are reaped, except those whose numbers are in ``kept``,
+    because other code waits for their exit codes.
     """
     name, _, value = mark.partition('=')
     below, found = set(tree(root)) - {root}, set()
@@ -123,9 +123,9 @@ def related(mark: str, root: psutil.Process, kept: Collection[int] = ()) -> Set[
 
 
 def group(leader: psutil.Process) -> Set[psutil.Process]:
-    """Return the living processes of the process group that ``leader`` started, also when it has ended itself.
+    """Return the running processes of the process group that ``leader`` started, even if ``leader`` has ended.
 
-    Linux gives the number of a group away only when the group is empty.
+    Linux reuses the number of a group only when the group is empty.
     """
     found = set()
     for process in _all():
@@ -138,7 +138,7 @@ def group(leader: psutil.Process) -> Set[psutil.Process]:
 
 
 def end(find: Callable[[], Set[psutil.Process]], stages: Stages = END_STAGES) -> None:
-    """End all processes that ``find()`` returns, and those that come up meanwhile."""
+    """End all processes that ``find()`` returns, including those that start in the meantime."""
     for number, patience in stages:
         deadline = time.monotonic() + patience
         signalled: Set[psutil.Process] = set()
@@ -148,21 +148,22 @@ def end(find: Callable[[], Set[psutil.Process]], stages: Stages = END_STAGES) ->
                 break
             for process in alive - signalled:
                 with contextlib.suppress(psutil.Error):
-                    process.send_signal(number)  # not sent when the number is another process's by now
+                    process.send_signal(number)  # not sent if another process has the number now
             signalled |= alive
             time.sleep(POLL)  # psutil.wait_procs would take exit codes that a Popen waits for
 
 
 def cpu_time(pid: int) -> float:
-    """Return user plus system time [s] of all threads of a process since it started; raise OSError when it has ended.
+    """Return user plus system time [s] of all threads of a process since its start; raise OSError if it has ended.
 
-    From the process's CPU clock: the quantity of psutil's cpu_times(), in nanoseconds instead of ticks of 10 ms.
+    It comes from the CPU clock of the process: the same as psutil's cpu_times(), in nanoseconds instead of ticks of
+    10 ms.
     """
     return time.clock_gettime((~pid) << 3 | 2)  # CPUCLOCK_SCHED; include/linux/posix-timers.h
 
 
 def thread_times(pid: int) -> Dict[str, Tuple[float, float]]:
-    """Return {thread: (how long it has run, how long it has waited for a core) [s]} of a process's living threads."""
+    """Return {thread: (run time, time waiting for a core) [s]} of the threads of a process."""
     times = {}
     for path in glob.glob(f'/proc/{pid}/task/*/schedstat'):
         with contextlib.suppress(OSError), open(path, encoding='ascii') as file:
@@ -172,13 +173,13 @@ def thread_times(pid: int) -> Dict[str, Tuple[float, float]]:
 
 
 class BackgroundProcess:
-    """A command that runs in the background; what it prints goes into a file. Use it in a with statement."""
+    """A command in the background, with its output in a file. Use it in a with statement."""
 
     def __init__(self, command: Sequence[str], log: str, own_group: bool = True, **options: Any) -> None:
-        """``options`` are those of subprocess.Popen. ``own_group``: it gets a session and group of its own, and all
-        that stays in that group ends with it; else it shares this process's, and what ends that ends it, too.
+        """Start the command; raise OSError if that fails. ``options`` are those of subprocess.Popen.
 
-        Raise OSError when it cannot be started.
+        With ``own_group``, it gets a new session and process group, and all processes in this group end with it.
+        Otherwise it is in the group of this process, so that a signal to this group also ends it.
         """
         self.command, self._log, self._own_group = command, log, own_group
         with open(log, 'wb') as file:
@@ -188,7 +189,7 @@ class BackgroundProcess:
 
     @property
     def pid(self) -> int:
-        """Its number."""
+        """Return its process id."""
         return self.process.pid
 
     def output(self) -> str:
@@ -205,12 +206,12 @@ class BackgroundProcess:
         return self.process.poll() is None
 
     def signal(self, number: int) -> None:
-        """Send a signal to it and its group; when it has ended, to nobody."""
-        if self.runs():  # so nobody has waited for it yet, and its number is its own
+        """Send a signal to it and its group, unless it has ended."""
+        if self.runs():  # so it was not waited for yet, and the number is still its own
             (os.killpg if self._own_group else os.kill)(self.process.pid, number)
 
     def stop(self, stages: Stages = END_STAGES) -> None:
-        """End it and what is left of its group: asked first, then forced. Twice is harmless."""
+        """End it and the rest of its group, at first gently, then by force. A second call does nothing."""
         for number, patience in stages:
             self.signal(number)
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -229,7 +230,7 @@ class BackgroundProcess:
 
 
 def _all() -> Iterator[psutil.Process]:
-    """Yield all processes. Not psutil.process_iter, whose cache is shared by all threads."""
+    """Yield all processes, without psutil.process_iter, whose cache is shared by all threads."""
     for pid in psutil.pids():
         with contextlib.suppress(psutil.Error):
             yield psutil.Process(pid)
