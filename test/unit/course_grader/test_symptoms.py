@@ -1,4 +1,4 @@
-"""course_grader.rules.symptoms: a failed program gets advice on what it may be, one that passed none."""
+"""course_grader.rules.symptoms: a program that lost points gets advice on what it may be."""
 import pathlib
 
 import pytest
@@ -76,10 +76,14 @@ def test_a_service_that_returns_nothing():
 
 def test_a_missing_spin():
     def act(turtle):
-        turtle.observed.exit_code, turtle.observed.ended_at = 0, 0.3
+        turtle.observed.exit_code, turtle.observed.ended_at = 0, 5.0
     assert 'rospy.spin()' in hints('print_poses', act, source="rospy.Subscriber('/turtle1/pose', Pose, show)\n")[0]
-    assert not any('ended at once' in hint for hint in hints(
+    assert not any('ended by itself' in hint for hint in hints(
         'print_poses', act, source="rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.spin()\n"))
+
+
+def test_the_pose_of_another_package():
+    assert 'turtlesim.msg' in hints('print_poses', source='from geometry_msgs.msg import Pose\n')[0]
 
 
 def test_a_value_that_stays_in_a_function():
@@ -98,7 +102,11 @@ def test_symptoms_of_an_exercise(act, said):
     assert said in hints('publish_circle', act)[0]
 
 
-def test_who_passes_gets_no_hint():
+def test_who_passes_with_less_than_all_points_gets_hints():
+    assert 'print or log' in hints('publish_circle', lambda turtle: turtle.drive(33.0, 0.5, 0.2))[0]
+
+
+def test_who_has_all_points_gets_no_hint():
     assert hints('publish_circle', circle, connections=[('/turtle/cmd_vel', 'publishes')]) == ()
 
 

@@ -57,7 +57,7 @@ KEYS: Parameters = {
     'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
     'stimuli': Parameter('list', [], 'what the grader does meanwhile'),
     'checks': Parameter('list', ..., 'what counts'),
-    'symptoms': Parameter('list', [], 'advice for the mistakes that a failed program may have made')}
+    'symptoms': Parameter('list', [], 'advice for mistakes, to a program that lost points')}
 OF_A_CHECK: Parameters = {
     'points': Parameter('number', ..., 'how many of the 100 points it gives'),
     'must': Parameter('boolean', False, 'whether the exercise fails below half of its points')}

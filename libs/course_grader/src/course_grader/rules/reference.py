@@ -34,7 +34,7 @@ def stimuli() -> List[Entry]:
 
 def symptoms() -> List[Entry]:
     """Return what an entry of ``symptoms`` may have."""
-    return [Entry('symptom', 'A mistake of a failed program: all that is given must hold.', OF_A_SYMPTOM)]
+    return [Entry('symptom', 'A mistake of a program that lost points: all that is given must hold.', OF_A_SYMPTOM)]
 
 
 SECTIONS: Dict[str, Tuple[str, List[Entry]]] = {'Checks': ('check', checks()), 'Stimuli': ('stimulus', stimuli()),

@@ -1,4 +1,4 @@
-"""From what was observed of a failed program to advice: which mistake it may be, and what to do. Without ROS.
+"""From what was observed of a program that lost points to advice: which mistake it may be, and what to do. Without ROS.
 
 Symptoms of every exercise are COMMON and what ``_unknown_names``, ``_no_spin`` and ``_local_variable`` find. An
 exercise file lists its own in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold.
@@ -18,7 +18,6 @@ from course_grader.rules.scoring import Reason, Verdict
 MOST = 2  # hints: the first ones are the likeliest causes
 LINES = 200  # of the output at either end that are searched
 SIMILAR = 0.75  # of two names, as difflib.SequenceMatcher sees it: /turtle1/cmd_vel and /turtle1/cmdvel have 0.97
-SOON = 3.0  # [s] after which a program that should run has ended
 NAME = re.compile(r'/?[A-Za-z]\w*(/\w+)*')  # of a topic or service
 OF_EVERY_NODE = re.compile(r'/rosout|/clock|/tf(_static)?|.*/(get_loggers|set_logger_level)')
 WAITING = re.compile(r'\b(Subscriber|Service|Timer)\(')
@@ -87,8 +86,8 @@ PREDICATES: Dict[str, Predicate] = {
     'end y': lambda seen, wanted: bool(seen.observed.track) and within(seen.observed.track[-1].y, wanted),
 }
 def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
-    """Return a Verdict with its hints: none unless it failed."""
-    if decided.outcome != scoring.FAILED:
+    """Return a Verdict with its hints: none if nothing is missing, or undecided."""
+    if decided.outcome == scoring.UNDECIDED or decided.score >= 100.0:
         return decided
     lost = {reason.check: reason for reason in decided.reasons if reason.points < reason.of}
     texts = [line.text for line in observed.lines]
@@ -144,9 +143,8 @@ def _names_in(source: str) -> List[str]:
 
 
 def _no_spin(observed: Observed) -> Iterator[str]:
-    ended = observed.exit_code == 0 and observed.ended_at is not None and observed.ended_at < SOON
-    if ended and WAITING.search(observed.source) and not KEPT_ALIVE.search(observed.source):
-        yield ('the program ended at once: rospy.spin() in its last line keeps it running, so that its callbacks are '
+    if observed.exit_code == 0 and WAITING.search(observed.source) and not KEPT_ALIVE.search(observed.source):
+        yield ('the program ended by itself: rospy.spin() in its last line keeps it running, so that its callbacks are '
                'called')
 
 
