@@ -55,7 +55,7 @@ class Access(NamedTuple):
         if self.token == OFF or is_loopback(peer):
             return ''
         if token is None:
-            return 'the token is missing; other machines need it in the address, as ?token=...'
+            return 'the token is missing; other machines need it in the address: /?token=TOKEN'
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return 'the token is wrong; the server has printed the right one when it started'
         return ''
