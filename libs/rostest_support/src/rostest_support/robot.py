@@ -37,7 +37,7 @@ class RobotCase(CourseCase):
 
     def tracker(self, topic='ar_pose_marker', subscribers=1):
         """Return a function ({id: (x, y, z)}) that publishes markers to that many subscribers."""
-        publisher = rospy.Publisher(topic, AlvarMarkers, queue_size=10, tcp_nodelay=True)
+        publisher = rospy.Publisher(topic, AlvarMarkers, queue_size=100, tcp_nodelay=True)  # more than a test sends
         self.addCleanup(publisher.unregister)
         until(lambda: publisher.get_num_connections() >= subscribers, f'{subscribers} subscribers of {topic}')
         return lambda markers, frame=FRAME: publisher.publish(markers_message(markers, frame))
