@@ -103,6 +103,11 @@ def policy_of(command, real_time):
     return policy.decide(static_analysis.looks_at_the_wall_clock(command), static_analysis.compiled(command), real_time)
 
 
+def steps_for(seconds, dt):
+    """Return how many steps of ``dt`` [s] make up a time [s]; at least one, as nothing would go on with none."""
+    return max(1, math.ceil(seconds / dt - 1e-6))
+
+
 class Attempt:
     """One observation of a program."""
 
@@ -148,13 +153,14 @@ class Attempt:
             raise AttemptError(str(error)) from None
         box.keep(master)
         os.environ['ROS_MASTER_URI'] = box.environment['ROS_MASTER_URI'] = uri
+        self._master = rosgraph.Master(NODE)  # over one connection, in the main thread only
 
     def _start_simulator(self, box):
         """Start the exercise's simulator, paused."""
         for old in (self._record, self._record + ACTIVE):  # of an earlier grading
             with contextlib.suppress(FileNotFoundError):
                 os.remove(old)
-        rosgraph.Master(NODE).setParam('/use_sim_time', True)
+        self._master.setParam('/use_sim_time', True)
         try:
             simulator = forked.start_simulator(self.exercise.simulator, self._simulator_arguments(),
                                                os.path.join(box.folder, 'simulator.txt'))
@@ -177,7 +183,8 @@ class Attempt:
 
     def _observe(self, box, simulator):
         reader = RecordingReader(self._record, self._dt, self.observed, NODE)
-        step, resume = rospy.ServiceProxy(f'{self._simulator}/step', Step), f'{self._simulator}/resume'
+        resume = f'{self._simulator}/resume'
+        step = rospy.ServiceProxy(f'{self._simulator}/step', Step, persistent=True)  # not a connection per call
         self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # the last that it offers
         rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
         try:
@@ -246,7 +253,7 @@ class Attempt:
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
             if self._policy.lockstep:
-                step(math.ceil(min(PERIOD, self.exercise.time - reader.now) / reader.dt - 1e-6))
+                step(steps_for(min(PERIOD, self.exercise.time - reader.now), reader.dt))
             else:
                 time.sleep(POLL)
                 stood = max(stood, time.monotonic() - before - POLL)
@@ -309,7 +316,7 @@ class Attempt:
 
     def _offers(self, service):
         try:
-            return bool(rosgraph.Master(NODE).lookupService(service))
+            return bool(self._master.lookupService(service))
         except rosgraph.MasterError:
             return False
 
@@ -324,7 +331,7 @@ class Attempt:
 
     def _student_is_there(self):
         """Return whether a node of the student is running."""
-        state = rosgraph.Master(NODE).getSystemState()
+        state = self._master.getSystemState()
         self._students = {node for kind in state for _, users in kind for node in users} - self._own()
         self._following = bool(self._students)
         return self._following
@@ -340,7 +347,7 @@ class Attempt:
     def _look_at_names(self):
         """Note what the student's nodes publish, subscribe and serve, and who pretends to be the simulator."""
         try:
-            published, subscribed, served = rosgraph.Master(NODE).getSystemState()
+            published, subscribed, served = self._master.getSystemState()
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
             return
         own = self._own()
