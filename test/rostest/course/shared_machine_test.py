@@ -26,7 +26,7 @@ class User:
             (self._workspace / name).symlink_to(pathlib.Path(os.environ['ws']) / name)
         subprocess.run(['bash', '-euc', WRITE, REPOSITORY, self._workspace], check=True)
         self._environment = {name: value for name, value in os.environ.items() if name not in FOREIGN}
-        self._environment.update(HOME=str(folder), ROS_HOME=str(folder / '.ros'))
+        self._environment.update(HOME=str(folder), ROS_HOME=str(folder / '.ros'), PYTHONUNBUFFERED='1')
 
     def types(self, *command):
         """Return a command in the shell of this user."""

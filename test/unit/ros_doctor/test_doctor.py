@@ -29,6 +29,10 @@ set -e
 ip link set lo up
 listens() { for try in $(seq 400); do (: <"/dev/tcp/127.0.0.1/$1") 2>/dev/null && return; sleep 0.02; done; exit 90; }
 as_stranger() { setpriv --reuid STRANGER --regid STRANGER --clear-groups "$@"; }
+be_stranger() {  # who cannot look into a home folder in which the repository may lie
+  user=(as_stranger)
+  mkdir "$folder/repository"; mount --bind "$repo" "$folder/repository"; repo=$folder/repository
+}
 master() {
   "$@" env HOME="$folder" ROS_HOME="$folder/ros" rosmaster --core -p PORT >/dev/null 2>&1 &
   listens PORT
@@ -65,12 +69,12 @@ class Fault(NamedTuple):
 FAULTS = [
     Fault('packages_unavailable', True, '', ('no-such-package-of-debian', 'apt-get update'),
           arguments=('--missing', 'no-such-package-of-debian')),
-    Fault('packages_forbidden', True, 'changed+=(PATH=/nowhere); user=(as_stranger)', ('no sudo', 'install', 'cmake'),
+    Fault('packages_forbidden', True, 'changed+=(PATH=/nowhere); be_stranger', ('no sudo', 'install', 'cmake'),
           True, ('--missing', 'cmake')),
     Fault('disk_full', True, 'mkdir $folder/small; mount -t tmpfs -o size=1m none $folder/small\n'
           'workspace=$folder/small/ws', ('1 MB left of the 1100 MB', 'df -h')),
     Fault('folder_not_writable', True, 'mkdir -p $folder/home/.ros; chmod 755 $folder/home{,/.ros}\n'
-          'changed+=(HOME=$folder/home); user=(as_stranger)', ('.ros, which belongs to root', 'sudo chown -R'), True),
+          'changed+=(HOME=$folder/home); be_stranger', ('.ros, which belongs to root', 'sudo chown -R'), True),
     Fault('python_shadowed', False, 'mkdir -p $folder/miniconda3/bin; ln -s /bin/false $folder/miniconda3/bin/python3\n'
           'changed+=(PATH=$folder/miniconda3/bin:/usr/bin:/bin)', ('(conda)', 'conda deactivate', './run shell')),
     Fault('python_shadowed', True, 'mkdir -p $folder/.pyenv/shims; ln -s /bin/false $folder/.pyenv/shims/python3\n'
@@ -124,7 +128,7 @@ FAULTS = [
           'until pgrep -f __name:=a >/dev/null; do sleep 0.02; done', ('__name:=a', 'kill ')),
     Fault('dead_display', False, 'changed+=(DISPLAY=:59876)', ('DISPLAY=:59876', '/turtlesim/snapshot')),
     Fault('camera_unusable', False, 'mount -t tmpfs none /dev; mknod -m 666 /dev/null c 1 3\n'
-          'mknod -m 600 /dev/video0 c 81 0; user=(as_stranger)', ('/dev/video0', 'usermod -aG'), True),
+          'mknod -m 600 /dev/video0 c 81 0; be_stranger', ('/dev/video0', 'usermod -aG'), True),
 ]
 
 
