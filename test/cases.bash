@@ -31,7 +31,8 @@ chosen_cases() {
   done
 }
 
-# needs_of_cases: of the cases on standard input, the Debian packages and the files of Python requirements, one a line.
+# needs_of_cases: of the cases on standard input, the Debian packages and the files of Python requirements, one a line;
+# a ? marks a package without which tests are left out loudly, where a system does not offer it.
 needs_of_cases() {
   local cases pattern need
   cases=$(cat)
@@ -41,6 +42,9 @@ needs_of_cases() {
 /network/|^page|^stress.system|_doctor iproute2
 printing/test_sheet            poppler-utils
 turtlesim/(test_)?window       xvfb
+browser|class_page             ?chromium
+browser|class_page             ?chromium-driver
+browser|class_page             ?python3-selenium
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
 test_notebooks                 $repo/test/notebook_requirements.txt
 recordings?\.test              $repo/test/requirements.txt

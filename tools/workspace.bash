@@ -17,6 +17,7 @@ debian_ros_packages=(
   python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev ros-robot-state-publisher
 )
 command_packages=()
+optional_packages=()  # wanted where the system has them: Ubuntu has Chromium only as a snap
 requirement_files=("$repo/requirements.txt")
 required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic rosmsg rosnode rosparam
   message_generation message_runtime std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs visualization_msgs diagnostic_msgs
@@ -198,7 +199,16 @@ lock() {
 
 wanted_packages() {
   printf '%s\n' "${debian_packages[@]}" ${command_packages[@]+"${command_packages[@]}"}
+  [ ${#optional_packages[@]} = 0 ] || optional_packages_here
   [ -n "$ros_dir" ] || printf '%s\n' "${debian_ros_packages[@]}"
+}
+
+# Of the optional packages those that apt offers; all, while apt has no lists to tell.
+optional_packages_here() {
+  local lacking
+  lacking=$(packages_not_offered "${debian_packages[0]}" "${optional_packages[@]}")
+  [[ $lacking != *"${debian_packages[0]}"* ]] || lacking=""
+  comm -23 <(printf '%s\n' "${optional_packages[@]}" | sort) <(printf '%s\n' "$lacking")
 }
 
 missing_packages() {
@@ -253,7 +263,6 @@ packages_not_offered() {
 install_packages() {
   local attempt output lacking
   local -a packages
-  mapfile -t packages < <(missing_packages)
   as_root dpkg --configure -a || true
   for ((attempt = 0; attempt < 60; attempt++)); do
     output=$(as_root apt-get -q update 2>&1) || true
@@ -261,6 +270,7 @@ install_packages() {
     [[ $output == *"Could not get lock"* ]] || break
     sleep 5
   done
+  mapfile -t packages < <(missing_packages)
   lacking=$(packages_not_offered "${packages[@]}" | xargs)
   if [ -n "$lacking" ]; then
     echo "$not_offered$lacking"

@@ -48,6 +48,20 @@ def test_a_system_is_refused_for_the_packages_that_apt_lacks(system, tmp_path, u
     assert not (tmp_path / 'installed').exists()
 
 
+@pytest.mark.parametrize('lacking, wanted', [
+    ('-', True),
+    ('chromium', False),
+    ('chromium|bash-completion', True),  # apt has no lists yet, which tells nothing
+])
+def test_optional_packages_are_wanted_where_apt_has_them(system, tmp_path, lacking, wanted):
+    script = '. "$0/tools/workspace.bash"; optional_packages=(chromium); missing_packages'
+    result = system(f'repo=$0; ws=$1 ros_dir=; {script}', REPOSITORY, tmp_path / 'ws',
+                    apt_cache=APT_CACHE % (lacking, '-'))
+    assert result.returncode == 0, result.stderr
+    assert ('chromium' in result.stdout.split()) == wanted
+    assert 'bash-completion' in result.stdout.split()
+
+
 def test_a_system_is_taken_whose_apt_offers_all(system, tmp_path):
     result = system(STEP, REPOSITORY, tmp_path / 'ws', apt_cache=APT_CACHE % ('-', '-'), dpkg_query="""
 [ ! -f "$HOME/installed" ] || printf 'installed %s\\n' "${@:3}" """, apt_get="""
