@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from turtlesim.core import sprites
+from turtlesim.core.designs import FILES
 
 IMAGES = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'turtlesim' / 'images'
 ROUNDING = 3  # of 255 [levels] premultiplied, between versions of OpenCV
 
 
-@pytest.mark.parametrize('design, name', list(enumerate(sprites.FILES)), ids=sprites.FILES)
+@pytest.mark.parametrize('design, name', list(enumerate(FILES)), ids=FILES)
 def test_file_shows_the_design(design, name):
     path = IMAGES / f'{name}.png'
     if not path.exists():
@@ -29,8 +30,8 @@ def test_file_shows_the_design(design, name):
 
 
 def test_each_design_has_one_file():
-    assert len(sprites.FILES) == len(sprites.DESIGNS)
-    assert {path.name for path in IMAGES.iterdir()} == {f'{name}.png' for name in sprites.FILES}
+    assert len(FILES) == len(sprites.DESIGNS)
+    assert {path.name for path in IMAGES.iterdir()} == {f'{name}.png' for name in FILES}
 
 
 def test_picture_faces_up_with_a_transparent_background():

@@ -3,7 +3,7 @@
 Threading contract: the main thread steps: it answers all services that were called since the last step, moves the
 turtles and publishes (frame_services). Calls of the master for a service run in a separate thread, which changes
 neither the world nor ``_interfaces``; subscribers run in rospy's threads and access the world under SharedWorld's
-lock; a separate thread makes images (image_server.py).
+lock; separate threads make images and drawings (image_server.py, drawing_server.py).
 """
 import gc
 import math
@@ -18,6 +18,7 @@ from rospy_support.parameters import Computed, Integer, Numbers, Table
 from sim_ros import clock, recording
 from sim_ros.clock import SimulatorClock, init_simulator
 from turtlesim import image_server
+from turtlesim.drawing_server import DrawingServer
 from turtlesim.image_server import ImageServer
 from turtlesim.names import TurtleNames
 from turtlesim.shared_world import SharedWorld
@@ -54,6 +55,7 @@ class TurtlesimNode:
         self._names = TurtleNames([FIRST])
         _log_spawn(FIRST, *self._shared.world.start)
         self._image_server = ImageServer(self._shared)
+        self._drawing_server = DrawingServer(self._shared)
         registration.on_return(self._set_background)
 
     def run(self):
@@ -63,6 +65,7 @@ class TurtlesimNode:
         finally:
             self._shared.end_recording()
         self._image_server.close()
+        self._drawing_server.close()
 
     def _step(self):
         readings = self._shared.step()

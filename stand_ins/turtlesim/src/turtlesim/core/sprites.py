@@ -6,13 +6,13 @@ The functions may be called from any thread.
 """
 import functools
 import math
-import zlib
 from typing import Callable, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
 from kinematic_core.worlds.turtle_world import PIXELS_PER_METRE, Colour
+from turtlesim.core.designs import design_of
 
 SIZE = 45  # [px] of a sprite; its artwork stays inside a circle, so that rotated sprites fit into the same square
 MIDDLE = SIZE // 2
@@ -154,15 +154,6 @@ DESIGNS = (
     Design((238, 226, 168), (178, 54, 42), _heart, (255, 214, 206)),
     Design((252, 234, 190), (60, 178, 160), _star, (255, 250, 214)),
 )
-FILES = ('sea-turtle', 'robot-turtle', 'diamondback', 'noetic', 'electric', 'fuerte', 'groovy', 'hydro', 'indigo',
-         'box-turtle')  # images/NAME.png of each design: names that turtlesim has
-NAME_SHIFT = 15  # selects bits of the CRC-32 in which turtle1 to turtle7 all differ
-
-
-def design_of(name: str) -> int:
-    """Return the index of a turtle's design, which follows from its name."""
-    return (zlib.crc32(name.encode()) >> NAME_SHIFT) % len(DESIGNS)
-
 
 @functools.lru_cache(maxsize=len(DESIGNS))
 def _artwork(design: int) -> np.ndarray:

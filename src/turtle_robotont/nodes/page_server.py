@@ -1,0 +1,214 @@
+"""browser.py: one process that serves the page in web/, its WebSocket to ROS, and images as video.
+
+It starts without a ROS master, because the page explains what to do then; hence it has options, not parameters.
+
+Threading contract: the loop of the server runs in a thread of its own, from the start; rospy is initialised in the
+main thread as soon as a master answers.
+"""
+import argparse
+import asyncio
+import functools
+import ipaddress
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import rosgraph
+import rospkg
+import rospy
+import tornado.routing
+import tornado.web
+
+from rosbridge_core import web
+from rosbridge_core.session import Settings
+from rosbridge_server.bridge import RosBridge
+from rosbridge_server.websocket import Clients, RosbridgeWebSocket
+from rospy_support import nodes
+from rospy_support.master import Master, NoMaster
+from rospy_support.servers import Report
+from web_video_server.pages import Snapshot, Stream
+from web_video_server.sources import Sources
+
+PORT = 8000
+LOOK = 0.5  # [s] between two looks for a master
+ANSWER = 1.0  # [s] in which it must answer
+MOST_CLIENTS = MOST_STREAMS = 100
+UNREGISTER = 10.0  # [s] that a topic stays advertised after its last page
+RATE = 5000.0  # [1/s] messages of a page
+PING, PONG = 2.0, 6.0  # [s] between two pings, and in which a page must answer
+NOT_YET = 'no ROS master answers at {uri}; type roscore in a terminal'
+
+
+class Page(web.Files):
+    """The files of the page; a browser runs nothing that does not come from here."""
+
+    def set_extra_headers(self, path):
+        """Add the Content-Security-Policy."""
+        super().set_extra_headers(path)
+        self.set_header('Content-Security-Policy', policy(self.request.host))
+        self.set_header('Referrer-Policy', 'no-referrer')
+
+
+def policy(host):
+    """Return the Content-Security-Policy of a page from ``host``, a name or address with its port."""
+    return ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+            f"connect-src 'self' ws://{host} wss://{host}; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+            "frame-ancestors 'self'")
+
+
+class Status(web.Guarded):
+    """What the page shows while it has no connection to ROS, as JSON."""
+
+    async def get(self):
+        """Answer."""
+        if not self._finished:
+            answers = await asyncio.get_event_loop().run_in_executor(None, master_answers)
+            self.set_header('Content-Type', 'application/json')
+            self.set_header('Cache-Control', 'no-store')
+            self.finish(json.dumps({'master': answers, 'ready': self.settings['ready'].is_set(),
+                                    'uri': rosgraph.get_master_uri()}))
+
+
+class Socket(RosbridgeWebSocket):
+    """The WebSocket of a page, or of another client."""
+
+    async def get(self, *arguments, **keywords):
+        """Accept a client once there is ROS."""
+        if self._finished:
+            return
+        if self.settings['ready'].is_set():
+            await super().get(*arguments, **keywords)
+        else:
+            self.refuse(503, NOT_YET.format(uri=rosgraph.get_master_uri()))
+
+
+class _WebSockets(tornado.routing.Matcher):
+    def match(self, request):
+        """Match a request for a WebSocket, whatever its path: other people's pages use several."""
+        return {} if request.headers.get('Upgrade', '').lower() == 'websocket' else None
+
+
+def master_answers():
+    """Return whether a ROS master answers."""
+    try:
+        return bool(Master(ANSWER).request([('getPid',)]))
+    except NoMaster:
+        return False
+
+
+class PageServer:
+    """The server; it listens when it is made."""
+
+    def __init__(self, options):
+        """Take the options of the command line; end the process if the port cannot be used."""
+        self._server = web.Server(self._application, _listen(options.address, options.port))
+        self.ready = threading.Event()
+        local = options.address in ('127.0.0.1', 'localhost', '::1')
+        self._access = web.make_access(options.address, options.token, options.origins, options.hosts, False, _say,
+                                       _say, self._server.port)
+        token = '' if local or self._access.token == web.OFF else f'?token={self._access.token}'
+        self.address = f'http://{_host(options.address)}:{self._server.port}/{token}'
+        self._folder = options.folder
+        self._turtles = os.path.join(rospkg.RosPack().get_path('turtlesim'), 'images')
+
+    def _application(self):
+        """Make the application, in the loop's thread."""
+        report = Report()
+        bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, ('', '', ''))
+        clients = Clients(bridge, Settings(rate=RATE, burst=2 * RATE), MOST_CLIENTS,
+                          functools.partial(report, 'client'), lambda clients: None)
+        return tornado.web.Application(
+            [tornado.routing.Rule(_WebSockets(), Socket, {'clients': clients}), (r'/status', Status),
+             (r'/stream', Stream), (r'/snapshot', Snapshot),
+             (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
+             (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
+            access=self._access, refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'),
+            ready=self.ready, sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0],
+            most=MOST_STREAMS, use_compression=False, websocket_ping_interval=PING, websocket_ping_timeout=PONG,
+            websocket_max_message_size=Settings().largest, log_function=lambda handler: None)
+
+    def start(self):
+        """Serve until ``stop``."""
+        self._server.start()
+
+    def stop(self):
+        """End."""
+        self._server.stop()
+
+
+def _listen(address, port):
+    try:
+        return web.listen(port, address)
+    except OSError as error:
+        if not port:
+            sys.exit(f'Cannot listen at {address}: {error.strerror or error}.')
+        _say(f'Cannot listen at {address}, port {port} ({error.strerror or error}); a free port is used instead.')
+        return _listen(address, 0)
+
+
+def _host(address):
+    """Return what to type in a browser of this machine for an address to listen at."""
+    try:
+        place = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    if place.is_unspecified or place.is_loopback:
+        return 'localhost'
+    return f'[{place}]' if place.version == 6 else str(place)
+
+
+def _say(text, *arguments):
+    print(text % arguments if arguments else text, flush=True)
+
+
+def open_page(address):
+    """Show an address in the browser of $BROWSER, or in the desktop's; say what went wrong."""
+    command = os.environ.get('BROWSER') or 'xdg-open'
+    try:
+        subprocess.Popen([command, address], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                         stderr=subprocess.DEVNULL, start_new_session=True)
+    except OSError as error:
+        _say(f'No browser could be opened with {command} ({error.strerror}): open {address} yourself.')
+
+
+def options_of(arguments):
+    """Return the options of a command line."""
+    folder = os.path.join(rospkg.RosPack().get_path('turtle_robotont'), 'web')
+    parser = argparse.ArgumentParser(prog='browser.py', description='Shows and drives the course in a browser.')
+    parser.add_argument('--port', type=int, default=PORT, help='where to listen; 0: a free port (default: %(default)s)')
+    parser.add_argument('--address', default='127.0.0.1', help='127.0.0.1: only this machine (default); '
+                        '0.0.0.0: all networks, then other machines need the token')
+    parser.add_argument('--token', default='', help='what other machines must send; default: a new one; off: none')
+    parser.add_argument('--origins', default='', help='sites whose pages may connect, too, with commas; any: all')
+    parser.add_argument('--hosts', default='', help='further names of this machine, separated by commas')
+    parser.add_argument('--folder', default=folder, help='a page of your own instead of this one')
+    parser.add_argument('--open', nargs='?', const='true', default='false', choices=('true', 'false'),
+                        help='also open the page, with $BROWSER or xdg-open')
+    options = parser.parse_args(arguments)
+    if not 0 <= options.port <= 65535:
+        parser.error(f'argument --port: {options.port} is no port; it must be 0 to 65535')
+    if not os.path.isfile(os.path.join(options.folder, 'index.html')):
+        parser.error(f'argument --folder: {options.folder} has no index.html')
+    options.folder = os.path.realpath(options.folder)
+    return options
+
+
+def main():
+    """Serve until shutdown."""
+    options = options_of(rospy.myargv()[1:])
+    server = PageServer(options)
+    server.start()
+    _say(f'Open {server.address} in a browser.')
+    if options.open == 'true':
+        open_page(server.address)
+    while not master_answers():
+        if rospy.is_shutdown():
+            return
+        time.sleep(LOOK)
+    nodes.init_node('browser')
+    server.ready.set()
+    rospy.spin()
+    server.stop()

@@ -1,0 +1,234 @@
+// Driving by keys, buttons, joysticks and touch.
+//
+// Safety: velocities go out PERIOD apart while something is held, and one zero velocity when it is let go. When the page
+// loses the focus, is hidden or left, everything is let go at once. If the page itself stops working, the server's dead
+// man's switch stops the vehicle DEADMAN after its last message.
+
+import {el} from './dom.js';
+
+const PERIOD = 50;     // [ms] between two velocities
+const DEADMAN = 0.5;   // [s]
+const PULSE = 500;     // [ms] that a click without a pointer drives: a screen reader's
+const TWIST = 'geometry_msgs/Twist';
+const KEYS = {
+  ArrowUp: 'forward', ArrowDown: 'back', ArrowLeft: 'left', ArrowRight: 'right',
+  KeyW: 'forward', KeyS: 'back', KeyA: 'left', KeyD: 'right', KeyQ: 'strafeLeft', KeyE: 'strafeRight',
+};
+// What each holds: x forward, y to the left, turn counter-clockwise, each -1 to 1.
+const DIRECTIONS = {
+  forward: {x: 1}, back: {x: -1}, left: {turn: 1}, right: {turn: -1}, strafeLeft: {y: 1}, strafeRight: {y: -1},
+};
+
+// Sends the velocities of one vehicle.
+export class Driver {
+  // `topic()` returns the topic at the moment, '' for none; `limits` {linear [m/s], angular [rad/s]} may be changed;
+  // `onChange({x, y, turn})` is called with what is held, each -1 to 1.
+  constructor(ros, topic, limits, onChange = () => {}) {
+    this._ros = ros;
+    this._topic = topic;
+    this.limits = limits;
+    this._onChange = onChange;
+    this._held = new Map();  // source: {x, y, turn}
+    this._timer = 0;
+    this._moving = '';       // the topic that has to get a zero velocity
+    this._ends = [
+      ros.onOpen(() => ros.send({op: 'deadman', timeout: DEADMAN})),
+      ros.onState((state) => state.link === 'open' || this.stop()),
+      listen(window, 'blur', () => this.stop()),
+      listen(window, 'pagehide', () => this.stop()),
+      listen(document, 'visibilitychange', () => document.hidden && this.stop()),
+    ];
+  }
+
+  // Hold something; `source` is who holds it, as a key or a joystick.
+  hold(source, {x = 0, y = 0, turn = 0}) {
+    const idle = !this._held.size;
+    this._held.set(source, {x, y, turn});
+    if (idle) {
+      clearInterval(this._timer);
+      this._timer = setInterval(() => this._send(), PERIOD);
+    }
+    this._send();
+  }
+
+  release(source) {
+    if (this._held.delete(source)) this._held.size ? this._send() : this.stop();
+  }
+
+  // Let everything go, and stop the vehicle if this page has moved it.
+  stop() {
+    clearInterval(this._timer);
+    this._held.clear();
+    this._onChange({x: 0, y: 0, turn: 0});
+    if (this._moving) {
+      this._ros.publish(this._moving, TWIST, twist(0, 0, 0));
+      this._moving = '';
+    }
+  }
+
+  // Send a zero velocity in any case: whoever presses Stop may want to stop what another program has started.
+  halt() {
+    this._moving = this._topic();
+    this.stop();
+  }
+
+  get held() {
+    const sum = {x: 0, y: 0, turn: 0};
+    for (const one of this._held.values()) for (const key of Object.keys(sum)) sum[key] += one[key];
+    for (const key of Object.keys(sum)) sum[key] = Math.max(-1, Math.min(1, sum[key]));
+    return sum;
+  }
+
+  close() {
+    this.stop();
+    for (const end of this._ends) end();
+  }
+
+  _send() {
+    const topic = this._topic();
+    if (this._moving && this._moving !== topic) {
+      this._ros.publish(this._moving, TWIST, twist(0, 0, 0));
+      this._moving = '';
+    }
+    const {x, y, turn} = this.held;
+    this._onChange({x, y, turn});
+    const {linear, angular} = this.limits;
+    if (topic && this._ros.publish(topic, TWIST, twist(x * linear, y * linear, turn * angular))) this._moving = topic;
+  }
+}
+
+function twist(x, y, turn) {
+  return {linear: {x, y, z: 0}, angular: {x: 0, y: 0, z: turn}};
+}
+
+function listen(target, event, listener) {
+  target.addEventListener(event, listener);
+  return () => target.removeEventListener(event, listener);
+}
+
+// Drive with the keys of the keyboard, wherever the focus is but in fields; `sideways`: Q and E, too. Return what ends it.
+export function driveByKeys(driver, {sideways = false} = {}) {
+  const used = (event) => {
+    const name = KEYS[event.code];
+    const field = event.target.closest?.('input:not([type=checkbox], [type=radio]), select, textarea, [contenteditable]');
+    const other = event.ctrlKey || event.altKey || event.metaKey;
+    return name && !field && !other && (sideways || !name.startsWith('strafe')) ? name : null;
+  };
+  const down = (event) => {
+    if (event.code === 'Space' && !event.target.closest?.('button, input, select, textarea, summary, a')) {
+      event.preventDefault();
+      driver.halt();
+    }
+    const name = used(event);
+    if (!name) return;
+    event.preventDefault();
+    if (!event.repeat) driver.hold(`key ${event.code}`, DIRECTIONS[name]);
+  };
+  const ends = [listen(document, 'keydown', down),
+    listen(document, 'keyup', (event) => driver.release(`key ${event.code}`))];
+  return () => ends.forEach((end) => end());
+}
+
+// Return buttons that drive while they are held. `names`: which of DIRECTIONS, with their texts, null for a gap;
+// `announce(text)` tells a screen reader what a click has done.
+export function driveButtons(driver, rows, announce) {
+  const stop = el('button', {type: 'button', class: 'danger stop', on: {click: () => {
+    driver.halt();
+    announce('Stopped');
+  }}}, 'Stop');
+  return el('div', {class: 'pad', role: 'group', 'aria-label': 'Drive'}, rows.flat().map((cell) => {
+    if (cell === null) return el('span');
+    return cell === 'stop' ? stop : holdButton(driver, ...cell, announce);
+  }));
+}
+
+function holdButton(driver, name, sign, text, announce) {
+  const source = `button ${name}`;
+  let held = false;
+  let keyed = false;  // a key has done what the click that it causes would do
+  const hold = () => {
+    held = true;
+    driver.hold(source, DIRECTIONS[name]);
+  };
+  const release = () => {
+    held = false;
+    driver.release(source);
+  };
+  return el('button', {type: 'button', 'aria-label': text, title: text, on: {
+    pointerdown: (event) => {
+      if (event.button) return;
+      event.target.setPointerCapture(event.pointerId);
+      hold();
+    },
+    pointerup: release, pointercancel: release, lostpointercapture: release, blur: release,
+    contextmenu: (event) => event.preventDefault(),
+    keydown: (event) => {
+      if ((event.key === 'Enter' || event.key === ' ') && !event.repeat) {
+        keyed = true;
+        hold();
+      }
+    },
+    keyup: release,
+    click: (event) => {
+      const done = event.detail || held || keyed;
+      keyed = false;
+      if (done) return;
+      hold();
+      setTimeout(release, PULSE);
+      announce(`${text} for ${PULSE / 1000} seconds`);
+    },
+  }}, sign);
+}
+
+// Return a joystick for fingers and mouse. `axes(x, y)` turns its position, right and up -1 to 1, into what is held.
+export function joystick(driver, name, axes, label) {
+  const knob = el('div', {class: 'knob'});
+  const stick = el('div', {class: 'joystick', 'aria-hidden': 'true'}, knob, el('span', {}, label));
+  let pointer = null;
+  const move = (event) => {
+    if (event.pointerId !== pointer) return;
+    const box = stick.getBoundingClientRect();
+    const reach = box.width / 2 - knob.offsetWidth / 4;
+    let x = (event.clientX - box.left - box.width / 2) / reach;
+    let y = (box.top + box.height / 2 - event.clientY) / reach;
+    const far = Math.max(1, Math.hypot(x, y));
+    x /= far;
+    y /= far;
+    knob.style.transform = `translate(${x * reach}px, ${-y * reach}px)`;
+    driver.hold(`stick ${name}`, axes(dead(x), dead(y)));
+  };
+  const release = (event) => {
+    if (event.pointerId !== pointer) return;
+    pointer = null;
+    knob.style.transform = '';
+    driver.release(`stick ${name}`);
+  };
+  for (const [event, listener] of Object.entries({
+    pointerdown: (start) => {
+      if (pointer !== null) return;
+      start.preventDefault();
+      pointer = start.pointerId;
+      stick.setPointerCapture(pointer);
+      move(start);
+    },
+    pointermove: move, pointerup: release, pointercancel: release, lostpointercapture: release,
+  })) stick.addEventListener(event, listener);
+  return stick;
+}
+
+// Return a position of a stick without what nobody means: a tenth around the middle of each axis.
+function dead(value) {
+  return Math.abs(value) < 0.1 ? 0 : (value - Math.sign(value) * 0.1) / 0.9;
+}
+
+// Return a slider for one of the driver's limits.
+export function limitSlider(driver, key, text, unit, most, step) {
+  const shown = el('output', {class: 'number'});
+  const show = () => { shown.textContent = `${driver.limits[key].toFixed(1)} ${unit}`; };
+  const slider = el('input', {type: 'range', min: step, max: most, step, value: driver.limits[key], on: {input: () => {
+    driver.limits[key] = Number(slider.value);
+    show();
+  }}});
+  show();
+  return el('label', {class: 'field limit'}, el('span', {class: 'row'}, el('span', {class: 'grow'}, text), shown), slider);
+}

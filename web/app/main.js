@@ -1,0 +1,4 @@
+import {Ros} from './ros.js';
+import {startShell} from './shell.js';
+
+startShell(new Ros());

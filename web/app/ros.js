@@ -1,0 +1,213 @@
+// The client of rosbridge protocol 2: topics, services, and what to do when the connection or the master goes.
+//
+// One WebSocket for the whole page. All subscriptions to a topic share one on the wire, at the highest rate that
+// somebody wants; each gets messages at most as often as it has asked for. After a connection has been lost, it is made
+// again, and all subscriptions with it. Publishers advertise again with their next message.
+
+const RETRY = 500;              // [ms] until the next try to connect
+const STATUS_PERIOD = 2000;     // [ms] between two looks at the server's /status
+const STATUS_TIMEOUT = 3000;    // [ms]
+const CALL_TIMEOUT = 10000;     // [ms] for the answer of a service
+const ADVERTISED = 60000;       // [ms] without a message, after which a topic is unadvertised
+
+export class Ros {
+  // States of `state.link`: 'connecting' (the first time), 'open', 'lost' (tried again all the time).
+  // `state.master`: whether a ROS master answers; `state.uri`: where it is expected; `state.server`: whether the page's
+  // server answers at all.
+  constructor(address = defaultAddress()) {
+    this.address = address;
+    this.state = {link: 'connecting', master: true, server: true, uri: ''};
+    this.statuses = new Set();    // functions that get what the server reports: {level, text}
+    this._states = new Set();
+    this._topics = new Map();     // name: {type, listeners, asked, last}
+    this._published = new Map();  // name: {type, timer}
+    this._calls = new Map();      // id: {resolve, reject, timer}
+    this._next = 0;
+    this._hooks = new Set();
+    this._connect();
+    this._watch();
+    document.addEventListener('visibilitychange', () => document.hidden || this._look());
+  }
+
+  get connected() {
+    return this.state.link === 'open' && this.state.master;
+  }
+
+  // Call `callback(state)` now and at each change; return what ends that.
+  onState(callback) {
+    this._states.add(callback);
+    callback(this.state);
+    return () => this._states.delete(callback);
+  }
+
+  // Call `callback()` each time a connection is open, before anything else is sent; return what ends that.
+  onOpen(callback) {
+    this._hooks.add(callback);
+    if (this.state.link === 'open') callback();
+    return () => this._hooks.delete(callback);
+  }
+
+  // Call `callback(message)` for the messages of a topic, at most `rate` times a second (0: all); return what ends
+  // that. `length`: how many may wait on a slow connection, none of which is replaced by a newer one then.
+  // A subscriber that comes later gets the last message at once, if there was one.
+  subscribe(name, type, callback, {rate = 0, compression = 'none', length = 0} = {}) {
+    let topic = this._topics.get(name);
+    if (!topic) this._topics.set(name, topic = {type, listeners: new Set(), asked: '', last: undefined});
+    const listener = {callback, rate, compression, length, due: 0};
+    topic.listeners.add(listener);
+    if (topic.last !== undefined) {
+      queueMicrotask(() => topic.listeners.has(listener) && listener.callback(topic.last));
+    }
+    this._ask(name, topic);
+    return () => {
+      if (!topic.listeners.delete(listener)) return;
+      if (topic.listeners.size) {
+        this._ask(name, topic);
+      } else {
+        this._topics.delete(name);
+        this.send({op: 'unsubscribe', id: `page:${name}`, topic: name});
+      }
+    };
+  }
+
+  // Publish a message; return whether it was sent.
+  publish(name, type, message) {
+    if (this.state.link !== 'open') return false;
+    let published = this._published.get(name);
+    if (!published || published.type !== type) {
+      this._published.set(name, published = {type});
+      this.send({op: 'advertise', id: `page:${name}`, topic: name, type});
+    }
+    clearTimeout(published.timer);
+    published.timer = setTimeout(() => {
+      this._published.delete(name);
+      this.send({op: 'unadvertise', id: `page:${name}`, topic: name});
+    }, ADVERTISED);
+    return this.send({op: 'publish', topic: name, msg: message});
+  }
+
+  // Call a service; return a Promise of its response, refused with an Error that says why.
+  call(service, args = {}, {timeout = CALL_TIMEOUT, type} = {}) {
+    const id = `call:${++this._next}`;
+    return new Promise((resolve, reject) => {
+      if (!this.send({op: 'call_service', id, service, args, type})) {
+        reject(new Error(`${service} cannot be called: there is no connection to ROS`));
+        return;
+      }
+      const timer = setTimeout(() => {
+        this._calls.delete(id);
+        reject(new Error(`${service} has not answered within ${timeout / 1000} s`));
+      }, timeout);
+      this._calls.set(id, {resolve, reject, timer});
+    });
+  }
+
+  // Send an operation of the protocol; return whether there is a connection.
+  send(operation) {
+    if (this._socket?.readyState !== WebSocket.OPEN) return false;
+    this._socket.send(JSON.stringify(operation));
+    return true;
+  }
+
+  _connect() {
+    const socket = this._socket = new WebSocket(this.address);
+    socket.onopen = () => {
+      this._published.clear();
+      for (const hook of this._hooks) hook();
+      for (const [name, topic] of this._topics) {
+        topic.asked = '';
+        this._ask(name, topic);
+      }
+      this._set({link: 'open', server: true, master: true});
+      this._look();
+    };
+    socket.onmessage = (event) => this._received(event.data);
+    socket.onclose = () => {
+      for (const {reject, timer} of this._calls.values()) {
+        clearTimeout(timer);
+        reject(new Error('the connection was lost before the answer came'));
+      }
+      this._calls.clear();
+      if (this.state.link === 'open') this._set({link: 'lost'});
+      this._look();
+      setTimeout(() => this._connect(), RETRY);
+    };
+  }
+
+  _ask(name, topic) {
+    const listeners = [...topic.listeners];
+    const rate = listeners.some((one) => !one.rate) ? 0 : Math.max(...listeners.map((one) => one.rate));
+    const operation = {
+      op: 'subscribe', id: `page:${name}`, topic: name, throttle_rate: rate ? Math.round(1000 / rate) : 0,
+      queue_length: Math.max(...listeners.map((one) => one.length)), compression: listeners[0].compression,
+      ...(topic.type ? {type: topic.type} : {}),
+    };
+    const asked = JSON.stringify(operation);
+    if (asked !== topic.asked && this.send(operation)) topic.asked = asked;
+  }
+
+  _received(data) {
+    if (typeof data !== 'string') return;
+    const operation = JSON.parse(data);
+    if (operation.op === 'publish') {
+      this._deliver(operation.topic, operation.msg);
+    } else if (operation.op === 'service_response') {
+      const call = this._calls.get(operation.id);
+      if (!call) return;
+      this._calls.delete(operation.id);
+      clearTimeout(call.timer);
+      if (operation.result) call.resolve(operation.values);
+      else call.reject(new Error(String(operation.values)));
+    } else if (operation.op === 'status') {
+      for (const callback of this.statuses) callback({level: operation.level, text: String(operation.msg)});
+    }
+  }
+
+  _deliver(name, message) {
+    const topic = this._topics.get(name);
+    if (!topic) return;
+    topic.last = message;
+    const now = performance.now();
+    for (const listener of topic.listeners) {
+      if (listener.rate) {
+        if (now < listener.due - 2) continue;  // [ms] timers are not exact
+        listener.due = Math.max(listener.due, now - 1000 / listener.rate) + 1000 / listener.rate;
+      }
+      listener.callback(message);
+    }
+  }
+
+  _set(changes) {
+    const before = JSON.stringify(this.state);
+    Object.assign(this.state, changes);
+    if (JSON.stringify(this.state) !== before) {
+      for (const callback of [...this._states]) callback(this.state);
+    }
+  }
+
+  async _watch() {
+    for (;;) {
+      if (!document.hidden) await this._look();
+      await new Promise((resolve) => setTimeout(resolve, STATUS_PERIOD));
+    }
+  }
+
+  // Look at what the server knows of the master. A server that has no /status is another rosbridge: it has a master.
+  async _look() {
+    if (this._looking) return;
+    this._looking = true;
+    try {
+      const answer = await fetch('status', {signal: AbortSignal.timeout(STATUS_TIMEOUT)});
+      const found = answer.ok ? await answer.json() : {master: true, uri: ''};
+      this._set({server: true, master: Boolean(found.master), uri: String(found.uri)});
+    } catch {
+      if (this.state.link !== 'open') this._set({server: false});
+    } finally {
+      this._looking = false;
+    }
+  }
+}
+
+function defaultAddress() {
+  return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
+}

@@ -1,0 +1,83 @@
+// Thin wrappers around the services of rosapi, which the page's server answers.
+
+export class Rosapi {
+  constructor(ros) {
+    this._ros = ros;
+  }
+
+  _call(name, args) {
+    return this._ros.call(`/rosapi/${name}`, args);
+  }
+
+  // Return [{name, type}] of all topics.
+  async topics() {
+    const {topics, types} = await this._call('topics');
+    return topics.map((name, index) => ({name, type: types[index]}));
+  }
+
+  // Return the names of the topics of a type.
+  async topicsOfType(type) {
+    return (await this._call('topics_for_type', {type})).topics;
+  }
+
+  async topicType(topic) {
+    return (await this._call('topic_type', {topic})).type;
+  }
+
+  // Return the names of the nodes that publish a topic.
+  async publishers(topic) {
+    return (await this._call('publishers', {topic})).publishers;
+  }
+
+  // Return the names of the nodes that subscribe to a topic.
+  async subscribers(topic) {
+    return (await this._call('subscribers', {topic})).subscribers;
+  }
+
+  async nodes() {
+    return (await this._call('nodes')).nodes;
+  }
+
+  // Return {publishing, subscribing, services}, each a list of names.
+  nodeDetails(node) {
+    return this._call('node_details', {node});
+  }
+
+  async services() {
+    return (await this._call('services')).services;
+  }
+
+  async serviceType(service) {
+    return (await this._call('service_type', {service})).type;
+  }
+
+  // Return a list of typedefs (rosapi/TypeDef): that of the type first, then those of the types in it.
+  async messageDetails(type) {
+    return (await this._call('message_details', {type})).typedefs;
+  }
+
+  async requestDetails(type) {
+    return (await this._call('service_request_details', {type})).typedefs;
+  }
+
+  async responseDetails(type) {
+    return (await this._call('service_response_details', {type})).typedefs;
+  }
+
+  async parameterNames() {
+    return (await this._call('get_param_names')).names;
+  }
+
+  // Return a parameter's value; `otherwise` where it is not set.
+  async parameter(name, otherwise = null) {
+    return JSON.parse((await this._call('get_param', {name, default: JSON.stringify(otherwise)})).value);
+  }
+
+  setParameter(name, value) {
+    return this._call('set_param', {name, value: JSON.stringify(value)});
+  }
+
+  deleteParameter(name) {
+    return this._call('delete_param', {name});
+  }
+}

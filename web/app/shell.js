@@ -1,0 +1,241 @@
+// The page around the panels: menu, addresses, states of the connection, messages.
+//
+// Address: #/ID?key=value&beside=ID2 shows the panel ID, and ID2 beside it where the screen is wide enough. All keys but
+// `beside` belong to the panel.
+
+import {commandLine, el, fill, svg} from './dom.js';
+import {PANELS} from './panels.js';
+import {Rosapi} from './rosapi.js';
+
+const TOAST_TIME = 8000;   // [ms]
+const MOST_TOASTS = 3;
+const CONNECTING = 1500;   // [ms] without a word about it
+
+const find = (id) => document.getElementById(id);
+
+export function startShell(ros) {
+  const shell = new Shell(ros);
+  makeMenu();
+  makeThemeButton();
+  addEventListener('hashchange', () => shell.route());
+  ros.onState((state) => shell.showState(state));
+  ros.statuses.add(({level, text}) => toast(text, level));
+  setTimeout(() => shell.showState(ros.state), CONNECTING);
+  shell.route();
+}
+
+// Tell a screen reader something.
+export function announce(text) {
+  find('live').textContent = '';
+  setTimeout(() => { find('live').textContent = text; }, 50);  // the same text twice is read twice
+}
+
+// Show a short message for a while; `level`: error, warning or info.
+export function toast(text, level = 'info') {
+  const toasts = find('toasts');
+  const same = [...toasts.children].find((one) => one.firstChild.textContent === text);
+  same?.remove();
+  const close = el('button', {class: 'plain', type: 'button', 'aria-label': 'Close', on: {click: () => one.remove()}}, '×');
+  const one = el('div', {class: `toast ${level}`}, el('span', {}, text), close);
+  toasts.append(one);
+  while (toasts.children.length > MOST_TOASTS) toasts.firstChild.remove();
+  setTimeout(() => one.remove(), TOAST_TIME);
+}
+
+// Return {id, parameters} of an address's part after the #.
+export function parseAddress(hash) {
+  const [path, query = ''] = hash.replace(/^#\/?/, '').split('?');
+  return {id: decode(path), parameters: Object.fromEntries(new URLSearchParams(query))};
+}
+
+// Return the address of a panel; parameters that are '' or null are left out.
+export function addressOf(id, parameters = {}) {
+  const given = Object.entries(parameters).filter(([, value]) => value !== '' && value !== null && value !== undefined);
+  const query = String(new URLSearchParams(given));
+  return `#/${id}${query ? `?${query}` : ''}`;
+}
+
+function decode(text) {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return text;
+  }
+}
+
+class Shell {
+  constructor(ros) {
+    this._ros = ros;
+    this._rosapi = new Rosapi(ros);
+    this._shown = [new Place(find('panel')), new Place(find('beside'))];
+  }
+
+  route() {
+    const {id, parameters} = parseAddress(location.hash);
+    const first = PANELS.find((panel) => panel.id === id) || PANELS[0];
+    const second = PANELS.find((panel) => panel.id === parameters.beside && panel !== first);
+    for (const link of find('menu').querySelectorAll('a')) {
+      const current = link.dataset.id === first.id;
+      if (current) link.setAttribute('aria-current', 'page');
+      else link.removeAttribute('aria-current');
+      link.href = addressOf(link.dataset.id, {beside: parameters.beside});
+    }
+    document.title = `${first.title} – turtle_robotont`;
+    this._show(0, first, parameters);
+    this._show(1, second, {});
+    document.body.classList.toggle('two', Boolean(second));
+  }
+
+  _show(index, panel, parameters) {
+    const place = this._shown[index];
+    const own = Object.fromEntries(Object.entries(parameters).filter(([key]) => key !== 'beside'));
+    const key = panel ? JSON.stringify([panel.id, own]) : '';
+    if (place.key === key) return;
+    place.key = key;
+    place.element.hidden = !panel;
+    place.clear();
+    if (panel) this._mount(place, panel, own, index === 0);
+  }
+
+  async _mount(place, panel, parameters, isFirst) {
+    const body = el('div', {class: 'body'});
+    const head = el('header', {class: 'head'}, el('h1', {}, panel.title));
+    fill(place.element, head, body);
+    const turn = place.turn;
+    let module;
+    try {
+      module = (await panel.load()).default;
+    } catch (error) {
+      console.error(error);
+      fill(body, el('p', {class: 'empty'}, `This panel could not be loaded: ${error.message}. Reload the page.`));
+      return;
+    }
+    if (place.turn !== turn) return;
+    head.append(helpOf(module), isFirst ? this._besideChoice(panel) : closeBeside());
+    const context = {
+      ros: this._ros, rosapi: this._rosapi, parameters, announce, toast, commandLine,
+      // Change the panel's part of the address without mounting it again.
+      setParameters: (changes) => {
+        if (!isFirst || place.turn !== turn) return;
+        const {id, parameters: now} = parseAddress(location.hash);
+        Object.assign(parameters, changes);
+        history.replaceState(null, '', addressOf(id || panel.id, {...now, ...changes}));
+        const {beside, ...own} = parseAddress(location.hash).parameters;
+        place.key = JSON.stringify([panel.id, own]);
+      },
+      // Show another panel.
+      open: (id, own = {}) => {
+        location.hash = addressOf(id, {...own, beside: parseAddress(location.hash).parameters.beside});
+      },
+    };
+    try {
+      place.unmount = module.mount(body, context) || (() => {});
+    } catch (error) {
+      console.error(error);
+      fill(body, el('p', {class: 'empty'}, `This panel has a fault: ${error.message}`));
+    }
+  }
+
+  _besideChoice(panel) {
+    const {id, parameters} = parseAddress(location.hash);
+    const choice = el('select', {
+      'aria-label': 'Panel beside this one', class: 'beside-choice',
+      on: {change: () => { location.hash = addressOf(id || panel.id, {...parameters, ...now(), beside: choice.value}); }},
+    }, el('option', {value: ''}, 'Beside: nothing'),
+    PANELS.filter((one) => one !== panel).map((one) => el('option', {value: one.id}, `Beside: ${one.title}`)));
+    const now = () => parseAddress(location.hash).parameters;
+    choice.value = parameters.beside || '';
+    return choice;
+  }
+
+  showState(state) {
+    const shown = describe(state);
+    const pill = find('link');
+    if (pill.textContent !== shown.short) {
+      pill.textContent = shown.short;
+      pill.className = `pill ${shown.kind}`;
+    }
+    const banner = find('banner');
+    const early = state.link === 'connecting' && state.master && state.server && performance.now() < CONNECTING;
+    banner.hidden = shown.kind === 'good' || early;
+    document.body.classList.toggle('offline', shown.kind !== 'good');
+    if (!banner.hidden && banner.dataset.shown !== shown.title) {
+      fill(banner, el('strong', {}, shown.title), el('p', {}, shown.text), shown.commands.map(commandLine));
+    }
+    banner.dataset.shown = banner.hidden ? '' : shown.title;
+  }
+}
+
+// A place for a panel.
+class Place {
+  constructor(element) {
+    this.element = element;
+    this.key = '';
+    this.turn = 0;
+    this.unmount = () => {};
+  }
+
+  clear() {
+    this.turn += 1;
+    try {
+      this.unmount();
+    } catch (error) {
+      console.error(error);
+    }
+    this.unmount = () => {};
+    this.element.replaceChildren();
+  }
+}
+
+function describe(state) {
+  if (!state.server) {
+    return {kind: 'bad', short: 'No server', title: 'The server of this page does not answer.',
+      text: 'It has ended, or the network is interrupted. Type this in a terminal; the page then connects by itself:',
+      commands: ['roslaunch turtle_robotont browser.launch']};
+  }
+  if (!state.master) {
+    return {kind: 'bad', short: 'No roscore', title: 'No roscore is running.',
+      text: `ROS needs one${state.uri ? ` at ${state.uri}` : ''}. Type one of these lines in a terminal; the page then `
+        + 'connects by itself:',
+      commands: ['roscore', 'roslaunch turtle_robotont turtlesim.launch']};
+  }
+  if (state.link === 'open') return {kind: 'good', short: 'Connected', title: '', text: '', commands: []};
+  return {kind: 'busy', short: state.link === 'lost' ? 'Reconnecting' : 'Connecting',
+    title: state.link === 'lost' ? 'The connection to ROS was lost.' : 'Connecting to ROS.',
+    text: 'The page tries again twice a second. You need not do anything.', commands: []};
+}
+
+function helpOf(module) {
+  if (!module.help) return null;
+  return el('details', {class: 'help'}, el('summary', {'aria-label': `About ${module.title}`}, '?'),
+    el('div', {class: 'card'}, [].concat(module.help).map((text) => el('p', {}, text))));
+}
+
+function closeBeside() {
+  return el('button', {class: 'plain', type: 'button', 'aria-label': 'Close this panel', on: {click: () => {
+    const {id, parameters} = parseAddress(location.hash);
+    location.hash = addressOf(id, {...parameters, beside: ''});
+  }}}, '×');
+}
+
+function makeMenu() {
+  const groups = new Map();
+  for (const panel of PANELS) {
+    if (!groups.has(panel.group)) groups.set(panel.group, []);
+    groups.get(panel.group).push(panel);
+  }
+  fill(find('menu'), [...groups].map(([name, panels]) => el('div', {class: 'group'},
+    el('h2', {}, name), panels.map((panel) => el('a', {href: addressOf(panel.id), dataset: {id: panel.id}},
+      icon(panel.icon), el('span', {}, panel.title))))));
+}
+
+// Return a drawing of 24 x 24 made of lines.
+export function icon(path) {
+  return svg('svg', {viewBox: '0 0 24 24', class: 'icon', 'aria-hidden': 'true'}, svg('path', {d: path}));
+}
+
+function makeThemeButton() {
+  const button = find('theme');
+  button.append(icon('M12 3a9 9 0 1 0 0 18V3zM12 3a9 9 0 0 1 0 18'));
+  button.addEventListener('click', () => dispatchEvent(new Event('switchtheme')));
+}

@@ -1,0 +1,18 @@
+// Set the theme before anything is drawn: what the user has chosen here, else what the system says.
+'use strict';
+(() => {
+  const system = matchMedia('(prefers-color-scheme: dark)');
+  const chosen = () => { try { return localStorage.getItem('theme'); } catch { return null; } };
+  const apply = () => {
+    document.documentElement.dataset.theme = chosen() || (system.matches ? 'dark' : 'light');
+    dispatchEvent(new Event('themechange'));
+  };
+  system.addEventListener('change', apply);
+  addEventListener('switchtheme', () => {
+    const other = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
+    try { localStorage.setItem('theme', other); } catch { /* private windows have no storage */ }
+    document.documentElement.dataset.theme = other;
+    dispatchEvent(new Event('themechange'));
+  });
+  apply();
+})();

@@ -1,0 +1,360 @@
+// turtlesim: its canvas with the turtles, and everything that its services do.
+
+import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {Drawing} from '../app/drawing.js';
+import {Driver, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
+
+const LOOK = 2000;        // [ms] between two looks for simulators
+const SHOW = 100;         // [ms] between two changes of the numbers
+const PENS = ['#b3b8ff', '#ffffff', '#000000', '#ff5252', '#ffd740', '#69f0ae'];
+const BUTTONS = [
+  [null, ['forward', '▲', 'Forward'], null],
+  [['left', '⟲', 'Turn left'], 'stop', ['right', '⟳', 'Turn right']],
+  [null, ['back', '▼', 'Back'], null],
+];
+
+export default {
+  id: 'turtle',
+  title: 'Turtle',
+  help: [
+    'Drive the chosen turtle with the arrow keys or W, A, S, D, with the buttons, or with the round stick. Space stops it.',
+    'Choose what a click on the canvas does above it: choose a turtle, move it there, or spawn a new one. Drag to turn it.',
+    'Below the canvas is the command that does in a terminal what you did last here.',
+  ],
+  mount(element, context) {
+    styleSheet('panels/turtle.css');
+    const panel = new TurtlePanel(element, context);
+    return () => panel.close();
+  },
+};
+
+class TurtlePanel {
+  constructor(element, context) {
+    this._element = element;
+    this._context = context;
+    this._node = '';
+    this._nodes = [];
+    this._turtle = context.parameters.turtle || 'turtle1';
+    this._tool = 'select';
+    this._shown = 0;
+    this._drawing = new Drawing(context.ros, 'The canvas of turtlesim', (turtles) => this._update(turtles));
+    this._driver = new Driver(context.ros, () => (this._find() ? this._topic('cmd_vel') : ''),
+      {linear: 2, angular: 2}, (held) => this._driving(held));
+    this._endKeys = driveByKeys(this._driver);
+    this._build();
+    this._timer = setInterval(() => this._look(), LOOK);
+    this._endState = context.ros.onState(() => this._look());
+    this._showNothing();
+  }
+
+  close() {
+    clearInterval(this._timer);
+    this._endKeys();
+    this._endState();
+    this._driver.close();
+    this._drawing.close();
+    this._endClock?.();
+  }
+
+  // -------------------------------------------------------------------------------------------- which simulator
+
+  async _look() {
+    const {ros, rosapi} = this._context;
+    if (!ros.connected || this._looking) return;
+    this._looking = true;
+    try {
+      const topics = await rosapi.topicsOfType('turtlesim/Drawing');
+      const publishers = await Promise.all(topics.map((topic) => rosapi.publishers(topic)));
+      const nodes = topics.filter((_, index) => publishers[index].length).map((topic) => topic.replace(/\/drawing$/, ''));
+      this._setNodes(nodes);
+    } catch (error) {
+      console.warn(error);
+    } finally {
+      this._looking = false;
+    }
+  }
+
+  _setNodes(nodes) {
+    if (String(nodes) !== String(this._nodes)) {
+      this._nodes = nodes;
+      fill(this._choice, nodes.map((node) => el('option', {value: node}, node)));
+      this._choice.hidden = nodes.length < 2;
+    }
+    const wanted = this._context.parameters.node;
+    const node = nodes.includes(wanted) ? wanted : nodes.includes(this._node) ? this._node : nodes[0] || '';
+    this._choice.value = node;
+    if (node !== this._node) this._follow(node);
+  }
+
+  _follow(node) {
+    this._node = node;
+    this._drawing.follow(node);
+    this._endClock?.();
+    this._endClock = null;
+    this._clock = null;
+    if (node) {
+      this._endClock = this._context.ros.subscribe(`${node}/clock_status`, 'sim_ros/ClockStatus', (clock) => this._showClock(clock));
+      fill(this._element, this._view);
+      this._drawing.draw();
+    } else {
+      this._showNothing();
+    }
+  }
+
+  _showNothing() {
+    fill(this._element, emptyState('No turtlesim is running.',
+      'Start one in a terminal; the turtle then appears here by itself:',
+      'rosrun turtlesim turtlesim_node', 'roslaunch turtle_robotont turtlesim.launch'));
+  }
+
+  // Return a name in the simulator's namespace, as `spawn`, with the namespace in front.
+  _name(name) {
+    return name.startsWith('/') ? name : `${this._node.replace(/[^/]*$/, '')}${name}`;
+  }
+
+  _topic(name) {
+    return this._name(`${this._turtle}/${name}`);
+  }
+
+  _find() {
+    return this._drawing.turtles.find((turtle) => turtle.name === this._turtle);
+  }
+
+  // -------------------------------------------------------------------------------------------- what it looks like
+
+  _build() {
+    this._choice = el('select', {'aria-label': 'Simulator', hidden: true, on: {change: () => {
+      this._context.setParameters({node: this._choice.value});
+      this._setNodes(this._nodes);
+    }}});
+    this._badge = el('span', {class: 'pill busy badge', hidden: true});
+    this._drawing.element.append(this._badge);
+    this._drawing.element.classList.add('select');
+    this._command = el('div', {class: 'command-now'});
+    this._view = el('div', {class: 'turtle'},
+      el('div', {class: 'view'}, el('div', {class: 'toolbar'}, this._choice, this._tools()), this._drawing.element, this._command),
+      el('div', {class: 'stack'}, this._driveCard(), this._simulationCard(), this._penCard(), this._placeCard()));
+    this._listenToPointer();
+  }
+
+  _tools() {
+    const buttons = [['select', 'Choose'], ['teleport', 'Move'], ['spawn', 'Spawn']].map(([tool, text]) => el('button', {
+      type: 'button', 'aria-pressed': String(tool === this._tool), on: {click: () => {
+        this._tool = tool;
+        for (const [index, button] of buttons.entries()) {
+          button.setAttribute('aria-pressed', String(['select', 'teleport', 'spawn'][index] === tool));
+        }
+        this._drawing.element.classList.toggle('select', tool === 'select');
+      }}}, text));
+    return el('div', {class: 'row', role: 'group', 'aria-label': 'What a click on the canvas does'},
+      el('span', {class: 'muted small'}, 'A click:'), buttons);
+  }
+
+  _driveCard() {
+    this._turtles = el('select', {'aria-label': 'Turtle', class: 'grow', on: {change: () => this._choose(this._turtles.value)}});
+    this._numbers = ['x', 'y', 'theta'].map(() => el('dd', {class: 'number'}, '–'));
+    const texts = ['x [m]', 'y [m]', 'θ [rad]'];
+    return el('section', {class: 'card', 'aria-label': 'Drive'},
+      el('div', {class: 'toolbar'}, el('h2', {}, 'Drive'), this._turtles),
+      el('dl', {class: 'pose'}, this._numbers.map((number, index) => el('div', {}, el('dt', {}, texts[index]), number))),
+      el('div', {class: 'controls'}, driveButtons(this._driver, BUTTONS, this._context.announce),
+        joystick(this._driver, 'drive', (x, y) => ({x: y, turn: -x}), 'drive')),
+      limitSlider(this._driver, 'linear', 'Speed', 'm/s', 5, 0.1),
+      limitSlider(this._driver, 'angular', 'Turn', 'rad/s', 6, 0.1));
+  }
+
+  _simulationCard() {
+    this._pause = this._button('Pause', () => this._call(this._clock?.paused ? 'resume' : 'pause', {}, true));
+    this._steps = el('input', {type: 'number', min: 1, max: 100000, value: 1, 'aria-label': 'Steps', style: {width: '5.5em'}});
+    this._time = el('p', {class: 'muted small number'});
+    const step = this._button('Step', () => this._call('step', {steps: Number(this._steps.value)}, true));
+    return el('details', {class: 'card', open: wide()}, el('summary', {}, 'Simulation'),
+      el('div', {class: 'stack'},
+        el('div', {class: 'row'}, this._pause, step, this._steps),
+        el('div', {class: 'row'},
+          this._button('Clear', () => this._call('clear')),
+          this._button('Reset', () => this._call('reset')),
+          this._button('Save a picture', async () => {
+            const answer = await this._call('snapshot', {}, true);
+            if (answer) this._context.toast(answer.success ? `Saved as ${answer.message}` : answer.message, answer.success ? 'info' : 'error');
+          })),
+        this._time));
+  }
+
+  _penCard() {
+    this._colour = el('input', {type: 'color', value: PENS[0], 'aria-label': 'Colour', on: {change: () => this._setPen()}});
+    this._width = el('input', {type: 'number', min: 1, max: 255, value: 3, on: {change: () => this._setPen()}});
+    this._up = el('input', {type: 'checkbox', on: {change: () => this._setPen()}});
+    return el('details', {class: 'card', open: wide()}, el('summary', {}, 'Pen'),
+      el('div', {class: 'row'}, this._colour, PENS.map((colour) => el('button', {
+        type: 'button', class: 'swatch', 'aria-label': `Colour ${colour}`, style: {background: colour, minWidth: '28px', minHeight: '28px', padding: 0},
+        on: {click: () => {
+          this._colour.value = colour;
+          this._setPen();
+        }}}))),
+      el('div', {class: 'row'}, el('label', {class: 'field', style: {width: '6em'}}, 'Width [px]', this._width),
+        el('label', {class: 'check'}, this._up, 'Pen up')));
+  }
+
+  _placeCard() {
+    const field = (most, value) => el('input', {type: 'number', step: 'any', min: most === Math.PI ? -7 : 0, max: most, value});
+    const [x, y, theta] = [field(11.09, 5.5), field(11.09, 5.5), field(7, 0)];
+    const name = el('input', {type: 'text', autocomplete: 'off', placeholder: 'next number', maxLength: 200});
+    const place = () => ({x: Number(x.value), y: Number(y.value), theta: Number(theta.value)});
+    return el('details', {class: 'card', open: wide()}, el('summary', {}, 'Place'),
+      el('div', {class: 'stack'},
+        el('div', {class: 'fields'}, el('label', {class: 'field'}, 'x [m]', x), el('label', {class: 'field'}, 'y [m]', y),
+          el('label', {class: 'field'}, 'θ [rad]', theta)),
+        el('div', {class: 'row'}, this._button('Move', () => this._teleport(place())),
+          this._button('Kill', () => this._call('kill', {name: this._turtle}))),
+        el('div', {class: 'row'}, el('label', {class: 'field grow'}, 'Name of a new one', name),
+          this._button('Spawn', () => this._spawn({...place(), name: name.value.trim()}), 'primary'))));
+  }
+
+  _button(text, action, kind = '') {
+    return el('button', {type: 'button', class: kind, on: {click: action}}, text);
+  }
+
+  // -------------------------------------------------------------------------------------------- what it does
+
+  // Call one of the simulator's services; `own`: one of the node, as ~pause. Return its answer; null if it was refused.
+  async _call(name, args = {}, own = false) {
+    const service = own ? `${this._node}/${name}` : this._name(name);
+    this._showCommand(`rosservice call ${service}${Object.keys(args).length ? ` ${quoted(args)}` : ''}`);
+    try {
+      return await this._context.ros.call(service, args);
+    } catch (error) {
+      this._context.toast(error.message, 'error');
+      this._context.announce(error.message);
+      return null;
+    }
+  }
+
+  _teleport({x, y, theta}) {
+    return this._call(`${this._turtle}/teleport_absolute`, {x, y, theta});
+  }
+
+  async _spawn(place) {
+    const answer = await this._call('spawn', place);
+    if (answer) this._choose(answer.name);
+  }
+
+  _setPen() {
+    const [r, g, b] = [1, 3, 5].map((at) => parseInt(this._colour.value.slice(at, at + 2), 16));
+    const width = Math.max(1, Math.min(255, Math.round(Number(this._width.value)) || 1));
+    return this._call(`${this._turtle}/set_pen`, {r, g, b, width, off: this._up.checked ? 1 : 0});
+  }
+
+  _choose(name) {
+    this._driver.stop();
+    this._turtle = name;
+    this._context.setParameters({turtle: name === 'turtle1' ? '' : name});
+    this._shown = 0;
+    this._drawing.draw();
+  }
+
+  _driving({x, turn}) {
+    if (x || turn) {
+      const {linear, angular} = this._driver.limits;
+      this._showCommand(`rostopic pub -r 10 ${this._topic('cmd_vel')} geometry_msgs/Twist `
+        + `'{linear: {x: ${(x * linear).toFixed(1)}}, angular: {z: ${(turn * angular).toFixed(1)}}}'`);
+    }
+  }
+
+  _showCommand(text) {
+    if (text !== this._last) fill(this._command, this._context.commandLine(text));
+    this._last = text;
+  }
+
+  _showClock(clock) {
+    this._clock = clock;
+    this._pause.textContent = clock.paused ? 'Resume' : 'Pause';
+    this._badge.hidden = !clock.paused;
+    this._badge.textContent = 'Paused';
+    const rate = clock.rate === null ? 'max' : clock.rate;
+    this._time.textContent = `rate ${rate}, ${clock.lockstep ? 'lockstep, ' : ''}${Number(clock.time).toFixed(1)} s`;
+  }
+
+  // -------------------------------------------------------------------------------------------- from the drawing
+
+  _update(turtles) {
+    const now = performance.now();
+    if (now < this._shown + SHOW) {
+      this._late ||= setTimeout(() => {
+        this._late = 0;
+        this._update(this._drawing.turtles);
+      }, SHOW);
+      return;
+    }
+    this._shown = now;
+    const names = turtles.map((turtle) => turtle.name);
+    if (String(names) !== this._names) {
+      this._names = String(names);
+      if (names.length && !names.includes(this._turtle)) this._turtle = names[0];
+      fill(this._turtles, names.length ? names.map((name) => el('option', {value: name}, name)) : el('option', {}, 'no turtle'));
+    }
+    if (this._turtles.value !== this._turtle) this._turtles.value = this._turtle;
+    this._drawing.highlight = this._turtle;
+    const turtle = this._find();
+    for (const [index, key] of ['x', 'y', 'theta'].entries()) {
+      const text = turtle ? turtle[key].toFixed(2) : '–';
+      if (this._numbers[index].textContent !== text) this._numbers[index].textContent = text;
+    }
+  }
+
+  _listenToPointer() {
+    const arena = this._drawing.element;
+    let start = null;
+    const aim = (event) => {
+      const end = this._drawing.position(event);
+      const far = Math.hypot(end.x - start.x, end.y - start.y) > 0.3;
+      return {...start, theta: far ? Math.atan2(end.y - start.y, end.x - start.x) : start.theta};
+    };
+    const end = () => {
+      start = this._drawing.mark = null;
+      this._drawing.draw();
+    };
+    arena.addEventListener('pointerdown', (event) => {
+      const place = this._drawing.position(event);
+      if (event.button) return;
+      if (this._tool === 'select') {
+        const turtle = this._drawing.turtleAt(place);
+        if (turtle) this._choose(turtle.name);
+        return;
+      }
+      event.preventDefault();
+      arena.setPointerCapture(event.pointerId);
+      start = {...place, theta: this._tool === 'teleport' ? this._find()?.theta ?? 0 : 0, image: this._find()?.image ?? 'noetic'};
+      this._drawing.mark = start;
+      this._drawing.draw();
+    });
+    arena.addEventListener('pointermove', (event) => {
+      if (!start) return;
+      this._drawing.mark = aim(event);
+      this._drawing.draw();
+    });
+    arena.addEventListener('pointerup', (event) => {
+      if (!start) return;
+      const {x, y, theta} = aim(event);
+      const place = {x: round(x), y: round(y), theta: round(theta)};
+      if (this._tool === 'teleport') this._teleport(place);
+      else this._spawn({...place, name: ''});
+      end();
+    });
+    arena.addEventListener('pointercancel', end);
+  }
+}
+
+function wide() {
+  return matchMedia('(width >= 900px)').matches;
+}
+
+function round(value) {
+  return Math.round(value * 100) / 100;
+}
+
+// Return arguments of a service as one has to type them for rosservice.
+function quoted(args) {
+  const parts = Object.entries(args).map(([name, value]) => `${name}: ${typeof value === 'string' ? JSON.stringify(value) : value}`);
+  return `"{${parts.join(', ').replaceAll('"', '\'')}}"`;
+}
