@@ -24,14 +24,17 @@ class ArucoBaseline:
         self._detector = cv2.aruco.ArucoDetector(dictionary(), parameters)
 
     def detect(self, image, camera, size):
-        """Detections as markers_cli writes them: id, position m, orientation x y z w; size: the markers' width, m."""
+        """Detections as markers_cli writes them: id, position m, orientation x y z w, corners; size: their width, m."""
         corners, ids, _ = self._detector.detectMarkers(image)
-        found = []
-        for quad, number in zip(corners, [] if ids is None else ids.ravel().tolist()):
-            good, turns, shifts, _ = cv2.solvePnPGeneric(drawing.object_corners(size), quad.reshape(4, 2).astype(float),
-                                                         camera.matrix, camera.distortion,
-                                                         flags=cv2.SOLVEPNP_IPPE_SQUARE)
-            if good and np.isfinite(shifts[0]).all():
-                found.append({'id': number, 'position': shifts[0].ravel().tolist(),
-                              'orientation': rotations.quaternion_from_matrix(cv2.Rodrigues(turns[0])[0]).tolist()})
-        return found
+        return [record for quad, number in zip(corners, [] if ids is None else ids.ravel().tolist())
+                for record in self.pose(number, quad.reshape(4, 2).astype(float), camera, size)]
+
+    @staticmethod
+    def pose(number, corners, camera, size):
+        """Return the detection of a marker with these corners (4, 2) [px] in a list; none if it has no pose."""
+        good, turns, shifts, _ = cv2.solvePnPGeneric(drawing.object_corners(size), corners, camera.matrix,
+                                                     camera.distortion, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+        if not good or not np.isfinite(shifts[0]).all():
+            return []
+        return [{'id': number, 'position': shifts[0].ravel().tolist(), 'corners': corners.tolist(),
+                 'orientation': rotations.quaternion_from_matrix(cv2.Rodrigues(turns[0])[0]).tolist()}]

@@ -54,7 +54,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(prog='./run bench', description=__doc__.splitlines()[0])
     parser.add_argument('suite', nargs='?', default=DEFAULT_SUITE, choices=suites(), help='default: %(default)s')
     parser.add_argument('folder', nargs='?',
-                        help='folder with files to measure (only for suites that use files)')
+                        help='folder with files to measure (only for suites that use files), or a bag of images')
     parser.add_argument('--peer', metavar='COMMAND',
                         help='another node to measure in the same run; the table then has ratios')
     parser.add_argument('--node', metavar='COMMAND', help="measure this node instead of that in the workspace")
@@ -66,13 +66,19 @@ def parse(arguments):
     parser.add_argument('--json', metavar='FILE', help='file for the figures (default: output/bench.json)')
     parser.add_argument('--sensitivity', action='store_true',
                         help='only for the suite markers: show what -10 %% and +10 %% of each threshold change')
+    parser.add_argument('--half', choices=('development', 'test'), default='development',
+                        help='only for the suite markers: photos by class, of this half (default: %(default)s)')
+    parser.add_argument('--peers', action='store_true', help='only for the suite markers: score detectors from PyPI, '
+                        'too, on the photos by class; they are installed for this measurement only')
     parser.add_argument('--list', action='store_true', help='list the measurements of the suite and exit')
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
     for name in options.only or ():
         if name not in suite.MEASUREMENTS:
             parser.error(f'--only {name}: it must be one of {", ".join(suite.MEASUREMENTS)}')
-    if options.folder:
+    _use_classes(parser, options, suite)
+    options.bag = options.folder if (options.folder or '').endswith('.bag') and hasattr(suite, 'of_bag') else None
+    if options.folder and not options.bag:
         if not hasattr(suite, 'use_folder'):
             parser.error(f'{options.folder}: the suite {options.suite} takes no folder')
         try:
@@ -87,6 +93,13 @@ def parse(arguments):
     about = f'{options.suite}_sensitivity' if options.sensitivity else options.suite
     options.json = options.json or default_json(about)
     return options, suite
+
+
+def _use_classes(parser, options, suite):
+    if hasattr(suite, 'use_classes'):
+        suite.use_classes(options.half, options.peers)
+    elif options.peers or options.half != 'development':
+        parser.error(f'--half and --peers: the suite {options.suite} has no photos by class; use the suite markers')
 
 
 def subjects(options, suite, names, folder):
@@ -188,6 +201,9 @@ def main():
         return 0
     make_interruptible()
     try:
+        if options.bag:
+            print(suite.of_bag(options.bag))
+            return 0
         return run_sensitivity(options, suite) if options.sensitivity else run(options, suite)
     except BenchError as error:
         report_progress(f'bench: {error}')

@@ -1,7 +1,8 @@
 """The bench of the marker detector: score and time on frames with ground truth, beside ArUco and the real tracker.
 
 The frames are those of test/data/alvar, or of another folder with frames.json; answers of others that lie beside it
-(real_alvar.json, aruco.json) are scored, too. No node is needed. See suite_turtlesim for what a suite is.
+(real_alvar.json, aruco.json) are scored, too. Without a folder, photos by class (marker_classes.py) are scored, too.
+No node is needed. See suite_turtlesim for what a suite is.
 """
 
 import json
@@ -11,6 +12,9 @@ import time
 import cv2
 import numpy as np
 
+import class_scores
+import marker_bag
+import marker_classes
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
@@ -65,11 +69,23 @@ class Frames:
 
 
 _frames = []
+_classes = {}  # {'half', 'peers', 'results': {tool: {class: ClassScore}}}
 
 
 def use_folder(folder):
     """Measure on the frames of this folder; BenchError if it has none."""
     _frames[:] = [Frames(folder)]
+
+
+def use_classes(half, peers):
+    """Score the classes on this half, with the peers from PyPI if ``peers``."""
+    _classes.update(half=half, peers=peers)
+
+
+def of_bag(path):
+    """Return as text what is found in the images of a bag; raise BenchError."""
+    cv2.setNumThreads(1)
+    return marker_bag.report(path)
 
 
 def frames():
@@ -162,6 +178,20 @@ def stored(_subject, _scale):
     return out
 
 
+def classes(_subject, scale):
+    """Return the scores by class of our detector; keep those of all tools for the preface."""
+    if _frames and _frames[0].folder != FOLDER:
+        return {}
+    cv2.setNumThreads(1)
+    half, count = _classes.get('half', marker_classes.DEVELOPMENT), max(1, class_scores.PER_CLASS // scale)
+    if 'results' not in _classes:
+        results = class_scores.scores(class_scores.tools(), half, count)
+        if _classes.get('peers'):
+            results.update(class_scores.peer_scores(half, count, print))
+        _classes['results'] = results
+    return class_scores.figures(_classes['results']['here'])
+
+
 def sensitivity(progress):
     """Return as text and figures what -10 % and +10 % of each of the detector's thresholds change."""
     cv2.setNumThreads(1)
@@ -173,6 +203,7 @@ MEASUREMENTS = {
     'tracking': Measurement(tracking, 'time with tracking', in_process=True),
     'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
     'stored': Measurement(stored, 'scores of stored answers', in_process=True),
+    'classes': Measurement(classes, 'scores by class: light, paper, camera', in_process=True),
 }
 
 
@@ -184,7 +215,13 @@ def preface(pools):
     widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
     lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
     note = f"{frames().truth['set']}: {len(frames().truth['frames'])} frames; easy / medium / hard; ms median / 95th"
-    return '\n'.join([note, *lines, ''])
+    parts = ['\n'.join([note, *lines, '']) if len(rows) > 1 else '']
+    if 'results' in _classes:
+        half = _classes.get('half', marker_classes.DEVELOPMENT)
+        parts.append(f'By class, {half} half; median / 95th percentile; '
+                     f'off: poses beyond {class_scores.OFF:.0f} degrees without a flag')
+        parts += [class_scores.table({tool: by_class}) + '\n' for tool, by_class in _classes['results'].items()]
+    return '\n'.join(part for part in parts if part)
 
 
 def _row(pool, tool, words):
@@ -222,4 +259,24 @@ def _time_figures():
     yield Figure('found while tracking, of those found singly', 'tracking_found', '%', median, Target('at_least', 99.0))
 
 
-FIGURES = (*_score_figures(), *_time_figures())
+def _class_figures():
+    for key, words, limit in (('shadows', 'shadows', 95), ('blinds', 'blinds', 90), ('margin', 'thin margins', 99),
+                              ('tiny', '13 to 20 px', 80)):
+        yield Figure(f'recall, {words}', f'class_recall_{key}', '%', median, Target('at_least', limit))
+    for name, pool, limits in (('light', median, (0.15, 1.0)), ('light', p95, (0.6, None))):
+        of = 'median' if pool is median else '95th percentile'
+        yield Figure(f'worst corner in bad light, {of}', f'class_corner_{name}', 'px', pool, Target('below', limits[0]))
+        if limits[1]:
+            yield Figure(f'rotation in bad light, {of}', f'class_rotation_{name}', 'degrees', pool,
+                         Target('below', limits[1]))
+    yield Figure('worst corner on bent paper, median', 'class_corner_paper', 'px', median, Target('below', 0.5))
+    yield Figure('rotation, bent, radius 10 cm, median', 'class_rotation_bent', 'degrees', median, Target('below', 1.5))
+    yield Figure('rotation, radius 6 cm and creased, median', 'class_rotation_creased', 'degrees', median,
+                 Target('below', 3.0))
+    for key, words, limit in (('off', 'off by 5 degrees without a flag', 1), ('flips', 'flips', 1),
+                              ('false', 'false positives', 1), ('wrong', 'wrong ids', 1)):
+        yield Figure(f'classes: {words}', f'class_{key}', 'in all', max, Target('below', float(limit)))
+    yield Figure('classes: flagged, but right', 'class_flagged_good', '%', max, Target('below', 3.0))
+
+
+FIGURES = (*_score_figures(), *_time_figures(), *_class_figures())

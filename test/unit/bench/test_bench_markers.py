@@ -20,6 +20,7 @@ from rostest_support.marker_scenes import Placed, Scene, image_of
 def no_folder_is_left():
     yield
     suite_markers._frames.clear()
+    suite_markers._classes.clear()
 
 
 @pytest.fixture
@@ -53,8 +54,18 @@ def test_measurements_score_and_time_each_tool(folder):
     text = suite_markers.preface({OURS: pool})
     assert [line.split('  ')[0] for line in text.splitlines()[2:5]] == ['here', 'ArUco', 'real tracker, stored']
     used = {figure.key for figure in suite_markers.FIGURES if 'medium' not in figure.key and 'hard' not in figure.key
-            and '1280' not in figure.key}
+            and '1280' not in figure.key and not figure.key.startswith('class_')}
     assert used <= set(pool)
+
+
+def test_classes_are_scored_once_and_shown():
+    count = suite_markers.class_scores.PER_CLASS
+    pool = suite_markers.MEASUREMENTS['classes'].run(None, count)  # one photo of each class
+    assert {figure.key for figure in suite_markers.FIGURES if figure.key.startswith('class_')} <= set(pool)
+    assert pool['class_wrong'] == pool['class_false'] == [0]
+    assert suite_markers.MEASUREMENTS['classes'].run(None, count) == pool
+    lines = suite_markers.preface({OURS: pool}).splitlines()
+    assert lines[0].startswith('By class, development half') and lines[2].startswith('even         100.0')
 
 
 def test_every_id_is_in_the_baselines_dictionary():
@@ -72,7 +83,8 @@ def test_folder_without_frames_is_refused(tmp_path):
 
 @pytest.mark.parametrize('arguments, text', [
     (['turtlesim', 'frames'], 'takes no folder'), (['markers', '/nonexistent'], 'no frames with ground truth'),
-    (['markers', '--peer', 'x'], 'measures no node'),
+    (['markers', '--peer', 'x'], 'measures no node'), (['turtlesim', '--peers'], 'has no photos by class'),
+    (['turtlesim', 'a.bag'], 'takes no folder'),
 ])
 def test_wrong_usage(arguments, text, capsys):
     with pytest.raises(SystemExit) as ended:

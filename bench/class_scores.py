@@ -1,0 +1,182 @@
+"""Score detectors on the photos of marker_classes, and print the scores by class. A peer reads tags of its own family.
+
+Peers run in a virtual environment of their own that is made for the measurement and deleted after it.
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+import marker_classes
+from alvar_core.detection.detector import Detector
+from aruco_baseline import ArucoBaseline
+from marker_classes import KINDS, LIGHT, LOOK_ALIKES, PAPER, SIZE
+from marker_score import Score, score_frame
+from markers_cli import detection_record
+from processes import BenchError
+
+PER_CLASS = 24  # photos of each class, in each half
+OFF, GOOD = 5.0, 2.0  # degrees: a pose that is to be flagged, one that is not
+PEER_FAMILY = 'AprilTag 36h11'
+PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')
+PEER_SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'peer_detections.py')
+SHADOWS = ('shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole')
+
+
+def flagged(detection):
+    """Return whether a detection says that its pose is uncertain."""
+    return bool(detection.get('ambiguous') or detection.get('doubtful'))
+
+
+class ClassScore(Score):
+    """A Score with corners and flags."""
+
+    def corners(self):
+        """Return the worst corner error [px] of each marker found."""
+        return [float(np.linalg.norm(np.subtract(m.marker['corners'], m.detection['corners']), axis=1).max())
+                for m in self.matches if m.detection]
+
+    def rotations(self, sure=False):
+        """Return the rotation errors [degrees]; ``sure``: only of poses without a flag."""
+        return [m.rotation_error for m in self.found if not (sure and flagged(m.detection))]
+
+    def flags(self, good_only=False):
+        """Return for each pose (``good_only``: if it is right) whether it is flagged."""
+        return [flagged(m.detection) for m in self.found if not good_only or m.rotation_error < GOOD]
+
+
+def scores(tools, half, count):
+    """Return {tool: {class: ClassScore}} of ``tools``, {name: function (image, camera) that returns detections}."""
+    out = {tool: {} for tool in tools}
+    for name in (*KINDS, LOOK_ALIKES):
+        for number in range(count):
+            shot = marker_classes.photo(name, half, number)
+            for tool, detect in tools.items():
+                score = out[tool].setdefault(name, ClassScore())
+                score.add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, detect(shot.image, shot.camera)))
+    return out
+
+
+def detector_of(size):
+    """Return the function (image, camera) of this project's detector for markers of ``size`` [m]."""
+    detector = Detector(size)
+    return lambda image, camera: [detection_record(each) for each in detector.detect(image, camera)]
+
+
+def tools():
+    """Return {tool: function (image, camera)} of this project's detector and of OpenCV's."""
+    baseline = ArucoBaseline()
+    return {'here': detector_of(SIZE), 'ArUco': lambda image, camera: baseline.detect(image, camera, SIZE)}
+
+
+def _pair(values, form='{:.2f} / {:.2f}'):
+    return form.format(*np.percentile(values, [50, 95])) if len(values) else '-'
+
+
+def table(results):
+    """Return the table of {tool: {class: ClassScore}} as text: a group of columns for each tool."""
+    head = ['class']
+    for tool in results:
+        head += [f'{tool}: recall %', 'corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false']
+    rows = [head]
+    for name in (*KINDS, LOOK_ALIKES):
+        row = [name]
+        for by_class in results.values():
+            row += _columns(by_class[name])
+        rows.append(row)
+    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
+    return '\n'.join('  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows)
+
+
+def _columns(score):
+    turns = score.rotations()
+    recall = f'{score.recall:.1f}' if score.matches else '-'
+    flags = f'{100 * np.mean(score.flags()):.0f}' if score.flags() else '-'
+    off = str(sum(turn > OFF for turn in score.rotations(sure=True)))
+    return [recall, _pair(score.corners()), _pair(turns, '{:.1f} / {:.1f}'), flags, off,
+            f'{score.wrong}, {score.false}']
+
+
+def figures(by_class):
+    """Return {figure key: samples} of our scores."""
+    def all_of(names, method, **options):
+        return [value for name in names for value in getattr(by_class[name], method)(**options)]
+
+    def recall(*names):
+        found = [m.detection is not None for name in names for m in by_class[name].matches]
+        return [100.0 * float(np.mean(found))]
+    sure = [turn for score in by_class.values() for turn in score.rotations(sure=True)]
+    good = all_of(KINDS, 'flags', good_only=True)
+    return {
+        'class_recall_shadows': recall(*SHADOWS), 'class_recall_blinds': recall('blinds'),
+        'class_recall_margin': recall('thin margin'), 'class_recall_tiny': recall('13 to 20 px'),
+        'class_corner_light': all_of(LIGHT, 'corners') or [np.inf],
+        'class_rotation_light': all_of(LIGHT, 'rotations', sure=True) or [np.inf],
+        'class_corner_paper': all_of(PAPER, 'corners') or [np.inf],
+        'class_rotation_bent': all_of(['bent 10 cm'], 'rotations', sure=True) or [np.inf],
+        'class_rotation_creased': all_of(['bent 6 cm', 'creased'], 'rotations', sure=True) or [np.inf],
+        'class_off': [sum(turn > OFF for turn in sure)], 'class_flips': [sum(s.flips for s in by_class.values())],
+        'class_flagged_good': [100.0 * float(np.mean(good or [0]))],
+        'class_false': [sum(score.false for score in by_class.values())],
+        'class_wrong': [sum(score.wrong for score in by_class.values())],
+    }
+
+
+def peer_scores(half, count, progress):
+    """Return {peer: {class: ClassScore}}; raise BenchError if the peers cannot be installed."""
+    with tempfile.TemporaryDirectory(prefix='turtle_robotont_peers_') as folder:
+        python = _environment(folder, progress)
+        shots = _peer_photos(folder, half, count)
+        found = {}
+        for peer in PEERS:
+            progress(f'    {peer}')
+            answers = os.path.join(folder, f'{peer}.json')
+            _call([python, PEER_SCRIPT, peer, folder, str(len(shots)), answers])
+            with open(answers, encoding='utf-8') as file:
+                found[peer] = _scored(shots, json.load(file))
+    return found
+
+
+def _environment(folder, progress):
+    progress(f'    installing {", ".join(PEERS)} for this measurement')
+    home = os.path.join(folder, 'environment')
+    _call([sys.executable, '-m', 'venv', home])
+    python = os.path.join(home, 'bin', 'python')
+    _call([python, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', 'numpy', *PEERS])
+    return python
+
+
+def _call(command):
+    environment = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
+    ended = subprocess.run(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=environment)
+    if ended.returncode:
+        last = (ended.stderr.strip().splitlines() or ['no text'])[-1]
+        raise BenchError(f'{" ".join(command[:4])} ended with {ended.returncode}: {last}. The peers are installed from '
+                         'PyPI with python3 -m venv and pip: are python3-venv and a network there?')
+
+
+def _peer_photos(folder, half, count):
+    """Save the photos with tags of the peers' family; return [(class, Shot)] in the order of their files."""
+    shots = []
+    for name in (*KINDS, LOOK_ALIKES):
+        for number in range(count):
+            shot = marker_classes.photo(name, half, number,
+                                        lambda tag: marker_classes.family_cells(PEER_FAMILY, tag))
+            np.save(os.path.join(folder, f'{len(shots)}.npy'), shot.image)
+            shots.append((name, shot._replace(image=None)))
+    return shots
+
+
+def _scored(shots, answers):
+    """Return {class: ClassScore} of a peer's ids and corners; look-alikes are tags to it, so they are left out."""
+    out = {name: ClassScore() for name in (*KINDS, LOOK_ALIKES)}
+    pose = ArucoBaseline.pose
+    for (name, shot), found in zip(shots, answers):
+        if name != LOOK_ALIKES:
+            records = [record for number, corners in found
+                       for record in pose(number, np.array(corners), shot.camera, SIZE)]
+            out[name].add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, records))
+    return out
