@@ -15,8 +15,19 @@ PEER = 'peer'
 
 def p95(samples):
     """Return the 95th percentile, linearly interpolated; raise ValueError without samples."""
+    return _quantile(samples, 20)
+
+
+def p99(samples):
+    """Return the 99th percentile, likewise."""
+    return _quantile(samples, 100)
+
+
+def _quantile(samples, parts):
     samples = list(samples)
-    return statistics.quantiles(samples, n=20, method='inclusive')[-1] if len(samples) > 1 else statistics.mean(samples)
+    if len(samples) == 1:
+        return statistics.mean(samples)
+    return statistics.quantiles(samples, n=parts, method='inclusive')[-1]
 
 
 def intervals(stamps):
@@ -66,7 +77,8 @@ def stratified_phases(count, rng):
 class Target:
     """The value that a figure must reach.
 
-    kind: 'ratio' (ours / peer at most), 'below', 'at_least', 'at_most', 'near' (within 0.5 %).
+    kind: 'ratio' (ours / peer at most), 'times' (ours / peer at least), 'below', 'at_least', 'at_most', 'near' (within
+    0.5 %).
     """
 
     kind: str
@@ -76,22 +88,20 @@ class Target:
 
     def __str__(self):
         limit = f'{self.limit:,g}'
-        words = {'ratio': f'<= {limit} x peer', 'below': f'< {limit}', 'at_least': f'>= {limit}',
-                 'at_most': f'<= {limit}', 'near': f'= {limit}'}
+        words = {'ratio': f'<= {limit} x peer', 'times': f'>= {limit} x peer', 'below': f'< {limit}',
+                 'at_least': f'>= {limit}', 'at_most': f'<= {limit}', 'near': f'= {limit}'}
         return words[self.kind]
 
     def reached(self, ours, ratio):
         """Return True or False, or None without a figure, or for a ratio without a peer."""
-        value = ratio if self.kind == 'ratio' else ours
+        value = ratio if self.kind in ('ratio', 'times') else ours
         if value is None:
             return None
-        if self.kind == 'ratio':
-            return value <= self.limit
         if self.kind == 'below':
             return value < self.limit
-        if self.kind == 'at_least':
+        if self.kind in ('at_least', 'times'):
             return value >= self.limit
-        if self.kind == 'at_most':
+        if self.kind in ('at_most', 'ratio'):
             return value <= self.limit
         return abs(value - self.limit) <= self.NEAR_SHARE * self.limit
 

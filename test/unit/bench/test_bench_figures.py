@@ -12,6 +12,7 @@ from figures import (
     median,
     median_rate,
     p95,
+    p99,
     rate_in_window,
     stratified_phases,
 )
@@ -27,6 +28,11 @@ ROUNDING = 1e-12
 ])
 def test_p95(samples, expected):
     assert p95(samples) == pytest.approx(expected, abs=ROUNDING)
+
+
+def test_p99():
+    assert p99(range(201)) == pytest.approx(198.0, abs=ROUNDING)
+    assert p99([3.0]) == 3.0
 
 
 def test_p95_of_nothing_is_refused():
@@ -75,6 +81,9 @@ def test_phases_lie_one_in_each_part():
     ('ratio', 1.05, 9.0, 1.05, True),
     ('ratio', 1.05, 9.0, 1.051, False),
     ('ratio', 1.05, 9.0, None, None),  # no peer
+    ('times', 2.0, 9.0, 2.0, True),
+    ('times', 2.0, 9.0, 1.99, False),
+    ('times', 2.0, 9.0, None, None),
     ('below', 0.6, 0.59, None, True),
     ('below', 0.6, 0.6, None, False),
     ('below', 0.6, None, None, None),  # not measured
@@ -90,8 +99,9 @@ def test_target(kind, limit, ours, ratio, expected):
 
 def test_target_in_words():
     words = [str(Target('ratio', 1.05)), str(Target('below', 80.0)), str(Target('at_least', 150000.0)),
-             str(Target('near', 62.5))]
-    assert words == ['<= 1.05 x peer', '< 80', '>= 150,000', '= 62.5']
+             str(Target('near', 62.5)),
+             str(Target('times', 2.0))]
+    assert words == ['<= 1.05 x peer', '< 80', '>= 150,000', '= 62.5', '>= 2 x peer']
 
 
 def test_judge_pools_and_compares():

@@ -1,0 +1,425 @@
+"""Client of a rosbridge server with a WebSocket of its own, which costs less time than what is measured.
+
+`rosbridge_probe.py round_trip | rate | memory | zero | pages | images | poses`; every answer is one line of JSON.
+"""
+
+import argparse
+import base64
+import gc
+import json
+import os
+import random
+import select
+import socket
+import struct
+import sys
+import threading
+import time
+
+import rospy
+from geometry_msgs.msg import PointStamped
+from sensor_msgs.msg import Image
+
+from figures import rate_in_window, stratified_phases
+from turtlesim_probe import COME_UP, Silent, await_true, clock, say
+
+PORT = '/rosbridge_websocket/actual_port'
+ECHO = '/bench/echo'
+FLOOD = '/bench/flood'
+IMAGES = '/bench/images'
+POSES = '/bench/poses'
+VELOCITY = '/bench/cmd_vel'
+PERIOD = 0.02  # [s] between two round trips
+LARGE = 1 << 14  # [B]; a frame that is not larger is no image
+LATE = 0.1  # [s] after which a message is late
+STEP = 1.25  # between two rates
+FLOOD_RATE = 20000  # [Hz] of POSE, more than a server in Python can do
+FLOOD_TIME = 1.0  # [s]
+DRIVE_RATE = 40  # [Hz] of a joystick
+ONE_ANSWER = 60.0  # [s] until a message counts as lost
+SUBSCRIBERS = 20  # among which the messages of the memory's measurement are shared out
+SETTLE = 1.0  # [s]
+PAGE_RATE = 10.0  # [Hz]
+POSE_RATE = 62.5  # [Hz]
+TWIST = {'linear': {'x': 0.5, 'y': 0.0, 'z': 0.0}, 'angular': {'x': 0.0, 'y': 0.0, 'z': 0.2}}
+POSE = {'header': {'frame_id': 'map'}, 'pose': {'position': {'x': 1.5, 'y': -2.5, 'z': 0.0},
+                                                'orientation': {'x': 0.0, 'y': 0.0, 'z': 0.6, 'w': 0.8}}}
+ZERO = {part: dict.fromkeys('xyz', 0.0) for part in ('linear', 'angular')}
+
+
+class Page:
+    """A connection to the server: what a browser sends and receives, without the browser."""
+
+    def __init__(self):
+        self.socket = connected()
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        key = base64.b64encode(os.urandom(16)).decode()
+        self.socket.sendall(f'GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
+                            f'Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n'.encode())
+        self._data = bytearray()
+        while b'\r\n\r\n' not in self._data:
+            self._read()
+        head, _, rest = bytes(self._data).partition(b'\r\n\r\n')
+        if b' 101 ' not in head.split(b'\r\n')[0]:
+            raise Silent(f'the server refused the connection: {head[:200]!r}')
+        self._data = bytearray(rest)
+        self._chunk = memoryview(bytearray(1 << 20))
+
+    def fileno(self):
+        """Return the socket's, for select."""
+        return self.socket.fileno()
+
+    def _read(self):
+        data = self.socket.recv(1 << 16)
+        if not data:
+            raise Silent('the server closed a connection')
+        self._data += data
+
+    def send(self, **operation):
+        """Send an operation."""
+        self.socket.sendall(masked(operation))
+
+    def frames(self):
+        """Read what is there; yield the payload of each frame that is complete."""
+        size = self.socket.recv_into(self._chunk)
+        if not size:
+            raise Silent('the server closed a connection')
+        self._data += self._chunk[:size]
+        begin = 0
+        while len(self._data) - begin >= 2:
+            opcode, length, head = self._data[begin] & 15, self._data[begin + 1] & 127, 2
+            if length >= 126:
+                head = 4 if length == 126 else 10
+                if len(self._data) - begin < head:
+                    break
+                length = int.from_bytes(self._data[begin + 2:begin + head], 'big')
+            if len(self._data) - begin < head + length:
+                break
+            payload = bytes(self._data[begin + head:begin + head + length])
+            begin += head + length
+            if opcode == 9:
+                self.socket.sendall(_frame(10, payload))
+            elif opcode in (1, 2):
+                yield payload
+            elif opcode == 8:
+                raise Silent(f'the server closed a connection: {payload!r}')
+        del self._data[:begin]
+
+    def subscribe(self, topic, kind, **options):
+        """Subscribe to a topic."""
+        self.send(op='subscribe', topic=topic, type=kind, **options)
+
+    def advertise(self, topic, kind):
+        """Advertise a topic."""
+        self.send(op='advertise', topic=topic, type=kind)
+
+
+def connected():
+    """Return a connection to the server, once it listens; the master may still have the port of an earlier one."""
+    deadline = clock() + COME_UP
+    while True:
+        try:
+            return socket.create_connection(('127.0.0.1', rospy.get_param(PORT)), COME_UP)
+        except (OSError, KeyError):
+            if clock() > deadline:
+                raise
+        time.sleep(0.05)
+
+
+def masked(operation):
+    """Return the frame of an operation."""
+    return _frame(1, json.dumps(operation, separators=(',', ':')).encode())
+
+
+def _frame(opcode, payload):
+    """Return a client's frame, whose mask is zero: XOR changes nothing."""
+    length = len(payload)
+    head = struct.pack('!BB', 128 | opcode, 128 | length) if length < 126 else \
+        struct.pack('!BBH', 128 | opcode, 254, length)
+    return head + bytes(4) + payload
+
+
+def text(number, size=100):
+    """Return a std_msgs/String of so many bytes with a number."""
+    return {'data': f'{number:09d}'.ljust(size, 'x')}
+
+
+def number_of(frame):
+    """Return the number that ``text`` has put into a message, None for another frame."""
+    if len(frame) > LARGE or b'"publish"' not in frame:
+        return None
+    return int(json.loads(frame)['msg']['data'][:9])
+
+
+def echoing():
+    """Return a Page that gets back what it publishes."""
+    page = Page()
+    page.advertise(ECHO, 'std_msgs/String')
+    page.subscribe(ECHO, 'std_msgs/String', queue_length=1000)
+    deadline = clock() + COME_UP
+    while clock() < deadline:
+        page.send(op='publish', topic=ECHO, msg=text(0))
+        if select.select([page], [], [], 0.2)[0] and any(number_of(frame) == 0 for frame in page.frames()):
+            settle(page, 0.5)
+            return page
+    raise Silent('no message came back')
+
+
+def settle(page, seconds):
+    """Drop what comes until nothing has come for this time."""
+    while select.select([page], [], [], seconds)[0]:
+        for _ in page.frames():
+            pass
+
+
+def round_trip(options):
+    """Report the times [s] until a message of 100 bytes comes back, beside a stream of images if there is one."""
+    page = echoing()
+    images = 0
+    if options.images:
+        page.subscribe(IMAGES, 'sensor_msgs/Image')
+        deadline = clock() + COME_UP
+        while not images:
+            images = sum(len(frame) > LARGE for frame in page.frames())
+            if clock() > deadline:
+                raise Silent('no image came')
+    times, start = [], clock()
+    phases = stratified_phases(options.count, random.Random(1))
+    for number, phase in enumerate(phases, 1):
+        wait(page, start + PERIOD * (number + phase))
+        begun = clock()
+        page.send(op='publish', topic=ECHO, msg=text(number))
+        while len(times) < number:
+            if not select.select([page], [], [], ONE_ANSWER)[0] or clock() - begun > ONE_ANSWER:
+                raise Silent(f'message {number} did not come back within {ONE_ANSWER:g} s')
+            for frame in page.frames():
+                images += len(frame) > LARGE
+                if number_of(frame) == number:
+                    times.append(clock() - begun)
+    say(times=times, images=images / (clock() - start))
+
+
+def wait(page, end):
+    """Read, and drop, what comes until a time."""
+    while True:
+        left = end - clock()
+        if left <= 0:
+            return
+        if select.select([page], [], [], left)[0]:
+            for _ in page.frames():
+                pass
+
+
+def rate(options):
+    """Report the highest rate [Hz] of messages there and back of which at most 1 % are late."""
+    page = echoing()
+    found, tried = 0.0, 200.0
+    while True:
+        late, reached = offered(page, tried, options.seconds)
+        if late > 0.01 or reached < 0.99 * tried:
+            break
+        found, tried = tried, tried * STEP
+        settle(page, 0.2)
+    settle(page, 0.5)
+    for _ in range(2):  # between the last that held and the first that did not
+        middle = (found * tried) ** 0.5
+        late, reached = offered(page, middle, options.seconds)
+        if late > 0.01 or reached < 0.99 * middle:
+            tried = middle
+        else:
+            found = middle
+        settle(page, 0.5)
+    say(rate=found)
+
+
+def offered(page, hertz, seconds):
+    """Send so many messages a second; return the share that is late, and the rate [Hz] that could be sent."""
+    start, sent, timely, came = clock(), 0, 0, 0
+    total, stamps = int(hertz * seconds), {}
+    last_sent = start
+    page.socket.setblocking(False)
+    try:
+        pending = bytearray()
+        while came < total:
+            now = clock()
+            if now > start + seconds + 10 * LATE:
+                break
+            while sent < total and sent <= (now - start) * hertz:
+                sent += 1
+                stamps[sent] = start + (sent - 1) / hertz
+                pending += masked({'op': 'publish', 'topic': ECHO, 'msg': text(sent)})
+                last_sent = now
+            left = start + sent / hertz - now if sent < total else LATE
+            readable, writable, _ = select.select([page], [page] if pending else [], [], min(LATE, max(0.0005, left)))
+            if writable:
+                del pending[:page.socket.send(pending)]
+            if readable:
+                for frame in page.frames():
+                    number = number_of(frame)
+                    if number in stamps:
+                        came += 1
+                        timely += clock() - stamps[number] <= LATE
+    finally:
+        page.socket.setblocking(True)
+        if pending:
+            page.socket.sendall(pending)
+    return 1.0 - timely / total, (sent - 1) / max(1e-9, last_sent - start)
+
+
+def memory(options):
+    """Deliver options.count messages among SUBSCRIBERS pages, in two steps: say ``warm`` after a tenth."""
+    pages = [Page() for _ in range(SUBSCRIBERS)]
+    for page in pages:
+        page.subscribe(ECHO, 'std_msgs/String', queue_length=1000)
+    sender = echoing()
+    counts = dict.fromkeys(pages, 0)
+    steps, sent = (options.count // 10, options.count), 0
+    for step in steps:
+        while sum(counts.values()) < step:
+            if sent * SUBSCRIBERS - sum(counts.values()) < 50 * SUBSCRIBERS:
+                sender.send(op='publish', topic=ECHO, msg=text(sent + 1))
+                sent += 1
+            ready = select.select([*pages, sender], [], [], 0 if sent % 10 else 0.0005)[0]
+            for page in ready:
+                came = sum(1 for _ in page.frames())
+                if page is not sender:
+                    counts[page] += came
+        say(delivered=sum(counts.values()))
+        time.sleep(SETTLE)  # stay connected while the bench reads the memory
+
+
+class Stopped:
+    """Notes when a zero velocity arrives after a driving one."""
+
+    def __init__(self):
+        self.drove, self.stamp, self._event = threading.Event(), 0.0, threading.Event()
+        self._subscriber = rospy.Subscriber(VELOCITY, rospy.AnyMsg, self._received, tcp_nodelay=True)
+
+    def _received(self, message):
+        if any(message._buff):
+            self.drove.set()
+            self._event.clear()
+        elif self.drove.is_set():
+            self.stamp = clock()
+            self._event.set()
+
+    def wait(self, seconds):
+        """Return the time of the zero velocity."""
+        if not self._event.wait(seconds):
+            raise Silent(f'no zero velocity within {seconds:g} s')
+        return self.stamp
+
+
+def zero(options):
+    """Report the time [s] until a zero velocity arrives that is sent behind a flood of other messages."""
+    stopped = Stopped()
+    page = Page()
+    page.advertise(FLOOD, 'geometry_msgs/PoseStamped')
+    page.advertise(VELOCITY, 'geometry_msgs/Twist')
+
+    def driven():
+        page.send(op='publish', topic=VELOCITY, msg=TWIST)
+        return stopped.drove.wait(0.1)
+    await_true(driven, COME_UP, 'a velocity')
+    flood, drive, halt = (masked({'op': 'publish', 'topic': topic, 'msg': values}) for topic, values in (
+        (FLOOD, POSE), (VELOCITY, TWIST), (VELOCITY, ZERO)))
+    start, pending, made = clock(), bytearray(), 0
+    total, every = int(FLOOD_RATE * FLOOD_TIME), FLOOD_RATE // DRIVE_RATE
+    page.socket.setblocking(False)
+    while made < total or pending:
+        due = min(total, int((clock() - start) * FLOOD_RATE))
+        while made < due:
+            made += 1
+            pending += drive if made % every == 0 else flood
+            if made == total:
+                pending += halt
+        readable, writable, _ = select.select([page], [page] if pending else [], [], 0.0005)
+        if writable:
+            del pending[:page.socket.send(pending)]
+        if readable:
+            for _ in page.frames():
+                pass
+        if clock() > start + ONE_ANSWER:
+            raise Silent('the server does not read')
+    say(seconds=stopped.wait(ONE_ANSWER) - (start + FLOOD_TIME))
+
+
+def pages(options):
+    """Let options.count pages get poses; report each page's rate [Hz] and how late [s] poses are."""
+    opened = [Page() for _ in range(options.count)]
+    for page in opened:
+        page.subscribe(POSES, 'geometry_msgs/PointStamped', throttle_rate=int(1000 / PAGE_RATE))
+    came = {page: 0 for page in opened}
+    deadline = clock() + COME_UP
+    while not all(came.values()):
+        for page in select.select(opened, [], [], 1.0)[0]:
+            came[page] += sum(1 for _ in page.frames())
+        if clock() > deadline:
+            raise Silent(f'{sum(not count for count in came.values())} of {options.count} pages got no pose')
+    stamps, ages = {page: [] for page in opened}, []
+    say(ready=True)
+    start = clock()
+    while clock() < start + options.seconds:
+        for page in select.select(opened, [], [], 0.1)[0]:
+            for frame in page.frames():
+                if b'"publish"' in frame:
+                    stamps[page].append(clock())
+                    ages.append(clock() - json.loads(frame)['msg']['point']['x'])
+    elapsed = clock() - start
+    say(rates=[rate_in_window(one, elapsed, 2.5 / PAGE_RATE) for one in stamps.values()], ages=ages)
+    time.sleep(SETTLE)  # stay connected while the bench reads the processor time
+
+
+def images(options):
+    """Publish raw images at 30 Hz until the end."""
+    publisher = rospy.Publisher(IMAGES, Image, queue_size=1)
+    image = Image(width=640, height=480, step=1920, encoding='rgb8',
+                  data=random.Random(1).getrandbits(8 * 921600).to_bytes(921600, 'little'))
+    _publish(publisher, lambda: image, 30.0)
+
+
+def poses(options):
+    """Publish points, with the time [s] in x, at the rate of a turtle's poses until the end."""
+    publisher = rospy.Publisher(POSES, PointStamped, queue_size=1, tcp_nodelay=True)
+    point = PointStamped()
+
+    def stamped():
+        point.point.x = clock()
+        return point
+    _publish(publisher, stamped, POSE_RATE)
+
+
+def _publish(publisher, message, hertz):
+    say(ready=True)
+    due = clock()
+    while True:
+        due = max(clock(), due + 1.0 / hertz)
+        threading.Event().wait(max(0.0, due - clock()))
+        publisher.publish(message())
+
+
+TASKS = {task.__name__: task for task in (round_trip, rate, memory, zero, pages, images, poses)}
+
+
+def main():
+    """Run the task that the command line names."""
+    parser = argparse.ArgumentParser(description='one measurement at a running rosbridge server')
+    parser.add_argument('task', choices=sorted(TASKS))
+    parser.add_argument('--seconds', type=float, default=2.0, help='window [s]')
+    parser.add_argument('--count', type=int, default=100, help='samples, messages or pages')
+    parser.add_argument('--images', action='store_true', help='subscribe to images, too')
+    options = parser.parse_args()
+    gc.disable()
+    rospy.init_node('bench_probe', anonymous=True, disable_rosout=True, disable_signals=True)
+    try:
+        TASKS[options.task](options)
+    except (Silent, OSError, rospy.ROSException) as error:
+        print(f'{options.task}: {error}', file=sys.stderr)
+        return 1
+    finally:
+        rospy.signal_shutdown('done')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
