@@ -113,7 +113,7 @@ class Shell {
     if (place.turn !== turn) return;
     head.append(helpOf(module), isFirst ? this._besideChoice(panel) : closeBeside());
     const context = {
-      ros: this._ros, rosapi: this._rosapi, parameters, announce, toast, commandLine,
+      ros: this._ros, rosapi: this._rosapi, parameters, announce, toast, commandLine, keys: isFirst,
       // Change the panel's part of the address without mounting it again.
       setParameters: (changes) => {
         if (!isFirst || place.turn !== turn) return;

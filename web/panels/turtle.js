@@ -1,8 +1,10 @@
 // turtlesim: its canvas with the turtles, and everything that its services do.
 
+import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {Drawing} from '../app/drawing.js';
 import {Driver, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
+import {SimulationCard, wide} from '../app/simulation.js';
 
 const LOOK = 2000;        // [ms] between two looks for simulators
 const SHOW = 100;         // [ms] between two changes of the numbers
@@ -32,6 +34,7 @@ class TurtlePanel {
   constructor(element, context) {
     this._element = element;
     this._context = context;
+    this._caller = new Caller(context);
     this._node = '';
     this._nodes = [];
     this._turtle = context.parameters.turtle || 'turtle1';
@@ -40,7 +43,7 @@ class TurtlePanel {
     this._drawing = new Drawing(context.ros, 'The canvas of turtlesim', (turtles) => this._update(turtles));
     this._driver = new Driver(context.ros, () => (this._find() ? this._topic('cmd_vel') : ''),
       {linear: 2, angular: 2}, (held) => this._driving(held));
-    this._endKeys = driveByKeys(this._driver);
+    this._endKeys = context.keys ? driveByKeys(this._driver) : () => {};
     this._build();
     this._timer = setInterval(() => this._look(), LOOK);
     this._endState = context.ros.onState(() => this._look());
@@ -53,7 +56,7 @@ class TurtlePanel {
     this._endState();
     this._driver.close();
     this._drawing.close();
-    this._endClock?.();
+    this._simulation.follow('');
   }
 
   // -------------------------------------------------------------------------------------------- which simulator
@@ -89,11 +92,8 @@ class TurtlePanel {
   _follow(node) {
     this._node = node;
     this._drawing.follow(node);
-    this._endClock?.();
-    this._endClock = null;
-    this._clock = null;
+    this._simulation.follow(node);
     if (node) {
-      this._endClock = this._context.ros.subscribe(`${node}/clock_status`, 'sim_ros/ClockStatus', (clock) => this._showClock(clock));
       fill(this._element, this._view);
       this._drawing.draw();
     } else {
@@ -127,12 +127,9 @@ class TurtlePanel {
       this._context.setParameters({node: this._choice.value});
       this._setNodes(this._nodes);
     }}});
-    this._badge = el('span', {class: 'pill busy badge', hidden: true});
-    this._drawing.element.append(this._badge);
     this._drawing.element.classList.add('select');
-    this._command = el('div', {class: 'command-now'});
     this._view = el('div', {class: 'turtle'},
-      el('div', {class: 'view'}, el('div', {class: 'toolbar'}, this._choice, this._tools()), this._drawing.element, this._command),
+      el('div', {class: 'view'}, el('div', {class: 'toolbar'}, this._choice, this._tools()), this._drawing.element, this._caller.element),
       el('div', {class: 'stack'}, this._driveCard(), this._simulationCard(), this._penCard(), this._placeCard()));
     this._listenToPointer();
   }
@@ -154,7 +151,7 @@ class TurtlePanel {
     this._turtles = el('select', {'aria-label': 'Turtle', class: 'grow', on: {change: () => this._choose(this._turtles.value)}});
     this._numbers = ['x', 'y', 'theta'].map(() => el('dd', {class: 'number'}, '–'));
     const texts = ['x [m]', 'y [m]', 'θ [rad]'];
-    return el('section', {class: 'card', 'aria-label': 'Drive'},
+    return el('section', {class: 'card drive', 'aria-label': 'Drive'},
       el('div', {class: 'toolbar'}, el('h2', {}, 'Drive'), this._turtles),
       el('dl', {class: 'pose'}, this._numbers.map((number, index) => el('div', {}, el('dt', {}, texts[index]), number))),
       el('div', {class: 'controls'}, driveButtons(this._driver, BUTTONS, this._context.announce),
@@ -164,21 +161,14 @@ class TurtlePanel {
   }
 
   _simulationCard() {
-    this._pause = this._button('Pause', () => this._call(this._clock?.paused ? 'resume' : 'pause', {}, true));
-    this._steps = el('input', {type: 'number', min: 1, max: 100000, value: 1, 'aria-label': 'Steps', style: {width: '5.5em'}});
-    this._time = el('p', {class: 'muted small number'});
-    const step = this._button('Step', () => this._call('step', {steps: Number(this._steps.value)}, true));
-    return el('details', {class: 'card', open: wide()}, el('summary', {}, 'Simulation'),
-      el('div', {class: 'stack'},
-        el('div', {class: 'row'}, this._pause, step, this._steps),
-        el('div', {class: 'row'},
-          this._button('Clear', () => this._call('clear')),
-          this._button('Reset', () => this._call('reset')),
-          this._button('Save a picture', async () => {
-            const answer = await this._call('snapshot', {}, true);
-            if (answer) this._context.toast(answer.success ? `Saved as ${answer.message}` : answer.message, answer.success ? 'info' : 'error');
-          })),
-        this._time));
+    this._simulation = new SimulationCard(this._context.ros, (name, args) => this._call(name, args, true),
+      this._button('Clear', () => this._call('clear')), this._button('Reset', () => this._call('reset')),
+      this._button('Save a picture', async () => {
+        const answer = await this._call('snapshot', {}, true);
+        if (answer) this._context.toast(answer.success ? `Saved as ${answer.message}` : answer.message, answer.success ? 'info' : 'error');
+      }));
+    this._drawing.element.append(this._simulation.badge);
+    return this._simulation.element;
   }
 
   _penCard() {
@@ -218,16 +208,8 @@ class TurtlePanel {
   // -------------------------------------------------------------------------------------------- what it does
 
   // Call one of the simulator's services; `own`: one of the node, as ~pause. Return its answer; null if it was refused.
-  async _call(name, args = {}, own = false) {
-    const service = own ? `${this._node}/${name}` : this._name(name);
-    this._showCommand(`rosservice call ${service}${Object.keys(args).length ? ` ${quoted(args)}` : ''}`);
-    try {
-      return await this._context.ros.call(service, args);
-    } catch (error) {
-      this._context.toast(error.message, 'error');
-      this._context.announce(error.message);
-      return null;
-    }
+  _call(name, args = {}, own = false) {
+    return this._caller.call(own ? `${this._node}/${name}` : this._name(name), args);
   }
 
   _teleport({x, y, theta}) {
@@ -256,23 +238,9 @@ class TurtlePanel {
   _driving({x, turn}) {
     if (x || turn) {
       const {linear, angular} = this._driver.limits;
-      this._showCommand(`rostopic pub -r 10 ${this._topic('cmd_vel')} geometry_msgs/Twist `
+      this._caller.show(`rostopic pub -r 10 ${this._topic('cmd_vel')} geometry_msgs/Twist `
         + `'{linear: {x: ${(x * linear).toFixed(1)}}, angular: {z: ${(turn * angular).toFixed(1)}}}'`);
     }
-  }
-
-  _showCommand(text) {
-    if (text !== this._last) fill(this._command, this._context.commandLine(text));
-    this._last = text;
-  }
-
-  _showClock(clock) {
-    this._clock = clock;
-    this._pause.textContent = clock.paused ? 'Resume' : 'Pause';
-    this._badge.hidden = !clock.paused;
-    this._badge.textContent = 'Paused';
-    const rate = clock.rate === null ? 'max' : clock.rate;
-    this._time.textContent = `rate ${rate}, ${clock.lockstep ? 'lockstep, ' : ''}${Number(clock.time).toFixed(1)} s`;
   }
 
   // -------------------------------------------------------------------------------------------- from the drawing
@@ -345,16 +313,6 @@ class TurtlePanel {
   }
 }
 
-function wide() {
-  return matchMedia('(width >= 900px)').matches;
-}
-
 function round(value) {
   return Math.round(value * 100) / 100;
-}
-
-// Return arguments of a service as one has to type them for rosservice.
-function quoted(args) {
-  const parts = Object.entries(args).map(([name, value]) => `${name}: ${typeof value === 'string' ? JSON.stringify(value) : value}`);
-  return `"{${parts.join(', ').replaceAll('"', '\'')}}"`;
 }

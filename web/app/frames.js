@@ -1,0 +1,43 @@
+// Frames that never move (/tf_static), as far as a map needs them: where sensors are on the robot.
+
+export class Frames {
+  constructor(ros) {
+    this._parents = new Map();  // name: {parent, translation, rotation}
+    this.close = ros.subscribe('/tf_static', 'tf2_msgs/TFMessage', ({transforms}) => {
+      for (const {header, child_frame_id: child, transform} of transforms) {
+        this._parents.set(bare(child), {parent: bare(header.frame_id), ...transform});
+      }
+    }, {length: 100});
+  }
+
+  // Return a point {x, y, z} of a frame in the frame at the root of those that never move, the robot's own.
+  // A frame that nobody knows is taken for the robot's own; an optical one looks ahead.
+  toRobot(frame, point) {
+    let name = bare(frame);
+    if (!this._parents.has(name) && name.endsWith('_optical_frame')) return {x: point.z, y: -point.x, z: -point.y};
+    for (let depth = 0; depth < 100 && this._parents.has(name); depth += 1) {
+      const {parent, translation, rotation} = this._parents.get(name);
+      const turned = rotate(rotation, point);
+      point = {x: turned.x + translation.x, y: turned.y + translation.y, z: turned.z + translation.z};
+      name = parent;
+    }
+    return point;
+  }
+}
+
+function bare(name) {
+  return name.replace(/^\//, '');
+}
+
+// Return a point rotated by a quaternion.
+export function rotate({x, y, z, w}, point) {
+  const tx = 2 * (y * point.z - z * point.y);
+  const ty = 2 * (z * point.x - x * point.z);
+  const tz = 2 * (x * point.y - y * point.x);
+  return {x: point.x + w * tx + y * tz - z * ty, y: point.y + w * ty + z * tx - x * tz, z: point.z + w * tz + x * ty - y * tx};
+}
+
+// Return the heading [rad] of a quaternion, counter-clockwise from +x.
+export function heading({x, y, z, w}) {
+  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}

@@ -1,0 +1,41 @@
+// Pause, resume, step and time of a simulator (sim_ros), for the panels of all simulators.
+
+import {el} from './dom.js';
+
+// `call(name, args)` calls a service of the node; `more` are buttons of the panel.
+export class SimulationCard {
+  constructor(ros, call, ...more) {
+    this._ros = ros;
+    this.badge = el('span', {class: 'pill busy badge', hidden: true}, 'Paused');
+    this._pause = el('button', {type: 'button', on: {click: () => call(this._clock?.paused ? 'resume' : 'pause', {})}}, 'Pause');
+    this._steps = el('input', {type: 'number', min: 1, max: 100000, value: 1, 'aria-label': 'Steps', class: 'short'});
+    const step = el('button', {type: 'button', on: {click: () => {
+      if (this._steps.reportValidity()) call('step', {steps: Number(this._steps.value)});
+    }}}, 'Step');
+    this._time = el('p', {class: 'muted small'});
+    this.element = el('details', {class: 'card', open: wide()}, el('summary', {}, 'Simulation'), el('div', {class: 'stack'},
+      el('div', {class: 'row'}, this._pause, step, this._steps), el('div', {class: 'row'}, more), this._time));
+    this._end = () => {};
+  }
+
+  // Show the clock of a node, as /turtlesim; '': of none.
+  follow(node) {
+    this._end();
+    this._clock = null;
+    this._end = node ? this._ros.subscribe(`${node}/clock_status`, 'sim_ros/ClockStatus', (clock) => this._show(clock)) : () => {};
+  }
+
+  _show(clock) {
+    this._clock = clock;
+    this._pause.textContent = clock.paused ? 'Resume' : 'Pause';
+    this.badge.hidden = !clock.paused;
+    const rate = clock.rate === null ? 'as fast as possible' : clock.rate === 1 ? 'real time' : `${clock.rate} times real time`;
+    this._time.textContent = clock.paused ? `Paused at ${Number(clock.time).toFixed(2)} s, step ${clock.steps}`
+      : `Time runs: ${rate}${clock.lockstep ? ', in lockstep' : ''}`;
+  }
+}
+
+// Whether there is room for open cards.
+export function wide() {
+  return matchMedia('(width >= 900px)').matches;
+}
