@@ -27,8 +27,9 @@ GRADER = [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py')]
 MARK = 'TURTLE_ROBOTONT_CHECK'
 SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
 TIMEOUT = 150  # [s]; the grader's own limits are shorter
-GRADED = {'result.json', 'junit.xml', 'path.png', 'output.txt'}
-OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv'}
+GRADED = {'result.json', 'junit.xml', 'output.txt'}
+OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv',
+                'path.png', 'path.svg'}  # without a path there is no picture
 REPEATED, TIMES, AT_ONCE = 'square_by_topics/right_four_positions.py', 10, 4
 EXIT_CODES = {'passed': 0, 'failed': 1}
 

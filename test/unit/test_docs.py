@@ -14,7 +14,8 @@ PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOS
 README = REPOSITORY / 'README.md'
 MOST_LINES, LONGEST_LINE = 130, 120  # of README.md
 LONGEST_PROSE = 120  # [columns] of other pages, but for tables and code
-MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'junit.xml', 'result.json', 'results.json',
+MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.svg', 'index.html', 'codes.csv',
+                   'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
                    'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/'}
 OF_THE_READER = {'publisher.py', 'dynparam', 'static_transform_publisher', '...'}  # or Debian's
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')

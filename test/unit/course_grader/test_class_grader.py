@@ -8,13 +8,9 @@ import sys
 import time
 from xml.etree import ElementTree
 
-import cv2
-import numpy as np
 import pytest
 
-from course_grader.classes import class_grader, grade_all, submissions
-from course_grader.formats import class_report
-from course_grader.rules import scoring
+from course_grader.classes import grade_all
 
 # An attempt that does what the file it is to grade says
 ATTEMPT = r'''
@@ -91,7 +87,7 @@ def test_a_class_gets_its_table(tmp_path):
     assert grades == [['student', 'exercise', 'score', 'verdict', 'reason'], ['anna', 'x', '100', 'passed', ''],
                       ['ben', 'x', '12.5', 'failed', 'it did not move']]
     page = (tmp_path / 'out' / 'index.html').read_text()
-    assert 'asked: a &lt;square&gt;; seen: it &amp; more, seed 5' in page
+    assert '<td>a &lt;square&gt;</td><td>it &amp; more, seed 5</td>' in page
 
 
 @pytest.mark.parametrize('text', ['sys.exit(0)', 'raise RuntimeError', 'os.kill(os.getpid(), signal.SIGKILL)'])
@@ -145,6 +141,14 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     (['class', '--exercise', 'y'], 'y: there is no such exercise; give the path of an exercise file, or one of x'),
     (['class', '--exercise', 'x'], 'class contains no program'),
     (['class', '--jobs', '0'], '--jobs is 0; it must be 1 or more'),
+    (['class', '--shard', '3/2'], "'3/2' is no part; write I/N, from 1/N to N/N, such as 1/4"),
+    (['class', '--only', 'bob'], '--only bob: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such as '
+     'anna or anna/x'),
+    (['class', '--weights', 'x=-1'], "'x=-1' is no weight; write NAME=N, such as stop_at_x=2,black_path=0.5"),
+    (['class', '--weights', 'y=1'], '--weights names y, but the exercises are x'),
+    (['class', '--weights', 'x=0'], 'all exercises have the weight 0'),
+    (['class', '--dask', 'tcp://10.0.0.5:8786'], 'is another machine, and whoever reaches a scheduler without TLS can'),
+    (['class', '--dask', 'localhost'], "'localhost' is no address of a scheduler; write tcp://127.0.0.1:8786 or tls:"),
     (['class', '--output', 'x.yaml/out'], 'x.yaml/out: Not a directory. Choose another folder with --output DIR'),
     (['class', '--output', '/proc/nowhere'], '/proc/nowhere: No such file or directory. Choose another folder with'),
 ])
@@ -169,26 +173,101 @@ def test_a_full_disk_is_named_and_the_table_printed(tmp_path):
     assert sorted(os.listdir(output)) == ['anna', 'scores.csv']
 
 
-def test_the_page_links_small_pictures_and_survives_any_text(tmp_path):
-    folder = tmp_path / 'anna & co' / 'x'
-    folder.mkdir(parents=True)
-    cv2.imwrite(str(folder / 'path.png'), np.full((600, 600, 3), 200, np.uint8))
-    who = submissions.Submission('anna & co', 'x', ('a.py', '<b>'), '/')
-    graded = class_grader.Graded(who, 'failed', 40.0, ('seen: <script>\x00\x1b[31m', 'second'), 1.5, str(folder))
-    page = class_report.as_html('A class', ['anna & co', 'ben'], ['x', 'y'], [graded], str(tmp_path))
-    assert 'src="data:image/png;base64,' in page and 'href="anna%20%26%20co/x/path.png"' in page
-    assert '<script>' not in page and '\x00' not in page and '\x1b' not in page
-    assert class_report.cells(['anna & co', 'ben'], ['x', 'y'], [graded]) == [
-        ['student', 'x', 'y', 'mean'], ['anna & co', '40', '', '20.0'], ['ben', '', '', '0.0']]
+def test_what_has_not_changed_is_not_graded_again(tmp_path):
+    """Each program appends to its own list, so that a second grading would be seen."""
+    counting = f"open({str(tmp_path)!r} + '/' + folder.split('/')[-2], 'a').write('x'); "
+    texts = {'anna': PASS, 'ben': FAIL, 'carl': PASS, 'dora': 'sys.exit()'}
+    programs = {student: counting + text for student, text in texts.items()}
+    grade(tmp_path, programs)
+    folder = tmp_path / 'class'
+    with open(folder / 'carl' / 'x.py', 'a', encoding='utf-8') as file:
+        file.write(' # changed')
+    (folder / 'ben' / 'helper.txt').write_text('new')
+    again = subprocess.run(command(tmp_path, str(folder), '--output', str(tmp_path / 'out')), timeout=60,
+                           capture_output=True, check=False)
+    assert b'1 of 4 submissions have not changed' in again.stdout
+    counts = {student: len((tmp_path / student).read_text()) for student in programs}
+    assert counts == {'anna': 1, 'ben': 2, 'carl': 2, 'dora': 2}  # dora is undecided: there is no verdict to keep
+    (tmp_path / 'x.yaml').write_text('{title: Y, time: 5 s, checks: [{check: moves, length: 1 m, points: 100}]}')
+    subprocess.run(command(tmp_path, str(folder), '--output', str(tmp_path / 'out'), '--only', 'anna'), timeout=60,
+                   capture_output=True, check=False)
+    assert [len((tmp_path / student).read_text()) for student in programs] == [2, 2, 2, 2]
+    rows = list(csv.reader((tmp_path / 'out' / 'scores.csv').read_text().splitlines()))
+    assert [row[1] for row in rows] == ['x', '100', 'undecided', 'undecided', 'undecided']  # the others are out of date
+    subprocess.run(command(tmp_path, str(folder), '--output', str(tmp_path / 'out'), '--only', 'anna/x', '--again'),
+                   timeout=60, capture_output=True, check=False)
+    assert len((tmp_path / 'anna').read_text()) == 3
 
 
-def test_the_line_of_a_grading_has_the_reason_that_cost_most():
-    reasons = [scoring.Reason('moves', 20.0, 20.0, 'a path', '9 m'), scoring.Reason('stops', 8.0, 80.0, 'a stop', '11')]
-    verdict = scoring.Verdict('failed', 28.0, reasons, [])
-    graded = class_grader.Graded(submissions.Submission('anna', 'x', ('a.py',), '/'), 'failed', 28.0,
-                                 ('20 of 20: asked: a path', '8 of 80: asked: a stop'), 1.5, '/', verdict)
-    assert grade_all.progress(graded, 2, 9) == ('[2/9] anna x: failed, 28 of 100, 1.5 s: '
-                                                '8 of 80: asked: a stop; seen: 11')
+def test_parts_of_a_class_are_merged(tmp_path):
+    folder = a_class(tmp_path, {name: PASS if name < 'c' else FAIL for name in ('anna', 'ben', 'carl', 'dora')})
+    for part, code in (('1/3', 1), ('2/3', 0)):
+        done = subprocess.run(command(tmp_path, str(folder), '--output', str(tmp_path / part[0]), '--shard', part),
+                              timeout=60, capture_output=True, check=False)
+        assert done.returncode == code, done.stderr  # of the part alone: 1/3 has anna and dora
+    merge = [sys.executable, '-c', 'import sys; from course_grader.cli import main; sys.exit(main())', '--merge',
+             str(tmp_path / '1'), str(tmp_path / '2'), '--output', str(tmp_path / 'all'), '--weights', 'x=3']
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    merged = subprocess.run(merge, timeout=60, capture_output=True, check=False, env=environment)
+    assert merged.returncode == 1 and b'Not graded in any part: carl/x' in merged.stdout, merged.stderr
+    rows = list(csv.reader((tmp_path / 'all' / 'scores.csv').read_text().splitlines()))
+    assert rows == [['student', 'x', 'mean'], ['anna', '100', '100.0'], ['ben', '100', '100.0'],
+                    ['carl', 'undecided', ''], ['dora', '12.5', '12.5']]
+    assert (tmp_path / 'all' / 'ben' / 'x' / 'result.json').is_file()
+    for content in ('{}', '{"title": "", "students": [], "exercises": [], "submissions": [["..", "x", ""]]}'):
+        (tmp_path / '1' / 'class.json').write_text(content)
+        merged = subprocess.run(merge, timeout=60, capture_output=True, check=False, env=environment)
+        assert merged.returncode == 2 and b'cannot be read' in merged.stderr and b'Traceback' not in merged.stderr
+
+
+def test_a_format_is_printed_alone(tmp_path):
+    folder = a_class(tmp_path, {'anna': PASS, 'ben': FAIL})
+    done = subprocess.run(command(tmp_path, str(folder), '--output', str(tmp_path / 'out'), '--format', 'csv'),
+                          timeout=60, capture_output=True, check=False)
+    assert done.stdout.decode() == (tmp_path / 'out' / 'grades.csv').read_text()
+    assert b'ben x: failed' in done.stderr
+
+
+def test_a_reader_that_ends_early_changes_nothing(tmp_path):
+    folder = a_class(tmp_path, {f'student{number:02}': PASS for number in range(6)})
+    reading, writing = os.pipe()
+    with subprocess.Popen(command(tmp_path, str(folder), '--output', str(tmp_path / 'out'), '--jobs', '1'),
+                          stdout=writing, stderr=subprocess.PIPE) as running:
+        os.close(writing)
+        os.read(reading, 10)
+        os.close(reading)
+        said = running.stderr.read()
+    assert (running.returncode, said) == (0, b'')
+    assert (tmp_path / 'out' / 'scores.csv').read_text().count('100.0') == 6
+
+
+def test_any_name_of_a_folder_works(tmp_path):
+    names = ['\N{turtle} team', '=1+1', 'a&b <i>', "o'neil", 'raw\udcff', '-rf', 'class.json ']
+    code, _, rows = grade(tmp_path, dict.fromkeys(names, PASS), '--student-pages', '--anonymous')
+    assert code == 0
+    assert {row[0] for row in rows[1:]} == {'\N{turtle} team', "'=1+1", 'a&b <i>', "o'neil", 'raw\\xff', "'-rf",
+                                            'class.json '}
+    codes = (tmp_path / 'out' / 'anonymous.csv').read_text()
+    assert len(codes.splitlines()) == 8 and 'team' not in codes
+    known = (tmp_path / 'out' / 'codes.csv').read_text()
+    grade_all_again = subprocess.run(command(tmp_path, str(tmp_path / 'class'), '--output', str(tmp_path / 'out'),
+                                             '--anonymous'), timeout=60, capture_output=True, check=False)
+    assert grade_all_again.returncode == 0 and (tmp_path / 'out' / 'codes.csv').read_text() == known
+    assert (tmp_path / 'out' / 'anonymous.csv').read_text() == codes
+
+
+def test_the_best_of_several_attempts_counts(tmp_path):
+    folder = a_class(tmp_path, {'anna': FAIL})
+    (folder / 'anna' / 'x (2).py').write_text(PASS)
+    (folder / 'anna' / 'old').mkdir()
+    (folder / 'anna' / 'old' / 'x.py').write_text("got = verdict('failed', 50.0, ['slow'])")
+    arguments = str(folder), '--output', str(tmp_path / 'out')
+    subprocess.run(command(tmp_path, *arguments), timeout=60, capture_output=True, check=False)
+    said = 'there are 2 programs for one exercise (old/x.py, x.py): keep one, or let the best one count with --best'
+    assert said in (tmp_path / 'out' / 'grades.csv').read_text()
+    subprocess.run(command(tmp_path, *arguments, '--best'), timeout=60, capture_output=True, check=False)
+    assert 'anna,100,100.0' in (tmp_path / 'out' / 'scores.csv').read_text()
+    assert (tmp_path / 'out' / 'grades.csv').read_text().count('anna,x,') == 3
 
 
 def test_help_is_that_of_the_command():

@@ -4,8 +4,6 @@ import os
 import pathlib
 from xml.etree import ElementTree
 
-import cv2
-
 from course_grader.formats import report
 from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import OutputLine
@@ -31,38 +29,14 @@ def test_the_text_says_what_was_asked_and_seen():
 def test_all_files_are_written(tmp_path):
     observed, decided = graded()
     report.write(tmp_path / 'new', CIRCLE, observed, decided, COMMAND, 7)
-    assert sorted(os.listdir(tmp_path / 'new')) == ['junit.xml', 'output.txt', 'path.png', 'result.json']
+    assert sorted(os.listdir(tmp_path / 'new')) == ['junit.xml', 'output.txt', 'path.png', 'path.svg',
+                                                       'result.json']
     result = json.loads((tmp_path / 'new' / 'result.json').read_text())
     assert (result['outcome'], result['score'], result['seed'], result['command']) == ('passed', 100.0, 7, COMMAND)
     assert [reason['points'] for reason in result['reasons']] == [40.0, 40.0, 10.0, 10.0]
     suite = ElementTree.parse(tmp_path / 'new' / 'junit.xml').getroot().find('testsuite')
     assert suite.get('name') == 'rosrun a b.py' and (suite.get('tests'), suite.get('failures')) == ('5', '0')
     assert (tmp_path / 'new' / 'output.txt').read_text().splitlines()[0].endswith('v 0.5')
-
-
-def test_the_picture_shows_the_path_and_what_counted(tmp_path):
-    observed, decided = graded()
-    report.write(tmp_path, CIRCLE, observed, decided, COMMAND, 0)
-    image = cv2.imread(str(tmp_path / 'path.png'))
-    assert image.shape == (report.PICTURE, report.PICTURE, 3)
-    for name in ('path', 'counted', 'start', 'end', 'frame'):
-        assert (image == report.COLOURS[name]).all(axis=2).sum() > 20, name
-
-
-def test_nothing_counted_of_a_scribble():
-    turtle = GradedTurtle(5.5, 5.5)
-    for turn in (2.0, -1.0, 3.0, -2.5, 1.0):
-        turtle.drive(1.5, 1.0, turn)
-    image = report.picture(CIRCLE, turtle.observed)
-    assert (image == report.COLOURS['path']).all(axis=2).any()
-    assert not (image == report.COLOURS['counted']).all(axis=2).any()
-
-
-def test_a_node_that_did_nothing_has_a_picture_too():
-    turtle = GradedTurtle()
-    assert report.picture(CIRCLE, turtle.observed).shape == (report.PICTURE, report.PICTURE, 3)
-    turtle.observed.track.clear()
-    assert report.picture(CIRCLE, turtle.observed).shape == (report.PICTURE, report.PICTURE, 3)
 
 
 def test_any_output_can_be_written(tmp_path):

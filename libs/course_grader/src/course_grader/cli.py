@@ -15,11 +15,12 @@ import sys
 import rospkg
 
 from course_grader import usage
-from course_grader.classes import grade_all
-from course_grader.formats import exit_codes, harmless, systems
+from course_grader.classes import grade_all, grade_merge
+from course_grader.formats import exit_codes, harmless, systems, terminal
+from course_grader.formats.terminal import say
 from course_grader.rules import exercise, new_exercise, reference
 from course_grader.supervision.job import Job
-from course_grader.supervision.supervisor import Supervisor
+from course_grader.supervision.supervisor import RESULTS, Supervisor
 from kinematic_core.files import create_whole, write_whole
 from process_support import processes
 
@@ -28,7 +29,16 @@ GTEST_OUTPUT = '--gtest_output=xml:'
 
 def main(arguments=None):
     """Grade as the command line says; return the exit code."""
+    try:
+        return _main(arguments)
+    finally:
+        terminal.flush()
+
+
+def _main(arguments):
     arguments, junit = _without_rostest(sys.argv[1:] if arguments is None else arguments)
+    if '--merge' in arguments[:_cut(arguments)]:
+        return grade_merge.main([argument for argument in arguments if argument != '--merge'])
     if '--all' in arguments[:_cut(arguments)]:
         return grade_all.main([argument for argument in arguments if argument != '--all'], exercises(), load)
     options, unknown = _parse(arguments)
@@ -41,7 +51,7 @@ def main(arguments=None):
         if form not in systems.READ_SCORES:  # else the student has not handed it in
             usage.check_program(arguments[:_cut(arguments)], options.command)
     except (exercise.ExerciseError, systems.FormatError, usage.UsageError, OSError) as error:
-        print(f'./run grade: {error}', file=sys.stderr)
+        say(f'./run grade: {harmless.plain(str(error))}', sys.stderr)
         return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
@@ -49,23 +59,23 @@ def main(arguments=None):
     job = Job(chosen, tuple(options.command), os.getcwd(), folder, seed, options.packages, options.real_time)
     try:
         with Supervisor() as supervisor:
-            got = supervisor.grade(job, say=lambda text: print(harmless.printed(text), file=sys.stderr))
+            got = supervisor.grade(job, say=lambda text: say(harmless.printed(text), sys.stderr))
         if junit or options.junit:
             with open(os.path.join(folder, 'junit.xml'), 'rb') as file:
                 write_whole(junit or options.junit, file.read())
-        notes = [*(f'  note: {remark}' for remark in got.remarks),
-                 f'  seed {seed}; path.png, result.json, junit.xml and output.txt are in {folder}']
+        files = ', '.join(name for name in RESULTS if os.path.exists(os.path.join(folder, name)))
+        notes = [*(f'  note: {remark}' for remark in got.remarks), f'  seed {seed}; {files} are in {folder}']
         written = systems.rendered(form, systems.Grading(chosen, job.command, got.verdict, got.observed.seconds, folder,
                                                          notes), place)
         systems.write(written)
     except KeyboardInterrupt:
-        print('./run grade: interrupted; all its processes have ended', file=sys.stderr)
+        say('./run grade: interrupted; all its processes have ended', sys.stderr)
         return exit_codes.INTERRUPTED
     except OSError as error:
-        print(f'./run grade: {error.filename or folder} cannot be written: {error.strerror}. Choose another folder '
-              'with --output', file=sys.stderr)
+        say(f'./run grade: {error.filename or folder} cannot be written: {error.strerror}. Choose another folder '
+            'with --output', sys.stderr)
         return exit_codes.USAGE
-    print(written.stdout)
+    say(written.stdout)
     return written.code
 
 
@@ -102,6 +112,7 @@ def _parse(arguments):
         prog='./run grade',
         usage='%(prog)s EXERCISE [--seed N] [--real-time] [--output FOLDER] -- COMMAND ...\n'
         '       %(prog)s --all FOLDER ...   grades a class; see %(prog)s --all --help\n'
+        '       %(prog)s --merge DIR ...   joins results of --all; see %(prog)s --merge --help\n'
         '       %(prog)s --new FILE   writes an exercise file; %(prog)s --checks lists what it may contain',
         description="Grades a student's program (a Python file, an executable, or a rosrun or roslaunch command): "
         'starts a master, a simulator and the program, and reports what was asked, what was seen, and the score.',
@@ -131,7 +142,7 @@ class _Checks(argparse.Action):
     """--checks: print what an exercise file may contain."""
 
     def __call__(self, parser, *_):
-        print(reference.text())
+        say(reference.text())
         parser.exit(0)
 
 
@@ -145,7 +156,7 @@ class _New(argparse.Action):
             parser.exit(exit_codes.USAGE, f'./run grade: {values} exists already; choose another name\n')
         except OSError as error:
             parser.exit(exit_codes.USAGE, f'./run grade: {values} cannot be written: {error.strerror}\n')
-        print(f'Wrote {values}. Edit it, and grade a program by it: ./run grade {shlex.quote(values)} -- PROGRAM')
+        say(f'Wrote {values}. Edit it, and grade a program by it: ./run grade {shlex.quote(values)} -- PROGRAM')
         parser.exit(0)
 
 

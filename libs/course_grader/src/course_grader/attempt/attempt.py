@@ -175,7 +175,7 @@ class Attempt:
         """Return the private parameters of the exercise's simulator."""
         start = random_stimuli.start(self.exercise, self._job.seed)
         common = ['_rate:=1', '_clock:=true', '_paused:=true', f'_lockstep:={str(self._policy.lockstep).lower()}',
-                  f'_record:={json.dumps(self._record)}']  # YAML: a folder may be called "Team #1"
+                  f'_record:={json.dumps(self._record, ensure_ascii=False)}']  # YAML: a folder may be called "Team #1"
         if self.exercise.simulator == 'turtlesim':
             return [*common, '_window:=false', f'_start:=[{start["x"]:.4f}, {start["y"]:.4f}, {start["theta"]:.4f}]']
         return [*common, '_model:=robotont_gazebo_basic', f'_x:={start["x"]:.4f}', f'_y:={start["y"]:.4f}',

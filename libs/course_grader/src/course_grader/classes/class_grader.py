@@ -1,97 +1,125 @@
-"""Grades a folder of submissions, several at a time. Without ROS.
+"""Grades the submissions of a class, several at a time, through a concurrent.futures.Executor. Without ROS.
 
-Each grading is a Job of the Supervisor, whose attempts are processes of their own, so that no program can spoil
-another's verdict, and none can keep the class from its table.
+On this machine each grading is a Job of the Supervisor, whose attempts are processes of their own, so that no program
+can spoil another's verdict, and none can keep the class from its table. remote.py grades on other machines.
 
-Threading contract: ``grade`` runs one thread for each grading at a time; they share nothing but the Supervisor.
+Threading contract: the executor runs ``task`` in its threads; they share nothing but the Supervisor.
 """
 import concurrent.futures
+import contextlib
 import os
-import random
 import time
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
 
+from course_grader.classes import graded
+from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
+from course_grader.formats import report
 from course_grader.rules import scoring
 from course_grader.rules.exercise import Exercise
+from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import INTERRUPTED, Supervisor, remove_results
+from kinematic_core.files import write_whole
 
 
-class Graded(NamedTuple):
-    """The grading of one submission: outcome, score 0..100, reasons (texts), wall time [s], folder with the files.
+class Work(NamedTuple):
+    """A submission to grade: its exercise, the folder for the results, the seed, and what graded.save() keeps.
 
-    ``verdict`` has the objections and checks; None: there was no attempt.
+    ``limit`` [s]: longest wall time, by default the Supervisor's; ``path`` of the exercise file, and {name: path} of
+    the files that belong to the submission, for another machine.
     """
 
     submission: Submission
-    outcome: str
-    score: float
-    reasons: Tuple[str, ...]
-    seconds: float
+    exercise: Exercise
     folder: str
-    verdict: Optional[Verdict] = None
+    seed: int
+    fingerprint: str = ''
+    repeat: Tuple[str, ...] = ()
+    limit: Optional[float] = None
+    path: str = ''
+    files: Mapping[str, str] = {}
 
 
-def folder_of(submission: Submission, output: str) -> str:
-    """Return the folder of the results of a submission."""
-    return os.path.join(output, submission.student, submission.exercise)
+class Answer(NamedTuple):
+    """What a task returns: the wall time [s] of the grading, and its files, unless they are in their folder already."""
+
+    seconds: float
+    files: Mapping[str, bytes] = {}
 
 
-def interrupted(submission: Submission, output: str) -> Graded:
-    """Return the Graded of what was never done."""
-    return Graded(submission, scoring.UNDECIDED, 0.0, (INTERRUPTED,), 0.0, folder_of(submission, output))
 
-
-class ClassGrader:
-    """Grades submissions by a Supervisor."""
-
-    def __init__(self, supervisor: Supervisor, exercises: Dict[str, Exercise], output: str,
-                 limit: Optional[float] = None, seed: Optional[int] = None) -> None:
-        """``exercises``: by name. ``output``: folder of all results.
-
-        ``limit`` [s]: longest wall time of a grading, by default the Supervisor's; ``seed``: of all, by default drawn.
-        """
-        self._supervisor, self._exercises, self._output = supervisor, exercises, output
-        self._limit, self._seed = limit, seed
-
-    def grade(self, found: Sequence[Submission], jobs: int, done: Callable[[Graded], None]) -> List[Graded]:
-        """Return the list of Graded of ``found``, at most ``jobs`` at a time; ``done(graded)`` is told of each."""
-        results = []
-        with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-            try:
-                pending = {pool.submit(self._grade, submission) for submission in found}
-                for future in concurrent.futures.as_completed(pending):
-                    results.append(future.result())
-                    done(results[-1])
-            finally:
-                self._supervisor.stop()
-        order = {submission: number for number, submission in enumerate(found)}
-        return sorted(results, key=lambda graded: order[graded.submission])
-
-    def _grade(self, submission: Submission) -> Graded:
+def by(supervisor: Supervisor) -> Callable[[Work], Answer]:
+    """Return the task that grades on this machine."""
+    def grade(work: Work) -> Answer:
         start = time.monotonic()
-        if self._supervisor.stopped():
-            return interrupted(submission, self._output)
-        folder = folder_of(submission, self._output)
-        try:
-            verdict = self._judge(submission, folder)
-        except OSError as error:
-            verdict = Verdict(scoring.UNDECIDED, 0.0, [], [f'the grading failed: {error}'])
-        reasons = [f'{reason.points:g} of {reason.of:g}: asked: {reason.asked}; seen: {reason.seen}'
-                   for reason in verdict.reasons]
-        hints = [f'hint: {hint}' for hint in verdict.hints]
-        return Graded(submission, verdict.outcome, verdict.score, (*hints, *verdict.objections, *reasons),
-                      time.monotonic() - start, folder, verdict)
+        if supervisor.stopped():
+            raise InterruptedError(INTERRUPTED)
+        submission = work.submission
+        supervisor.grade(
+            Job(work.exercise, tuple(submission.command), os.path.abspath(submission.folder),
+                os.path.abspath(work.folder), work.seed, submission.packages), work.limit)
+        return Answer(time.monotonic() - start)
+    return grade
 
-    def _judge(self, submission: Submission, folder: str) -> Verdict:
-        """Return the Verdict; raise OSError when the folder cannot be used."""
-        os.makedirs(folder, exist_ok=True)
-        if submission.trouble:
-            remove_results(folder)
-            return Verdict(scoring.FAILED, 0.0, [], [submission.trouble])
-        seed = random.SystemRandom().randrange(1, 10_000) if self._seed is None else self._seed
-        return self._supervisor.grade(
-            Job(self._exercises[submission.exercise], tuple(submission.command), os.path.abspath(submission.folder),
-                os.path.abspath(folder), seed, submission.packages), self._limit).verdict
+
+def grade(works: Sequence[Work], executor: concurrent.futures.Executor, task: Callable[[Any], Answer],
+          done: Callable[[Graded], None], stop: Callable[[], object] = lambda: None,
+          pack: Callable[[Work], object] = lambda work: work) -> None:
+    """Grade all by ``task(pack(work))``; ``done(graded)`` is told of each one.
+
+    ``stop()`` ends those that run when this is interrupted.
+    """
+    pending: Dict[concurrent.futures.Future[Answer], Work] = {}
+    with executor:
+        try:
+            for work in works:
+                pending[_submit(work, executor, task, pack)] = work
+            for future in concurrent.futures.as_completed(list(pending)):
+                done(_finished(pending.pop(future), future.result))
+        finally:
+            stop()
+            for future in pending:
+                future.cancel()
+
+
+def _submit(work: Work, executor: concurrent.futures.Executor, task: Callable[[Any], Answer],
+            pack: Callable[[Work], object]) -> 'concurrent.futures.Future[Answer]':
+    """Return the future of a grading; it is done already where there is no program to start."""
+    done: concurrent.futures.Future[Answer] = concurrent.futures.Future()
+    try:
+        if not work.submission.trouble:
+            return executor.submit(task, pack(work))
+        done.set_result(_without_attempt(work))
+    except (OSError, ValueError) as error:
+        done.set_exception(error)
+    return done
+
+
+def _finished(work: Work, answer: Callable[[], Answer]) -> Graded:
+    """Return the Graded of what a task answered, and keep it in its folder."""
+    start = time.monotonic()
+    try:
+        os.makedirs(work.folder, exist_ok=True)
+        answered = answer()
+        for name, content in answered.files.items():
+            write_whole(os.path.join(work.folder, os.path.basename(name)), content)
+        graded.save(work.folder, work.fingerprint, answered.seconds, work.repeat)
+        return graded.load(work.submission, work.folder)
+    except InterruptedError as error:
+        return graded.undecided(work.submission, work.folder, str(error))
+    except Exception as error:  # of another machine, perhaps: whatever it is, the others are graded
+        with contextlib.suppress(OSError):
+            remove_results(work.folder)
+        said = f'the grading failed: {error or type(error).__name__}'
+        return graded.undecided(work.submission, work.folder, said, time.monotonic() - start)
+
+
+def _without_attempt(work: Work) -> Answer:
+    """Write the results of a submission that cannot be started."""
+    os.makedirs(work.folder, exist_ok=True)
+    remove_results(work.folder)
+    decided = Verdict(scoring.FAILED, 0.0, [], [work.submission.trouble])
+    report.write(work.folder, work.exercise, Observed(), decided, (), work.seed)
+    return Answer(0.0)

@@ -1,33 +1,43 @@
 """./run grade --all FOLDER: grades the submissions of a class and writes a table of them.
 
-The form of the folder: submissions.py. Everything is written into the output folder: scores.csv, index.html, junit.xml,
-and STUDENT/EXERCISE/ with the files of each grading. Exit code: 0 all passed, 1 some failed, 2 wrong usage or the
-results could not be written, 3 some are undecided (and none failed), 130 interrupted.
+The form of the folder: submissions.py. Everything is written into the output folder: scores.csv, grades.csv,
+index.html, junit.xml, and STUDENT/EXERCISE/ with the files of each grading. What is graded there and has not changed is
+not graded again. Exit code: 0 all passed, 1 some failed, 2 wrong usage or the results could not be written, 3 some are
+undecided (and none failed), 130 interrupted.
 """
 import argparse
-import errno
+import concurrent.futures
+import fnmatch
 import os
+import random
 import sys
-import tempfile
-from typing import Callable, Dict, List, Sequence, Tuple
+from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tuple
 
 from tqdm import tqdm
 
-from course_grader.classes import class_grader, submissions
-from course_grader.classes.class_grader import ClassGrader, Graded
+from course_grader.classes import class_grader, class_results, graded, remote, submissions
+from course_grader.classes.class_grader import Work
+from course_grader.classes.class_results import ClassError
+from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
 from course_grader.classes.submissions import Submission
 from course_grader.formats import class_report, exit_codes, harmless, systems
+from course_grader.formats.terminal import say
 from course_grader.rules import exercise, scoring
 from course_grader.rules.exercise import Exercise
-from course_grader.supervision.supervisor import EXTRA, Supervisor
+from course_grader.supervision.supervisor import EXTRA, INTERRUPTED, Supervisor
 from process_support import processes
 
-OUTPUT = os.path.join('output', 'grades')
 LONGEST = 200  # characters of the line for a grading
+Load = Callable[[str], Exercise]
 
 
-class GradeAllError(Exception):
-    """The class cannot be graded or its table cannot be written; the text says why and what to do."""
+class Found(NamedTuple):
+    """What a folder holds: {name: path} of the exercises, students, submissions, programs left out."""
+
+    exercises: Dict[str, str]
+    students: List[str]
+    submissions: List[Submission]
+    left_out: List[str]
 
 
 def parser() -> argparse.ArgumentParser:
@@ -38,14 +48,27 @@ def parser() -> argparse.ArgumentParser:
                       help='FOLDER holds one program per student; grade all of them for this exercise')
     made.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N',
                       help='number of parallel gradings (default: one per CPU core, here %(default)s)')
-    made.add_argument('--output', metavar='DIR', default=OUTPUT, help='folder for the results (default: %(default)s)')
     made.add_argument('--seed', type=int, metavar='N', help='repeats the starts and the stimuli of an earlier grading')
     made.add_argument('--limit', type=float, metavar='SECONDS', help='longest wall-clock time of one grading '
                       f'(default: the time of the exercise + {EXTRA:g} s)')
+    made.add_argument('--again', action='store_true', help='grade also what is graded and has not changed')
+    made.add_argument('--only', metavar='PATTERN', action='append', help='grade only the submissions of these: '
+                      "STUDENT or STUDENT/EXERCISE, such as 'anna' or '*/stop_at_x'; may be given several times")
+    made.add_argument('--shard', metavar='I/N', type=_shard, help='grade only each N-th submission, from the I-th on; '
+                      './run grade --merge makes one result of all N')
+    remote.add_options(made)
+    class_results.add_options(made)
     return made
 
 
-def main(arguments: Sequence[str], exercises: Dict[str, str], load: Callable[[str], Exercise] = exercise.load) -> int:
+def _shard(text: str) -> Tuple[int, int]:
+    part, _, parts = text.partition('/')
+    if not (part.isdigit() and parts.isdigit() and 1 <= int(part) <= int(parts)):
+        raise argparse.ArgumentTypeError(f'{text!r} is no part; write I/N, from 1/N to N/N, such as 1/4')
+    return int(part), int(parts)
+
+
+def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exercise.load) -> int:
     """Grade a class; return the exit code. ``exercises``: {name: path}; ``load(path)`` returns one."""
     options = parser().parse_args(arguments)
     if options.jobs < 1:
@@ -55,100 +78,152 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Callable[[st
     processes.make_interruptible()
     try:
         return _run(options, exercises, load)
-    except (GradeAllError, submissions.SubmissionsError, exercise.ExerciseError) as error:
-        print(f'./run grade: {error}', file=sys.stderr)
-    except OSError as error:
-        print(f'./run grade: {_advice(error)}', file=sys.stderr)
-    return exit_codes.USAGE
+    except (ClassError, remote.RemoteError, submissions.SubmissionsError, exercise.ExerciseError, OSError) as error:
+        return class_results.fail(error)
 
 
-def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Callable[[str], Exercise]) -> int:
-    exercises, students, found, left_out = _class(options, exercises)
-    _check_output(options.output)
-    names = sorted({submission.exercise for submission in found})
-    loaded = {name: load(exercises[name]) for name in names}
-    with Supervisor() as supervisor:
-        grader = ClassGrader(supervisor, loaded, options.output, options.limit, options.seed)
-        results, interrupted = _grade(grader, found, options)
-    results += [class_grader.interrupted(submission, options.output) for submission in found
-                if submission not in {graded.submission for graded in results}]
-    results.sort(key=lambda graded: found.index(graded.submission))
-    _print_table(students, names, results)
-    if left_out:
-        print(harmless.printed(f'Left out, because no exercise has such a name: {", ".join(left_out)}'))
+def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> int:
+    found = _class(options, exercises)
+    class_results.check_output(options.output)
+    names = sorted({submission.exercise for submission in found.submissions})
+    class_results.check_weights(options.weights, names)
+    loaded = {name: load(found.exercises[name]) for name in names}
+    chosen = _chosen(options, found.submissions)
+    programs = {submission.program for submission in found.submissions}
+    version = graded.version()
+    works = [_work(options, found, loaded, submission, programs, version) for submission in found.submissions]
+    results = {} if options.again else _unchanged(works)
+    if options.again:
+        results = _unchanged([work for work in works if work.submission not in chosen])
+    left = [work for work in works if work.submission in chosen and work.submission not in results]
+    if len(left) < len(chosen):
+        say(f'{len(chosen) - len(left)} of {len(chosen)} submissions have not changed since they were graded; --again '
+            'grades them, too', _stream(options))
+    fresh, interrupted = _grade(options, left)
+    results.update({one.submission: one for one in fresh})
+    for work in works:
+        reason = INTERRUPTED if work.submission in chosen else NOT_GRADED
+        results.setdefault(work.submission, graded.undecided(work.submission, work.folder, reason))
+    notes = [harmless.printed(f'Left out, because no exercise has such a name: {", ".join(found.left_out)}'
+                              )] if found.left_out else []
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
-    class_report.write(options.output, title, students, names, results)
-    print('Table: ' + ', '.join(os.path.join(options.output, name) for name in class_report.FILES))
-    outcomes = {graded.outcome for graded in results}
-    worst = next((outcome for outcome in (scoring.FAILED, scoring.UNDECIDED) if outcome in outcomes), scoring.PASSED)
-    return exit_codes.INTERRUPTED if interrupted else exit_codes.OF_OUTCOME[worst]
+    code = class_results.show(options, class_report.Class(
+        title, found.students, names, [results[submission] for submission in found.submissions], options.weights),
+        [results[submission] for submission in chosen], notes)
+    return exit_codes.INTERRUPTED if interrupted else code
 
 
-def _class(options: argparse.Namespace, exercises: Dict[str, str]
-           ) -> Tuple[Dict[str, str], List[str], List[Submission], List[str]]:
-    """Return ({name: path} of the exercises, students, submissions, programs left out)."""
+def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
+    """Return what is in the folder of the class."""
     if not os.path.isdir(options.folder):
-        raise GradeAllError(f'there is no folder {options.folder} (current folder: {os.getcwd()})'
-                            if not os.path.exists(options.folder) else
-                            f'{options.folder} is not a folder; to grade one program, type: '
-                            f'./run grade EXERCISE -- {options.folder}')
+        raise ClassError(f'there is no folder {options.folder} (current folder: {os.getcwd()})'
+                         if not os.path.exists(options.folder) else
+                         f'{options.folder} is not a folder; to grade one program, type: '
+                         f'./run grade EXERCISE -- {options.folder}')
     exercises = {**exercises, **submissions.exercises_in(options.folder)}
     if options.exercise is None:
-        return (exercises, *submissions.find(options.folder, list(exercises)))
-    name = os.path.splitext(os.path.basename(options.exercise))[0]
-    path = options.exercise if os.path.isfile(options.exercise) else exercises.get(options.exercise)
-    if path is None:
-        raise GradeAllError(f'--exercise {options.exercise}: there is no such exercise; give the path of an '
-                            f'exercise file, or one of {", ".join(sorted(exercises))}')
-    return ({name: os.path.abspath(path)}, *submissions.find_flat(options.folder, name))
+        found = Found(exercises, *submissions.find(options.folder, list(exercises), options.best))
+    else:
+        name = os.path.splitext(os.path.basename(options.exercise))[0]
+        path = options.exercise if os.path.isfile(options.exercise) else exercises.get(options.exercise)
+        if path is None:
+            raise ClassError(f'--exercise {options.exercise}: there is no such exercise; give the path of an '
+                             f'exercise file, or one of {", ".join(sorted(exercises))}')
+        found = Found({name: os.path.abspath(path)}, *submissions.find_flat(options.folder, name))
+    reserved = set(found.students) & {class_results.CLASS, *class_report.FILES}
+    if reserved:
+        raise ClassError(f'a student is called {min(reserved)}, as a file of the results is: rename the folder')
+    return found
 
 
-def _check_output(folder: str) -> None:
-    """Raise OSError unless files can be written into a folder; better now than after the gradings."""
-    os.makedirs(folder, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder) as file:
-        file.write(b'.' * 4096)
+def _chosen(options: argparse.Namespace, found: Sequence[Submission]) -> List[Submission]:
+    """Return the submissions to grade, by --only and --shard."""
+    part, parts = options.shard or (1, 1)
+    chosen = list(found[part - 1::parts])
+    for pattern in options.only or ():
+        if not any(_matches(submission, pattern) for submission in found):
+            raise ClassError(f'--only {pattern}: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such '
+                             f'as {found[0].student} or {found[0].student}/{found[0].exercise}')
+    return [submission for submission in chosen
+            if not options.only or any(_matches(submission, pattern) for pattern in options.only)]
 
 
-def _grade(grader: ClassGrader, found: Sequence[Submission], options: argparse.Namespace
-           ) -> Tuple[List[Graded], bool]:
+def _matches(submission: Submission, pattern: str) -> bool:
+    student, slash, name = pattern.partition('/')
+    return fnmatch.fnmatchcase(submission.student, student) and (
+        not slash or fnmatch.fnmatchcase(submission.exercise, name))
+
+
+def _work(options: argparse.Namespace, found: Found, loaded: Dict[str, Exercise], submission: Submission,
+          programs: Set[str], version: str) -> Work:
+    path = found.exercises[submission.exercise]
+    seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
+    files = graded.files_of(submission, programs)
+    return Work(submission, loaded[submission.exercise], graded.folder_of(submission, options.output), seed,
+                graded.fingerprint_of(submission, files, path, version, options.seed),
+                _repeat(options, path, submission, seed), options.limit, os.path.abspath(path), files)
+
+
+def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed: int) -> Tuple[str, ...]:
+    """Return what to type after ./run grade to repeat a grading, without folders above that of the class."""
+    root, shown = os.path.abspath(options.folder) + os.sep, options.folder
+    if os.path.isabs(shown):
+        shown = os.path.basename(os.path.abspath(shown))
+
+    def bare(part: str) -> str:
+        return os.path.join(shown, part[len(root):]) if part.startswith(root) else part
+    own = os.path.abspath(path).startswith(root)
+    command = [bare(part) for part in submission.command]
+    packages = ['--packages', bare(submission.packages)] if submission.packages and not os.path.isabs(
+        submission.command[0] if submission.command else '') else []
+    return (bare(os.path.abspath(path)) if own else submission.exercise, '--seed', str(seed), *packages, '--', *command)
+
+
+def _unchanged(works: Sequence[Work]) -> Dict[Submission, Graded]:
+    """Return what is graded already, with a verdict."""
+    known = {}
+    for work in works:
+        try:
+            known[work.submission] = graded.load(work.submission, work.folder, work.fingerprint)
+        except Unreadable:
+            continue
+        if known[work.submission].outcome not in scoring.DECIDED:
+            del known[work.submission]
+    return known
+
+
+def _grade(options: argparse.Namespace, works: Sequence[Work]) -> Tuple[List[Graded], bool]:
     """Return (results, whether it was interrupted); show a bar on a terminal, else a line for each."""
     results: List[Graded] = []
-    with tqdm(total=len(found), unit='submission', disable=not sys.stderr.isatty(), dynamic_ncols=True) as bar:
-        def done(graded: Graded) -> None:
-            results.append(graded)
+    stream = _stream(options)
+    with tqdm(total=len(works), unit='submission', disable=not sys.stderr.isatty() or not works,
+              dynamic_ncols=True) as bar:
+        def done(one: Graded) -> None:
+            results.append(one)
             bar.update()
-            bar.write(progress(graded, len(results), len(found)))
-            sys.stdout.flush()
+            with bar.external_write_mode(stream):
+                say(progress(one, len(results), len(works)), stream)
         try:
-            grader.grade(found, options.jobs, done)
+            if options.dask:
+                remote.grade(options, works, done)
+            elif works:
+                with Supervisor() as supervisor:
+                    class_grader.grade(works, concurrent.futures.ThreadPoolExecutor(options.jobs),
+                                       class_grader.by(supervisor), done, supervisor.stop)
         except KeyboardInterrupt:
-            bar.write('Interrupted: all processes have ended; the table holds the gradings that were done.')
+            say('Interrupted: all processes have ended; the table holds the gradings that were done.', stream)
             return results, True
     return results, False
 
 
-def progress(graded: Graded, number: int, total: int) -> str:
+def _stream(options: argparse.Namespace) -> TextIO:
+    """Return where the progress goes: not between what another program reads."""
+    return sys.stdout if options.format == systems.TEXT else sys.stderr
+
+
+def progress(one: Graded, number: int, total: int) -> str:
     """Return the line for a grading, the ``number``-th of ``total``, with the reason that cost most points."""
-    said = systems.first_reason(graded.verdict) if graded.verdict else (*graded.reasons, '')[0]
-    line = (f'[{number}/{total}] {graded.submission.student} {graded.submission.exercise}: {graded.outcome}, '
-            f'{graded.score:g} of 100, {graded.seconds:.1f} s')
+    said = systems.first_reason(one.verdict)
+    line = (f'[{number}/{total}] {one.submission.student} {one.submission.exercise}: {one.outcome}, '
+            f'{one.score:g} of 100, {one.seconds:.1f} s')
     return harmless.printed((line + (f': {said}' if said else ''))[:LONGEST])
-
-
-def _print_table(students: Sequence[str], names: Sequence[str], results: Sequence[Graded]) -> None:
-    rows = class_report.cells(students, names, results)
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    for row in rows:
-        print(harmless.printed('  '.join(cell.ljust(width) if place == 0 else cell.rjust(width)
-                                         for place, (cell, width) in enumerate(zip(row, widths))).rstrip()))
-
-
-def _advice(error: OSError) -> str:
-    """Return what went wrong with a file and what to do."""
-    text = f'{error.filename or "the results"}: {error.strerror or error}'
-    if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return f'{text}. The disk is full: make room, or choose another folder with --output DIR'
-    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EEXIST, errno.ENOENT):
-        return f'{text}. Choose another folder with --output DIR'
-    return text

@@ -13,6 +13,7 @@ Names are matched ignoring case; '-' and '_' are the same. For a single exercise
 themselves, each with the name of its student.
 """
 import os
+import re
 import shlex
 from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
@@ -22,6 +23,7 @@ COMMAND = '.cmd'
 STARTERS = '.launch', COMMAND  # they say how others are started; the last one says most
 TYPES = ('.py', *STARTERS)  # what is a program whatever its mode
 EXERCISE_TYPES = ('.yaml', '.yml')
+VERSION = re.compile(r'[ _]*(\(\d+\)|v?\d+)$')  # the end of the name of one of several attempts
 LISTED = 8  # names in a text
 
 
@@ -38,6 +40,8 @@ class Submission(NamedTuple):
     folder: str
     trouble: str = ''
     packages: str = ''  # folder with the student's packages
+    program: str = ''  # the file that has the exercise's name
+    attempt: str = ''  # which of several attempts it is
 
 
 def exercises_in(folder: str) -> Dict[str, str]:
@@ -46,30 +50,34 @@ def exercises_in(folder: str) -> Dict[str, str]:
             if os.path.splitext(name)[1] in EXERCISE_TYPES}
 
 
-def find(folder: str, names: Sequence[str]) -> Tuple[List[str], List[Submission], List[str]]:
+def find(folder: str, names: Sequence[str], best: bool = False) -> Tuple[List[str], List[Submission], List[str]]:
     """Return (students, [Submission], programs left out) of a class for the exercises with these names.
 
-    Programs with the name of no exercise are left out, such as ``stop_at_x (1).py``.
+    Programs with the name of no exercise are left out, such as ``stop_at_x (1).py``. With ``best`` that is an attempt,
+    and so is each program of the same name in another folder of the student.
     """
-    students = sorted(name for name in _listed(folder) if os.path.isdir(os.path.join(folder, name)))
+    students = {_readable(name): name for name in _listed(folder) if os.path.isdir(os.path.join(folder, name))}
     found: List[Submission] = []
     others: List[str] = []
-    for student in students:
-        programs = list(_programs(os.path.join(folder, student)))
+    keys = {_key(name): name for name in names}
+    for student, name in students.items():
+        own = os.path.abspath(os.path.join(folder, name))
+        fitting: Dict[str, List[str]] = {}
+        for path in _programs(os.path.join(folder, name)):
+            key = _key(path) if _key(path) in keys or not best else VERSION.sub('', _key(path))
+            fitting.setdefault(keys.get(key, ''), []).append(path)
+        others += [os.path.relpath(path, folder) for path in fitting.pop('', [])]
         for exercise in names:
-            fitting = [path for path in programs if _key(path) == _key(exercise)]
-            if fitting:
-                own = os.path.abspath(os.path.join(folder, student))
-                found.append(_choose(student, exercise, fitting)._replace(packages=own))
-        others += [os.path.relpath(path, folder) for path in programs if _key(path) not in map(_key, names)]
+            found += [submission._replace(packages=own)
+                      for submission in _of(student, exercise, fitting.get(exercise, []), own, best)]
     if not found:
-        there = others or [name for name in _listed(folder) if name not in students]
+        there = others or [name for name in _listed(folder) if name not in students.values()]
         raise SubmissionsError(
             f'{folder} contains no submissions. It needs one folder per student, with files that have the name of an '
             f'exercise ({", ".join(sorted(names))}), such as {os.path.join(folder, "anna", min(names) + ".py")}. '
             + (f'It contains {_some(there)}. ' if there else 'It is empty. ')
             + 'If it contains programs for one exercise, add --exercise NAME.')
-    return students, found, others
+    return list(students), found, others
 
 
 def find_flat(folder: str, exercise: str) -> Tuple[List[str], List[Submission], List[str]]:
@@ -78,7 +86,7 @@ def find_flat(folder: str, exercise: str) -> Tuple[List[str], List[Submission], 
     by_student: Dict[str, List[str]] = {}
     for path in paths:
         if os.path.isfile(path) and _is_program(path):
-            by_student.setdefault(os.path.splitext(os.path.basename(path))[0], []).append(path)
+            by_student.setdefault(_readable(os.path.splitext(os.path.basename(path))[0]), []).append(path)
     if not by_student:
         there = [os.path.basename(path) for path in paths]
         raise SubmissionsError(f'{folder} contains no program (a .py, .launch or .cmd file or an executable): '
@@ -87,20 +95,33 @@ def find_flat(folder: str, exercise: str) -> Tuple[List[str], List[Submission], 
     return sorted(by_student), found, []
 
 
+def _of(student: str, exercise: str, paths: List[str], own: str, best: bool) -> List[Submission]:
+    """Return the submissions of a student for an exercise; ``own``: the student's folder, ``best``: see find()."""
+    groups: Dict[Tuple[str, str], List[str]] = {}
+    for path in paths:
+        groups.setdefault((os.path.dirname(path), _key(path)) if best else ('', ''), []).append(path)
+    chosen = [_choose(student, exercise, group) for _, group in sorted(groups.items())]
+    if len(chosen) < 2:
+        return chosen
+    return [one._replace(attempt=os.path.relpath(one.program, own).replace(os.sep, '+')) for one in chosen]
+
+
 def _choose(student: str, exercise: str, paths: List[str]) -> Submission:
     """Return the Submission of the files that fit: of the one that says how to start the others, or of the only one."""
     for kind in STARTERS:
         paths = [path for path in paths if path.endswith(kind)] or paths
-    folder = os.path.dirname(os.path.abspath(paths[0]))
+    program = os.path.abspath(paths[0])
+    folder = os.path.dirname(program)
     if len(paths) > 1:
         names = ', '.join(sorted(os.path.relpath(path, os.path.commonpath(list(map(os.path.dirname, paths))))
                                  for path in paths))
         return Submission(student, exercise, (), folder,
-                          f'there are {len(paths)} programs for one exercise ({names}): keep one')
+                          f'there are {len(paths)} programs for one exercise ({names}): keep one, or let the best '
+                          'one count with --best', program=program)
     try:
-        return Submission(student, exercise, _command(os.path.abspath(paths[0]), folder), folder)
+        return Submission(student, exercise, _command(program, folder), folder, program=program)
     except (OSError, ValueError) as error:
-        return Submission(student, exercise, (), folder, f'{paths[0]}: {error}')
+        return Submission(student, exercise, (), folder, f'{paths[0]}: {error}', program=program)
 
 
 def _command(path: str, folder: str) -> Tuple[str, ...]:
@@ -134,6 +155,11 @@ def _key(path: str) -> str:
 
 def _listed(folder: str) -> List[str]:
     return sorted(name for name in os.listdir(folder) if not name.startswith(('.', '__')))
+
+
+def _readable(name: str) -> str:
+    """Return a name in which bytes that are no text are written as text: results have names that everyone can read."""
+    return os.fsencode(name).decode('utf-8', 'backslashreplace')
 
 
 def _some(names: Sequence[str]) -> str:

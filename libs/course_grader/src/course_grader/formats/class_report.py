@@ -1,53 +1,84 @@
-"""The table of a class, students x exercises: as CSV, as an HTML page that needs nothing else, and as JUnit XML."""
-import base64
+"""The tables of a class, students x exercises: as rows, as CSV and as JUnit XML; class_page.py has the pages."""
+import csv
 import os
-from typing import Dict, List, Optional, Sequence
-from urllib.parse import quote
-from xml.etree import ElementTree
+import secrets
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
-import cv2
-
-from course_grader.classes.class_grader import Graded
-from course_grader.formats import harmless, junit, systems
+from course_grader.classes.graded import Graded
+from course_grader.formats import class_page, harmless, junit, systems
 from course_grader.rules import scoring
-from course_grader.rules.scoring import Verdict
 from kinematic_core.files import write_whole
 
-THUMBNAIL = 200  # [px]
-FILES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
+TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
+CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # who is who, for the teacher alone; the table without names
+PAGES = 'pages'  # folder of the students' pages
+FILES = (*TABLES, CODES, ANONYMOUS, PAGES)
 COLUMNS = ('student', *systems.COLUMNS[1:])  # of grades.csv
-STYLE = '''
-body { font: 15px/1.4 sans-serif; margin: 2em; color: #222 } table { border-collapse: collapse }
-th, td { border: 1px solid #bbb; padding: .3em .7em; text-align: right } th { background: #eee }
-td:first-child, th:first-child { text-align: left } thead th { position: sticky; top: 0 }
-.passed { background: #d8f3d8 } .failed { background: #f9d6d2 } .undecided { background: #fdeeb5 }
-.missing { color: #999 }
-section { border-top: 1px solid #bbb; margin-top: 1.5em; overflow: auto } img { float: left; margin: 0 1.5em 1em 0 }
-h2 span { border-radius: .3em; padding: 0 .4em } ul { margin-left: 220px } code { color: #555 } a { color: inherit }
-'''
+SIGNS = '23456789abcdefghjkmnpqrstuvwxyz'  # of a code: none that looks like another one
+CODE = 5  # signs
 
 
-def write(folder: str, title: str, students: Sequence[str], exercises: Sequence[str],
-          results: Sequence[Graded]) -> None:
-    """Write the FILES into a folder; raise OSError when that cannot be."""
-    os.makedirs(folder, exist_ok=True)
-    for name, content in zip(FILES, (as_csv(students, exercises, results), as_rows(results),
-                                     as_html(title, students, exercises, results, folder), as_junit(results))):
+class Class(NamedTuple):
+    """A class and what it got: students and exercises in the order of the table, {exercise: weight}, all gradings.
+
+    An exercise without a weight has the weight 1.
+    """
+
+    title: str
+    students: Sequence[str]
+    exercises: Sequence[str]
+    results: Sequence[Graded]
+    weights: Mapping[str, float] = {}
+
+    def best(self) -> Dict[Tuple[str, str], Graded]:
+        """Return {(student, exercise): the best of the attempts}; one without a verdict is the worst."""
+        best: Dict[Tuple[str, str], Graded] = {}
+        for graded in self.results:
+            place = graded.submission.student, graded.submission.exercise
+            if place not in best or _merit(best[place]) < _merit(graded):
+                best[place] = graded
+        return best
+
+
+def _merit(graded: Graded) -> Tuple[bool, bool, float]:
+    return graded.outcome != scoring.UNDECIDED, graded.outcome == scoring.PASSED, graded.score
+
+
+def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bool = False) -> List[str]:
+    """Write the tables and pages into a folder; return their paths. Raise OSError when that cannot be."""
+    rows = cells(graded)
+    contents = {name: content for name, content in zip(TABLES, (
+        systems.table(rows), as_rows(graded.results), class_page.of_class(graded, rows, folder),
+        as_junit(graded.results)))}
+    if anonymous:
+        codes = _codes(os.path.join(folder, CODES), graded.students)
+        contents[CODES] = systems.table([('code', 'student'), *sorted((code, name) for name, code in codes.items())])
+        contents[ANONYMOUS] = systems.table([('code', *rows[0][1:]), *sorted([codes[row[0]], *row[1:]]
+                                                                              for row in rows[1:])])
+    if student_pages:
+        for student in graded.students:
+            own = [one for one in graded.results if one.submission.student == student]
+            contents[os.path.join(PAGES, f'{student}.html')] = class_page.of_student(student, own)
+    for name, content in contents.items():
+        os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
         write_whole(os.path.join(folder, name), content)
+    shown = [name for name in contents if not name.startswith(PAGES + os.sep)] + [PAGES + os.sep] * student_pages
+    return [os.path.join(folder, name) for name in shown]
 
 
-def cells(students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded]) -> List[List[str]]:
+def cells(graded: Class) -> List[List[str]]:
     """Return the table with its headings, as texts: the scores, '' for missing submissions, and the mean.
 
-    The mean is over all exercises; missing submissions count 0. It is empty if any score is undecided.
+    The mean is over all exercises by their weights; missing submissions count 0. It is empty if any score is undecided.
     """
-    by_place = {(graded.submission.student, graded.submission.exercise): graded for graded in results}
-    rows = [['student', *exercises, 'mean']]
-    for student in students:
-        row = [by_place.get((student, exercise)) for exercise in exercises]
-        known = all(graded is None or graded.outcome != scoring.UNDECIDED for graded in row)
-        mean = sum(graded.score for graded in row if graded) / len(exercises)
-        rows.append([student, *map(_cell, row), f'{mean:.1f}' if known else ''])
+    best = graded.best()
+    weights = {exercise: graded.weights.get(exercise, 1.0) for exercise in graded.exercises}
+    rows = [['student', *graded.exercises, 'mean']]
+    for student in graded.students:
+        row = {exercise: best.get((student, exercise)) for exercise in graded.exercises}
+        known = all(one is None or one.outcome != scoring.UNDECIDED for one in row.values())
+        mean = sum(weights[exercise] * one.score for exercise, one in row.items() if one) / sum(weights.values())
+        rows.append([student, *map(_cell, row.values()), f'{mean:.1f}' if known else ''])
     return rows
 
 
@@ -57,115 +88,32 @@ def _cell(graded: Optional[Graded]) -> str:
     return scoring.UNDECIDED if graded.outcome == scoring.UNDECIDED else f'{graded.score:g}'
 
 
-def as_csv(students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded]) -> str:
-    """Return the table as CSV."""
-    return systems.table(cells(students, exercises, results))
-
-
 def as_rows(results: Sequence[Graded]) -> str:
     """Return CSV with a row for each submission."""
     return systems.table([COLUMNS, *(
-        [graded.submission.student, graded.submission.exercise,
-         '' if graded.outcome == scoring.UNDECIDED else f'{graded.score:g}', graded.outcome,
-         systems.first_reason(_verdict(graded))] for graded in results)])
+        [one.submission.student, one.submission.exercise,
+         '' if one.outcome == scoring.UNDECIDED else f'{one.score:g}', one.outcome,
+         systems.first_reason(one.verdict)] for one in results)])
 
 
 def as_junit(results: Sequence[Graded]) -> str:
     """Return JUnit XML: a testsuite for each submission."""
     return junit.document([
-        junit.Suite(f'{graded.submission.student}: {graded.submission.exercise}',
-                    f'{graded.submission.exercise}.{graded.submission.student}', _verdict(graded), graded.seconds)
-        for graded in results])
+        junit.Suite(': '.join(filter(None, (one.submission.student, one.submission.exercise, one.submission.attempt))),
+                    f'{one.submission.exercise}.{one.submission.student}', one.verdict, one.seconds)
+        for one in results])
 
 
-def _verdict(graded: Graded) -> Verdict:
-    return graded.verdict or Verdict(graded.outcome, graded.score, [], list(graded.reasons))
-
-
-def as_html(title: str, students: Sequence[str], exercises: Sequence[str], results: Sequence[Graded],
-            folder: str) -> str:
-    """Return the page: the table, then each submission with its reasons and a small picture of its path.
-
-    Links to the files of a grading are relative to ``folder``.
-    """
-    page = ElementTree.Element('html', lang='en')
-    head = _add(page, 'head')
-    _add(head, 'meta', charset='utf-8')
-    _add(head, 'title', harmless.plain(title))
-    _add(head, 'style', STYLE)
-    body = _add(page, 'body')
-    _add(body, 'h1', harmless.plain(title))
-    _add(body, 'p', f'{len(results)} submissions: ' + ', '.join(
-        f'{sum(graded.outcome == outcome for graded in results)} {outcome}' for outcome in
-        (scoring.PASSED, scoring.FAILED, scoring.UNDECIDED)))
-    _table(body, cells(students, exercises, results), {_anchor(graded): graded for graded in results})
-    for graded in results:
-        _section(body, graded, folder)
-    return '<!DOCTYPE html>\n' + ElementTree.tostring(page, encoding='unicode', method='html') + '\n'
-
-
-def _table(body: ElementTree.Element, rows: Sequence[Sequence[str]], by_anchor: Dict[str, Graded]) -> None:
-    table = _add(body, 'table')
-    names = _add(_add(table, 'thead'), 'tr')
-    for name in rows[0]:
-        _add(names, 'th', name)
-    inside = _add(table, 'tbody')
-    for student, *scores, mean in rows[1:]:
-        line = _add(inside, 'tr')
-        _add(line, 'td', harmless.plain(student))
-        for exercise, score in zip(rows[0][1:], scores):
-            graded = by_anchor.get(f'{student}/{exercise}')
-            cell = _add(line, 'td', **{'class': graded.outcome if graded else 'missing'})
-            if graded:
-                _add(cell, 'a', score, href='#' + _quoted(_anchor(graded)),
-                     title=harmless.plain(' | '.join(graded.reasons)))
-            else:
-                cell.text = '\u2013'
-        _add(line, 'td', mean)
-
-
-def _section(body: ElementTree.Element, graded: Graded, folder: str) -> None:
-    section = _add(body, 'section', id=_anchor(graded))
-    submission = graded.submission
-    heading = _add(section, 'h2', harmless.plain(f'{submission.student}: {submission.exercise} '))
-    _add(heading, 'span', f'{graded.outcome}, {graded.score:g}', **{'class': graded.outcome})
-    picture = os.path.join(graded.folder, 'path.png')
-    small = _thumbnail(picture)
-    if small:
-        link = _add(section, 'a', href=_relative(picture, folder))
-        _add(link, 'img', src='data:image/png;base64,' + base64.b64encode(small).decode(), alt='the path',
-             width=str(THUMBNAIL), height=str(THUMBNAIL))
-    reasons = _add(section, 'ul')
-    for reason in graded.reasons:
-        _add(reasons, 'li', harmless.plain(reason))
-    output = os.path.join(graded.folder, 'output.txt')
-    if os.path.isfile(output):
-        _add(_add(reasons, 'li'), 'a', 'what it printed', href=_relative(output, folder))
-    _add(_add(reasons, 'li'), 'code', harmless.plain(' '.join(submission.command) or 'no command'))
-
-
-def _thumbnail(path: str) -> Optional[bytes]:
-    """Return a picture file made small, as PNG; None where there is none."""
-    image = cv2.imread(path) if os.path.isfile(path) else None
-    if image is None:
-        return None
-    encoded, png = cv2.imencode('.png', cv2.resize(image, (THUMBNAIL, THUMBNAIL), interpolation=cv2.INTER_AREA))
-    return png.tobytes() if encoded else None
-
-
-def _anchor(graded: Graded) -> str:
-    return f'{graded.submission.student}/{graded.submission.exercise}'
-
-
-def _relative(path: str, folder: str) -> str:
-    return _quoted(os.path.relpath(path, folder))
-
-
-def _quoted(name: str) -> str:
-    return quote(os.fsencode(name))
-
-
-def _add(parent: ElementTree.Element, tag: str, text: Optional[str] = None, **attributes: str) -> ElementTree.Element:
-    element = ElementTree.SubElement(parent, tag, attributes)
-    element.text = text
-    return element
+def _codes(path: str, students: Sequence[str]) -> Dict[str, str]:
+    """Return {student: code}: those of an earlier table where there is one, else drawn."""
+    known: Dict[str, str] = {}
+    if os.path.isfile(path):
+        with open(path, encoding='utf-8', newline='') as file:
+            known = {row[1]: row[0] for row in csv.reader(file) if len(row) == 2}
+    codes: Dict[str, str] = {}
+    for student in students:
+        code = known.get(harmless.cell(student), '')
+        while not code or code in codes.values():
+            code = ''.join(secrets.choice(SIGNS) for _ in range(CODE))
+        codes[student] = code
+    return codes

@@ -2,7 +2,9 @@
 import math
 import statistics
 from types import SimpleNamespace
-from typing import Callable, Dict, List, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Protocol, Sequence, Tuple
+
+import numpy as np
 
 from alvar_core.arrays import Floats
 from course_grader.rules import fits
@@ -14,6 +16,16 @@ OPEN, CLOSED = 0.5, 0.95  # shares of an outline: no shape yet, and closed; thre
 MOVING = 0.5  # [s] of rest at most
 WAYS = {'teleports': ('teleport', 'teleport_relative'), 'teleport_absolute': ('teleport',),
         'teleport_relative': ('teleport_relative',)}  # how it gets to a position: kinds of events
+
+
+class ScoredRule(Protocol):
+    """What is used here of a rule of an exercise: its name and parameters."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
+    @property
+    def parameters(self) -> Dict[str, Any]: ...  # noqa: D102
 
 
 def draws(observed: Observed, wanted: SimpleNamespace) -> Result:
@@ -95,20 +107,40 @@ def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
 def positions(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It visits a number of different positions, by teleports or by driving there and resting or turning."""
     reset = observed.reset_at()
-    if wanted.by in WAYS:
-        visited = [event.values[:2] for event in observed.of_kind(*WAYS[wanted.by]) if event.t >= reset]
-    else:
-        visited = fits.corners(observed.drawn())
+    visited, different = _visited(observed, wanted)
     others = len([event for event in observed.of_kind(*WAYS['teleports']) if event.t >= reset]) - len(visited)
-    different: List[Tuple[float, ...]] = []
-    for position in visited:
-        if all(math.dist(position, other) >= wanted.apart for other in different):
-            different.append(position)
     listed = ', '.join(f'({x:.1f}, {y:.1f})' for x, y in different[:8]) or 'none'
     listed += f'; {others} teleports by another service' if wanted.by in WAYS and others else ''
     return Result(counted(len(different), wanted.count),
                   f'{wanted.count} positions at least {wanted.apart:g} m apart, by {wanted.by}',
                   f'{len(different)}: {listed}')
+
+
+def _visited(observed: Observed, wanted: SimpleNamespace
+             ) -> Tuple[Sequence[Tuple[float, ...]], List[Tuple[float, ...]]]:
+    """Return (all positions that it visited, those that are different), by the parameters of ``positions``."""
+    visited: Sequence[Tuple[float, ...]] = fits.corners(observed.drawn())
+    if wanted.by in WAYS:
+        visited = [event.values[:2] for event in observed.of_kind(*WAYS[wanted.by]) if event.t >= observed.reset_at()]
+    different: List[Tuple[float, ...]] = []
+    for position in visited:
+        if all(math.dist(position, other) >= wanted.apart for other in different):
+            different.append(position)
+    return visited, different
+
+
+def counted_parts(rules: Sequence[ScoredRule], observed: Observed) -> List[Floats]:
+    """Return what counted for the rules of an exercise, to draw it: parts of the path, or points, each (n, 2) [m]."""
+    parts: List[Floats] = []
+    for rule in rules:
+        wanted = SimpleNamespace(**rule.parameters)
+        if rule.name == 'draws':
+            parts += traces(observed, wanted)
+        elif rule.name == 'positions':
+            parts += [np.array([position[:2]]) for position in _visited(observed, wanted)[1]]
+        elif rule.name == 'stops' and stops(observed, wanted).share > MISSED:
+            parts.append(np.array([observed.track[-1][1:3]]))
+    return parts
 
 
 def pen(observed: Observed, wanted: SimpleNamespace) -> Result:

@@ -6,6 +6,7 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 
 PASSED, FAILED, UNDECIDED = 'passed', 'failed', 'undecided'
+DECIDED = PASSED, FAILED
 HALF = 0.5  # share below which a rule that must hold fails the exercise
 FULL = 0.97  # share from which a rule counts as completely fulfilled: no drawing is exact
 

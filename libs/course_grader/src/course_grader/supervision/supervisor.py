@@ -27,7 +27,7 @@ from course_grader.supervision.warm_start import WarmStart
 from process_support import processes
 
 ATTEMPT = 'course_grader.attempt.attempt'  # imported only in the children: it imports ROS
-RESULTS = ('result.json', 'junit.xml', 'path.png', 'output.txt')  # what a grading writes
+RESULTS = ('result.json', 'junit.xml', 'path.png', 'path.svg', 'output.txt')  # what a grading writes
 EXTRA = 120.0  # [s] of wall time that a grading may take beyond its exercise in real time, before it is ended
 LOG = 'grader.txt'  # what an attempt itself prints
 POLL = 0.1  # [s]

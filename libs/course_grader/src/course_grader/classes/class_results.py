@@ -1,0 +1,128 @@
+"""The results of a class in their output folder, for --all and --merge: what is shown of them, written and kept.
+
+CLASS in that folder says who and what belongs to the class, so that the parts of several machines can be merged.
+"""
+import argparse
+import errno
+import json
+import os
+import sys
+import tempfile
+from typing import Any, Dict, List, Sequence, Tuple
+
+from course_grader.formats import class_report, exit_codes, harmless, systems, terminal
+from course_grader.formats.class_report import Class
+from course_grader.formats.terminal import say
+from course_grader.rules import scoring
+from kinematic_core.files import write_whole
+
+OUTPUT = os.path.join('output', 'grades')
+CLASS = 'class.json'
+PRINTED = {'csv': 'grades.csv', 'junit': 'junit.xml'}  # --format: the file that is printed, and nothing else
+
+
+class ClassError(Exception):
+    """A class cannot be graded, or its results cannot be written; the text says why and what to do."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that --all and --merge have in common."""
+    parser.add_argument('--output', metavar='DIR', default=OUTPUT, help='folder for the results (default: %(default)s)')
+    parser.add_argument('--format', choices=(systems.TEXT, *PRINTED), default=systems.TEXT,
+                        help='what is printed: a table for people, or grades.csv or junit.xml and nothing else '
+                        '(default: %(default)s)')
+    parser.add_argument('--weights', metavar='NAME=N,...', type=_weights, default={},
+                        help='how much exercises count in the mean (default: 1 each)')
+    parser.add_argument('--best', action='store_true', help='of several attempts of a student the best one counts')
+    parser.add_argument('--anonymous', action='store_true', help='also write anonymous.csv, with codes instead of '
+                        'names, and codes.csv, which says who is who')
+    parser.add_argument('--student-pages', action='store_true',
+                        help='also write pages/STUDENT.html, in which no other student is named')
+
+
+def _weights(text: str) -> Dict[str, float]:
+    """Return {exercise: weight} of NAME=N,NAME=N; raise ArgumentTypeError."""
+    weights = {}
+    for part in text.split(','):
+        name, _, number = part.partition('=')
+        try:
+            weights[name.strip()] = float(number)
+        except ValueError:
+            weights[name.strip()] = -1.0
+        if not 0.0 <= weights[name.strip()] < 1e9:
+            raise argparse.ArgumentTypeError(f'{part!r} is no weight; write NAME=N, such as stop_at_x=2,black_path=0.5')
+    return weights
+
+
+def check_weights(weights: Dict[str, float], exercises: Sequence[str]) -> None:
+    """Raise ClassError unless the weights are of these exercises, and not all 0."""
+    unknown = sorted(set(weights) - set(exercises))
+    if unknown:
+        raise ClassError(f'--weights names {", ".join(unknown)}, but the exercises are {", ".join(exercises)}')
+    if not any(weights.get(exercise, 1.0) for exercise in exercises):
+        raise ClassError('--weights: all exercises have the weight 0; one at least has to count')
+
+
+def check_output(folder: str) -> None:
+    """Raise OSError unless files can be written into a folder; better now than after the gradings."""
+    os.makedirs(folder, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(b'.' * 4096)
+
+
+def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], notes: Sequence[str] = ()) -> int:
+    """Print the table and write all files; return the exit code, by those of the results that were ``chosen``."""
+    quiet = options.format != systems.TEXT
+    if not quiet:
+        for line in (*terminal.table(class_report.cells(graded), terminal.columns()), *notes):
+            say(line)
+    paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
+    content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
+               'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt)
+                               for one in graded.results]}
+    write_whole(os.path.join(options.output, CLASS), json.dumps(content, indent=2) + '\n')
+    if quiet:
+        with open(os.path.join(options.output, PRINTED[options.format]), encoding='utf-8', newline='') as file:
+            say(file.read().rstrip('\n'))
+    else:
+        say(harmless.printed('Results: ' + ', '.join(paths)))
+    outcomes = {one.outcome for one in chosen}
+    worst = next((outcome for outcome in (scoring.FAILED, scoring.UNDECIDED) if outcome in outcomes), scoring.PASSED)
+    return exit_codes.OF_OUTCOME[worst]
+
+
+def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]]]:
+    """Return (title, students, exercises, [(student, exercise, attempt)]) of a folder; raise ClassError."""
+    path = os.path.join(folder, CLASS)
+    try:
+        with open(path, encoding='utf-8') as file:
+            content = json.load(file)
+        lists = [content[name] for name in ('students', 'exercises')]
+        submissions = [(str(student), str(exercise), str(attempt))
+                       for student, exercise, attempt in content['submissions']]
+        names = [*map(str, lists[0] + lists[1]), *(name for submission in submissions for name in submission)]
+        if any(os.sep in name or name in ('.', '..') for name in names):
+            raise ValueError('a name leads to another folder')
+        return str(content['title']), [str(name) for name in lists[0]], [str(name) for name in lists[1]], submissions
+    except FileNotFoundError:
+        raise ClassError(f'{path} does not exist; name folders that ./run grade --all --output has written') from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ClassError(f'{path} cannot be read: {error}; name folders that ./run grade --all --output has '
+                         'written') from None
+
+
+def fail(error: Exception) -> int:
+    """Print why nothing came of it; return the exit code of wrong usage."""
+    text = _advice(error) if isinstance(error, OSError) else str(error)
+    say(f'./run grade: {harmless.printed(text)}', sys.stderr)
+    return exit_codes.USAGE
+
+
+def _advice(error: OSError) -> str:
+    """Return what went wrong with a file and what to do."""
+    text = f'{error.filename or "the results"}: {error.strerror or error}'
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return f'{text}. The disk is full: make room, or choose another folder with --output DIR'
+    if error.errno in (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EEXIST, errno.ENOENT):
+        return f'{text}. Choose another folder with --output DIR'
+    return text

@@ -1,0 +1,161 @@
+"""A grading of a class as its folder keeps it, so that the next run skips what has not changed. Without ROS.
+
+The folder of a grading holds what every grading writes (result.json has the verdict), and RECORD: what the class needs
+beyond that.
+"""
+import contextlib
+import hashlib
+import json
+import os
+import time
+from pathlib import Path
+from typing import Any, Container, Dict, Iterable, List, Mapping, NamedTuple, Tuple
+
+import kinematic_core.files
+from course_grader.classes.submissions import Submission
+from course_grader.rules import scoring
+from course_grader.rules.scoring import Reason, Verdict
+from kinematic_core.files import write_whole
+
+RECORD, RESULT = 'submission.json', 'result.json'
+NOT_GRADED = 'it is not graded yet'
+SOURCES = [Path(__file__).parents[1], Path(kinematic_core.files.__file__).parent]  # of the grader and its worlds
+
+
+class Graded(NamedTuple):
+    """A submission and how it came out: the wall time [s], the folder with the files, the seed, and when [s].
+
+    ``repeat``: the command line that grades it again; ``isolation``: what kept the program apart, as far as is known.
+    """
+
+    submission: Submission
+    verdict: Verdict
+    seconds: float
+    folder: str
+    seed: int = 0
+    repeat: Tuple[str, ...] = ()
+    isolation: str = ''
+    at: float = 0.0
+
+    @property
+    def outcome(self) -> str:
+        """Return passed, failed or undecided."""
+        return self.verdict.outcome
+
+    @property
+    def score(self) -> float:
+        """Return the score, 0 to 100."""
+        return self.verdict.score
+
+
+class Unreadable(ValueError):
+    """A folder holds no grading."""
+
+
+def undecided(submission: Submission, folder: str, reason: str, seconds: float = 0.0) -> Graded:
+    """Return the Graded of what has no verdict."""
+    return Graded(submission, Verdict(scoring.UNDECIDED, 0.0, [], [reason]), seconds, folder)
+
+
+def folder_of(submission: Submission, output: str) -> str:
+    """Return the folder of the results of a submission."""
+    return os.path.join(output, *filter(None, (submission.student, submission.exercise, submission.attempt)))
+
+
+def save(folder: str, fingerprint: str, seconds: float, repeat: Iterable[str]) -> None:
+    """Write the RECORD of a grading whose other files are there; raise OSError."""
+    content = {'fingerprint': fingerprint, 'seconds': round(seconds, 2), 'repeat': list(repeat), 'at': time.time()}
+    write_whole(os.path.join(folder, RECORD), json.dumps(content, indent=2) + '\n')
+
+
+def forget(folder: str) -> None:
+    """Remove the RECORD of an earlier grading."""
+    with contextlib.suppress(FileNotFoundError):
+        os.remove(os.path.join(folder, RECORD))
+
+
+def load(submission: Submission, folder: str, fingerprint: str = '') -> Graded:
+    """Return the grading that a folder keeps; raise Unreadable where there is none.
+
+    It has to be of ``fingerprint``, if that is given.
+    """
+    try:
+        record, result = _read(os.path.join(folder, RECORD)), _read(os.path.join(folder, RESULT))
+        if fingerprint and record['fingerprint'] != fingerprint:
+            raise Unreadable(f'{folder}: the submission has changed')
+        if result['outcome'] not in (scoring.PASSED, scoring.FAILED, scoring.UNDECIDED):
+            raise ValueError(f'outcome {result["outcome"]!r}')
+        reasons = [Reason(str(entry['check']), float(entry['points']), float(entry['of']), str(entry['asked']),
+                          str(entry['seen'])) for entry in result['reasons']]
+        verdict = Verdict(result['outcome'], float(result['score']), reasons, _texts(result['objections']),
+                          tuple(_texts(result['hints'])))
+        return Graded(submission, verdict, float(record['seconds']), folder, int(result['seed']),
+                      tuple(_texts(record['repeat'])), str(result.get('isolation') or ''), float(record['at']))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise Unreadable(f'{folder} holds no grading: {error}') from None
+
+
+def _read(path: str) -> Any:
+    with open(path, encoding='utf-8') as file:
+        return json.load(file)
+
+
+def _texts(value: object) -> List[str]:
+    if not isinstance(value, list):
+        raise ValueError(f'{value!r} is no list')
+    return [str(entry) for entry in value]
+
+
+def version() -> str:
+    """Return a number of the grader: another one judges anew."""
+    return _digest(path for folder in SOURCES for path in sorted(folder.rglob('*.py')))
+
+
+def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]:
+    """Return {name below its folder: path} of what belongs to a submission, which is all that it may need.
+
+    ``programs`` of all submissions of the class: others are left out, unless this program names them. The folder: see
+    root_of().
+    """
+    root = root_of(submission)
+    try:
+        text = Path(submission.program).read_bytes()
+    except OSError:
+        text = b''
+    files = {}
+    for parent, folders, names in os.walk(root):
+        folders[:] = sorted(name for name in folders if not name.startswith(('.', '__pycache__')))
+        if not submission.packages:
+            del folders[:]  # the others' folders are not this student's
+        for name in sorted(names):
+            path = os.path.join(parent, name)
+            own = path == submission.program or path not in programs or os.fsencode(
+                os.path.splitext(name)[0]) in text
+            if own and os.path.isfile(path):
+                files[os.path.relpath(path, root)] = path
+    return files
+
+
+def root_of(submission: Submission) -> str:
+    """Return the folder that belongs to a student, or the class's where the programs lie in it side by side."""
+    return submission.packages or submission.folder
+
+
+def fingerprint_of(submission: Submission, files: Mapping[str, str], exercise: str, *others: object) -> str:
+    """Return what changes when a grading may come out differently.
+
+    ``files``: see files_of(); ``exercise``: the path of its file; ``others``: what else counts, such as version().
+    """
+    command = [part.replace(root_of(submission) + os.sep, '') for part in submission.command]
+    parts = repr([command, submission.trouble, bool(submission.packages), list(files), others])
+    return hashlib.sha256((_digest([exercise, *files.values()]) + parts).encode()).hexdigest()
+
+
+def _digest(paths: Iterable[object]) -> str:
+    digest = hashlib.sha256()
+    for path in paths:
+        with contextlib.suppress(OSError), open(str(path), 'rb') as file:
+            digest.update(hashlib.file_digest(file, 'sha256').digest() if hasattr(hashlib, 'file_digest')
+                          else hashlib.sha256(file.read()).digest())
+        digest.update(b'|')
+    return digest.hexdigest()

@@ -1,0 +1,186 @@
+"""./run grade --all FOLDER --dask SCHEDULER: hands gradings to a Dask cluster, whose workers may be other machines.
+
+A submission travels with its exercise; ./run grade EXERCISE grades it there, isolated as on that machine, and its files
+come back. Dask gives the gradings of a worker that is lost to another one. Whoever reaches a scheduler without TLS can
+run programs on its workers, so that such a one is only used on this machine. Without ROS.
+"""
+import argparse
+import contextlib
+import importlib
+import ipaddress
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from typing import Any, Callable, Mapping, NamedTuple, Sequence, Tuple
+from urllib.parse import urlsplit
+
+import psutil
+
+from course_grader.classes import class_grader, graded
+from course_grader.classes.class_grader import Answer, Work
+from course_grader.classes.graded import Graded
+from course_grader.formats import exit_codes
+from course_grader.supervision.supervisor import EXTRA, RESULTS
+from process_support import processes
+
+GRADER = [sys.executable, '-c', 'import sys; from course_grader.cli import main; sys.exit(main())']
+LARGEST = 50_000_000  # [bytes] of a submission
+PATIENCE = 15.0  # [s] in which a scheduler should answer
+SLACK = 60.0  # [s] of wall time beyond that of the grader, which ends a grading by itself
+LONGEST = 500  # characters of what a grader that failed has said
+FOLDER = '{folder}/'  # stands for the folder of the submission in a command that travels
+
+
+class RemoteError(Exception):
+    """The cluster cannot be used; the text says why and what to do."""
+
+
+class Parcel(NamedTuple):
+    """A submission that travels: {name: (mode, content)} of its files, its command, the exercise and its text.
+
+    ``inside``: the folder in which the command was typed, below that of the student; ``packages``: whether packages
+    are sought there; ``limit`` [s] of wall time; ``version`` of the grader that packed it.
+    """
+
+    student: str
+    files: Mapping[str, Tuple[int, bytes]]
+    command: Tuple[str, ...]
+    inside: str
+    packages: bool
+    exercise: str
+    exercise_text: bytes
+    seed: int
+    limit: float
+    version: str
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this module."""
+    parser.add_argument('--dask', metavar='SCHEDULER', type=_address, help='grade on the workers of a Dask cluster: '
+                        'tcp://127.0.0.1:8786 on this machine, else tls://HOST:8786 with --dask-key; see '
+                        'docs/grading.md')
+    parser.add_argument('--dask-key', metavar='FILE', help='key and certificate of the cluster, in one PEM file')
+
+
+def _address(text: str) -> str:
+    parts = urlsplit(text)
+    try:
+        complete = parts.scheme in ('tcp', 'tls') and parts.hostname and parts.port
+    except ValueError:
+        complete = None
+    if not complete:
+        raise argparse.ArgumentTypeError(f'{text!r} is no address of a scheduler; write tcp://127.0.0.1:8786 or '
+                                         'tls://HOST:8786')
+    if parts.scheme == 'tcp' and not _is_here(str(parts.hostname)):
+        raise argparse.ArgumentTypeError(f'{text} is another machine, and whoever reaches a scheduler without TLS can '
+                                         f'run programs there: write tls://{parts.netloc}, and add --dask-key FILE')
+    return text
+
+
+def _is_here(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == 'localhost'
+
+
+def grade(options: argparse.Namespace, works: Sequence[Work], done: Callable[[Graded], None]) -> None:
+    """Grade all on the cluster of the options; ``done(graded)`` is told of each one. Raise RemoteError."""
+    try:
+        distributed = importlib.import_module('distributed')
+    except ImportError:
+        raise RemoteError('--dask needs the Python package distributed; ./run grade installs it') from None
+    with _client(distributed, options) as client:
+        if not client.scheduler_info().get('workers'):
+            raise RemoteError(f'{options.dask} has no workers; start one or more in ./run shell: '
+                              f'dask worker --nthreads 1 {options.dask}')
+        class_grader.grade(works, client.get_executor(pure=False), grade_parcel, done, pack=pack)
+
+
+def _client(distributed: Any, options: argparse.Namespace) -> Any:
+    security = None
+    if urlsplit(options.dask).scheme == 'tls':
+        if not options.dask_key:
+            raise RemoteError(f'{options.dask} needs --dask-key FILE, the key with which the scheduler was started')
+        if not os.path.isfile(options.dask_key):
+            raise RemoteError(f'--dask-key: there is no file {options.dask_key}')
+        security = distributed.Security(tls_ca_file=options.dask_key, tls_client_cert=options.dask_key,
+                                        tls_client_key=options.dask_key, require_encryption=True)
+    try:
+        return distributed.Client(options.dask, security=security, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise RemoteError(f'{options.dask} does not answer as a scheduler: {error}') from None
+
+
+def pack(work: Work) -> Parcel:
+    """Return what travels of a submission; raise OSError or ValueError."""
+    submission, root = work.submission, graded.root_of(work.submission) + os.sep
+    size = sum(os.path.getsize(path) for path in work.files.values())
+    if size > LARGEST:
+        raise ValueError(f'the submission has {size / 1e6:.0f} MB, more than the {LARGEST / 1e6:.0f} MB that travel to '
+                         'another machine; grade it without --dask')
+    files = {}
+    for name, path in work.files.items():
+        with open(path, 'rb') as file:
+            files[name] = os.fstat(file.fileno()).st_mode & 0o777, file.read()
+    with open(work.path, 'rb') as file:
+        text = file.read()
+    return Parcel(submission.student, files, tuple(part.replace(root, FOLDER) for part in submission.command),
+                  os.path.relpath(submission.folder, root), bool(submission.packages), work.exercise.name, text,
+                  work.seed, work.exercise.time + EXTRA if work.limit is None else work.limit, graded.version())
+
+
+def grade_parcel(parcel: Parcel) -> Answer:
+    """Grade a submission on this machine, in a folder that is removed; return its files. Raise RuntimeError."""
+    here = platform.node()
+    if parcel.version != graded.version():
+        raise RuntimeError(f'{here} has another version of the grader; update it, and start its workers again')
+    start = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix='turtle_robotont_grading_') as folder:
+        own = _below(folder, os.path.join('submission', parcel.student))
+        for name, (mode, content) in parcel.files.items():
+            path = _below(own, name)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with open(path, 'wb') as file:
+                file.write(content)
+            os.chmod(path, mode)
+        exercise = _below(folder, f'{parcel.exercise}.yaml')
+        with open(exercise, 'wb') as file:
+            file.write(parcel.exercise_text)
+        output = os.path.join(folder, 'results')
+        packages = ['--packages', own] if parcel.packages else []
+        _run([*GRADER, exercise, '--seed', str(parcel.seed), '--output', output, *packages, '--',
+              *(part.replace(FOLDER, own + os.sep) for part in parcel.command)], os.path.join(own, parcel.inside),
+             parcel.limit)
+        files = {}
+        for name in RESULTS:
+            with contextlib.suppress(FileNotFoundError), open(os.path.join(output, name), 'rb') as file:
+                files[name] = file.read()
+    return Answer(time.monotonic() - start, files)
+
+
+def _below(folder: str, name: str) -> str:
+    """Return the path of a name below a folder; raise RuntimeError if it leads elsewhere."""
+    path = os.path.normpath(os.path.join(folder, name))
+    if not path.startswith(folder + os.sep):
+        raise RuntimeError(f'{name!r} leads out of the submission')
+    return path
+
+
+def _run(command: Sequence[str], folder: str, limit: float) -> None:
+    """Run the grader, which ends with this process; raise RuntimeError unless it has graded."""
+    graders = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                               stderr=subprocess.PIPE, start_new_session=True, preexec_fn=processes.end_with_parent)
+    try:
+        said = graders.communicate(timeout=limit + SLACK)[1]
+    except subprocess.TimeoutExpired:
+        raise RuntimeError(f'the grading took more than {limit + SLACK:.0f} s on {platform.node()}') from None
+    finally:
+        if graders.poll() is None:
+            processes.end(lambda: set(processes.tree(psutil.Process(graders.pid))))
+    if graders.returncode not in exit_codes.OF_OUTCOME.values():
+        raise RuntimeError(f'the grader ended with exit code {graders.returncode} on {platform.node()}: '
+                           f'{said.decode(errors="replace")[-LONGEST:].strip()}')

@@ -1,0 +1,102 @@
+"""Prints texts and tables for people, wherever they go. Without ROS."""
+import contextlib
+import os
+import sys
+import textwrap
+import unicodedata
+from typing import List, Optional, Sequence, TextIO
+
+from course_grader.formats import harmless
+from course_grader.rules import scoring
+
+GAP = '  '  # between two columns
+SHORT = {scoring.UNDECIDED: '?'}
+SHORTEST_NAME = 8  # characters that are left of a student's name
+
+
+def say(text: str, stream: Optional[TextIO] = None) -> None:
+    """Print a text, by default to standard output; what the terminal cannot show becomes a question mark."""
+    stream = sys.stdout if stream is None else stream
+    encoding = stream.encoding or 'utf-8'
+    with contextlib.suppress(BrokenPipeError):  # flush() meets it, too
+        stream.write(text.encode(encoding, 'replace').decode(encoding) + '\n')
+    flush(stream)
+
+
+def flush(stream: Optional[TextIO] = None) -> None:
+    """Send on what was printed.
+
+    When nobody reads it any more (./run grade ... | head), this and all that follows are lost, but nothing fails.
+    """
+    stream = sys.stdout if stream is None else stream
+    try:
+        stream.flush()
+    except BrokenPipeError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+def columns() -> Optional[int]:
+    """Return the width [characters] of the terminal that standard output is; None: it is none, so lines may be long."""
+    try:
+        return os.get_terminal_size(sys.stdout.fileno()).columns or None
+    except (OSError, ValueError):
+        return None
+
+
+def table(rows: Sequence[Sequence[str]], width: Optional[int] = None) -> List[str]:
+    """Return the lines of a table with headings; the first column is the names.
+
+    Where that is wider than ``width``, numbers stand for the headings, and lines below say what they mean. Where even
+    that is too wide, names are cut, and the columns come in several tables.
+    """
+    rows = [[harmless.printed(cell) for cell in row] for row in rows]
+    if width is None or _width(rows) <= width:
+        return _lines(rows)
+    name, *headings, last = rows[0]
+    legend = ', '.join(f'{number} {heading}' for number, heading in enumerate(headings, 1))
+    rows = [[name, *map(str, range(1, len(headings) + 1)), last],
+            *([row[0], *(SHORT.get(cell, cell) for cell in row[1:])] for row in rows[1:])]
+    room = max(SHORTEST_NAME, width - _width([row[1:] for row in rows]) - len(GAP))
+    rows = [[_cut(row[0], room), *row[1:]] for row in rows]
+    lines: List[str] = []
+    for block in _blocks(rows, width):
+        lines += [*([''] if lines else []), *_lines(block)]
+    return [*lines, *textwrap.wrap(legend, width, break_on_hyphens=False)]
+
+
+def _blocks(rows: Sequence[Sequence[str]], width: int) -> List[List[List[str]]]:
+    """Return tables that are narrow enough: each has the names and some of the columns, at least one."""
+    blocks, first = [], 1
+    while first < len(rows[0]):
+        end = first + 1
+        while end < len(rows[0]) and _width([[row[0], *row[first:end + 1]] for row in rows]) <= width:
+            end += 1
+        blocks.append([[row[0], *row[first:end]] for row in rows])
+        first = end
+    return blocks
+
+
+def _lines(rows: Sequence[Sequence[str]]) -> List[str]:
+    widths = [max(map(cells, column)) for column in zip(*rows)]
+    return [GAP.join(' ' * (width - cells(cell)) * (place > 0) + cell + ' ' * (width - cells(cell)) * (place == 0)
+                     for place, (cell, width) in enumerate(zip(row, widths))).rstrip() for row in rows]
+
+
+def _width(rows: Sequence[Sequence[str]]) -> int:
+    return sum(max(map(cells, column)) + len(GAP) for column in zip(*rows)) - len(GAP)
+
+
+def cells(text: str) -> int:
+    """Return how many cells of a terminal a text takes: an emoji takes two, an accent of its own none."""
+    return sum(0 if unicodedata.combining(sign) or unicodedata.category(sign) in ('Mn', 'Cf') else
+               2 if unicodedata.east_asian_width(sign) in 'WF' else 1 for sign in text)
+
+
+def _cut(text: str, width: int) -> str:
+    if cells(text) <= width:
+        return text
+    while cells(text) > width - 1:
+        text = text[:-1]
+    return text + '\u2026'

@@ -1,0 +1,63 @@
+"""course_grader.formats: the tables of a class, in files and in a terminal."""
+import csv
+import io
+
+import pytest
+
+from course_grader.classes import grade_all
+from course_grader.classes.graded import Graded
+from course_grader.classes.submissions import Submission
+from course_grader.formats import class_report, terminal
+from course_grader.formats.class_report import Class
+from course_grader.rules import scoring
+
+
+def graded(student, exercise, score, outcome='passed', attempt='', reasons=()):
+    return Graded(Submission(student, exercise, ('a.py',), '/', attempt=attempt),
+                  scoring.Verdict(outcome, score, list(reasons), []), 1.5, '/nowhere')
+
+
+def test_weights_count_in_the_mean_and_missing_submissions_as_zero():
+    results = [graded('anna', 'x', 90.0), graded('anna', 'y', 60.0), graded('ben', 'x', 50.0, 'failed'),
+               graded('carl', 'y', 0.0, 'undecided')]
+    table = class_report.cells(Class('', ['anna', 'ben', 'carl'], ['x', 'y'], results, {'x': 2.0}))
+    assert table == [['student', 'x', 'y', 'mean'], ['anna', '90', '60', '80.0'],  # (2 * 90 + 60) / 3
+                     ['ben', '50', '', '33.3'], ['carl', '', 'undecided', '']]
+
+
+@pytest.mark.parametrize('attempts, score', [
+    ([('failed', 70.0), ('passed', 80.0), ('undecided', 0.0)], '80'),
+    ([('failed', 90.0), ('passed', 80.0)], '80'),  # 90 points, but a required check failed
+    ([('undecided', 0.0), ('failed', 0.0)], '0'),
+    ([('undecided', 0.0)], 'undecided')])
+def test_the_best_attempt_is_in_the_table(attempts, score):
+    results = [graded('anna', 'x', points, outcome, str(number))
+               for number, (outcome, points) in enumerate(attempts)]
+    assert class_report.cells(Class('', ['anna'], ['x'], results))[1][1] == score
+    assert len(list(csv.reader(io.StringIO(class_report.as_rows(results))))) == len(attempts) + 1
+
+
+WIDE = [['student', *(f'exercise_{letter}' for letter in 'abcdefghijkl'), 'mean'],
+        ['Annabel Long-Name', *['12.5'] * 11, 'undecided', ''], ['\u7532\u4e59', *['100'] * 12, '100.0']]
+
+
+@pytest.mark.parametrize('width', [30, 60, 80, 120, 200])
+def test_a_table_fits_the_terminal(width):
+    lines = terminal.table(WIDE, width)
+    assert max(map(terminal.cells, lines)) <= width
+    text = ' '.join(' '.join(lines).split())
+    assert all(f'exercise_{letter}' in text for letter in 'abcdefghijkl')
+    assert text.count('12.5') == 11 and '100.0' in text
+
+
+def test_a_table_in_a_log_is_complete():
+    lines = terminal.table(WIDE)
+    assert lines[1].startswith('Annabel Long-Name  ') and 'undecided' in lines[1] and len(lines) == 3
+    assert len({terminal.cells(line) for line in lines[::2]}) == 1
+
+
+def test_the_line_of_a_grading_has_the_reason_that_cost_most():
+    reasons = [scoring.Reason('moves', 20.0, 20.0, 'a path', '9 m'), scoring.Reason('stops', 8.0, 80.0, 'a stop', '11')]
+    one = graded('anna', 'x', 28.0, 'failed', reasons=reasons)
+    assert grade_all.progress(one, 2, 9) == ('[2/9] anna x: failed, 28 of 100, 1.5 s: '
+                                             '8 of 80: asked: a stop; seen: 11')
