@@ -42,6 +42,12 @@ def expectation(path):
     return found.group(1).partition(':')[0], found.group(2) or ''
 
 
+def isolation(path):
+    """Return the options for a sample whose second line says ``isolation: LEVEL``: else, the strongest level."""
+    found = re.search(r'isolation: (\w+)', '\n'.join(path.read_text(encoding='utf-8').split('\n')[:3]))
+    return ['--isolation', found.group(1)] if found else []
+
+
 def run(arguments, folder):
     """Run the grader with places of its own; return (exit code, output, what it has left behind as texts)."""
     shutil.rmtree(folder, ignore_errors=True)
@@ -68,8 +74,8 @@ def check_submission(path, folder):
     outcome, text = expectation(path)
     _, found, _ = submissions.find_flat(str(path.parent), path.parent.name)
     command = next(submission.command for submission in found if submission.student == path.stem)
-    code, said, left = run([path.parent.name, '--seed', str(SEED), '--output', str(folder / 'out'), '--', *command],
-                           folder)
+    code, said, left = run([path.parent.name, '--seed', str(SEED), '--output', str(folder / 'out'),
+                            *isolation(path), '--', *command], folder)
     print(said)
     if not (folder / 'out' / 'result.json').is_file():
         return [f'there is no result.json; exit code {code}']

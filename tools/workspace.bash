@@ -3,7 +3,7 @@
 # shellcheck shell=bash
 : "${repo:?}"
 
-debian_packages=(bash-completion g++ make cmake python3-cairo python3-cbor2 python3-psutil python3-tk python3-tornado python3-venv)
+debian_packages=(bash-completion bubblewrap g++ make cmake python3-cairo python3-cbor2 python3-psutil python3-tk python3-tornado python3-venv)
 debian_ros_packages=(
   catkin ros-environment rosbash python3-rospy python3-roslaunch python3-rostest librostest-dev
   python3-rosservice python3-rostopic python3-rosmsg python3-rosnode python3-rosparam python3-roswtf

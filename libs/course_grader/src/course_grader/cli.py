@@ -18,9 +18,10 @@ from course_grader import usage
 from course_grader.classes import grade_all, grade_merge
 from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
+from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, new_exercise, reference
 from course_grader.supervision.job import Job
-from course_grader.supervision.supervisor import RESULTS, Supervisor
+from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor
 from kinematic_core.files import create_whole, write_whole
 from process_support import processes
 
@@ -59,18 +60,26 @@ def _main(arguments):
     job = Job(chosen, tuple(options.command), os.getcwd(), folder, seed, options.packages, options.real_time)
     try:
         with Supervisor() as supervisor:
-            got = supervisor.grade(job, say=lambda text: say(harmless.printed(text), sys.stderr))
+            isolation, warning = isolate.choose(options)
+            if warning:
+                say(f'./run grade: {warning}', sys.stderr)
+            got = supervisor.grade(job._replace(isolation=isolation), options.limit,
+                                   lambda text: say(harmless.printed(text), sys.stderr))
         if junit or options.junit:
             with open(os.path.join(folder, 'junit.xml'), 'rb') as file:
                 write_whole(junit or options.junit, file.read())
         files = ', '.join(name for name in RESULTS if os.path.exists(os.path.join(folder, name)))
-        notes = [*(f'  note: {remark}' for remark in got.remarks), f'  seed {seed}; {files} are in {folder}']
+        notes = [*(f'  note: {remark}' for remark in (*got.remarks, *filter(None, [warning]))),
+                 f'  seed {seed}; {files} are in {folder}']
         written = systems.rendered(form, systems.Grading(chosen, job.command, got.verdict, got.observed.seconds, folder,
                                                          notes), place)
         systems.write(written)
     except KeyboardInterrupt:
         say('./run grade: interrupted; all its processes have ended', sys.stderr)
         return exit_codes.INTERRUPTED
+    except levels.TooWeak as error:
+        say(f'./run grade: {error}', sys.stderr)
+        return exit_codes.UNDECIDED
     except OSError as error:
         say(f'./run grade: {error.filename or folder} cannot be written: {error.strerror}. Choose another folder '
             'with --output', sys.stderr)
@@ -132,6 +141,9 @@ def _parse(arguments):
                         'or that of Classroom 50, Gradescope or VPL where one of them runs the grader')
     parser.add_argument('--junit', metavar='FILE', help='write junit.xml also to this file')
     parser.add_argument('--output', metavar='FOLDER', help='default: output/grades/EXERCISE')
+    parser.add_argument('--limit', type=usage.seconds, metavar='SECONDS', help='longest wall-clock time of the grading '
+                        f'(default: the time of the exercise + {EXTRA:g} s)')
+    isolate.add_options(parser)
     cut = _cut(arguments)
     options, unknown = parser.parse_known_args(arguments[:cut])
     options.command = arguments[cut + 1:] if cut < len(arguments) else None

@@ -1,5 +1,7 @@
 """Finds wrong usage of ./run grade before anything starts, and gives the line to type."""
+import argparse
 import difflib
+import math
 import os
 import shlex
 
@@ -8,6 +10,17 @@ from course_grader.isolation import sandbox
 
 class UsageError(ValueError):
     """The command line is wrong; the text says what to type."""
+
+
+def seconds(text):
+    """Return a time [s] above 0 that was typed."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f'it is {text}; it must be a number above 0')
+    return value
 
 
 def check(arguments, unknown, command, exercise):

@@ -15,6 +15,7 @@ import rospy
 
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
+from process_support import sockets
 from rospy_support import rospy_internals
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks; it doubles up to LONGEST_PAUSE
@@ -190,7 +191,8 @@ def _watch(connection):
         here, there = connection.socket.getsockname()[0], connection.socket.getpeername()[0]
         if here != there and not there.startswith('127.'):
             raise OSError(f'it runs on another machine ({there})')
-        threads = ProcessThreads(_pid(rosgraph.Master(rospy.get_name()).lookupNode(name)))
+        threads = ProcessThreads(sockets.peer_process(connection.socket)
+                                 or _pid(rosgraph.Master(rospy.get_name()).lookupNode(name)))
         threads.runs()
         return threads
     except (OSError, AttributeError, xmlrpc.client.Error, rosgraph.MasterException, Gone) as error:

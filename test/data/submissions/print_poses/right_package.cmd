@@ -1,2 +1,3 @@
 # expected: passed
+# isolation: none, for the nodes of the course
 rosrun turtle_robotont pose_subscriber.py

@@ -1,2 +1,3 @@
 # expected: passed
+# isolation: none, for the nodes of the course
 rosrun turtle_robotont drive_shape.py _robot:=true _size:=0.8

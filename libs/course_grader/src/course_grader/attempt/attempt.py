@@ -29,7 +29,8 @@ from course_grader.attempt import forked, static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
-from course_grader.isolation import sandbox
+from course_grader.isolation import levels, network, sandbox, view
+from course_grader.isolation.limits import CPU_ALLOWANCE
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
@@ -42,6 +43,7 @@ from process_support import processes
 from rospy_support import servers
 
 NODE = '/grader'
+REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('libs', 'course_grader'))[0]
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
 OF_EVERY_NODE = '/clock', '/rosout'  # topics
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
@@ -74,7 +76,9 @@ def run(job):
     os.chdir(job.folder)
     try:
         command, remarks = sandbox.runnable(job.command)
-        _set_environment(policy.environment(os.environ, job.packages or sandbox.package_of(command)))
+        packages = job.packages or _package(command)
+        job = job._replace(isolation=_isolation(job, command, packages))
+        _set_environment(policy.environment(os.environ, packages))
         chosen = policy_of(command, job.real_time)
         command = static_analysis.resolved(command)
     except sandbox.CommandError as error:
@@ -92,6 +96,24 @@ def run(job):
         said = f'the grader itself failed: {type(error).__name__}: {error}'
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [said])
     return attempt.attempted(verdict)
+
+
+def _package(command):
+    """Return the package that the file of a command lies in, or None; this course's own is nobody's."""
+    package = sandbox.package_of(command)
+    return None if package and view.below(REPOSITORY, [os.path.realpath(package)]) else package
+
+
+def _isolation(job, command, packages):
+    """Return the Isolation of a Job with the program's own files; raise CommandError when it names another's."""
+    limits = job.isolation.limits
+    if not limits.cpu:
+        limits = limits._replace(cpu=math.ceil(job.exercise.time + CPU_ALLOWANCE))
+    own = job.isolation.own or view.own_files(command, packages, view.never_shown(REPOSITORY))
+    escaped = view.escaping(command, own)
+    if escaped:
+        raise sandbox.CommandError(f'{escaped} is a link to a file of somebody else: hand in the file itself')
+    return job.isolation._replace(limits=limits, own=tuple(own))
 
 
 def policy_of(command, real_time):
@@ -132,7 +154,10 @@ class Attempt:
 
     def run(self):
         """Observe; return the Verdict. Raise AttemptError."""
-        with sandbox.Sandbox(self._job.output, os.environ, self._job.mark) as box:
+        if self._job.isolation.level == levels.NAMESPACE:
+            network.enter_own()
+        with sandbox.Sandbox(self._job.output, os.environ, self._job.mark, self._job.isolation,
+                             [self._job.output]) as box:
             _set_environment(box.environment)
             self._start_master(box)
             simulator = self._start_simulator(box)
@@ -242,7 +267,7 @@ class Attempt:
             reader.read()
             time.sleep(POLL)
         waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
-        while (self._policy.lockstep and processes.descendant_ids(student.process.pid) and student.exit_code() is None
+        while (self._policy.lockstep and student.several() and student.exit_code() is None
                and rest.look() < COMPLETE and waiting.look() < LONGEST_COMPLETION):
             time.sleep(POLL)
 

@@ -15,6 +15,7 @@ from course_grader.classes import graded
 from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
 from course_grader.formats import report
+from course_grader.isolation.confinement import NO_ISOLATION, Isolation
 from course_grader.rules import scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
@@ -28,7 +29,8 @@ class Work(NamedTuple):
     """A submission to grade: its exercise, the folder for the results, the seed, and what graded.save() keeps.
 
     ``limit`` [s]: longest wall time, by default the Supervisor's; ``path`` of the exercise file, and {name: path} of
-    the files that belong to the submission, for another machine.
+    the files that belong to the submission, for another machine; ``isolation`` on this machine, and the options that
+    ask for it on another one.
     """
 
     submission: Submission
@@ -40,6 +42,8 @@ class Work(NamedTuple):
     limit: Optional[float] = None
     path: str = ''
     files: Mapping[str, str] = {}
+    isolation: Isolation = NO_ISOLATION
+    isolated_by: Tuple[str, ...] = ()
 
 
 class Answer(NamedTuple):
@@ -57,9 +61,11 @@ def by(supervisor: Supervisor) -> Callable[[Work], Answer]:
         if supervisor.stopped():
             raise InterruptedError(INTERRUPTED)
         submission = work.submission
+        own = [submission.packages] if submission.packages else filter(os.path.isfile, submission.command)
         supervisor.grade(
             Job(work.exercise, tuple(submission.command), os.path.abspath(submission.folder),
-                os.path.abspath(work.folder), work.seed, submission.packages), work.limit)
+                os.path.abspath(work.folder), work.seed, submission.packages,
+                isolation=work.isolation._replace(own=tuple(own))), work.limit)
         return Answer(time.monotonic() - start)
     return grade
 

@@ -22,6 +22,7 @@ from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
 from course_grader.classes.submissions import Submission
 from course_grader.formats import class_report, exit_codes, harmless, systems
 from course_grader.formats.terminal import say
+from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.supervision.supervisor import EXTRA, INTERRUPTED, Supervisor
@@ -56,6 +57,7 @@ def parser() -> argparse.ArgumentParser:
                       "STUDENT or STUDENT/EXERCISE, such as 'anna' or '*/stop_at_x'; may be given several times")
     made.add_argument('--shard', metavar='I/N', type=_shard, help='grade only each N-th submission, from the I-th on; '
                       './run grade --merge makes one result of all N')
+    isolate.add_options(made)
     remote.add_options(made)
     class_results.add_options(made)
     return made
@@ -80,6 +82,9 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
         return _run(options, exercises, load)
     except (ClassError, remote.RemoteError, submissions.SubmissionsError, exercise.ExerciseError, OSError) as error:
         return class_results.fail(error)
+    except levels.TooWeak as error:
+        say(f'./run grade: {error}', sys.stderr)
+        return exit_codes.UNDECIDED
 
 
 def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> int:
@@ -90,7 +95,7 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
     loaded = {name: load(found.exercises[name]) for name in names}
     chosen = _chosen(options, found.submissions)
     programs = {submission.program for submission in found.submissions}
-    version = graded.version()
+    version = ' '.join([graded.version(), *isolate.line(options)])
     works = [_work(options, found, loaded, submission, programs, version) for submission in found.submissions]
     results = {} if options.again else _unchanged(works)
     if options.again:
@@ -161,7 +166,8 @@ def _work(options: argparse.Namespace, found: Found, loaded: Dict[str, Exercise]
     files = graded.files_of(submission, programs)
     return Work(submission, loaded[submission.exercise], graded.folder_of(submission, options.output), seed,
                 graded.fingerprint_of(submission, files, path, version, options.seed),
-                _repeat(options, path, submission, seed), options.limit, os.path.abspath(path), files)
+                _repeat(options, path, submission, seed), options.limit, os.path.abspath(path), files,
+                isolated_by=isolate.line(options))
 
 
 def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed: int) -> Tuple[str, ...]:
@@ -208,6 +214,10 @@ def _grade(options: argparse.Namespace, works: Sequence[Work]) -> Tuple[List[Gra
                 remote.grade(options, works, done)
             elif works:
                 with Supervisor() as supervisor:
+                    isolation, warning = isolate.choose(options)
+                    if warning:
+                        say(f'./run grade: {warning}', sys.stderr)
+                    works = [work._replace(isolation=isolation) for work in works]
                     class_grader.grade(works, concurrent.futures.ThreadPoolExecutor(options.jobs),
                                        class_grader.by(supervisor), done, supervisor.stop)
         except KeyboardInterrupt:

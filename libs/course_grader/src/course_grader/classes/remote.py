@@ -42,7 +42,7 @@ class Parcel(NamedTuple):
     """A submission that travels: {name: (mode, content)} of its files, its command, the exercise and its text.
 
     ``inside``: the folder in which the command was typed, below that of the student; ``packages``: whether packages
-    are sought there; ``limit`` [s] of wall time; ``version`` of the grader that packed it.
+    are sought there; ``limit`` [s] of wall time; ``version`` of the grader that packed it; ``isolated_by``: options.
     """
 
     student: str
@@ -55,6 +55,7 @@ class Parcel(NamedTuple):
     seed: int
     limit: float
     version: str
+    isolated_by: Tuple[str, ...] = ()
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -130,7 +131,8 @@ def pack(work: Work) -> Parcel:
         text = file.read()
     return Parcel(submission.student, files, tuple(part.replace(root, FOLDER) for part in submission.command),
                   os.path.relpath(submission.folder, root), bool(submission.packages), work.exercise.name, text,
-                  work.seed, work.exercise.time + EXTRA if work.limit is None else work.limit, graded.version())
+                  work.seed, work.exercise.time + EXTRA if work.limit is None else work.limit, graded.version(),
+                  work.isolated_by)
 
 
 def grade_parcel(parcel: Parcel) -> Answer:
@@ -152,7 +154,8 @@ def grade_parcel(parcel: Parcel) -> Answer:
             file.write(parcel.exercise_text)
         output = os.path.join(folder, 'results')
         packages = ['--packages', own] if parcel.packages else []
-        _run([*GRADER, exercise, '--seed', str(parcel.seed), '--output', output, *packages, '--',
+        _run([*GRADER, exercise, '--seed', str(parcel.seed), '--output', output, *packages,
+              *parcel.isolated_by, '--',
               *(part.replace(FOLDER, own + os.sep) for part in parcel.command)], os.path.join(own, parcel.inside),
              parcel.limit)
         files = {}

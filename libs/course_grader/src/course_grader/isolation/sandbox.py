@@ -1,33 +1,39 @@
-"""Runs a student's program in its own folders, with limited output, and ends everything that it started.
+"""Runs a student's program in its own folders, isolated and limited, and ends everything that it started.
 
-A program may start others, detach them, ignore signals and print forever: ``close`` ends all that have the environment
-variable MARK or descends from here, until there is none left (see process_support). Should the grader itself be killed,
-its guardian ends what has MARK.
+A program may start others, detach them, ignore signals and print forever: ``close`` ends all that are in its namespace
+or belong to its user, and all that have the environment variable MARK or descend from here, until there is none left
+(see process_support). Should the grader itself be killed, its guardian does the same.
 
 Threading contract: a thread reads the output; ``lines`` only grows; copy it before iterating over it.
 """
+import contextlib
 import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
 import threading
+import time
 import uuid
 from typing import Any, Callable, Dict, List, Mapping, Optional, Protocol, Sequence, Set, Tuple
 
 import psutil
 
+from course_grader.isolation import confinement, levels, limits, view
+from course_grader.isolation.confinement import NO_ISOLATION, Isolation
 from course_grader.rules.observation import OutputLine
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from process_support import processes
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
-FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
 SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown
 POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
-FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp', 'PWD': 'work'}  # variable: folder
+FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp'}  # of the grader itself: variable: folder
+PROGRAM = 'program'  # folder of the program, where it has no file system of its own
 CHUNK = 65536  # [bytes] read at once
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
 END_STAGES = processes.KILL  # what a program says or does when it is asked to end does not count
@@ -52,43 +58,66 @@ class MissingProgram(CommandError):
     """There is no such program."""
 
 
+class IsolationError(RuntimeError):
+    """The program could not be isolated, and was not started."""
+
+
 class Sandbox:
     """Folders, environment and processes of one grading; use it in a with statement."""
 
-    def __init__(self, folder: str, environment: Mapping[str, str], mark: str = '') -> None:
-        """``folder`` becomes home of everything that is written.
+    def __init__(self, folder: str, environment: Mapping[str, str], mark: str = '',
+                 isolation: Isolation = NO_ISOLATION, hidden: Sequence[str] = ()) -> None:
+        """``folder`` becomes home of everything that the grader writes.
 
-        ``environment``: of all that is started; ``mark``: the value of MARK in it, by default a new one.
+        ``environment``: of all that is started; ``mark``: the value of MARK in it, by default a new one; ``hidden``:
+        folders that the program does not see, even below its own. Raise OSError.
         """
         self.folder = str(folder)
+        self._isolation, self._hidden = isolation, hidden
         self._mark = mark or uuid.uuid4().hex
         folders = {name: os.path.join(self.folder, subfolder) for name, subfolder in FOLDERS.items()}
         for path in folders.values():
             os.makedirs(path, exist_ok=True)
         self.environment = {**environment, **folders, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
                             'PYTHONDONTWRITEBYTECODE': '1'}
+        self._user = confinement.User() if os.geteuid() == 0 and isolation.level != levels.NONE else None
+        self._program = os.path.join(self.folder, PROGRAM)
+        if isolation.level == levels.UID:  # where its user can go
+            self._program = tempfile.mkdtemp(prefix='turtle_robotont_')
+            os.chmod(self._program, 0o711)
         self._started: List[Started] = []
         self._guardian = psutil.Process()  # until there is one
         self._guardian, self._dismiss_guardian = processes.guard(self._end_all)
         processes.adopt_orphans()
 
-    def start(self, command: Sequence[str], log: Optional[str] = None,
-              environment: Optional[Mapping[str, str]] = None) -> 'subprocess.Popen[bytes]':
-        """Start a command in a session of its own; return its Popen. ``log``: a file for its output, else a pipe.
-
-        ``environment``: variables besides the sandbox's own.
-        """
-        output: Any = open(os.path.join(self.folder, log), 'wb') if log else subprocess.PIPE
+    def start(self, command: Sequence[str]) -> 'Program':
+        """Start a command, isolated, in a session of its own. Raise OSError."""
+        isolation, inside = self._isolation, self._isolation.level == levels.NAMESPACE
+        base, temporary = (confinement.HOME, confinement.TEMPORARY) if inside else (
+            self._program, os.path.join(self._program, 'tmp'))
+        surroundings = view.environment(self.environment, base, temporary, inside)
+        shown = view.shown(surroundings, isolation.own)
+        if isolation.level != levels.NONE:
+            _check_own(command, shown)
+        user = self._user.number if self._user else None
+        if not inside:
+            for path in view.folders(surroundings):
+                os.makedirs(path, exist_ok=True)
+            if user is not None:
+                command, surroundings = view.staged(command, surroundings, shown, os.path.join(self._program, 'files'))
+                for path in view.folders(surroundings):
+                    os.chown(path, user, user)
+        receiver, sender = os.pipe()
         try:
-            process = subprocess.Popen(command, cwd=self.environment['PWD'],
-                                       env={**self.environment, **(environment or {})},
-                                       stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                                       start_new_session=True)
-            self._started.append(process)
-            return process
+            line = confinement.confined(isolation, command, surroundings, shown, user, sender, self._hidden)
+            process = subprocess.Popen(line, cwd=os.sep if inside else surroundings['PWD'],
+                                       env={**surroundings, MARK: self._mark}, stdin=subprocess.DEVNULL,
+                                       stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+                                       pass_fds=[sender] if inside else ())
         finally:
-            if log:
-                output.close()
+            os.close(sender)
+        self._started.append(process)
+        return Program(process, receiver, inside, isolation.limits, self._program)
 
     def keep(self, process: Started) -> None:
         """Take in a child that was started elsewhere: its exit code is left to ``poll()``."""
@@ -100,10 +129,13 @@ class Sandbox:
         self._dismiss_guardian()
 
     def _end_all(self) -> None:
+        if self._user and self._isolation.level == levels.UID:
+            confinement.end_user(self._user.number)
         processes.end(self._alive, END_STAGES)
         for process in self._started:
             process.poll()
         remove_folders(self.folder)
+        shutil.rmtree(self._program, ignore_errors=True)
 
     def _alive(self) -> Set[psutil.Process]:
         """Return the processes to end: those with the mark, and all that descend from this one."""
@@ -117,9 +149,78 @@ class Sandbox:
         self.close()
 
 
+def _check_own(command: Sequence[str], shown: Sequence[Tuple[str, str]]) -> None:
+    """Raise CommandError where the file of a command is not among those that a program sees."""
+    seen = [*view.SYSTEM, *(place for _, place in shown)]
+    for part in command[:2]:
+        if os.path.isfile(part) and not view.below(os.path.abspath(part), seen):
+            raise CommandError(f'{part} does not belong to the program: it sees its own files, ROS and the messages of '
+                               'the workspace. Show it a folder with --packages FOLDER, if you trust it')
+
+
+class Program:
+    """An isolated command that was started."""
+
+    def __init__(self, process: 'subprocess.Popen[bytes]', report: int, inside: bool, most: limits.Limits,
+                 folder: str) -> None:
+        """``report``: where bubblewrap says, ``inside`` a namespace, that it has begun; ``folder``: what it writes."""
+        self.process, self._inside, self._folder = process, inside, folder
+        self._report, self._said = report, b''
+        self._meter = limits.Meter(most, self.ids, confinement.disk_used if inside else self._disk_used)
+        self._most, self._met = most, ''
+        threading.Thread(target=self._watch, name='limits', daemon=True).start()
+
+    def ids(self) -> Set[int]:
+        """Return the numbers of its processes that run, without those of bubblewrap."""
+        found = processes.descendant_ids(self.process.pid)
+        return found - self._first() if self._inside else found | {self.process.pid}
+
+    def _first(self) -> Set[int]:
+        """Return the number of the first process inside, which belongs to bubblewrap."""
+        self._read_report()
+        return {int(text) for text in re.findall(rb'"child-pid": (\d+)', self._said)}
+
+    def _read_report(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            os.set_blocking(self._report, False)
+            while True:
+                read = os.read(self._report, CHUNK)
+                if not read:
+                    break
+                self._said += read
+
+    def exit_code(self) -> Optional[int]:
+        """Return its exit code, or None while it runs; raise IsolationError where it was never started."""
+        code = self.process.poll()
+        if code is not None and self._inside and not self._first():
+            raise IsolationError(f'{levels.BUBBLEWRAP} could not isolate the program (exit code {code})')
+        return code
+
+    def met(self) -> str:
+        """Return which limit it has met, or ''; it is then ended."""
+        code = self.process.poll()
+        name = limits.of_signal(code) if code is not None else ''
+        return self._met or (limits.reason(name, self._most._asdict()[name]) if name else '')
+
+    def _watch(self) -> None:
+        while self.process.poll() is None:
+            self._met = self._meter.look()
+            if self._met:
+                self.process.send_signal(signal.SIGKILL)  # with it ends all that is inside
+                return
+            time.sleep(limits.PERIOD)
+
+    def cpu(self) -> float:
+        """Return the processor time [s] that its processes have used."""
+        return self._meter.cpu()
+
+    def _disk_used(self, _numbers: Any) -> float:
+        return limits.folder_size(self._folder)
+
+
 def remove_folders(folder: str) -> None:
     """Remove what a Sandbox has made in its folder."""
-    for name in FOLDERS.values():
+    for name in (*FOLDERS.values(), PROGRAM):
         shutil.rmtree(os.path.join(folder, name), ignore_errors=True)
 
 
@@ -130,11 +231,11 @@ class Student:
         """``now()`` returns the simulated time [s] to book a line with."""
         self.lines: List[OutputLine] = []
         self.dropped, self._now = 0, now
-        path = os.pathsep.join(filter(None, (FIRST_ON_PATH, sandbox.environment.get('PYTHONPATH'))))
         try:
-            self.process = sandbox.start(command, environment={'PYTHONPATH': path})
+            self._program = sandbox.start(command)
         except OSError as error:
             raise CommandError(f'{shlex.join(command)} cannot be started: {error.strerror}') from None
+        self.process = self._program.process
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
 
@@ -162,13 +263,25 @@ class Student:
                 self.lines.append(OutputLine(self._now(), ROSCONSOLE.sub('', text)))
 
     def exit_code(self) -> Optional[int]:
-        """Return its exit code, or None while it runs."""
-        return self.process.poll()
+        """Return its exit code, or None while it runs; raise IsolationError where it was never started."""
+        return self._program.exit_code()
+
+    def met(self) -> str:
+        """Return which limit it has met, or ''; it is then ended."""
+        return self._program.met()
+
+    def cpu(self) -> float:
+        """Return the processor time [s] that its processes have used."""
+        return self._program.cpu()
+
+    def several(self) -> bool:
+        """Return whether it has started other processes."""
+        return len(self._program.ids()) > 1
 
     def runs(self) -> Optional[Dict[Tuple[int, str], int]]:
         """Return {(process, thread): how long it has run [ns]} of it and what it has started; None while one runs."""
         looked: Dict[Tuple[int, str], int] = {}
-        for process in processes.descendant_ids(self.process.pid) | {self.process.pid}:
+        for process in self._program.ids():
             threads = ProcessThreads(process)
             try:
                 runs = threads.runs()
@@ -186,6 +299,8 @@ class Student:
 
         rospy.signal_shutdown in a callback ends a loop in the main thread with an exception, which is not a failure.
         """
+        if self.met():
+            return self.met()
         code = self.exit_code()
         if not code or code == 1 and self.said_last().startswith(SHUT_DOWN):
             return ''

@@ -1,6 +1,7 @@
 """What a grading is given and what it returns: plain data that travels between processes. Without ROS."""
 from typing import NamedTuple, Optional, Tuple
 
+from course_grader.isolation.confinement import Isolation
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
@@ -11,7 +12,8 @@ class Job(NamedTuple):
 
     ``command`` was typed in ``folder``; ``output`` takes all files; ``packages``: folder with the program's packages,
     by default that of the package in which its file lies; ``real_time``: at the speed of the wall clock, whatever the
-    program does; ``mark``: the value by which all processes of the grading are found.
+    program does; ``mark``: the value by which all processes of the grading are found;
+    ``isolation``: what the program may see and use.
     """
 
     exercise: Exercise
@@ -22,6 +24,7 @@ class Job(NamedTuple):
     packages: Optional[str] = None
     real_time: bool = False
     mark: str = ''
+    isolation: Isolation = Isolation()
 
 
 class Attempted(NamedTuple):

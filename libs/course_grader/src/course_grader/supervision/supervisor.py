@@ -116,7 +116,8 @@ class Supervisor:
         os.makedirs(job.output, exist_ok=True)
         remove_results(job.output)
         got = self._grade(job, job.exercise.time + EXTRA if limit is None else limit, say)
-        report.write(job.output, job.exercise, got.observed, got.verdict, job.command, job.seed)
+        report.write(job.output, job.exercise, got.observed, got.verdict, job.command, job.seed,
+                     job.isolation.level)
         return got
 
     def stop(self) -> None:

@@ -1,0 +1,132 @@
+"""The command line that starts a program at a level of isolation, and the user that it gets.
+
+Nothing here is secret: what holds a program back is the kernel.
+"""
+import contextlib
+import os
+import signal
+import socket
+from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from course_grader.isolation import levels, limits, view
+from course_grader.isolation.limits import MEGABYTE, Limits
+
+HOME, TEMPORARY = '/student', '/tmp'  # inside
+USERS = range(60_200, 64_000)  # numbers of users that Debian gives to nobody
+KILLS = 3  # one is enough, unless Linux was about to start a process
+LOCK = '\0turtle_robotont_user_{}'  # an abstract socket: whoever is bound to it has the user
+
+
+class Isolation(NamedTuple):
+    """How a grading is isolated: the level, the limits, and the program's own files ((): those of the command)."""
+
+    level: str = levels.NONE
+    limits: Limits = Limits()
+    own: Tuple[str, ...] = ()
+
+
+NO_ISOLATION = Isolation()
+
+
+class User:
+    """The number of a user that no other grading of this machine has, until ``close``."""
+
+    def __init__(self) -> None:
+        """Take a free one; raise OSError where there is none."""
+        first = os.getpid() % len(USERS)
+        for number in (*USERS[first:], *USERS[:first]):
+            self._lock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+            with contextlib.suppress(OSError):
+                self._lock.bind(LOCK.format(number))
+                self.number = number
+                return
+            self._lock.close()
+        raise OSError('no user number is free')
+
+    def close(self) -> None:
+        """Leave it to others."""
+        self._lock.close()
+
+
+def confined(isolation: Isolation, command: Sequence[str], environment: Mapping[str, str],
+             shown: Iterable[Tuple[str, str]] = (), user: Optional[int] = None, report: int = -1,
+             hidden: Iterable[str] = ()) -> List[str]:
+    """Return the command line that starts ``command``.
+
+    ``shown``: what it sees besides the system, see view.shown(); ``user``: the number of its own; ``report``: the file
+    descriptor to which bubblewrap writes that it has begun; ``hidden``: folders that are empty inside.
+    """
+    inside = isolation.level == levels.NAMESPACE
+    counted = limits.counts_processes(user is not None, inside)
+    line = [*limits.starter(isolation.limits, counted), '--', *_rights(user), *command]
+    if not inside:
+        return line
+    return [*_bubblewrap(isolation.limits, environment, list(shown), user is None, report, hidden), '--', *line]
+
+
+def _rights(user: Optional[int]) -> List[str]:
+    own = [] if user is None else [f'--reuid={user}', f'--regid={user}', '--clear-groups', '--bounding-set=-all',
+                                   '--inh-caps=-all']
+    return ['setpriv', '--no-new-privs', *own]
+
+
+def _bubblewrap(most: Limits, environment: Mapping[str, str], shown: Sequence[Tuple[str, str]], own_users: bool,
+                report: int, hidden: Iterable[str]) -> List[str]:
+    size = str(most.disk * MEGABYTE)
+    bound = [place for _, place in shown]
+    line = [levels.BUBBLEWRAP, '--unshare-pid', '--unshare-ipc', '--unshare-uts', '--die-with-parent',
+            *(['--unshare-user'] if own_users else []), '--json-status-fd', str(report), *_system(),
+            '--proc', '/proc', '--dev', '/dev']
+    for place in (HOME, TEMPORARY, '/dev/shm'):
+        line += ['--perms', '1777', '--size', size, '--tmpfs', place]
+    for place in view.parents(bound):  # by itself bubblewrap would make them for its own user alone
+        line += ['--perms', '0755', '--dir', place]
+    for source, place in shown:
+        line += ['--ro-bind', source, place]
+    for place in hidden:
+        if os.path.isdir(place) and view.below(place, bound):
+            line += ['--size', '4096', '--tmpfs', place]
+    for place in view.folders(environment):
+        line += ['--perms', '0777', '--dir', place]
+    return [*line, '--remount-ro', '/dev', '--remount-ro', '/', '--chdir', environment['PWD']]
+
+
+def _system() -> List[str]:
+    """Return bubblewrap's options for what every program sees."""
+    line = ['--perms', '0755', '--dir', '/etc']
+    for place in view.SYSTEM:
+        if os.path.islink(place):
+            line += ['--symlink', os.readlink(place), place]
+        elif os.path.isdir(place):
+            line += ['--ro-bind', place, place]
+    for name in view.SETTINGS:
+        line += ['--ro-bind-try', f'/etc/{name}', f'/etc/{name}']
+    return line
+
+
+def end_user(number: int) -> None:
+    """End all processes of a user, however many there are: a process of that user sends the signal to all at once."""
+    child = os.fork()
+    if not child:
+        try:
+            os.setgroups([])
+            os.setresgid(number, number, number)
+            os.setresuid(number, number, number)
+            for _ in range(KILLS):
+                os.kill(-1, signal.SIGKILL)  # this process is spared; no one left: ProcessLookupError
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+
+
+def disk_used(numbers: Iterable[int]) -> float:
+    """Return the size [MB] of what the processes of a namespace have written."""
+    for number in sorted(numbers, reverse=True):  # the newest is inside, whatever started it
+        with contextlib.suppress(OSError):
+            used: Dict[int, float] = {}
+            for place in (HOME, TEMPORARY, '/dev/shm'):
+                there = f'/proc/{number}/root{place}'
+                found = os.statvfs(there)
+                used[os.stat(there).st_dev] = (found.f_blocks - found.f_bfree) * found.f_frsize / MEGABYTE
+            return sum(used.values())
+    return 0.0

@@ -1,0 +1,102 @@
+"""How well a student's program is kept apart from everything else: the levels, and which one this machine can have.
+
+namespace: each grading has a network of its own, and the program sees its own files, ROS and the interfaces alone.
+uid: the program runs as a user of its own, who can neither change the grading nor send signals to it. none: the program
+may do what the user may who grades.
+"""
+import argparse
+import os
+import subprocess
+from typing import NamedTuple, Optional
+
+from course_grader.isolation import network
+
+LEVELS = NAMESPACE, UID, NONE = 'namespace', 'uid', 'none'  # the strongest one first
+OPTION, REQUIRED = '--isolation', '--require-isolation'
+BUBBLEWRAP = 'bwrap'
+TRIED = (BUBBLEWRAP, '--unshare-pid', '--unshare-ipc', '--ro-bind', '/', '/', '--proc', '/proc', '--dev', '/dev',
+         '--size', '4096', '--tmpfs', '/tmp', '--', 'true')  # what a grading needs of it
+WORKS = 'works'
+TIME_LIMIT = 10.0  # [s] of the trial, which takes 20 ms
+
+
+class TooWeak(Exception):
+    """This machine cannot isolate as asked; the text says why and what to do."""
+
+
+class Machine(NamedTuple):
+    """Why this machine cannot have a level; '': it can."""
+
+    namespace: str = ''
+    uid: str = ''
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose a level."""
+    group = parser.add_argument_group('isolation of a program; default: the strongest level that this machine can have')
+    group.add_argument(OPTION, choices=LEVELS, metavar='LEVEL', help='use this level: ' + ', '.join(LEVELS))
+    group.add_argument(REQUIRED, choices=LEVELS, default=NONE, metavar='LEVEL',
+                       help='grade nothing (exit code 3) unless the level is at least this one')
+
+
+def decide(machine: Machine, wanted: Optional[str] = None, required: str = NONE) -> str:
+    """Return the level: the one that is ``wanted``, else the strongest that the machine can have.
+
+    Raise TooWeak where the machine cannot have the wanted one, or it is weaker than ``required``.
+    """
+    missing = {NAMESPACE: machine.namespace, UID: machine.uid, NONE: ''}
+    if wanted and missing[wanted]:
+        raise TooWeak(f'{OPTION} {wanted} is not possible here: {missing[wanted]}. docs/grading.md says what it '
+                      'needs')
+    level = wanted or next(level for level in LEVELS if not missing[level])
+    if LEVELS.index(level) > LEVELS.index(required):
+        why = '; '.join(f'{name}: {missing[name]}' for name in LEVELS[:LEVELS.index(required) + 1] if missing[name])
+        raise TooWeak(f'{REQUIRED} {required} is not possible: programs would be graded at the level {level}'
+                      + (f' ({why})' if why else '') + '. docs/grading.md says what it needs')
+    return level
+
+
+def warning(level: str, machine: Machine) -> str:
+    """Return what must be said about a level; '' about the strongest one."""
+    if level == NAMESPACE:
+        return ''
+    why = f' ({machine.namespace})' if machine.namespace else ''
+    if level == UID:
+        return (f'ISOLATION uid{why}: the programs run as another user, in the same network. They can read what all '
+                'users of this machine can read')
+    return (f'NO ISOLATION{why}: the programs can read and change everything that you can, the results too. '
+            'Grade only programs that you trust; docs/grading.md says what isolation needs')
+
+
+def machine() -> Machine:
+    """Return what this machine can have, found by trying. Call it while this process has one thread."""
+    return Machine(_namespace(), '' if os.geteuid() == 0 else 'only root can give a program another user')
+
+
+def _namespace() -> str:
+    """Return why there are no namespaces, or ''."""
+    receiver, sender = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            os.write(sender, (_try() or WORKS).encode('utf-8', 'replace')[:4096])
+        finally:
+            os._exit(0)
+    os.close(sender)
+    with open(receiver, encoding='utf-8') as file:
+        said = file.read().strip()
+    os.waitpid(child, 0)
+    return '' if said == WORKS else said or 'the trial crashed'
+
+
+def _try() -> str:
+    try:
+        network.enter_own()
+        ended = subprocess.run([*TRIED], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                               timeout=TIME_LIMIT, check=False)
+    except FileNotFoundError:
+        return f'{BUBBLEWRAP} is missing; type: sudo apt-get install bubblewrap'
+    except (OSError, subprocess.SubprocessError) as error:
+        return f'a network of its own: {error}'
+    said = ended.stdout.decode('utf-8', 'replace').strip() or f'{BUBBLEWRAP} ended with {ended.returncode}'
+    return said if ended.returncode else ''

@@ -1,0 +1,158 @@
+"""What a program may use at most. Whoever meets a limit is ended, and fails with that reason.
+
+The kernel holds most of them (prlimit), for each process; a Meter looks at all processes of a program together.
+"""
+import argparse
+import os
+import platform
+import re
+from typing import Callable, Collection, Dict, List, NamedTuple, Sequence, Tuple
+
+MEGABYTE = 1 << 20
+PERIOD = 0.1  # [s] of wall time between two looks of a Meter
+OWN_COUNT = (5, 14)  # since this Linux the number of processes is counted in each user namespace of its own
+TICKS = os.sysconf('SC_CLK_TCK')  # a second
+PAGE = os.sysconf('SC_PAGE_SIZE')  # [bytes]
+CPU_ALLOWANCE = 30.0  # [s] of processor time beyond that of the exercise, for imports
+
+
+class Limits(NamedTuple):
+    """Processes and threads; MB of one file, of all files, of memory; s of processor time (0: any)."""
+
+    processes: int = 256
+    file_size: int = 64
+    disk: int = 128
+    memory: int = 2048
+    cpu: int = 0
+
+
+MEANINGS = {'processes': ('N', 'processes and threads at a time'),
+            'file_size': ('MB', 'size of one file'),
+            'disk': ('MB', 'size of all its files'),
+            'memory': ('MB', 'memory of all its processes'),
+            'cpu': ('SECONDS', f'processor time; default: the time of the exercise + {CPU_ALLOWANCE:g} s')}
+HIGHEST = 10 ** 6
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add an option for each limit."""
+    group = parser.add_argument_group('limits of a program, which fails when it meets one')
+    for name, default in Limits()._asdict().items():
+        unit, meaning = MEANINGS[name]
+        group.add_argument(option(name), type=_positive, default=default, metavar=unit,
+                           help=meaning + ('' if name == 'cpu' else f' (default: {default})'))
+
+
+def option(name: str) -> str:
+    """Return the option of a limit."""
+    return f'--max-{name.replace("_", "-")}'
+
+
+def chosen(options: argparse.Namespace) -> Limits:
+    """Return the Limits of a command line."""
+    return Limits(**{name: getattr(options, f'max_{name}') for name in Limits._fields})
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= HIGHEST:
+        raise argparse.ArgumentTypeError(f'it is {text}; it must be a whole number from 1 to {HIGHEST}')
+    return int(text)
+
+
+def counts_processes(user_is_own: bool, in_namespace: bool, release: str = '') -> bool:
+    """Return whether the kernel can count the program's processes apart from those of the user who grades."""
+    found = re.match(r'(\d+)\.(\d+)', release or platform.release())
+    return user_is_own or in_namespace and found is not None and tuple(map(int, found.groups())) >= OWN_COUNT
+
+
+def starter(limits: Limits, counted: bool) -> List[str]:
+    """Return the command that starts another one with limits; ``counted``: whether its processes can be counted."""
+    line = ['choom', '-n', '1000', '--', 'prlimit', '--core=0', f'--fsize={limits.file_size * MEGABYTE}',
+            f'--data={limits.memory * MEGABYTE}']
+    return [*line, *([f'--cpu={limits.cpu}'] if limits.cpu else []),
+            *([f'--nproc={limits.processes}'] if counted else [])]
+
+
+class Meter:
+    """Looks at what the processes of a program use together."""
+
+    def __init__(self, limits: Limits, find: Callable[[], Collection[int]],
+                 disk: Callable[[Collection[int]], float]) -> None:
+        """``find()`` returns the numbers of the processes; ``disk(numbers)`` the size of all files [MB]."""
+        self._limits, self._find, self._disk = limits, find, disk
+        self._cpu: Dict[int, float] = {}  # [s] of each process, also of those that have ended
+        self._with_children = 0.0  # [s] of those that run, with their children that have ended
+
+    def look(self) -> str:
+        """Return which limit the program has met, or ''."""
+        numbers = self._find()
+        times = {number: _cpu_times(number) for number in numbers}
+        self._cpu.update({number: own for number, (own, _) in times.items()})
+        self._with_children = max(self._with_children, sum(own + ended for own, ended in times.values()))
+        used = {'processes': sum(map(_threads, numbers)), 'memory': _memory(numbers, self._limits.memory),
+                'cpu': self.cpu(), 'disk': self._disk(numbers)}
+        limits = self._limits._asdict()
+        return next((reason(name, limits[name]) for name, value in used.items() if 0 < limits[name] <= value), '')
+
+    def cpu(self) -> float:
+        """Return the processor time [s] of all processes seen so far."""
+        return max(self._with_children, sum(self._cpu.values()))
+
+
+def reason(name: str, limit: int) -> str:
+    """Return the text about a limit that was met."""
+    unit, meaning = MEANINGS[name]
+    unit = {'N': '', 'MB': ' MB', 'SECONDS': ' s'}[unit]
+    return f'the program met a limit: {meaning.partition(";")[0]}: {limit}{unit} ({option(name)})'
+
+
+def of_signal(code: int) -> str:
+    """Return which limit a process has met that ended with an exit code (below 0, or from 128: a signal), or ''."""
+    number = -code if code < 0 else code - 128
+    return {24: 'cpu', 25: 'file_size'}.get(number, '')  # SIGXCPU, SIGXFSZ
+
+
+def _fields(number: int) -> Sequence[bytes]:
+    """Return the fields of /proc/NUMBER/stat from the third on."""
+    try:
+        with open(f'/proc/{number}/stat', 'rb') as file:
+            return file.read().rpartition(b')')[2].split()
+    except OSError:
+        return ()
+
+
+def _cpu_times(number: int) -> Tuple[float, float]:
+    """Return the processor time [s] of a process, and that of its children that have ended."""
+    user, system, *ended = [int(field) / TICKS for field in _fields(number)[11:15]] or (0.0, 0.0)
+    return user + system, sum(ended)
+
+
+def _threads(number: int) -> int:
+    return int((_fields(number)[17:18] or [b'0'])[0])
+
+
+def _memory(numbers: Collection[int], limit: float) -> float:
+    """Return the memory [MB] of processes; what they share counts once where it matters."""
+    simple = sum(int((_fields(number)[21:22] or [b'0'])[0]) for number in numbers) * PAGE / MEGABYTE
+    return simple if simple < limit else sum(map(_own_share, numbers))
+
+
+def _own_share(number: int) -> float:
+    """Return the memory [MB] of a process, with its share of what it shares."""
+    try:
+        with open(f'/proc/{number}/smaps_rollup', encoding='ascii') as file:
+            return sum(int(line.split()[1]) for line in file if line.startswith('Pss:')) / 1024
+    except OSError:
+        return int((_fields(number)[21:22] or [b'0'])[0]) * PAGE / MEGABYTE
+
+
+def folder_size(folder: str) -> float:
+    """Return the size [MB] of all files in a folder."""
+    total = 0
+    for parent, _, names in os.walk(folder):
+        for name in names:
+            try:
+                total += os.lstat(os.path.join(parent, name)).st_blocks * 512
+            except OSError:
+                pass
+    return total / MEGABYTE

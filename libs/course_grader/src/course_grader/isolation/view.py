@@ -1,0 +1,187 @@
+"""What a program sees of the machine's files: the system, ROS, the interfaces of the workspace, and its own files.
+
+Of a catkin workspace it sees messages, services, actions and their definitions, but no node and no module, except
+LIBRARIES. A path is the same inside and outside.
+"""
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from typing import Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
+
+SYSTEM = ('/usr', '/bin', '/sbin', '/lib', '/lib32', '/lib64', '/libx32', '/opt/ros')
+SETTINGS = ('alternatives', 'default/locale', 'fonts', 'group', 'host.conf', 'hosts', 'ld.so.cache', 'ld.so.conf',
+            'ld.so.conf.d', 'locale.alias', 'localtime', 'magic', 'mime.types', 'nsswitch.conf', 'passwd', 'protocols',
+            'python3', 'ros', 'services', 'timezone')  # below /etc
+DEFINITIONS = 'msg', 'srv', 'action'  # folders of a package that students may read and import
+LIBRARIES = {'cv_bridge': ('cv_bridge', 'kinematic_core')}  # packages of modules that students import: what they need
+FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
+KEPT = ('CMAKE_PREFIX_PATH', 'LANG', 'LANGUAGE', 'LD_LIBRARY_PATH', 'PATH', 'PYTHONNOUSERSITE', 'PYTHONPATH',
+        'ROS_DISTRO', 'ROS_ETC_DIR', 'ROS_HOSTNAME', 'ROS_MASTER_URI', 'ROS_PACKAGE_PATH', 'ROS_PYTHON_VERSION',
+        'ROS_ROOT', 'ROS_VERSION', 'TERM', 'TZ', 'VIRTUAL_ENV')  # variables
+KEPT_BESIDE = 'ASAN_OPTIONS', 'LD_PRELOAD', 'TURTLE_ROBOTONT_LOCAL'  # the same where the network is everybody's
+ADDED = {'PYTHONUNBUFFERED': '1', 'PYTHONDONTWRITEBYTECODE': '1', 'USER': 'student', 'LOGNAME': 'student',
+         'OPENBLAS_NUM_THREADS': '1'}  # numpy would take memory for each core
+
+
+def environment(base: Mapping[str, str], folder: str, temporary: str, network: bool) -> Dict[str, str]:
+    """Return the environment of a program; nothing that is not listed here reaches it.
+
+    ``base``: the grader's; ``folder``: where the program may write, ``temporary`` for files that it forgets;
+    ``network``: whether the grading has one of its own.
+    """
+    names = KEPT if network else (*KEPT, *KEPT_BESIDE)
+    kept = {name: value for name, value in base.items() if name in names or name.startswith('LC_')}
+    path = os.pathsep.join(filter(None, (FIRST_ON_PATH, base.get('PYTHONPATH'))))
+    home = os.path.join(folder, 'home')
+    return {**kept, **ADDED, 'PYTHONPATH': path, 'HOME': home, 'PWD': os.path.join(folder, 'work'),
+            'TMPDIR': temporary, 'ROS_HOME': os.path.join(home, '.ros'),
+            'ROS_LOG_DIR': os.path.join(home, '.ros', 'log')}
+
+
+def folders(surroundings: Mapping[str, str]) -> List[str]:
+    """Return the folders of an environment() that have to be there."""
+    return [surroundings[name] for name in ('HOME', 'PWD', 'TMPDIR', 'ROS_HOME', 'ROS_LOG_DIR')]
+
+
+def own_files(command: Sequence[str], package: Optional[str], avoided: Iterable[str] = ()) -> List[str]:
+    """Return the folders and files that belong to a program: its package, else the folder of its file.
+
+    ``avoided``: folders that are never shown whole, such as the home folder; there only the file itself is the
+    program's.
+    """
+    if package:
+        return [os.path.abspath(package)]
+    found: List[str] = []
+    for part in command:
+        path = os.path.abspath(part)
+        if os.path.isfile(path) and os.sep in part and not below(path, [*SYSTEM, sys.prefix]):
+            folder = os.path.dirname(path)
+            shown = path if any(below(place, [folder]) for place in avoided) else folder
+            if shown not in found:
+                found.append(shown)
+    return found
+
+
+def never_shown(*places: str) -> List[str]:
+    """Return the folders that own_files must not show whole, besides ``places``."""
+    return [os.path.realpath(place) for place in ('/', os.path.expanduser('~'), tempfile.gettempdir(), *places)]
+
+
+def below(path: str, places: Iterable[str]) -> bool:
+    """Return whether a path is one of some places or lies below one."""
+    return any(path == place or path.startswith(place.rstrip(os.sep) + os.sep) for place in places)
+
+
+def parents(places: Iterable[str]) -> List[str]:
+    """Return the folders that hold some places, without those that are the system's or below a place, highest first."""
+    found = set()
+    for place in places:
+        parent = os.path.dirname(place)
+        while parent != os.path.dirname(parent):
+            found.add(parent)
+            parent = os.path.dirname(parent)
+    return sorted(folder for folder in found if not below(folder, [*SYSTEM, *places, '/tmp']))
+
+
+def escaping(command: Sequence[str], own: Sequence[str]) -> str:
+    """Return the file of a command that is a link to what does not belong to the program, or ''."""
+    real = [os.path.join(os.path.realpath(os.path.dirname(place)), os.path.basename(place)) if os.path.isfile(place)
+            else os.path.realpath(place) for place in own]
+    return next((part for part in command if below(os.path.abspath(part), own) and os.path.exists(part)
+                 and not below(os.path.realpath(part), real)), '')
+
+
+def shown(surroundings: Mapping[str, str], own: Sequence[str]) -> List[Tuple[str, str]]:
+    """Return [(path, its path inside)] of what a program sees besides the system, parents first."""
+    places = [FIRST_ON_PATH, *own]
+    if not below(sys.prefix, SYSTEM):
+        places += [sys.prefix, sys.base_prefix]
+    for entry in surroundings.get('PYTHONPATH', '').split(os.pathsep):
+        places += _modules(entry)
+    for entry in surroundings.get('ROS_PACKAGE_PATH', '').split(os.pathsep):
+        places += _definitions(entry)
+    seen = [place for place in dict.fromkeys(map(os.path.abspath, filter(None, places)))
+            if os.path.exists(place) and not below(place, SYSTEM)]
+    return [(os.path.realpath(place), place) for place in sorted(seen)]
+
+
+def reachable(path: str, deep: bool = True) -> bool:
+    """Return whether every user of this machine may read a file, or a folder, ``deep``: with all that is in it."""
+    parents = [path]
+    while parents[-1] != os.path.dirname(parents[-1]):
+        parents.append(os.path.dirname(parents[-1]))
+    if not all(_allows(parent, stat.S_IXOTH) for parent in parents[1:]):
+        return False
+    return _allows(path, stat.S_IROTH) and all(
+        _allows(os.path.join(parent, name), stat.S_IROTH)
+        for parent, folders, names in os.walk(path if deep else '') for name in (*folders, *names))
+
+
+def _allows(path: str, right: int) -> bool:
+    try:
+        return bool(os.lstat(path).st_mode & right)
+    except OSError:
+        return False
+
+
+def staged(command: Sequence[str], surroundings: Mapping[str, str], places: Iterable[Tuple[str, str]], folder: str
+           ) -> Tuple[List[str], Dict[str, str]]:
+    """Copy what another user cannot read into a folder; return command and environment that use the copies.
+
+    ``places`` are those of ``shown``. Python's own prefix is not copied: the system's Python takes its place.
+    """
+    python = [sys.prefix, sys.base_prefix]
+    moved = []
+    for source, place in places:
+        if reachable(source, place not in python):
+            continue
+        moved.append(place)
+        if place not in python:
+            target = folder + place
+            os.makedirs(os.path.dirname(target), exist_ok=True)
+            if os.path.isdir(source):
+                shutil.copytree(source, target, symlinks=True, dirs_exist_ok=True)
+            else:
+                shutil.copyfile(source, target)
+                shutil.copymode(source, target)
+    for parent, folders, names in os.walk(folder):
+        for name in (*folders, *names):
+            path = os.path.join(parent, name)
+            if not os.path.islink(path):
+                mode = os.stat(path).st_mode
+                os.chmod(path, mode | 0o444 | (0o111 if mode & 0o111 else 0))
+    def there(text: str) -> str:
+        if below(text, [place for place in python if place in moved]):
+            return os.path.realpath(text)
+        return folder + text if os.path.exists(folder + text) and text.startswith(os.sep) else text
+    return list(map(there, command)), {name: os.pathsep.join(map(there, value.split(os.pathsep)))
+                                       for name, value in surroundings.items()}
+
+
+def _modules(folder: str) -> Iterator[str]:
+    """Yield the Python packages of a catkin workspace that are made of definitions."""
+    for package in _entries(folder):
+        for name in DEFINITIONS:
+            yield os.path.join(folder, package, name)
+        if package in LIBRARIES:
+            for needed in LIBRARIES[package]:
+                yield os.path.join(folder, needed)
+
+
+def _definitions(folder: str) -> Iterator[str]:
+    """Yield what defines the messages of the packages in a folder of a workspace, and the LIBRARIES' modules."""
+    needed = {name for names in LIBRARIES.values() for name in names}
+    for package in _entries(folder):
+        place = os.path.join(folder, package)
+        kinds = [os.path.join(place, name) for name in DEFINITIONS if os.path.isdir(os.path.join(place, name))]
+        if kinds:
+            yield from (os.path.join(place, 'package.xml'), *kinds)
+        if package in needed:
+            yield os.path.join(place, 'src')
+
+
+def _entries(folder: str) -> List[str]:
+    """Return the names in a folder that is not the system's."""
+    return sorted(os.listdir(folder)) if folder and not below(folder, SYSTEM) and os.path.isdir(folder) else []
