@@ -19,7 +19,7 @@ PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
 STAND_INS = {name for name, path in PACKAGES.items() if REPOSITORY / 'stand_ins' in path.parents}
 LAYERS = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
-          {'sim_ros'}, STAND_INS,
+          {'sim_ros'}, STAND_INS | {'turtle_follower'},
           {'course_grader'}, {'turtle_robotont'}, {'rostest_support'}]  # each imports from itself and from those before
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
@@ -27,6 +27,7 @@ ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most d
             'libs/alvar_core/src': IMAGES | {'cairo'},
             'libs/process_support/src': {'psutil'},
             'libs/ros_doctor/src': set(),
+            'libs/turtle_follower/src/turtle_follower/core': PLAIN,
             'libs/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'libs/course_grader/src/course_grader/isolation': {'psutil'},
             'libs/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
@@ -42,6 +43,7 @@ PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 REQUIREMENTS = {'stress': ('requirements.txt', 'stress/requirements.txt')}  # folder: what its command installs
 REQUIREMENTS.update(dict.fromkeys(('bench', 'libs', 'scripts', 'src', 'stand_ins'), ('requirements.txt',)))
 EXTRAS = {'gymnasium'}  # of kinematic_core; ./run bench environments installs it, too
+NUMBERED = 'stand_ins/rospy_tutorials/[0-9]*'  # its folders of programs and launch files
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
 
@@ -53,12 +55,13 @@ def each(paths):
     return pytest.mark.parametrize('path', paths, ids=name_of)
 
 
-SCRIPTS = sorted(path for pattern in ('scripts/*', 'stand_ins/*/scripts/*') for path in REPOSITORY.glob(pattern)
-                 if path.is_file())
+SCRIPTS = sorted(path for pattern in ('scripts/*', 'stand_ins/*/scripts/*', f'{NUMBERED}/*')
+                 for path in REPOSITORY.glob(pattern) if path.is_file() and path.suffix != '.launch')
 MODULES = sorted({path for folder in ('src', 'libs', 'stand_ins', 'scripts', 'bench', 'stress', 'test')
                   for path in (REPOSITORY / folder).rglob('*.py')} | set(SCRIPTS))
 PACKAGED = [path for folder in PACKAGES.values() for path in sorted(folder.rglob('*.py'))]
-LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch')])
+LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch'),
+                       *REPOSITORY.glob(f'{NUMBERED}/*.launch')])
 WITHOUT_ROS = [(path, allowed) for pattern, allowed in ROS_FREE.items() for folder in REPOSITORY.glob(pattern)
                for path in sorted(folder.rglob('*.py'))]
 

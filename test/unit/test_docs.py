@@ -17,10 +17,14 @@ LONGEST_PROSE = 120  # [columns] of other pages, but for tables and code
 MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.svg', 'index.html', 'codes.csv',
                    'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
                    'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/'}
-OF_THE_READER = {'publisher.py', 'dynparam', 'static_transform_publisher', '...'}  # or Debian's
+OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames.py'}
+OF_THE_READER = {'publisher.py', '...', *OF_DEBIAN}
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
-NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts')) for path in folder.iterdir()}
+NUMBERED = list(REPOSITORY.glob('stand_ins/rospy_tutorials/[0-9]*'))
+NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'), *NUMBERED)
+         for path in folder.iterdir()}
 LAUNCH_FILES = {path.name for path in (*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'))}
+LAUNCH_FILES |= {name for name in NODES if name.endswith('.launch')}
 
 each_page = pytest.mark.parametrize('path', PAGES, ids=lambda path: str(path.relative_to(REPOSITORY)))
 

@@ -16,11 +16,13 @@ from rostest_support.node_pages import NAME_COLUMNS, PAGES, PARAMETER_COLUMNS, n
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
 LAUNCH_PAGE = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
+NEXT_PAGE = (REPOSITORY / 'docs' / 'course_next.md').read_text(encoding='utf-8')  # README.md links it
 NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
 OF_RUN = 'demo.py', 'grade.py'  # ./run demo and ./run grade
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
                  for path in folder.iterdir() if path.is_file() and path.name not in OF_RUN)
-LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch')])
+LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch'),
+                       *REPOSITORY.glob('stand_ins/rospy_tutorials/[0-9]*/*.launch')])
 
 
 def parameters_of(script):
@@ -107,7 +109,10 @@ def test_launch_file_is_mentioned(launch_file):
 
 def test_every_stand_in_with_nodes_is_in_the_readme():
     packages = {package_of(script) for script in SCRIPTS} - {REPOSITORY}
-    assert {f'{path.relative_to(REPOSITORY)}/README.md' for path in packages} <= set(re.findall(r'\(([^)]+)\)', README))
+    linked = set(re.findall(r'\(([^)]+)\)', README))
+    if 'docs/course_next.md' in linked:
+        linked |= {link.replace('../', '', 1) for link in re.findall(r'\(([^)]+)\)', NEXT_PAGE)}
+    assert {f'{path.relative_to(REPOSITORY)}/README.md' for path in packages} <= linked
 
 
 def test_commands_are_described():

@@ -5,9 +5,7 @@ Threading contract: keys are read and Twists published in the main thread; other
 import os
 import re
 import select
-import signal
 import sys
-import termios
 import threading
 import time
 
@@ -17,6 +15,7 @@ from geometry_msgs.msg import Twist
 
 from kinematic_core.validation import ABSURD
 from rospy_support import nodes
+from rospy_support.key_terminal import KeyTerminal
 from rospy_support.parameters import Number, Table
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, SubscriptionListener
@@ -71,48 +70,6 @@ class KeyDecoder:
 
 def _arrow(sequence):
     return _ARROWS.get(sequence['final']) if _PRESS.match(sequence['parameters'] or b'') else None
-
-
-class KeyTerminal:
-    """In the ``with`` block, a file descriptor's terminal returns each key at once and does not echo it.
-
-    The terminal's settings are always restored, even while the program is suspended (Ctrl-Z). A file or pipe is not
-    changed. Use it in the main thread.
-    """
-
-    def __init__(self, descriptor):
-        self._descriptor = descriptor
-        self.is_terminal = os.isatty(descriptor)
-
-    def __enter__(self):
-        if self.is_terminal:
-            self._found = termios.tcgetattr(self._descriptor)
-            self._handlers = {signal.SIGTSTP: signal.signal(signal.SIGTSTP, self._suspend),
-                              signal.SIGCONT: signal.signal(signal.SIGCONT, self._set)}
-            self._set()
-        return self
-
-    def __exit__(self, *_):
-        if self.is_terminal:
-            for number, handler in self._handlers.items():
-                signal.signal(number, handler)
-            self._restore()
-
-    def _set(self, *_):
-        mode = termios.tcgetattr(self._descriptor)
-        mode[3] &= ~(termios.ICANON | termios.ECHO)
-        mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
-        termios.tcsetattr(self._descriptor, termios.TCSANOW, mode)
-
-    def _restore(self):
-        try:
-            termios.tcsetattr(self._descriptor, termios.TCSANOW, self._found)
-        except termios.error:
-            pass  # the terminal was closed
-
-    def _suspend(self, *_):
-        self._restore()
-        os.kill(os.getpid(), signal.SIGSTOP)
 
 
 def keys_from(descriptor, wake):

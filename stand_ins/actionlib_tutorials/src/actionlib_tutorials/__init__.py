@@ -1,0 +1,1 @@
+"""Servers and clients of the actions Fibonacci and Averaging."""

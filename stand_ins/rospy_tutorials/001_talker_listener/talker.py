@@ -1,0 +1,22 @@
+#!/usr/bin/env python3
+"""Publish a text on chatter, ten times a second, in a loop."""
+import rospy
+from std_msgs.msg import String
+
+from rospy_support import nodes
+
+
+def main():
+    """Publish until the shutdown."""
+    nodes.init_node('talker', anonymous=True)
+    publisher = rospy.Publisher('chatter', String, queue_size=10)
+    rate = rospy.Rate(10)
+    while not rospy.is_shutdown():
+        text = f'hello world {rospy.get_time()}'
+        rospy.loginfo(text)
+        publisher.publish(text)
+        rate.sleep()
+
+
+if __name__ == '__main__':
+    nodes.run(main)

@@ -1,0 +1,1 @@
+"""An action that draws regular polygons with turtle1."""

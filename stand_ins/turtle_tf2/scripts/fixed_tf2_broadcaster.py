@@ -1,0 +1,6 @@
+#!/usr/bin/env python3
+from rospy_support import nodes
+from turtle_follower.carrot import fixed as main
+
+if __name__ == '__main__':
+    nodes.run(main)
