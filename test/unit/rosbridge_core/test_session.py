@@ -86,7 +86,9 @@ class Client:
         for operation in operations:
             waiting = self.session.received(operation if isinstance(operation, (str, bytes)) else json.dumps(operation))
             if waiting is not None:
+                self.session.drain()
                 await waiting
+        self.session.drain()
         await self.settle()
 
     async def settle(self):
@@ -188,10 +190,11 @@ async def test_zero_velocity_overtakes_a_slow_registration(client):
 
 @with_client(rate=1e6, burst=1e6)
 async def test_zero_velocity_overtakes_a_flood(client):
-    for number in range(40):  # fewer than READ_AT_ONCE, so that all are there before the first is done
+    for number in range(40):
         client.session.received(json.dumps(publish('/flood', {'n': number})))
         client.session.received(json.dumps(publish('/cmd_vel', FORWARD)))
     client.session.received(json.dumps(publish('/cmd_vel', ZERO)))
+    client.session.drain()
     await client.settle()
     assert client.bridge.done[0] == ('publish', '/cmd_vel', ZERO)
     assert [entry[2]['n'] for entry in client.bridge.done[1:]] == list(range(40))
@@ -301,12 +304,24 @@ async def test_other_drivers_are_left_alone(client):
     assert client.bridge.done[1:] == [('leave',)]
 
 
+@with_client(rate=1.0, burst=3.0)
+async def test_messages_beyond_the_rate_are_dropped_but_never_a_velocity(client):
+    await client.send(*[publish('/flood', {'n': number}) for number in range(5)], publish('/cmd_vel', ZERO))
+    assert [entry[1:] for entry in client.bridge.done] == [
+        ('/cmd_vel', ZERO), *(('/flood', {'n': number}) for number in range(3))]
+    client.session.look(0.0)
+    client.session.look(0.0)
+    said, = client.got()
+    assert said['level'] == 'error' and '2 messages came faster' in said['msg']
+
+
 @with_client(rate=100.0, burst=2.0)
 async def test_client_that_sends_too_fast_has_to_wait(client):
     loop = asyncio.get_running_loop()
     start = loop.time()
     for _ in range(7):
         waiting = client.session.received('{"op": "status"}')
+        client.session.drain()
         if waiting is not None:
             await waiting
     assert loop.time() - start > 0.03  # 5 beyond the burst at 100 Hz, less one tick

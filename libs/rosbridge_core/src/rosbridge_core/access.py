@@ -94,9 +94,21 @@ class Rate:
         self._rate, self._burst, self._clock = rate, burst, clock
         self._left, self._seen = burst, clock()
 
+    def admits(self) -> bool:
+        """Return whether another message is within the limit, and count it if it is."""
+        self._refill()
+        if self._left < 1:
+            return False
+        self._left -= 1
+        return True
+
     def pause(self) -> float:
         """Count a message; return how long [s] the client has to wait before the next one is read."""
-        now = self._clock()
-        self._left = min(self._burst, self._left + (now - self._seen) * self._rate) - 1
-        self._seen = now
+        self._refill()
+        self._left -= 1
         return max(0.0, -self._left / self._rate)
+
+    def _refill(self) -> None:
+        now = self._clock()
+        self._left = min(self._burst, self._left + (now - self._seen) * self._rate)
+        self._seen = now

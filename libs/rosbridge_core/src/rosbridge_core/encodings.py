@@ -56,16 +56,23 @@ class Message:
             self._message = self._deserialise(self.data)
         if compression == 'cbor':
             return to_cbor({**operation, 'msg': cbor_values(self._message)})
-        return f'{{"op":"publish","topic":{_dump(self.topic)},"msg":{_message_text(self._message)}}}'
+        return ''.join((f'{{"op":"publish","topic":{_dump(self.topic)},"msg":', *_message_parts(self._message), '}'))
 
 
-def _message_text(message: Any) -> str:
-    """Return a message as JSON; long arrays of bytes get by the encoder, which would search their base64 for quotes."""
+def _message_parts(message: Any) -> Iterator[str]:
+    """Yield a message as JSON; long arrays of bytes get by the encoder, which would search their base64 for quotes."""
     values = json_values(message)
-    long = [f'"{name}":"{values.pop(name)}"' for name, kind in zip(message.__slots__, message._slot_types)
-            if kind_of(kind).is_bytes and len(values[name]) > LONG]
+    long = {name: values.pop(name) for name, kind in zip(message.__slots__, message._slot_types)
+            if kind_of(kind).is_bytes and len(values[name]) > LONG}
     text = _dump(values)
-    return f'{text[:-1]}{"," if values and long else ""}{",".join(long)}}}'
+    yield text[:-1]
+    between = ',' if values else ''
+    for name, value in long.items():
+        yield f'{between}"{name}":"'
+        yield value
+        yield '"'
+        between = ','
+    yield '}'
 
 
 def to_png(text: str) -> str:

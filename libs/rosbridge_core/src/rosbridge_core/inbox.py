@@ -1,17 +1,26 @@
 """What a client has sent and the server has not done yet: velocities first, newest only, everything else in order.
 
 A client that sends faster than the server can work must not delay the zero velocity with which it stops a robot. Of
-the velocities for a topic only the newest is kept; it overtakes other operations.
+the velocities for a topic only the newest is kept; it overtakes other operations. Of other messages to publish the
+oldest are dropped when too many wait, as in the queue of a ROS publisher.
 
 Threading contract: one thread uses an Inbox.
 """
 import collections
-from typing import Any, Deque, Dict, Optional, Tuple
+from typing import Any, Deque, Dict, NamedTuple, Optional, Tuple
 
 from rosbridge_core.operations import Operation
 
-MOST = 1000  # operations that wait; a client is not read meanwhile
+MOST = 1000  # operations that wait beside messages; a client is not read meanwhile
+MOST_MESSAGES = 5000  # that wait to be published
+MOST_BYTES = 32 << 20  # [B] of all that waits
 VELOCITIES = 'geometry_msgs/Twist', 'geometry_msgs/TwistStamped'
+
+
+class _Waiting(NamedTuple):
+    name: str
+    operation: Operation
+    size: int
 
 
 class Inbox:
@@ -19,18 +28,45 @@ class Inbox:
 
     def __init__(self) -> None:
         self._velocities: Dict[str, Operation] = {}
-        self._others: Deque[Tuple[str, Operation]] = collections.deque()
+        self._others: Deque[_Waiting] = collections.deque()
+        self._messages = self._size = 0
 
-    def put(self, name: str, operation: Operation, urgent: bool) -> None:
-        """Put a checked operation; ``urgent``: it publishes a velocity on a topic that is advertised."""
+    def put(self, name: str, operation: Operation, urgent: bool, size: int = 0) -> int:
+        """Put a checked operation of ``size`` [B]; return how many messages are dropped for it.
+
+        ``urgent``: it publishes a velocity on a topic that is advertised.
+        """
         if urgent:
             self._velocities[operation['topic']] = operation
-        else:
-            self._others.append((name, operation))
+            return 0
+        self._others.append(_Waiting(name, operation, size))
+        self._size += size
+        self._messages += name == 'publish'
+        dropped = 0
+        while self._messages > MOST_MESSAGES or (self._size > MOST_BYTES and self._messages > 1):
+            self._drop()
+            dropped += 1
+        return dropped
+
+    def _drop(self) -> None:
+        for place, one in enumerate(self._others):
+            if one.name == 'publish':
+                del self._others[place]
+                self._forget(one)
+                return
+
+    def _forget(self, one: _Waiting) -> None:
+        self._size -= one.size
+        self._messages -= one.name == 'publish'
 
     def take(self) -> Optional[Tuple[str, Operation]]:
         """Return the next operation, or None."""
-        return self.take_velocity() or (self._others.popleft() if self._others else None)
+        velocity = self.take_velocity()
+        if velocity is not None or not self._others:
+            return velocity
+        one = self._others.popleft()
+        self._forget(one)
+        return one.name, one.operation
 
     def take_velocity(self) -> Optional[Tuple[str, Operation]]:
         """Return the next velocity, or None."""
@@ -46,7 +82,7 @@ class Inbox:
     @property
     def full(self) -> bool:
         """Whether the client has to wait."""
-        return len(self._others) >= MOST
+        return len(self._others) - self._messages >= MOST or self._size > 2 * MOST_BYTES
 
 
 def is_zero(twist: Any) -> bool:

@@ -15,11 +15,10 @@ from rosbridge_core.operations import LEVELS, Operation, Refused, check, matches
 from rosbridge_core.outbox import Full, Outbox
 
 SLICE = 0.005  # [s] of work before other clients get their turn
-READ_AT_ONCE = 50  # frames, likewise
 BATCH = 65536  # [B] that are written before the client must have taken them
 MOST_CALLS = 50  # services that a client may wait for at a time
 MOST_NAMES = 1000  # topics, and services, of a client
-POLICY, TOO_BIG, BUSY, SLOW = 1008, 1009, 1013, 4000  # close codes; that of a slow client is ours
+SLOW = 4000  # close code of a slow client
 
 
 class Settings(NamedTuple):
@@ -28,8 +27,8 @@ class Settings(NamedTuple):
     largest: int = 10_000_000
     fragment_timeout: float = 600.0
     deadman: float = 0.0
-    rate: float = 5000.0
-    burst: float = 10000.0
+    rate: float = 20000.0
+    burst: float = 40000.0
     slow: float = 10.0
     topics: Tuple[str, ...] = ()
     services: Tuple[str, ...] = ()
@@ -116,20 +115,16 @@ class Session:
         self._timer: Optional[asyncio.TimerHandle] = None
         self._calls: Set[asyncio.Task[None]] = set()
         self._names: Set[Tuple[str, str]] = set()
-        self._read = self._frames = 0
+        self._dropped = self._frames = 0
         self._space = asyncio.Event()
 
     # ------------------------------------------------------------------------------------------------ from the client
 
     def received(self, frame: Frame) -> Optional[Awaitable[None]]:
-        """Take a frame; return what has to be awaited before the next one is read, or None."""
+        """Take a frame, for ``drain``; return what has to be awaited before the next ones are read, or None."""
         self.deadman.heard(time.monotonic())
-        self._take(frame, 0)
-        self._read += 1
-        pause = self._rate.pause()
-        if pause or self._inbox.full:
-            return self._wait(pause)
-        return asyncio.sleep(0) if self._read % READ_AT_ONCE == 0 else None
+        pause = self._take(frame, 0)
+        return self._wait(pause) if pause or self._inbox.full else None
 
     async def _wait(self, pause: float) -> None:
         if pause:
@@ -138,7 +133,8 @@ class Session:
             self._space.clear()
             await self._space.wait()
 
-    def _take(self, frame: Frame, depth: int) -> None:
+    def _take(self, frame: Frame, depth: int) -> float:
+        """Put the operation in a frame into the inbox; return how long [s] the client has to wait."""
         operation: Operation = {}
         try:
             operation = parse(frame)
@@ -148,22 +144,27 @@ class Session:
                     raise Refused(f'{name}: fragments and images may be nested twice at most')
                 inner = self._parts.add(operation) if name == 'fragment' else \
                     from_png(operation['data'], self.settings.largest)
-                if inner is not None:
-                    self._take(inner, depth + 1)
-                return
+                return self._rate.pause() if inner is None else self._take(inner, depth + 1)
         except Refused as refused:
-            self._put('refused', {'text': str(refused), 'id': operation.get('id')}, False)
-            return
-        self._put(name, operation, name == 'publish' and self._bridge.is_velocity(operation['topic']))
+            self._inbox.put('refused', {'text': str(refused), 'id': operation.get('id')}, False)
+            return self._rate.pause()
+        if name != 'publish':
+            self._inbox.put(name, operation, False, len(frame))
+            return self._rate.pause()
+        # a client that is not read could not stop its robot: what is too much is dropped instead
+        urgent = self._bridge.is_velocity(operation['topic'])
+        if urgent or self._rate.admits():
+            self._dropped += self._inbox.put(name, operation, urgent, len(frame))
+        else:
+            self._dropped += 1
+        return 0.0
 
-    def _put(self, name: str, operation: Operation, urgent: bool) -> None:
-        self._inbox.put(name, operation, urgent)
+    def drain(self) -> None:
+        """Do what waits; call it after ``received``."""
         if not self._draining:
-            self._draining = True
-            self._loop.call_soon(self._drain)
+            self._drain()
 
     def _drain(self) -> None:
-        """Do what waits."""
         self._draining = False
         end = time.monotonic() + SLICE
         while not self._ended:
@@ -196,7 +197,7 @@ class Session:
             self._refuse(name, operation, error)
         finally:
             self._busy = False
-            self._drain()
+            self.drain()
 
     def _keep(self, coroutine: Any) -> None:
         task = self._loop.create_task(coroutine)
@@ -366,18 +367,19 @@ class Session:
         """Write what waits, as far as the client takes it."""
         if self._sending_since is not None or self._ended:
             return
-        now, written, done = time.monotonic(), 0, None
-        while written < BATCH:
+        now, written = time.monotonic(), 0
+        while True:
             item = self._outbox.take(now)
             if item is None:
                 break
             for frame in self._encoded(item):
                 written += len(frame)
                 done = self._send(frame)
-        if done is not None:
-            self._sending_since = now
-            done.add_done_callback(self._sent)
-            return
+                if not done.done() or written > BATCH:
+                    self._sending_since = now
+            if self._sending_since is not None:
+                done.add_done_callback(self._sent)
+                return
         due = self._outbox.next_due()
         if due is not None:
             if self._timer is not None:
@@ -387,7 +389,7 @@ class Session:
     def _sent(self, done: 'asyncio.Future[None]') -> None:
         self._sending_since = None
         if not done.cancelled() and done.exception() is None:
-            self.pump()
+            self.pump()  # else the client has gone while it was written to; ``closed`` follows
 
     def _encoded(self, item: Any) -> List[Frame]:
         self._frames += 1
@@ -410,9 +412,13 @@ class Session:
     # ------------------------------------------------------------------------------------------------ the end
 
     def look(self, now: float) -> None:
-        """Stop what a silent client drives, and cut a slow one loose; call it several times a second."""
+        """Stop what a silent client drives, cut off a slow one, say what was dropped; call it many times a second."""
         if self.deadman.watching:
             self._stop(self.deadman.expired(now), f'silent for {self.deadman.timeout:g} s')
+        if self._dropped:
+            self.status('error', f'publish: {self._dropped} messages came faster than this server works, and are '
+                        'dropped; velocities never are')
+            self._dropped = 0
         if self._sending_since is not None and now - self._sending_since > self.settings.slow:
             self.end(SLOW, f'it has not taken a message for {self.settings.slow:g} s')
 

@@ -99,6 +99,8 @@ FUNCTIONS = {  # functions that this module calls or replaces: names of their pa
     'rospy.impl.tcpros_base.TCPROSTransport.__init__': ('self', 'protocol', 'name', 'header'),
     'rospy.impl.tcpros_base.TCPROSTransport.set_socket': ('self', 'sock', 'endpoint_id'),
     'rospy.impl.tcpros_base.TCPROSTransport.close': ('self',),
+    'rospy.impl.tcpros_base.TCPROSTransport.receive_once': ('self',),
+    'rospy.impl.tcpros_base.TCPROSTransport.receive_loop': ('self', 'msgs_callback'),
     'rospy.impl.tcpros_base.TCPROSTransportProtocol.read_messages': ('self', 'b', 'msg_queue', 'sock'),
     'rospy.impl.tcpros_base.read_ros_handshake_header': ('sock', 'b', 'buff_size'),
     'rospy.impl.tcpros_pubsub.TCPROSHandler.topic_connection_handler': ('self', 'sock', 'client_addr', 'header'),
@@ -110,7 +112,7 @@ ATTRIBUTES = {  # classes: attributes that their constructors set
     'rospy.topics._TopicManager': ('lock', 'pubs', 'subs'),
     'rospy.topics.Poller': ('poller',),
     'rospy.impl.registration.RegistrationListeners': ('listeners',),
-    'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id', 'header'),
+    'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id', 'header', 'read_buff'),
     'rospy.impl.tcpros_base.TCPServer': ('server_sock', 'inbound_handler', 'is_shutdown'),
     'rospy.impl.tcpros_base.TCPROSServer': ('topic_connection_handler',),
     'rospy.impl.tcpros_service.ServiceImpl': ('handler', 'seq', 'protocol'),
@@ -143,6 +145,29 @@ def caller(message):
 def connection_header(message):
     """Return the connection header {field: text} of the node that sent a message or a request: callerid, type, ..."""
     return getattr(message, '_connection_header', None) or {}
+
+
+def take_over(subscriber, message, read):
+    """Let ``read(socket, bytes)`` take what comes after a message by the same connection of a rospy.Subscriber.
+
+    It is called in rospy's thread for the connection, with a socket of its own, which it closes, and what has been read
+    after the message; when it returns, rospy goes on, and notices when the connection is closed. Does nothing if rospy
+    does not know the connection yet.
+    """
+    header = getattr(message, '_connection_header', None)
+    for connection in connections(subscriber):
+        if connection.header is header and 'receive_once' not in vars(connection):
+            connection.receive_once = functools.partial(_taken_over, connection, read)
+
+
+def _taken_over(connection, read):
+    buffer, own = connection.read_buff, connection.socket.dup()
+    rest = buffer.getvalue()[:buffer.tell()]
+    buffer.seek(0)
+    buffer.truncate()
+    read(own, rest)
+    del connection.receive_once
+    return connection.receive_once()
 
 
 def to_message(data_class, args, kwds):

@@ -5,6 +5,7 @@ messages over to it.
 """
 import asyncio
 import functools
+import gc
 import sys
 import time
 
@@ -33,7 +34,7 @@ PARAMETERS = Table(
     Text('~hosts', ''), Boolean('~websocket_null_origin', False), Text('~folder', ''),
     Number('~deadman', 0.0, 0.0, 60.0, 's'), Integer('~max_clients', 200, 1, 10000),
     Number('~max_message_size', 1e7, 1000, LARGEST, 'B', infinite='None'),
-    Number('~max_rate', 5000.0, 1.0, 1e6, 'Hz'), Number('~slow_client_timeout', 10.0, 0.5, 3600.0, 's'),
+    Number('~max_rate', 20000.0, 1.0, 1e6, 'Hz'), Number('~slow_client_timeout', 10.0, 0.5, 3600.0, 's'),
     Number('~fragment_timeout', 600.0, 0.1, 86400.0, 's'), Number('~unregister_timeout', 10.0, 0.0, 86400.0, 's'),
     Number('~retry_startup_delay', 5.0, 0.1, 3600.0, 's'), Number('~websocket_ping_interval', 5.0, 0.0, 3600.0, 's'),
     Number('~websocket_ping_timeout', 30.0, 0.1, 3600.0, 's'), Boolean('~use_compression', False),
@@ -114,6 +115,7 @@ class RosbridgeNode:
     def run(self):
         """Serve until shutdown."""
         self._server.start()
+        gc.freeze()  # what exists by now stays; searching it for garbage would hold up messages for milliseconds
         rospy.loginfo('Rosbridge WebSocket server started at %s://%s:%d', self._scheme, self._address,
                       self._server.port)
         rospy.spin()

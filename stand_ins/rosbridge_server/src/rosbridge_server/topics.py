@@ -18,6 +18,7 @@ from rosbridge_core.inbox import VELOCITIES
 from rosbridge_core.operations import Refused
 from rosbridge_core.outbox import BURST, SMALL
 from rosbridge_server import types
+from rosbridge_server.incoming import Incoming
 from rospy_support import rospy_internals
 from rospy_support.topics import LatestPublisher, Publisher
 
@@ -91,10 +92,12 @@ class Subscribed:
                                             buff_size=1 << 22)
 
     def _received(self, raw):
+        """Be rospy's callback for the first messages of a publisher; later ones are read in the loop."""
         header = rospy_internals.connection_header(raw)
-        kind, definition = header.get('type', self.kind), header.get('message_definition', '')
-        message = Message(self._name, raw._buff, functools.partial(types.deserialise, kind, definition), types.now())
-        latched = header.get('latching') == '1'
+        make = self._maker(header)
+        if self._subscriber is not None:
+            rospy_internals.take_over(self._subscriber, raw, functools.partial(self._read_in_loop, make, header))
+        message, latched = make(raw._buff), header.get('latching') == '1'
         with self._lock:
             if latched:
                 self._latched[header.get('callerid')] = message
@@ -104,6 +107,26 @@ class Subscribed:
             self._waiting.append((message, latched))
         if not scheduled:
             self._loop.call_soon_threadsafe(self._deliver)
+
+    def _maker(self, header):
+        """Return a function that makes a Message of the bytes that come by a connection with this header."""
+        kind, definition = header.get('type', self.kind), header.get('message_definition', '')
+        deserialise = functools.partial(types.deserialise, kind, definition)
+        return lambda data: Message(self._name, data, deserialise, types.now())
+
+    def _read_in_loop(self, make, header, connection, rest):
+        """Read a connection in the loop until it ends; without another thread messages arrive sooner."""
+        latched, ended = header.get('latching') == '1', threading.Event()
+
+        def deliver(data):
+            message = make(data)
+            if latched:
+                with self._lock:
+                    self._latched[header.get('callerid')] = message
+            for session in list(self.sessions):
+                session.deliver(message, latched)
+        self._loop.call_soon_threadsafe(functools.partial(Incoming, self._loop, connection, rest, deliver, ended.set))
+        ended.wait()
 
     def _deliver(self):
         with self._lock:
