@@ -106,6 +106,7 @@ class PageServer:
         """Take the options of the command line; end the process if the port cannot be used."""
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
+        self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         self._access = web.make_access(options.address, options.token, options.origins, options.hosts, False, _say,
                                        _say, self._server.port)
@@ -209,6 +210,7 @@ def main():
             return
         time.sleep(LOOK)
     nodes.init_node('browser')
+    rospy.set_param('~actual_port', server.port)
     server.ready.set()
     rospy.spin()
     server.stop()

@@ -189,6 +189,8 @@ class RosbridgeTest(SimulatorCase):
         client.call('/rosapi/set_param', name='/rosbridge_test', value='{"a": [1, 2]}')
         value = client.call('/rosapi/get_param', name='/rosbridge_test')['values']['value']
         self.assertEqual({'a': [1, 2]}, json.loads(value))
+        tree = json.loads(client.call('/rosapi/get_param', name='/')['values']['value'])
+        self.assertEqual({'a': [1, 2]}, tree.get('rosbridge_test'))
         client.call('/rosapi/delete_param', name='/rosbridge_test')
         self.assertEqual('5', client.call('/rosapi/get_param', name='/rosbridge_test', default='5')['values']['value'])
         self.assertIn('is not valid JSON', client.call('/rosapi/set_param', name='/a', value='text')['values'])

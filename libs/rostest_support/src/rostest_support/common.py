@@ -69,6 +69,9 @@ class _TestsApart(unittest.TestSuite):
 
     def run(self, result, debug=False):
         for test in self:
+            self._tearDownPreviousClass(test, result)
+            self._handleClassSetUp(test, result)
+            result._previousTestClass = type(test)
             before = rospy.get_param('/')
             test(result)
             running = rosnode.get_node_names()
@@ -76,6 +79,7 @@ class _TestsApart(unittest.TestSuite):
                 if f'/{name}' not in running:
                     with contextlib.suppress(KeyError):  # a node that ends may have deleted it in the meantime
                         rospy.delete_param(f'/{name}')
+        self._tearDownPreviousClass(None, result)
         return result
 
 

@@ -150,10 +150,11 @@ class Answers:
     def _get_param(self, request):
         if not matches(request.name, self._param_globs):
             return srv.GetParamResponse('null')
-        with _parameters:
-            value = rospy.get_param(request.name, _Missing)
-        if value is not _Missing:
+        try:  # rospy would answer "/" with the few parameters below it that it keeps
+            value = _master().getParam(rospy.resolve_name(request.name))
             return srv.GetParamResponse(json.dumps(value, default=str))
+        except rosgraph.MasterError:  # it is not set
+            pass
         try:
             return srv.GetParamResponse(json.dumps(json.loads(request.default)))
         except ValueError:
@@ -182,10 +183,6 @@ class Answers:
 
     def _get_time(self, _):
         return srv.GetTimeResponse(rospy.get_rostime())
-
-
-class _Missing:
-    """Stands for a parameter that is not set."""
 
 
 def _master():

@@ -1,0 +1,252 @@
+#!/usr/bin/env python3
+"""The panels of the page that do what rqt does, in a real browser."""
+import csv
+import glob
+import os
+import shutil
+import tempfile
+
+import rosgraph
+import rospy
+from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Log
+from std_msgs.msg import String
+
+from rostest_support import browser
+from rostest_support.common import SimulatorCase, run, skip, until
+
+PANELS = ('course', 'plot', 'image', 'console', 'graph', 'topics', 'nodes', 'services', 'parameters')
+HOSTILE = '<img src=x onerror="document.title=\'broken into\'">\u202e\x07</script>'
+
+
+class PanelsTest(SimulatorCase):
+
+    @classmethod
+    def setUpClass(cls):
+        """Start one browser for all tests."""
+        port = until(lambda: rospy.get_param('/browser/actual_port', 0), 'the server of the page')
+        cls.address = f'http://localhost:{port}/'
+        cls.files = tempfile.mkdtemp()
+        cls.browser = browser.Browser()
+        cls.browser.devtools('Browser.setDownloadBehavior', behavior='allow', downloadPath=cls.files)
+
+    @classmethod
+    def tearDownClass(cls):
+        """End it."""
+        cls.browser.close()
+        shutil.rmtree(cls.files, ignore_errors=True)
+
+    def tearDown(self):
+        """Look for errors that nobody sees."""
+        super().tearDown()
+        self.assertEqual([], self.browser.errors())
+        self.assertNotIn('broken', self.browser.driver.title)
+
+    def open(self, fragment):
+        """Open a panel by its address, on a new page."""
+        self.browser.get('about:blank')
+        self.browser.get(f'{self.address}#/{fragment}')
+        self.until_text(fragment.partition('?')[0].capitalize())
+
+    def text(self):
+        return self.browser.evaluate('document.querySelector("main").innerText')
+
+    def until_text(self, *texts):
+        """Wait until the panel shows all of these."""
+        self.browser.until(lambda: all(text in self.text() for text in texts), f'the panel shows {texts}')
+
+    def field(self, label):
+        """Return the visible input with this label."""
+        return self.browser.until(lambda: next((one for one in self.browser.find('main label') if one.is_displayed()
+                                                and one.text.strip().startswith(label)), None),
+                                  f'the field {label}').find_element('css selector', 'input, select, textarea')
+
+    def fill(self, label, text):
+        field = self.field(label)
+        field.clear()
+        field.send_keys(text)
+        return field
+
+    def press(self, label, within='main'):
+        """Press the visible button with this text or label."""
+        def button():
+            return next((one for one in self.browser.find(f'{within} button, {within} summary') if one.is_displayed()
+                         and label in (one.text.strip(), one.get_attribute('aria-label'))), None)
+        self.browser.until(button, f'the button {label}').click()
+
+    def subscribers(self, topic):
+        return dict(rosgraph.Master('/test').getSystemState()[1]).get(topic, [])
+
+    # Each panel
+
+    def test_every_panel_fits_on_a_phone(self):
+        self.browser.resize(360, 740, touch=True)
+        self.addCleanup(self.browser.resize, 1280, 800)
+        for panel in PANELS:
+            self.open(panel)
+            self.browser.until(lambda: len(self.text()) > 60, f'{panel} says something')
+            self.assertLessEqual(self.browser.evaluate('document.querySelector("main").scrollWidth'), 360, panel)
+            nameless = self.browser.evaluate('''[...document.querySelectorAll("main :is(button, input, select, a)")]
+                .filter((one) => !(one.textContent || one.ariaLabel || one.labels?.length))
+                .map((one) => one.outerHTML)''')
+            self.assertEqual([], nameless, panel)
+
+    def test_a_topic_shows_its_values_until_its_panel_is_left(self):
+        self.open('topics')
+        self.fill('Filter', 'turtle1 pose')
+        self.browser.until(lambda: [one for one in self.browser.find('.row-head') if one.is_displayed()
+                                    and '/turtle1/pose' in one.text], 'the topic')[0].click()
+        self.until_text('linear_velocity', '5.544445', 'Hz', 'kB/s', '/turtlesim')
+        self.assertIn('/browser', self.subscribers('/turtle1/pose'))
+        self.assertIn('open=%2Fturtle1%2Fpose', self.browser.driver.current_url)
+        self.browser.evaluate('location.hash = "#/nodes"')
+        until(lambda: '/browser' not in self.subscribers('/turtle1/pose'), 'the end of the subscription')
+
+    def test_a_message_is_published_by_a_form_and_the_turtle_stops_at_the_end(self):
+        got = []
+        subscriber = rospy.Subscriber('/turtle1/cmd_vel', Twist, got.append)
+        self.addCleanup(subscriber.unregister)
+        self.open('topics?open=/turtle1/cmd_vel')
+        self.press('Publish on this topic')
+        for field in ('x', 'Times a second'):
+            self.fill(field, 'fast')
+        self.press('Publish repeatedly')
+        self.until_text('"fast" times a second is not possible')
+        self.fill('Times a second', '20')
+        self.press('Publish repeatedly')
+        self.until_text('"fast" is not a number')
+        self.fill('x', '1.5')
+        self.press('Publish repeatedly')
+        until(lambda: len(got) > 5, 'several messages')
+        self.assertEqual(1.5, got[0].linear.x)
+        self.until_text('rostopic pub -r 20 /turtle1/cmd_vel geometry_msgs/Twist')
+        self.browser.evaluate('location.hash = "#/nodes"')
+        until(lambda: got[-1] == Twist(), 'a velocity of zero after the panel was left')
+
+    def test_a_hostile_message_is_only_a_text(self):
+        publisher = rospy.Publisher('/hostile', String, latch=True, queue_size=1)
+        self.addCleanup(publisher.unregister)
+        publisher.publish(HOSTILE * 10000)
+        self.open('topics?open=/hostile')
+        self.until_text('<img src=x onerror=', '\\u202e\\u0007</script>')
+        self.assertLess(len(self.text()), 5000)
+
+    def test_a_field_is_plotted_and_saved(self):
+        self.open('plot')
+        self.until_text('Nothing to plot yet')
+        self.fill('Field', '/turtle1/pose/x:y:speed\n')
+        self.until_text('turtlesim/Pose has no number "speed". It has x, y, theta, linear_velocity')
+        self.fill('Field', '/not/yet/there\n')
+        self.until_text('no such topic yet')
+        self.press('Remove /not/yet/there')
+        self.press('Remove /turtle1/pose/speed')
+        self.until_text('5.544445')
+        self.browser.until(lambda: self.browser.find('.charts canvas'), 'the plot')
+        publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
+        self.addCleanup(publisher.unregister)
+        until(publisher.get_num_connections, 'turtlesim')
+        command = Twist()
+        command.linear.x = 1.0
+        publisher.publish(command)
+        self.browser.until(lambda: float(self.browser.find('.legend td:nth-child(4)')[0].text) > 6, 'the turtle drives')
+        self.press('Pause')
+        self.press('CSV')
+        path = os.path.join(self.files, 'plot.csv')
+        until(lambda: glob.glob(path), 'the file')
+        with open(path, encoding='utf-8') as file:
+            rows = list(csv.DictReader(file))
+        x = [float(row['/turtle1/pose/x']) for row in rows if row['/turtle1/pose/x']]
+        self.assertAlmostEqual(5.544445, x[0], delta=0.01)
+        self.assertGreater(max(x), 6.0)
+        times = [float(row['time']) for row in rows]
+        self.assertEqual(sorted(times), times)
+        self.assertIn('fields=%2Fturtle1%2Fpose%2Fx%2C%2Fturtle1%2Fpose%2Fy', self.browser.driver.current_url)
+
+    def test_a_new_node_appears_in_the_graph_and_goes(self):
+        self.open('graph')
+        self.browser.until(lambda: '/turtlesim' in self.drawn(), 'turtlesim in the graph')
+        self.assertNotIn('/browser', self.drawn())
+        publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
+        self.addCleanup(publisher.unregister)
+        self.browser.until(lambda: rospy.get_name() in self.drawn(), 'this node in the graph')
+        self.press('The graph as a table')
+        self.until_text('/turtle1/cmd_vel')
+        self.browser.evaluate('''[...document.querySelectorAll(".graph .node")].find(
+            (one) => one.textContent.includes("/turtlesim")).dispatchEvent(new Event("click"))''')
+        self.until_text('Subscribes to /turtle1/cmd_vel')
+
+    def drawn(self):
+        return self.browser.evaluate('''[...document.querySelectorAll(".graph title")]
+                                        .map((one) => one.textContent).join(" ")''')
+
+    def test_a_service_is_called_by_a_form(self):
+        self.open('services?service=/spawn')
+        self.fill('x', '1,5')
+        self.press('Call')
+        self.until_text('Use a point, not a comma: 0.5')
+        self.assertEqual('true', self.field('x').get_attribute('aria-invalid'))
+        self.fill('x', '1.5')
+        self.fill('name', 'it\'s')
+        self.press('Call')
+        self.until_text('The call failed:')
+        self.fill('name', 'Tina')
+        self.press('Call')
+        self.until_text('Answered in', '"Tina"', 'rosservice call /spawn \'{x: 1.5, y: 0, theta: 0, name: "Tina"}\'')
+
+    def test_a_parameter_is_set_and_deleted(self):
+        self.addCleanup(lambda: rospy.has_param('/example') and rospy.delete_param('/example'))
+        self.open('parameters')
+        self.press('Set a parameter that is not in the list')
+        self.fill('Name', '/example')
+        self.fill('Value', '[1, 2.5, "a"]\n')
+        until(lambda: rospy.get_param('/example', None) == [1, 2.5, 'a'], 'the parameter')
+        rospy.set_param('/example', HOSTILE.replace('\x07', ''))
+        self.until_text('<img src=x', '\\u202e')
+        self.browser.until(lambda: [one for one in self.browser.find('.row-head') if '/example' in one.text],
+                           'its row')[0].click()
+        self.press('Delete')
+        self.assertTrue(rospy.has_param('/example'))
+        self.press('Press again to delete')
+        until(lambda: not rospy.has_param('/example'), 'the end of the parameter')
+
+    def test_log_messages_are_filtered_and_counted(self):
+        log = rospy.Publisher('/rosout_agg', Log, queue_size=100)
+        self.addCleanup(log.unregister)
+        self.open('console')
+        until(lambda: log.get_num_connections() > 0, 'the page')
+        for _ in range(30):
+            log.publish(Log(level=Log.WARN, name='/talker', msg='the same\n' + HOSTILE))
+        log.publish(Log(level=Log.ERROR, name='/other', msg='something else'))
+        log.publish(Log(level=Log.DEBUG, name='/other', msg='in detail'))
+        self.until_text('30 times', 'something else', '<img src=x')
+        self.assertNotIn('in detail', self.text())
+        self.fill('Text', 'ELSE')
+        self.browser.until(lambda: '30 times' not in self.text(), 'the filter')
+        self.until_text('something else')
+        self.assertIn('text=ELSE', self.browser.driver.current_url)
+
+    def test_pictures_are_shown(self):
+        self.open('image?topic=/turtlesim/image_raw')
+        self.until_text('500 x 500 pixels')
+        self.press('Pause')
+        self.browser.find('.image-box canvas')[0].click()
+        self.until_text('Pixel x', 'red')
+        self.open('image?topic=/nobody/image')
+        self.until_text('Nobody publishes /nobody/image')
+
+    def test_a_course_step_is_marked_when_it_is_seen(self):
+        self.open('course')
+        self.until_text('0 of 12 steps done', 'rosrun turtle_robotont velocity_publisher.py')
+        publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
+        self.addCleanup(publisher.unregister)
+        self.browser.until(lambda: self.browser.find('.step input')[0].is_selected(), 'step 1 is marked')
+        self.assertFalse(self.browser.find('.step input')[1].is_selected())
+        self.open('course')
+        self.until_text('Done')  # it is remembered
+
+
+if __name__ == '__main__':
+    if browser.MISSING:
+        skip(browser.MISSING)
+    else:
+        run(PanelsTest)

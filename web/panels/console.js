@@ -1,0 +1,160 @@
+// What nodes log: /rosout_agg, with levels, filters, and as many messages as fit.
+import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {button, labelled, save, Scope, setText, suggestions} from './lib/parts.js';
+import {shortName} from './lib/names.js';
+import {Log, LEVELS} from './lib/log.js';
+import {clean} from './lib/values.js';
+
+styleSheet('panels/panels.css');
+
+const DRAW = 0.2; // s between two updates
+const SHOWN = 400; // lines at a time
+const NEAR = 40; // px from the end of the list that count as at the end
+const LONGEST = 4000; // characters of a message
+
+export default {
+  id: 'console',
+  title: 'Console',
+  help: ['What all nodes log, since this panel was opened. Choose levels, or filter by node and text; repeated messages '
+         + 'are counted.', 'In a terminal: rostopic echo /rosout_agg.'],
+  mount(element, context) {
+    const panel = new ConsolePanel(element, context);
+    return () => panel.scope.end();
+  },
+};
+
+class ConsolePanel {
+  constructor(element, context) {
+    this.context = context;
+    this.scope = new Scope(context.ros);
+    this._log = new Log();
+    this._changed = true;
+    this._paused = false;
+    const levels = (context.parameters.levels || '').split(',').filter((name) => name in LEVELS);
+    this._levels = new Map(Object.entries(LEVELS).map(([name, level]) => [level, labelled(title(name), {
+      type: 'checkbox', checked: levels.length ? levels.includes(name) : level >= LEVELS.info,
+      on: {change: () => this._filterChanged()}})]));
+    const [nodes, setNodes] = suggestions();
+    this._setNodes = setNodes;
+    this._node = labelled('Node', {type: 'search', placeholder: 'any', list: nodes.id, value: context.parameters.node || '',
+                                   on: {input: () => this._filterChanged()}});
+    this._text = labelled('Text', {type: 'search', placeholder: 'any', value: context.parameters.text || '',
+                                   on: {input: () => this._filterChanged()}});
+    this._count = el('p', {class: 'muted small'});
+    this._pause = button('Pause', () => this._setPaused(!this._paused), {'aria-pressed': 'false'});
+    this._empty = el('div', {});
+    this._list = el('ol', {class: 'log', role: 'log', 'aria-live': 'off', 'aria-label': 'Messages', tabIndex: 0});
+    this._follow = button('Newest', () => this._toEnd(), {class: 'primary follow', hidden: true});
+    this._drawn = [];
+    fill(element, el('div', {class: 'toolbar'}, el('fieldset', {class: 'row plain-set'}, el('legend', {class: 'unseen'}, 'Levels'),
+      [...this._levels.values()].map((one) => one.element)), this._node.element, nodes, this._text.element,
+    el('div', {class: 'row'}, this._pause, button('Clear', () => {
+      this._log.clear();
+      this._filterChanged();
+    }), button('Save', () => save('rosout.txt', this._log.asText(this._filter()))))), this._count, this._empty,
+    el('div', {class: 'log-box'}, this._list, this._follow));
+    this._list.addEventListener('scroll', () => { this._follow.hidden = this._atEnd(); });
+    this.scope.add(context.ros.subscribe('/rosout_agg', 'rosgraph_msgs/Log', (message) => {
+      if (this._paused) this._missed = (this._missed || 0) + 1;
+      else this._log.add(message);
+      this._changed = true;
+    }, {length: 1000}));
+    this.scope.every(DRAW, () => this._draw());
+  }
+
+  _filter() {
+    return {levels: new Set([...this._levels].filter(([, {input}]) => input.checked).map(([level]) => level)),
+            node: this._node.input.value.trim().toLowerCase(), text: this._text.input.value.trim().toLowerCase()};
+  }
+
+  _filterChanged() {
+    const chosen = Object.keys(LEVELS).filter((name) => this._levels.get(LEVELS[name]).input.checked);
+    this.context.setParameters({levels: chosen.join(',') === 'info,warn,error,fatal' ? '' : chosen.join(','),
+                                node: this._node.input.value.trim(), text: this._text.input.value.trim()});
+    this._drawn = [];
+    fill(this._list);
+    this._changed = true;
+    this._draw();
+    this._toEnd();
+  }
+
+  _setPaused(paused) {
+    this._paused = paused;
+    this._missed = 0;
+    this._pause.textContent = paused ? 'Continue' : 'Pause';
+    this._pause.setAttribute('aria-pressed', String(paused));
+    this._changed = true;
+    this._draw();
+  }
+
+  _atEnd() {
+    return this._list.scrollHeight - this._list.scrollTop - this._list.clientHeight < NEAR;
+  }
+
+  _toEnd() {
+    this._list.scrollTop = this._list.scrollHeight;
+    this._follow.hidden = true;
+  }
+
+  _draw() {
+    if (!this._changed) return;
+    this._changed = false;
+    const found = this._log.find(this._filter());
+    const shown = found.slice(-SHOWN);
+    const follow = this._atEnd();
+    const kept = new Map(this._drawn.map((line) => [line.entry, line]));
+    const lines = shown.map((entry) => kept.get(entry) || new Line(entry));
+    const staying = new Set(lines);
+    for (const line of this._drawn) if (!staying.has(line)) line.element.remove();
+    for (const line of lines) {
+      if (!line.element.isConnected) this._list.append(line.element);
+      line.update();
+    }
+    this._drawn = lines;
+    if (follow) this._toEnd();
+    else this._follow.hidden = false;
+    this._setNodes(this._log.nodes());
+    const missed = this._paused ? ` Paused: ${this._missed || 0} new messages are not shown.` : '';
+    const dropped = this._log.dropped ? ` The oldest ${this._log.dropped} are forgotten.` : '';
+    setText(this._count, `${found.length} of ${this._log.size} messages`
+      + `${found.length > shown.length ? `; the last ${shown.length} are shown` : ''}.${dropped}${missed}`);
+    if (!this._log.size) {
+      fill(this._empty, emptyState('Nothing logged yet', 'Messages of rospy.loginfo, logwarn and logerr appear here from now '
+        + 'on; those of before are in the terminals.', 'rosrun turtle_robotont velocity_publisher.py'));
+    } else {
+      fill(this._empty, found.length ? [] : el('p', {class: 'muted'},
+        'No message fits. Choose more levels, or clear the filters.'));
+    }
+    this._list.hidden = !found.length;
+  }
+}
+
+class Line {
+  constructor(entry) {
+    this.entry = entry;
+    this._times = el('span', {class: 'pill', hidden: true});
+    this._clock = el('time', {class: 'number muted'});
+    const text = clean(entry.text, LONGEST, true);
+    this.element = el('li', {class: `level-${entry.name}`}, el('details', {},
+      el('summary', {}, el('span', {class: `pill level`}, entry.name.toUpperCase()), this._clock,
+        el('bdi', {class: 'muted node', title: clean(entry.node, 200)}, clean(shortName(entry.node, 60))), el('bdi', {class: 'text'}, text), this._times),
+      el('p', {class: 'small muted'}, `${clean(entry.file, 200)}, line ${entry.line}, function ${clean(entry.function, 100)}`)));
+  }
+
+  update() {
+    setText(this._clock, timeText(this.entry.stamp));
+    this._times.hidden = this.entry.count < 2;
+    setText(this._times, `${this.entry.count} times`);
+  }
+}
+
+function title(name) {
+  return name[0].toUpperCase() + name.slice(1);
+}
+
+// Return a ROS time as a time of the day, or as seconds where it is simulated.
+export function timeText({secs, nsecs}) {
+  if (secs < 1e8) return `${(secs + nsecs * 1e-9).toFixed(3)} s`;
+  const date = new Date(secs * 1000);
+  return `${date.toTimeString().slice(0, 8)}.${String(Math.floor(nsecs / 1e6)).padStart(3, '0')}`;
+}

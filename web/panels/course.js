@@ -1,0 +1,185 @@
+// The steps of the course, from docs/course.md, each marked done when it is seen.
+import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {addressOf} from '../app/shell.js';
+import {PANELS} from '../app/panels.js';
+import {button, Notice, Scope, setText} from './lib/parts.js';
+import {RULES, Watcher} from './lib/course_rules.js';
+import {inline, parseCourse, programsOf} from './lib/course_text.js';
+import {System} from './lib/system.js';
+
+styleSheet('panels/panels.css');
+
+const TEXT = new URL('../docs/course.md', import.meta.url);
+const POSES = 10; // messages a second
+const MOST_VEHICLES = 5;
+const STORE = 'course'; // in the browser's storage: {number: when it was done}
+
+export default {
+  id: 'course',
+  title: 'Course',
+  help: ['The steps of the course with their commands. While this panel is open, also beside another one, it looks at nodes '
+         + 'and poses, and marks a step when it sees it done. You can also tick it yourself.'],
+  mount(element, context) {
+    const panel = new CoursePanel(element, context);
+    return () => panel.scope.end();
+  },
+};
+
+class CoursePanel {
+  constructor(element, context) {
+    this.context = context;
+    this.scope = new Scope(context.ros);
+    this._element = element;
+    this._notice = new Notice();
+    this._done = read();
+    this._poses = new Map();
+    this._load();
+    this.scope.add(() => this._poses.forEach((end) => end()));
+  }
+
+  async _load() {
+    fill(this._element, el('p', {class: 'muted'}, 'Loading the course …'));
+    let course;
+    try {
+      const answer = await fetch(TEXT);
+      if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
+      course = parseCourse(await answer.text());
+      if (!course.steps.length) throw new Error('it has no steps');
+    } catch (error) {
+      if (!this.scope.ended) {
+        fill(this._element, emptyState('The course cannot be shown', `docs/course.md, where it is written, cannot be read (${error.message}). `
+          + 'Does the folder web have the link docs? Git for Windows makes links only when it is told to.'));
+      }
+      return;
+    }
+    if (this.scope.ended) return;
+    this._show(course);
+    const watcher = new Watcher(programsOf(course.steps), (number) => this._see(number));
+    new System(this.scope, this.context.rosapi, (system) => {
+      this._notice.say('');
+      watcher.look(system);
+      this._watchPoses(watcher, system);
+    }, (error) => this._notice.say(error.message, true));
+  }
+
+  _watchPoses(watcher, system) {
+    const topics = Watcher.poseTopics(system).slice(0, MOST_VEHICLES);
+    for (const [name, end] of this._poses) {
+      if (!topics.some((topic) => topic.name === name)) {
+        end();
+        this._poses.delete(name);
+      }
+    }
+    for (const {name, type} of topics) {
+      if (!this._poses.has(name)) {
+        this._poses.set(name, this.context.ros.subscribe(name, type, (message) => (
+          watcher.pose(name, type, message, performance.now() / 1000)), {rate: POSES}));
+      }
+    }
+  }
+
+  _show({before, steps}) {
+    this._steps = new Map(steps.map((step) => [step.number, this._step(step)]));
+    this._progress = el('progress', {max: steps.length, 'aria-label': 'Steps done'});
+    this._count = el('p', {class: 'muted'});
+    let sure = false;
+    const again = button('Start again', () => {
+      if (sure) {
+        this._done = {};
+        write(this._done);
+        this._mark();
+      }
+      sure = !sure;
+      again.textContent = sure ? 'Press again to forget what is done' : 'Start again';
+    });
+    fill(this._element, el('div', {class: 'toolbar'}, this._progress, this._count, again), this._notice.element,
+         before.map((block) => show(block)), el('ol', {class: 'steps'}, [...this._steps.values()].map(({element}) => element)));
+    this._mark();
+    const wanted = Number(this.context.parameters.step) || steps.map(({number}) => number).find((number) => !this._done[number]);
+    const first = this._steps.get(wanted);
+    if (first) first.details.open = true;
+    if (this.context.parameters.step && first) first.element.scrollIntoView();
+  }
+
+  _step({number, title, goal, blocks}) {
+    const [sign, panels] = RULES[number] || ['you tick it', []];
+    const tick = el('input', {type: 'checkbox', 'aria-label': `Step ${number} is done`, on: {change: () => {
+      if (tick.checked) this._done[number] = Date.now();
+      else delete this._done[number];
+      write(this._done);
+      this._mark();
+    }}});
+    const state = el('span', {class: 'pill'});
+    const links = panels.map((id) => PANELS.find((panel) => panel.id === id)).filter(Boolean).map((panel) => (
+      el('a', {class: 'button-link', href: addressOf(panel.id, {beside: 'course'})}, panel.title)));
+    const details = el('details', {on: {toggle: () => details.open && this.context.setParameters({step: number})}},
+      el('summary', {}, el('span', {class: 'step-title'}, `${number}. ${title}`), state),
+      el('p', {}, el('strong', {}, 'Goal: '), parts(goal)),
+      links.length ? el('div', {class: 'row'}, el('span', {class: 'muted small'}, 'Look at it in'), links) : null,
+      blocks.map((block) => show(block)),
+      el('p', {class: 'muted small'}, `This step is marked when ${sign}.`));
+    return {element: el('li', {class: 'card step'}, tick, details), details, tick, state};
+  }
+
+  // Mark a step that has been seen.
+  _see(number) {
+    if (this._done[number] || this.scope.ended) return;
+    this._done[number] = Date.now();
+    write(this._done);
+    this._mark();
+    this.context.announce(`Step ${number} of the course is done.`);
+    this.context.toast(`Step ${number} of the course is done.`);
+  }
+
+  _mark() {
+    let count = 0;
+    for (const [number, {tick, state}] of this._steps) {
+      const done = Boolean(this._done[number]);
+      count += done;
+      tick.checked = done;
+      setText(state, done ? 'Done' : 'Not yet');
+      state.classList.toggle('good', done);
+    }
+    this._progress.value = count;
+    setText(this._count, `${count} of ${this._steps.size} steps done`);
+  }
+}
+
+function show(block) {
+  if (block.kind === 'commands') {
+    return el('div', {class: 'commands'}, block.commands.map(({terminal, text}) => el('div', {class: 'typed'},
+      el('span', {class: 'terminal', title: terminal ? `Terminal ${terminal}` : ''},
+        el('span', {class: 'unseen'}, 'Terminal '), terminal), commandLine(text))));
+  }
+  if (block.kind === 'output') return el('pre', {class: 'output', tabIndex: 0, 'aria-label': 'What you should see'}, block.text);
+  if (block.kind === 'code') return el('pre', {class: 'code', tabIndex: 0}, el('code', {}, block.text));
+  if (block.kind === 'image') {
+    return el('img', {class: 'course-image', src: new URL(block.address, TEXT).href, alt: block.text, loading: 'lazy'});
+  }
+  if (block.kind === 'list') return el('ul', {}, block.items.map((item) => el('li', {}, parts(item))));
+  return el('p', {}, parts(block.text));
+}
+
+function parts(text) {
+  return inline(text).map(({kind, text: shown, address}) => {
+    if (kind === 'link') {
+      return /^https?:/.test(address) ? el('a', {href: address, target: '_blank', rel: 'noopener noreferrer'}, shown) : shown;
+    }
+    return kind === 'text' ? shown : el({key: 'kbd'}[kind] || kind, {}, shown);
+  });
+}
+
+function read() {
+  try {
+    const found = JSON.parse(localStorage.getItem(STORE));
+    return found !== null && typeof found === 'object' ? found : {};
+  } catch {
+    return {};
+  }
+}
+
+function write(done) {
+  try {
+    localStorage.setItem(STORE, JSON.stringify(done));
+  } catch { /* private windows have no storage: it is kept as long as the page is open */ }
+}

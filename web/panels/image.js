@@ -1,0 +1,199 @@
+// Images of cameras and trackers.
+import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {button, choice, Notice, save, Scope, setText} from './lib/parts.js';
+import {clean} from './lib/values.js';
+
+styleSheet('panels/panels.css');
+
+const RAW = 'sensor_msgs/Image';
+const COMPRESSED = 'sensor_msgs/CompressedImage';
+const LIST = 2; // s between two looks for topics
+const LOOK = 1; // s between two looks at the picture
+const STILL = 5; // s without a change, after which it is said
+const RATE = 15; // compressed images a second
+const FORMATS = {jpeg: 'image/jpeg', jpg: 'image/jpeg', png: 'image/png'};
+
+export default {
+  id: 'image',
+  title: 'Image',
+  help: ['What cameras and trackers publish, always the newest picture. Press on it to read the colour of a pixel.',
+         'In a terminal: rosrun web_video_server web_video_server.'],
+  mount(element, context) {
+    const panel = new ImagePanel(element, context);
+    return () => panel.scope.end();
+  },
+};
+
+class ImagePanel {
+  constructor(element, context) {
+    this.context = context;
+    this.scope = new Scope(context.ros);
+    this._topic = context.parameters.topic || '';
+    this._types = new Map();
+    this._known = '';
+    this._running = null; // the type of the topic that is shown
+    this._end = () => {};
+    this._select = choice('Topic', [], () => this._choose(this._select.input.value));
+    this._quality = choice('Quality', [['50', 'small'], ['80', 'good'], ['png', 'exact']], () => this._start());
+    this._quality.input.value = '80';
+    this._freeze = button('Pause', () => this._setFrozen(!this._frozen), {'aria-pressed': 'false'});
+    this._notice = new Notice();
+    this._empty = el('div', {});
+    this._picture = el('img', {alt: '', draggable: false, on: {
+      error: () => this._failed(), click: (event) => this._read(event)}});
+    this._still = el('canvas', {hidden: true, on: {click: (event) => this._read(event)}});
+    this._facts = el('p', {class: 'muted small'});
+    this._pixel = el('p', {class: 'number small', role: 'status'});
+    this._box = el('div', {class: 'image-box'}, this._picture, this._still);
+    this._tools = el('div', {class: 'row'}, this._freeze, button('Save', () => this._save()),
+      button('Full screen', () => this._box.requestFullscreen?.()));
+    fill(element, el('div', {class: 'toolbar'}, this._select.element, this._quality.element, this._tools), this._notice.element,
+         this._empty, this._box, this._facts, this._pixel);
+    this.scope.every(LIST, () => this._list(), (error) => this._notice.say(error.message, true));
+    this.scope.every(LOOK, () => this._look());
+    this.scope.listen(document, 'visibilitychange', () => (document.hidden ? this._stop() : this._start()));
+    this.scope.add(() => this._stop());
+  }
+
+  async _list() {
+    const topics = (await this.context.rosapi.topics()).filter(({type}) => type === RAW || type === COMPRESSED);
+    if (this.scope.ended) return;
+    const known = JSON.stringify(topics);
+    if (known === this._known) return;
+    this._known = known;
+    this._types = new Map(topics.map(({name, type}) => [name, type]));
+    const names = [...this._types.keys()].sort();
+    if (this._topic && !this._types.has(this._topic)) names.unshift(this._topic);
+    fill(this._select.input, names.map((name) => el('option', {value: name}, clean(name, 100))));
+    this._select.element.hidden = !names.length;
+    this._choose(this._topic || names.find((name) => this._types.get(name) === RAW) || names[0] || '', true);
+  }
+
+  _choose(name, kept = false) {
+    const same = name === this._topic && this._running === this._types.get(name) && kept;
+    this._topic = name;
+    this._select.input.value = name;
+    this.context.setParameters({topic: name});
+    if (!same) this._start();
+  }
+
+  _start() {
+    this._stop();
+    this._setFrozen(false);
+    this._pixel.textContent = '';
+    this._changed = performance.now();
+    this._print = '';
+    const type = this._running = this._types.get(this._topic);
+    const shown = this._box.hidden = this._tools.hidden = this._facts.hidden = !type;
+    this._quality.element.hidden = type !== RAW;
+    this._notice.say('');
+    if (shown) {
+      fill(this._empty, this._topic
+        ? emptyState('No such picture yet', `Nobody publishes ${clean(this._topic, 100)}. It is shown here as soon as somebody does.`)
+        : emptyState('No pictures yet', 'Nobody publishes any. These start a camera:',
+                     'roslaunch turtle_robotont ar_control.launch', 'roslaunch robotont_gazebo world_minimaze_ar.launch'));
+      return;
+    }
+    fill(this._empty);
+    this._picture.alt = `Picture of ${clean(this._topic, 100)}`;
+    if (document.hidden) return;
+    if (type === RAW) {
+      const quality = this._quality.input.value;
+      const how = quality === 'png' ? {type: 'png'} : {type: 'mjpeg', quality};
+      this._picture.src = `stream?${new URLSearchParams({topic: this._topic, ...how})}`;
+      this._end = () => this._picture.removeAttribute('src');
+    } else {
+      this._end = this.context.ros.subscribe(this._topic, type, (message) => this._showCompressed(message), {rate: RATE});
+    }
+  }
+
+  _stop() {
+    this._end();
+    this._end = () => {};
+  }
+
+  _showCompressed(message) {
+    const format = Object.keys(FORMATS).find((name) => String(message.format).toLowerCase().includes(name));
+    if (!format || !/^[A-Za-z0-9+/=]*$/.test(message.data)) {
+      this._notice.say(`Pictures of the format "${clean(message.format, 60)}" cannot be shown; JPEG and PNG can.`, true);
+      return;
+    }
+    this._picture.src = `data:${FORMATS[format]};base64,${message.data}`;
+  }
+
+  _failed() {
+    if (!this._picture.getAttribute('src')) return;
+    this._notice.say(this._running === RAW
+      ? 'The server shows no video of this topic. Is the page opened from browser.launch?'
+      : 'A picture of this topic is damaged.', true);
+  }
+
+  // Say how large the picture is, and whether it changes.
+  _look() {
+    const {naturalWidth: width, naturalHeight: height} = this._picture;
+    if (!this._running || this._frozen) return;
+    const seconds = (performance.now() - this._changed) / 1000;
+    if (!width) {
+      setText(this._facts, seconds < STILL ? 'Waiting for the first picture …' : 'No picture has come yet: does somebody publish?');
+      return;
+    }
+    const print = this._fingerprint();
+    if (print !== this._print) {
+      this._print = print;
+      this._changed = performance.now();
+    }
+    const still = seconds > STILL ? ` It has not changed for ${Math.floor(seconds)} s.` : '';
+    setText(this._facts, `${width} x ${height} pixels.${still}`);
+  }
+
+  // Return a text that changes with the picture.
+  _fingerprint() {
+    const canvas = this._small ||= el('canvas', {width: 32, height: 24});
+    const drawing = canvas.getContext('2d', {willReadFrequently: true});
+    drawing.drawImage(this._picture, 0, 0, canvas.width, canvas.height);
+    return drawing.getImageData(0, 0, canvas.width, canvas.height).data.join();
+  }
+
+  _copy() {
+    const canvas = el('canvas', {width: this._picture.naturalWidth, height: this._picture.naturalHeight});
+    canvas.getContext('2d').drawImage(this._picture, 0, 0);
+    return canvas;
+  }
+
+  _setFrozen(frozen) {
+    if (frozen && !this._picture.naturalWidth) return;
+    this._frozen = frozen;
+    if (frozen) {
+      const copy = this._copy();
+      Object.assign(this._still, {width: copy.width, height: copy.height});
+      this._still.getContext('2d').drawImage(copy, 0, 0);
+    }
+    this._still.hidden = !frozen;
+    this._picture.hidden = frozen;
+    this._freeze.textContent = frozen ? 'Live' : 'Pause';
+    this._freeze.setAttribute('aria-pressed', String(frozen));
+  }
+
+  _source() {
+    return this._frozen ? this._still : this._picture.naturalWidth ? this._copy() : null;
+  }
+
+  _read(event) {
+    const source = this._source();
+    if (!source) return;
+    const box = event.currentTarget.getBoundingClientRect();
+    const x = Math.min(source.width - 1, Math.max(0, Math.floor((event.clientX - box.x) / box.width * source.width)));
+    const y = Math.min(source.height - 1, Math.max(0, Math.floor((event.clientY - box.y) / box.height * source.height)));
+    const [r, g, b] = source.getContext('2d').getImageData(x, y, 1, 1).data;
+    setText(this._pixel, `Pixel x ${x}, y ${y}: red ${r}, green ${g}, blue ${b}`);
+  }
+
+  _save() {
+    const source = this._source();
+    if (!source) {
+      this._notice.say('There is no picture to save yet.', true);
+      return;
+    }
+    source.toBlob((blob) => save(`${this._topic.replace(/\W+/g, '_').replace(/^_/, '')}.png`, blob), 'image/png');
+  }
+}

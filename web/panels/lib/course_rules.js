@@ -1,0 +1,129 @@
+// When a step of the course counts as done: what is seen of it in the graph and in poses.
+import {isDebugNode} from './system.js';
+
+const TWIST = 'geometry_msgs/Twist';
+const POSE = 'turtlesim/Pose';
+const ODOMETRY = 'nav_msgs/Odometry';
+const MARKERS = 'AlvarMarkers'; // the name of the message in both packages of that time
+const NEAR = 0.15; // m between start and end of a path that is closed
+const JUMP = 0.5; // m beyond what the speed explains
+const STOPPED = 0.02; // m/s
+
+// step: [what is shown, panels to look at]
+export const RULES = {
+  1: ['a node publishes velocities for a turtle', ['turtle', 'graph']],
+  2: ['a node subscribes to the pose of a turtle', ['graph', 'topics']],
+  3: ['a node that also reads the pose has driven a turtle to x = 10, where it stands', ['turtle', 'plot']],
+  4: ['a node that also reads the pose has driven a turtle along a path that ends where it began', ['turtle', 'plot']],
+  5: ['there is a second turtle', ['services', 'turtle']],
+  6: ['a node offers the service gotoPose', ['services', 'turtle']],
+  7: ['a node has put a turtle to four positions', ['turtle', 'console']],
+  8: ['a node that is none of the course publishes velocities for a turtle', ['nodes', 'graph']],
+  9: ['a node subscribes to the markers that the tracker finds', ['image', 'topics']],
+  10: ['a node publishes velocities for the robot, and it moves', ['robot', 'plot']],
+  11: ['a node that also reads the odometry has driven the robot along a path that ends where it began', ['robot', 'plot']],
+  12: ['a node that also reads the markers drives the robot', ['robot', 'graph']],
+};
+
+// Watches the system and poses; `done(number)` is called for what is seen, perhaps several times.
+export class Watcher {
+  constructor(programs, done) {
+    this._programs = programs;
+    this._done = done;
+    this._paths = new Map(); // topic of poses: Path
+    this._drivers = {turtle: [], robot: []}; // nodes that read poses and publish velocities
+    this._others = [];
+  }
+
+  // Return the topics of poses: [{name, type}].
+  static poseTopics(system) {
+    return [...system.types].filter(([, type]) => type === POSE || type === ODOMETRY).map(([name, type]) => ({name, type}));
+  }
+
+  // Look at who publishes and subscribes to what.
+  look(system) {
+    const typed = (type) => new Set([...system.types].filter(([, one]) => one === type).map(([name]) => name));
+    const poses = typed(POSE);
+    const odometry = typed(ODOMETRY);
+    const turtles = new Set([...poses].map((name) => name.replace(/pose$/, 'cmd_vel')));
+    const velocities = typed(TWIST);
+    const markers = new Set([...system.types].filter(([, type]) => type.endsWith(`/${MARKERS}`)).map(([name]) => name));
+    const nodes = [...system.nodes].filter(([name]) => !isDebugNode(name)).map(([name, node]) => ({name, ...node}));
+    const simulators = nodes.filter(({publishing}) => publishing.some((name) => poses.has(name) || odometry.has(name)));
+    const programs = nodes.filter((node) => !simulators.includes(node));
+    const reads = (topics) => ({subscribing}) => subscribing.some((name) => topics.has(name));
+    const drives = ({publishing}) => publishing.some((name) => turtles.has(name));
+    const drivesRobot = ({publishing}) => odometry.size > 0 && publishing.some((name) => velocities.has(name) && !turtles.has(name));
+    this._drivers = {turtle: programs.filter(drives).filter(reads(poses)), robot: programs.filter(drivesRobot).filter(reads(odometry))};
+    this._others = programs;
+    this._robotDriven = programs.some(drivesRobot);
+    const seen = {
+      1: programs.some(drives), 2: programs.some(reads(poses)), 5: poses.size > 1,
+      6: nodes.some(({services}) => services.some((name) => name.endsWith('/gotoPose'))),
+      8: programs.filter(drives).some(({name}) => !this._programs.has(name.split('/').pop().replace(/_\d+_\d+$/, ''))
+        && !/teleop|draw_square|mimic/.test(name)),
+      9: programs.some(reads(markers)), 12: programs.some((node) => drivesRobot(node) && reads(markers)(node)),
+    };
+    for (const [number, yes] of Object.entries(seen)) if (yes) this._done(Number(number));
+  }
+
+  // Take a pose of a turtle, or of odometry, at a time [s].
+  pose(topic, type, message, time) {
+    const robot = type === ODOMETRY;
+    const {x, y} = robot ? message.pose.pose.position : message;
+    const speed = robot ? Math.hypot(message.twist.twist.linear.x, message.twist.twist.linear.y) : Math.abs(message.linear_velocity);
+    if (![x, y, speed].every(Number.isFinite)) return;
+    if (!this._paths.has(topic)) this._paths.set(topic, new Path());
+    const path = this._paths.get(topic);
+    const driver = this._drivers[robot ? 'robot' : 'turtle'][0];
+    path.take(x, y, speed, time, driver ? driver.name : '');
+    if (robot) {
+      if (this._robotDriven && path.driven > 0.1) this._done(10);
+      if (path.closed(1)) this._done(11);
+      return;
+    }
+    if (path.driven > 0.5 && Math.abs(x - 10) < 0.1 && speed < STOPPED) this._done(3);
+    if (path.closed(3)) this._done(4);
+    if (path.jumps >= 4 && this._others.length) this._done(7);
+  }
+}
+
+// What a vehicle has driven since its driver came.
+export class Path {
+  constructor() {
+    this.driven = 0; // m, by a driver or without
+    this.jumps = 0;
+    this._last = null;
+    this._start = null;
+    this._driver = '';
+    this._far = 0;
+    this._owned = 0; // m, by the driver
+  }
+
+  take(x, y, speed, time, driver) {
+    const last = this._last;
+    this._last = {x, y, speed, time};
+    if (driver !== this._driver || !this._start) {
+      this._driver = driver;
+      this._start = {x, y};
+      this._owned = this._far = this.driven = 0;
+    }
+    if (!last) return;
+    const step = Math.hypot(x - last.x, y - last.y);
+    if (step > JUMP + 2 * Math.max(speed, last.speed) * (time - last.time)) {
+      this.jumps += 1;
+      this._start = {x, y};
+      this._owned = this._far = this.driven = 0;
+      return;
+    }
+    this.driven += step;
+    if (driver) this._owned += step;
+    this._far = Math.max(this._far, Math.hypot(x - this._start.x, y - this._start.y));
+  }
+
+  // Return whether the driver has come back to the start after at least `length` [m].
+  closed(length) {
+    return this._owned >= length && this._far >= length / 8
+      && Math.hypot(this._last.x - this._start.x, this._last.y - this._start.y) < NEAR;
+  }
+}

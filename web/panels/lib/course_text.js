@@ -1,0 +1,90 @@
+// The steps of docs/course.md. It is read as it is: there is no other copy of the course.
+
+const STEP = /^## (\d+)\. (.+)$/;
+const TERMINAL = /\s+# terminal (\d+)\s*$/;
+
+// Return {before, steps}: blocks of what stands before the first step; {number, title, goal, blocks} of each step.
+// A block is {kind, ...}: text {text}, list {items}, commands {commands: [{terminal, text}]}, output or code {text},
+// image {text, address}.
+export function parseCourse(markdown) {
+  const sections = [];
+  for (const line of markdown.split('\n')) {
+    if (line.startsWith('## ')) sections.push({head: line, lines: []});
+    else if (sections.length) sections[sections.length - 1].lines.push(line);
+  }
+  const steps = sections.filter(({head}) => STEP.test(head)).map(({head, lines}) => {
+    const [, number, title] = STEP.exec(head);
+    const blocks = parseBlocks(lines);
+    const goal = blocks.findIndex(({kind, text}) => kind === 'text' && text.startsWith('**Goal:**'));
+    return {number: Number(number), title, goal: goal < 0 ? '' : blocks.splice(goal, 1)[0].text.replace('**Goal:** ', ''), blocks};
+  });
+  const first = markdown.split('\n## ')[0].split('\n');
+  const start = first.findIndex((line) => line.startsWith('**Before you begin.**'));
+  return {before: start < 0 ? [] : parseBlocks(first.slice(start)).filter(({kind}) => kind === 'text').slice(0, 1), steps};
+}
+
+// Return the names of the programs that the commands of the course start from its own package.
+export function programsOf(steps) {
+  return new Set(commandsOf(steps).map((text) => /^rosrun (?:turtle_robotont|turtlesim) (\w+)/.exec(text)).filter(Boolean)
+    .map(([, name]) => name));
+}
+
+function commandsOf(steps) {
+  return steps.flatMap(({blocks}) => blocks).filter(({kind}) => kind === 'commands')
+    .flatMap(({commands}) => commands.map(({text}) => text));
+}
+
+function parseBlocks(lines) {
+  const blocks = [];
+  let terminal = '';
+  for (let i = 0; i < lines.length; i += 1) {
+    const line = lines[i];
+    const fence = /^```(\w*)/.exec(line);
+    if (fence) {
+      const inner = [];
+      for (i += 1; i < lines.length && !lines[i].startsWith('```'); i += 1) inner.push(lines[i]);
+      if (fence[1] === 'bash') {
+        const commands = inner.filter((text) => text.trim()).map((text) => {
+          const found = TERMINAL.exec(text);
+          if (found) [, terminal] = found;
+          return {terminal, text: text.replace(TERMINAL, '').trim()};
+        });
+        blocks.push({kind: 'commands', commands});
+      } else {
+        blocks.push({kind: fence[1] === 'text' ? 'output' : 'code', text: inner.join('\n')});
+      }
+    } else if (/^!\[/.test(line)) {
+      const image = /^!\[([^\]]*)\]\(([^)]+)\)/.exec(line);
+      if (image) blocks.push({kind: 'image', text: image[1], address: image[2]});
+    } else if (/^(\* |\d+\. )/.test(line)) {
+      let block = blocks[blocks.length - 1];
+      if (!block || block.kind !== 'list' || lines[i - 1] === '') blocks.push(block = {kind: 'list', items: []});
+      block.items.push(line.replace(/^(\* |\d+\. )/, ''));
+    } else if (/^ +\S/.test(line) && blocks.length && blocks[blocks.length - 1].kind === 'list') {
+      const {items} = blocks[blocks.length - 1];
+      items[items.length - 1] += ` ${line.trim()}`;
+    } else if (line.trim() && !line.startsWith('<!--')) {
+      const block = blocks[blocks.length - 1];
+      if (block && block.kind === 'text' && lines[i - 1] && lines[i - 1].trim()) block.text += ` ${line.trim()}`;
+      else blocks.push({kind: 'text', text: line.trim()});
+    }
+  }
+  return blocks;
+}
+
+// Return the parts of a line: {kind, text, address}, with kind text, code, strong, em, key or link.
+export function inline(text) {
+  const pattern = /`([^`]+)`|\*\*([^*]+)\*\*|\*([^*]+)\*|<kbd>([^<]+)<\/kbd>|\[([^\]]+)\]\(([^)\s]+)\)/g;
+  const parts = [];
+  let end = 0;
+  for (const found of text.matchAll(pattern)) {
+    if (found.index > end) parts.push({kind: 'text', text: text.slice(end, found.index)});
+    const [, code, strong, em, key, link, address] = found;
+    const kind = code !== undefined ? 'code' : strong !== undefined ? 'strong' : em !== undefined ? 'em'
+      : key !== undefined ? 'key' : 'link';
+    parts.push({kind, text: code ?? strong ?? em ?? key ?? link, address});
+    end = found.index + found[0].length;
+  }
+  if (end < text.length) parts.push({kind: 'text', text: text.slice(end)});
+  return parts;
+}

@@ -1,0 +1,55 @@
+// Fields of topics as they are typed: /turtle1/pose/x, /turtle1/pose/x:y as for rqt_plot, several with commas or spaces.
+import {parsePath} from './values.js';
+
+// Return the single fields that a text means.
+export function expand(text) {
+  return text.split(/[\s,]+/).filter(Boolean).flatMap((one) => {
+    const [first, ...others] = one.replace(/\/+/g, '/').split(':');
+    const path = first.startsWith('/') ? first : `/${first}`;
+    const folder = path.slice(0, path.lastIndexOf('/') + 1);
+    return [path, ...others.filter(Boolean).map((name) => (name.startsWith('/') ? name : folder + name))]
+      .map((each) => each.replace(/(.)\/$/, '$1'));
+  });
+}
+
+// Return {topic, path}: the longest of the topics that a field begins with, and the rest of it; null without one.
+export function split(field, topics) {
+  let found = null;
+  for (const topic of topics) {
+    if ((field === topic || field.startsWith(`${topic}/`)) && (!found || topic.length > found.length)) found = topic;
+  }
+  return found === null ? null : {topic: found, path: field.slice(found.length + 1)};
+}
+
+// Return the paths of the numbers that a path in a message means: itself, or all in the message there. Raise an Error
+// that says what there is.
+export function numbersAt(types, path) {
+  const all = types.numericPaths();
+  const parts = parsePath(path);
+  if (parts === null) throw new Error(`"${path}" is not a field. Fields look like pose/position/x or ranges[0].`);
+  if (path === '') {
+    if (!all.length) throw new Error(`${types.root} has no numbers to plot.`);
+    return all;
+  }
+  if (isNumber(types, parts)) return [path];
+  const below = all.filter((one) => one.startsWith(`${path}/`) || one.startsWith(`${path}[`));
+  if (below.length) return below;
+  throw new Error(`${types.root} has no number "${path}". It has ${all.slice(0, 12).join(', ')}`
+                  + `${all.length > 12 ? ` and ${all.length - 12} more` : ''}.`);
+}
+
+function isNumber(types, parts) {
+  let type = types.root;
+  let array = null;
+  for (const part of parts) {
+    if (typeof part === 'number') {
+      if (array === null || (array > 0 && part >= array)) return false;
+      array = null;
+      continue;
+    }
+    const field = array === null && types.fieldsOf(type).find(({name}) => name === part);
+    if (!field) return false;
+    ({type, array} = field);
+  }
+  return array === null && types.isPrimitive(type) && type !== 'string';
+}
