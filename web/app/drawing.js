@@ -40,7 +40,7 @@ export class Drawing {
     this._top = SIZE;      // the rows of `_image` that are not on the canvas yet
     this._bottom = -1;
     this.turtles = [];     // {name, image, x, y, theta}
-    this.frames = 0;       // that were drawn
+    this.frames = 0;       // that were drawn with turtles
     this.highlight = '';   // the name of a turtle with a ring around it
     this.mark = null;      // {x, y, theta}: where something would be put
     this.draw = inNextFrame(() => this._draw());
@@ -150,7 +150,8 @@ export class Drawing {
     for (const turtle of this.turtles) this._drawTurtle(context, scale, turtle, 1);
     if (this.mark) this._drawTurtle(context, scale, this.mark, 0.6);
     this._onTurtles(this.turtles);
-    this.frames += 1;
+    if (this.turtles.length && !this.frames) performance.mark('first picture');
+    if (this.turtles.length) this.frames += 1;
   }
 
   _drawTurtle(context, scale, {name, image, x, y, theta}, opacity) {

@@ -223,7 +223,7 @@ function dead(value) {
 
 // Return a slider for one of the driver's limits.
 export function limitSlider(driver, key, text, unit, most, step) {
-  const shown = el('output', {class: 'number'});
+  const shown = el('span', {class: 'number'});  // an output would take the label from the slider
   const show = () => { shown.textContent = `${driver.limits[key].toFixed(1)} ${unit}`; };
   const slider = el('input', {type: 'range', min: step, max: most, step, value: driver.limits[key], on: {input: () => {
     driver.limits[key] = Number(slider.value);

@@ -1,0 +1,249 @@
+#!/usr/bin/env python3
+"""The page in a real browser: it shows what the simulators do, drives them, and stops them when it is left."""
+import base64
+import json
+import re
+import unittest
+
+import numpy as np
+import roslib.packages
+import rospy
+from geometry_msgs.msg import Twist
+from robotont_gazebo.srv import SetPose
+
+from rospy_support import own_master
+from rospy_support.ports import free_port
+from rostest_support import browser
+from rostest_support.browser import Browser
+from rostest_support.common import PEN, Collected, Process, SimulatorCase, own_simulator, proxy, run, skip, until
+
+SERVER = roslib.packages.find_node('turtle_robotont', 'browser.py')[0]
+SIZE = 500  # [px] of the canvas
+STALL = 3.0  # [s] that the page is busy; its server has to stop the turtle long before
+PIXELS = '''(() => {
+    const canvas = document.querySelector('canvas.strokes');
+    const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+    let text = '';
+    for (let at = 0; at < data.length; at += 32768) text += String.fromCharCode(...data.subarray(at, at + 32768));
+    return btoa(text);
+})()'''
+NAMELESS = '''[...document.querySelectorAll('button, select, input, a, summary, img, canvas')].filter(one =>
+    one.checkVisibility() && !one.closest('[aria-hidden=true]')).filter(one => !(one.getAttribute('aria-label') ||
+    one.textContent.trim() || one.alt !== undefined && one.alt !== null && one.tagName === 'IMG' ||
+    one.labels?.length && one.labels[0].textContent.trim())).map(one => one.outerHTML)'''
+WIDE = '[...document.querySelectorAll("main, main *")].some(one => one.getBoundingClientRect().right > innerWidth + 1)'
+
+
+class PageCase(unittest.TestCase):
+    """A test with a browser, whose page shows a panel."""
+
+    environment = {}  # of the page's server
+
+    @classmethod
+    def setUpClass(cls):
+        """Start server and browser."""
+        server = Process(SERVER, '--port=0', **cls.environment)
+        cls.addClassCleanup(server.stop)
+        cls.address = server.wait_for_output(r'http://\S+').group()
+        cls.page = Browser()
+        cls.addClassCleanup(cls.page.close)
+
+    def text(self, selector):
+        """Return the text of the first element; '' if there is none."""
+        return next((one.text for one in self.page.find(selector)), '')
+
+    def show(self, panel, width=1280, height=800, touch=False, dark=False):
+        """Show a panel in a page that is loaded anew."""
+        self.page.resize(width, height, touch)
+        self.page.prefer(dark)
+        self.page.get('about:blank')
+        self.page.get(f'{self.address}#/{panel}')
+        self.page.until(lambda: self.page.find('#link.good'), 'a connection')
+
+    def key(self, kind, code):
+        """Press ('keyDown') or release ('keyUp') a key."""
+        self.page.devtools('Input.dispatchKeyEvent', type=kind, code=code, key=code)
+
+    def press(self, text):
+        """Click the button with a text, as a program does: it may be outside of the window."""
+        self.page.evaluate(f'[...document.querySelectorAll("button")].find(one => one.textContent === {text!r})'
+                           '.click()')
+
+    def middle(self, selector):
+        """Return where the middle of an element is, in the window."""
+        return json.loads(self.page.evaluate(f'''(() => {{
+            const element = document.querySelector({selector!r});
+            element.scrollIntoView({{block: "center"}});
+            const box = element.getBoundingClientRect();
+            return JSON.stringify([box.x + box.width / 2, box.y + box.height / 2]);
+        }})()'''))
+
+    def pixels(self):
+        """Return the canvas of the page, (SIZE, SIZE, 3) uint8."""
+        data = np.frombuffer(base64.b64decode(self.page.evaluate(PIXELS)), np.uint8)
+        return data.reshape(SIZE, SIZE, 4)[:, :, :3]
+
+
+class PageTest(PageCase, SimulatorCase):
+    def tearDown(self):
+        """Let no error of the page pass."""
+        self.assertEqual([], self.page.errors())
+
+    def show_turtle(self, **options):
+        """Show the panel of turtlesim once it has the pose of turtle1."""
+        self.show('turtle', **options)
+        self.page.until(lambda: re.match(r'\d', self.text('.pose dd')), 'a pose')
+
+    def velocities(self):
+        """Return the Collected velocities for turtle1."""
+        collected = Collected('/turtle1/cmd_vel', Twist)
+        self.addCleanup(collected.subscriber.unregister)
+        return collected
+
+    def assert_snapshot(self, what):
+        """Assert that the page's canvas becomes that of a snapshot; there must be no turtle in it."""
+        import cv2
+        picture = cv2.imdecode(np.frombuffer(self.snapshot(), np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1]
+        until(lambda: np.array_equal(self.pixels(), picture),
+              lambda: f'{what}: {(self.pixels() != picture).any(axis=2).sum()} pixels differ')
+
+    def test_canvas_has_the_pixels_of_the_snapshot(self):
+        """What was drawn before the page came and what is drawn while it is there, with all widths of pens."""
+        def draw(first):
+            for step in range(first, first + 12):
+                self.call('turtle1/set_pen', 20 * step % 256, 255 - 9 * step, 40, 1 + step % 7, 0)
+                self.call('turtle1/teleport_absolute', 1 + 7 * step % 10, 1 + 3 * step % 10, 0.0)
+        draw(0)
+        self.show_turtle()
+        draw(12)
+        self.driver()(x=3.0, turn=2.0)
+        self.poses().next(lambda pose: pose.linear_velocity == 0.0, 'the turtle standing again')
+        self.call('kill', 'turtle1')
+        self.assert_snapshot('strokes')
+        self.set_parameter('background_g', 200)
+        self.call('clear')
+        self.assert_snapshot('another background')
+        rospy.delete_param('/turtlesim/background_g')
+        self.call('clear')
+
+    def test_keys_drive_until_they_are_let_go(self):
+        self.show_turtle()
+        commands, poses = self.velocities(), self.poses()
+        self.key('keyDown', 'ArrowUp')
+        self.key('keyDown', 'ArrowLeft')
+        commands.next(lambda twist: twist.linear.x == 2.0 and twist.angular.z == 2.0, 'both keys')
+        poses.next(lambda pose: pose.theta > 0.3, 'the turtle turning')
+        self.key('keyUp', 'ArrowLeft')
+        commands.next(lambda twist: twist.linear.x == 2.0 and twist.angular.z == 0.0, 'one key')
+        self.key('keyUp', 'ArrowUp')
+        poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle standing')
+        self.assertEqual(Twist(), commands.messages[-1])
+        self.page.evaluate('document.querySelector("input[type=number]").focus()')
+        count = len(commands.messages)
+        self.key('keyDown', 'ArrowUp')
+        self.key('keyUp', 'ArrowUp')
+        self.assertEqual(count, len(commands.messages), 'a key in a field drives')
+
+    def test_page_that_stalls_or_leaves_stops_the_turtle(self):
+        """A window without focus, a page that is busy, and one that is closed; the turtle would drive for 1 s more."""
+        ends = {'blur': 'void window.dispatchEvent(new Event("blur"))',
+                'busy': f'void setTimeout(() => {{ const end = Date.now() + {1000 * STALL}; '
+                        'while (Date.now() < end); })',
+                'closed': 'void (location.href = "about:blank")'}
+        for name, script in ends.items():
+            with self.subTest(name):
+                self.show_turtle()
+                commands = self.velocities()
+                self.key('keyDown', 'ArrowUp')
+                commands.next(lambda twist: twist.linear.x == 2.0, 'driving')
+                start = len(commands.messages)
+                self.page.evaluate(script)
+                commands.index(lambda twist: twist == Twist(), 'a zero velocity', start)
+                self.key('keyUp', 'ArrowUp')
+
+    def test_simulator_does_what_its_buttons_say(self):
+        self.show_turtle()
+        poses = self.poses()
+        self.press('Pause')
+        self.page.until(lambda: 'Paused' in self.text('.arena .badge'), 'a sign of the pause')
+        self.press('Resume')
+        self.page.until(lambda: not self.page.find('.arena .badge')[0].is_displayed(), 'no sign')
+        self.press('Spawn')  # the tool above the canvas, which comes first
+        x, y = self.middle('.arena')
+        for kind in ('mousePressed', 'mouseReleased'):
+            self.page.devtools('Input.dispatchMouseEvent', type=kind, x=x, y=y - 100, button='left', clickCount=1)
+        until(lambda: 'turtle2' in self.turtles(), 'a second turtle')
+        self.assertLess(abs(self.pose('turtle2').x - 5.5), 0.1)
+        self.assertGreater(self.pose('turtle2').y, 6.5)
+        self.page.until(lambda: 'spawn' in self.text('.command-now code'), 'the command')
+        self.press('Reset')
+        poses.next(lambda pose: True)
+        until(lambda: self.turtles() == {'turtle1'}, 'one turtle again')
+
+    def test_robot_is_driven_by_two_fingers(self):
+        proxy('/robotont_gazebo/set_pose', SetPose)(-2.0, 0.0, 0.0)
+        self.show('robot', 390, 844, touch=True)
+        self.page.until(lambda: self.page.find('.map'), 'the map')
+        commands = Collected('/cmd_vel', Twist)
+        self.addCleanup(commands.subscriber.unregister)
+        move, turn = self.middle('.joystick'), self.middle('.joystick + .joystick')
+        self.page.touch(move, turn)
+        for way in (15, 30, 60):
+            self.page.devtools('Input.dispatchTouchEvent', type='touchMove', touchPoints=[
+                {'x': move[0] - way, 'y': move[1] - way, 'id': 0}, {'x': turn[0] - way, 'y': turn[1], 'id': 1}])
+        commands.next(lambda twist: twist.linear.x > 0.2 and twist.linear.y > 0.2 and twist.angular.z > 1.0,
+                      'forward, sideways and turning at once')
+        start = len(commands.messages)
+        self.page.touch()
+        commands.index(lambda twist: twist == Twist(), 'a zero velocity', start)
+        self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
+
+    def test_every_control_has_a_name(self):
+        """What a screen reader says for whatever can be reached."""
+        for panel in ('turtle', 'robot'):
+            self.show(panel)
+            self.page.until(lambda: self.page.find('.pose'), panel)
+            self.assertEqual([], self.page.evaluate(NAMELESS), panel)
+
+    def test_widths_and_themes(self):
+        """Nothing sticks out, on a phone, a tablet and a desk; the pictures are for looking at them."""
+        self.call('turtle1/set_pen', *PEN, 3, 0)
+        self.driver()(x=3.0, turn=2.0)
+        for panel in ('turtle', 'robot'):
+            for width, height, touch in ((390, 844, True), (820, 1100, True), (1440, 900, False)):
+                for dark in (False, True):
+                    self.show(panel, width, height, touch, dark)
+                    self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
+                    self.page.screenshot(f'{panel}_{width}_{"dark" if dark else "light"}')
+                    self.assertFalse(self.page.evaluate(WIDE), f'{panel} at {width} px is too wide')
+
+
+class MasterTest(PageCase):
+    port = free_port()
+    environment = {'ROS_MASTER_URI': f'http://localhost:{port}'}
+
+    def test_page_says_what_is_missing_and_connects_again(self):
+        """Without a master, without a simulator, and with those that come later, twice."""
+        self.page.get(self.address)
+        for _ in range(2):
+            self.page.until(lambda: 'No roscore is running' in self.text('#banner'), 'what is missing')
+            self.assertIn('roscore', [one.text for one in self.page.find('#banner code')])
+            master = own_master.start_master(lambda command: Process(*command), self.port).process
+            self.addCleanup(master.stop)
+            self.page.until(lambda: self.page.find('#link.good'), 'a connection')
+            self.page.until(lambda: 'No turtlesim is running' in self.text('#panel'), 'what to start')
+            simulator = own_simulator(**self.environment)
+            self.addCleanup(simulator.stop)
+            self.page.until(lambda: re.match(r'5\.54', self.text('.pose dd')), 'the turtle')
+            self.key('keyDown', 'ArrowUp')
+            self.page.until(lambda: float(self.text('.pose dd')) > 6.0, 'the turtle driving')
+            self.key('keyUp', 'ArrowUp')
+            simulator.stop()
+            master.stop()
+
+
+if __name__ == '__main__':
+    if browser.MISSING:
+        skip(browser.MISSING)
+    else:
+        run(PageTest, MasterTest)
