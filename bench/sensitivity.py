@@ -1,7 +1,8 @@
 """What the detector's thresholds are worth: each one changed by -10 % and +10 %, on frames and on rendered scenes.
 
 The scenes show what the frames lack: markers of 7x7 cells (``7x7``), markers of margins that the detector does not
-look for (``margin``), motion (``tracking``), and bundles, one marker of which was moved in half of them (``bundles``).
+look for (``margin``), motion (``tracking``), bundles, one marker of which was moved in half of them (``bundles``), and
+shadows (``light``).
 What only the tracker or only bundles use is tried on their scenes alone.
 """
 import math
@@ -14,6 +15,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Set, Tuple
 
 import numpy as np
 
+import marker_classes
 from alvar_core import bundles, drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
@@ -27,8 +29,11 @@ CHANGE = 0.1  # of a threshold
 STEPS = {'window': 2}  # the window of a Pass is odd
 SIZE = 0.1  # m, of rendered markers
 LEAST_TURN = 0.05  # degrees: smaller changes of the rotation error are not named
+LIGHT_CLASSES = ('shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole', 'blinds', 'look-alikes')
 COUNTS = ('false', 'wrong', 'flips')
-OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles'}  # of what only this module uses
+OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles', 'uneven_light': 'light', 'local_contrast': 'light',
+              'broken_outlines': 'light', 'edge_alignment': 'light'}  # of what only these modules use
+LIGHT_PHOTOS = 4  # of each class
 
 
 class Part(NamedTuple):
@@ -114,6 +119,8 @@ class Scenes:
         self.larger = [self._random(300 + seed, 3, first_id=256) for seed in range(0, 12, every)]
         self.margins = [self._random(400 + seed, 4, margin=(1, 3)[seed % 2]) for seed in range(0, 24, every)]
         self.motion = [list(self._moving(500 + seed)) for seed in range(0, 4, every)]
+        self.light = [marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
+                      for name in LIGHT_CLASSES for number in range(0, LIGHT_PHOTOS, every)]
         self.boards = [self._board(600 + seed) for seed in range(0, 16, every)]
 
     def _random(self, seed, count, first_id=0, margin=2):
@@ -153,12 +160,14 @@ class Scenes:
         return image, (rotation, position), set(moved)
 
     def run(self, only: str = '') -> Dict[str, Score]:
-        """{set: Score} with the thresholds as they are now; only: 'tracking', 'bundles', or all the others."""
+        """{set: Score} with the thresholds as they are now; only: one of OWN_SCENES, or all the others."""
         if only == 'tracking':
             total = Score()
             for sequence in self.motion:
                 total.add(self._scored(sequence, Tracker(Detector(SIZE)).update))
             return {only: total}
+        if only == 'light':
+            return {only: self._scored_photos(Detector(marker_classes.SIZE))}
         return {only: self._scored_boards(Detector(SIZE))} if only == 'bundles' else self._single_images()
 
     def _single_images(self) -> Dict[str, Score]:
@@ -178,6 +187,13 @@ class Scenes:
         for image, placed in images:
             found = [detection_record(each) for each in detect(image, self.camera)]
             total.add(score_frame({'markers': [_truth(each) for each in placed]}, self.camera, image.shape[1], found))
+        return total
+
+    def _scored_photos(self, detector) -> Score:
+        total = Score()
+        for shot in self.light:
+            found = [detection_record(each) for each in detector.detect(shot.image, shot.camera)]
+            total.add(score_frame(shot.frame, shot.camera, shot.image.shape[1], found))
         return total
 
     def _scored_boards(self, detector) -> Score:
@@ -239,8 +255,8 @@ _scenes: List[Scenes] = []  # of the processes that share the work
 
 def _try(part: Part) -> List[Dict[str, Dict[str, float]]]:
     """Return the figures with a Part changed down and up."""
-    users = modules_using()[part.threshold]
-    only = OWN_SCENES.get(next(iter(users)), '') if len(users) == 1 else ''
+    scenes = {OWN_SCENES.get(module, '') for module in modules_using()[part.threshold]}
+    only = scenes.pop() if len(scenes) == 1 else ''
     after = []
     for sign in (-1, 1):
         with set_to(part, changed(part, sign)), np.errstate(all='ignore'):
@@ -252,7 +268,7 @@ def report(frames, progress=lambda text: None) -> Tuple[str, Dict[str, Any]]:
     """Return the report of all thresholds on these suite_markers.Frames, as text and as a dictionary."""
     _scenes[:] = [Scenes(frames)]
     before: Dict[str, Dict[str, float]] = {}
-    for only in ('', *OWN_SCENES.values()):
+    for only in ('', *dict.fromkeys(OWN_SCENES.values())):
         before.update(figures(_scenes[0].run(only)))
     rows, every, all_figures = [], parts(), {}
     with multiprocessing.get_context('fork').Pool(os.cpu_count()) as pool:

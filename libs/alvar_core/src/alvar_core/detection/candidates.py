@@ -12,6 +12,7 @@ import numpy as np
 
 from alvar_core.arrays import Floats, Image, Integers
 from alvar_core.detection import homography, thresholds
+from alvar_core.detection.broken_outlines import straight_parts
 from alvar_core.detection.prepared_image import ImageBuffers
 from alvar_core.detection.thresholds import Pass
 
@@ -29,14 +30,17 @@ def binary(smooth: Image, window: int, offset: int, buffers: ImageBuffers) -> Im
     return cv2.medianBlur(dark, 3, dst=clean)
 
 
-def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: ImageBuffers | None = None) -> Floats:
+def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: ImageBuffers | None = None,
+               parts: list[Floats] | None = None) -> Floats:
     """Return the quads (N, 4, 2), float64, that some passes find in a lightly smoothed grey image.
 
-    The default is all of thresholds.PASSES.
+    The default is all of thresholds.PASSES. ``parts`` gets the straight parts (K, 2, 2) of the outlines of the first of
+    PASSES, which is the finest.
     """
     passes = thresholds.PASSES if passes is None else passes
     buffers = buffers or ImageBuffers()
-    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, buffers, *each) for each in passes])
+    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, buffers, parts, *each)
+                                                     for each in passes])
     area = homography.area(quads)
     quads = np.where(area[:, None, None] < 0, quads[:, ::-1], quads)
     side = quads[:, [1, 2, 3, 0]] - quads
@@ -46,7 +50,8 @@ def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: Ima
     return found
 
 
-def _one_pass(smooth: Image, buffers: ImageBuffers, shrink: float, window: int, offset: int) -> Floats:
+def _one_pass(smooth: Image, buffers: ImageBuffers, parts: list[Floats] | None, shrink: float, window: int,
+              offset: int) -> Floats:
     for factor in (2, shrink / 2) if shrink > 2 else (shrink,):  # halving twice is faster than quartering
         width, height = int(smooth.shape[1] / factor), int(smooth.shape[0] / factor)
         method = cv2.INTER_AREA if factor >= 2 else cv2.INTER_LINEAR
@@ -55,6 +60,8 @@ def _one_pass(smooth: Image, buffers: ImageBuffers, shrink: float, window: int, 
     outlines, tree = cv2.findContours(dark, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     if tree is None:
         return np.zeros((0, 4, 2))
+    if parts is not None and shrink == thresholds.PASSES[0].shrink:
+        parts.append(straight_parts(outlines, shrink))
     quads: list[list[Point]] = []
     for i in np.flatnonzero(tree[0, :, 3] < 0).tolist():
         if len(outlines[i]) >= 4 * thresholds.MIN_OUTLINE_SIDE:

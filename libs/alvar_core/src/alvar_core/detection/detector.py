@@ -9,6 +9,9 @@ An image passes these stages, each on all candidates at once:
 3. alignment.Aligner fits the drawn marker to the image; reading.Reader then reads the cells again.
 4. acceptance decides whether it is a marker.
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
+
+uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
+and measures those again whose greys do not fit the drawing well.
 """
 from __future__ import annotations
 
@@ -28,6 +31,7 @@ from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, CoarseMatch, Reader, Reading, black_cells
+from alvar_core.detection.uneven_light import Found, UnevenLight
 
 MARGINS = range(1, 11)  # [cells]
 
@@ -89,6 +93,7 @@ class Detector:
         self._appearance = Appearance(self._aligner, self.resolution, self.margin)
         self._reader = Reader(self._aligner.grid, self.resolution, self.margin)
         self._corners = CornerEstimator(self.cells)
+        self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
         if self._decoder.words is not None:
             self._black_words = black_cells(self._decoder.words, self.margin)
 
@@ -104,17 +109,29 @@ class Detector:
     def detect(self, image: Image, camera: Camera) -> list[Detection]:
         """Return the Detections in an image; raise ImageError or CameraError."""
         prepared = self.prepare(image, camera)
-        return self.examine(prepared, candidates.candidates(prepared.smooth, buffers=self.buffers))
+        parts: list[Floats] = []
+        quads = candidates.candidates(prepared.smooth, buffers=self.buffers, parts=parts)
+        return self.examine(prepared, quads, parts)
 
     def prepare(self, image: Image, camera: Camera) -> PreparedImage:
         """Return the image prepared for ``examine``; it is valid until the next call."""
         return PreparedImage(image, camera, self.buffers)
 
-    def examine(self, image: PreparedImage, quads: Floats) -> list[Detection]:
-        """Return the Detections among candidate quads (N, 4, 2) [real px], clockwise."""
-        quads = candidates.refined(image.smooth, quads)
-        if not len(quads):
-            return []
+    def examine(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats] = ()) -> list[Detection]:
+        """Return the Detections among candidate quads (N, 4, 2) [real px], clockwise.
+
+        ``parts``: those that candidates.candidates found; squares in uneven light are made of them.
+        """
+        refined = candidates.refined(image.smooth, quads)
+        found = self._in_even_light(image, refined) if len(refined) else []
+        if self._uneven is None:
+            return found
+        found = [self._checked(image, each) for each in found]
+        more = [self._of_edges(image, each) for each in self._uneven.find(image, quads, parts, found)]
+        return best_of_overlapping(found + [each for each in more if each is not None])
+
+    def _in_even_light(self, image: PreparedImage, quads: Floats) -> list[Detection]:
+        """Return the Detections among refined quads whose greys fit a drawing."""
         match = self._decoder.match(image.smooth, quads)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
@@ -123,6 +140,30 @@ class Detector:
         if not chosen:
             return []
         return best_of_overlapping(self._align(image, quads[chosen], match, chosen))
+
+    def _checked(self, image: PreparedImage, detection: Detection) -> Detection:
+        """Return a Detection, measured again by the edges of its cells if its greys do not fit the drawing."""
+        f = detection.features
+        if self._uneven is None or f is None or f.kept > thresholds.EVEN_KEPT:
+            return detection
+        found = self._uneven.aligned(image, detection.corners, int(detection.id))
+        return detection if found is None else self._of_edges(image, found) or detection
+
+    def _of_edges(self, image: PreparedImage, found: Found) -> Detection | None:
+        """Return the Detection of a marker that was measured by its edges; None without a pose."""
+        content = self._reader.of_word(found.word, found.fit, found.gap).content
+        order = [(k + content.turns) % 4 for k in range(4)]
+        eight = np.array([2 * k + axis for k in order for axis in (0, 1)])
+        corners, information = found.corners[order], np.linalg.inv(found.covariance[np.ix_(eight, eight)])
+        size = self.sizes.get(content.value, self.size)
+        solutions = pose.solve(corners[None], [size], image.camera, information[None])[0]
+        real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
+        if not solutions or solutions[0].error > thresholds.MAX_POSE_ERROR * float(homography.mean_side(real[None])[0]):
+            return None
+        share, ambiguous = pose.ambiguity(solutions)
+        best = solutions[0]
+        return Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous, best.error,
+                         solutions, None, information)
 
     def _align(self, image: PreparedImage, quads: Floats, match: CoarseMatch, chosen: list[int]) -> list[Detection]:
         cell = homography.mean_side(quads) / self.cells

@@ -131,6 +131,41 @@ EDGE_OUTLIER, MIN_EDGE_OUTLIER = 3.0, 0.4  # noise, px: what is further off is c
 MIN_EDGE_NOISE = 0.03  # px: rounding, pixels that are no points
 MIN_EDGE_SEEN = 0.6  # share of each side
 
+# -- Squares of broken outlines (broken_outlines.py)
+# Sensitivity, on photos of shadows: none.
+MIN_PART = 8.0  # px of the shrunk image: shorter straight parts of outlines do not count
+MIN_BROKEN_OUTLINE = 20  # px of the shrunk image: length of an outline
+PART_TOLERANCE = 1.5  # px of the shrunk image
+DIRECTIONS, MAX_PARTS = 24, 6  # of the parts; longest parts of each direction
+MAX_CORNERS, MAX_BROKEN = 200, 60  # in one image
+JOINED_GAP, JOINED_OFF, JOINED_TURN = 1.5, 2.0, 0.996  # of the longer part, px, cosine: parts of one line
+CORNER_GAP = 1.0  # of the longer part: how far both may end before the corner
+CORNER_SPARE = 0.12  # of the part, of the side: how far one may go beyond a corner
+MIN_TURN = 0.5  # sine of the angle at a corner
+MIN_OPPOSITE = 0.8  # cosine of the angle between opposite sides
+MIN_BROKEN_SIDE = 18.0  # px
+MIN_SHOWN = 0.3  # share of the rim that the four parts cover
+
+# -- Reading in uneven light (local_contrast.py, uneven_light.py)
+# Sensitivity, on photos of shadows: a higher MIN_LOCAL_RIM loses one marker of 20; false squares have surpluses of up
+# to 0.17 and gaps of up to 0.05. EVEN_KEPT was not changed.
+DARK_GREY = 6.0  # greys, added to both sides of an edge: black is never read as less
+MIN_LOCAL_CONTRAST, MIN_LOCAL_SHARE = 0.08, 0.4  # of an edge, of the typical one: smaller contrasts are no edges
+MIN_LOCAL_STEP = 5.0  # greys
+MAX_PLAIN_CONTRAST = 0.5  # of the typical one: an edge in the border without a step
+MAX_EDGE_COST = 0.7  # of the typical contrast: worse edges count as this
+MIN_LOCAL_RIM = 0.85  # share of the rim that is an edge: worth reading
+MIN_FIRST_FIT, MIN_FIRST_GAP, MIN_FIRST_PLAIN = 0.66, 0.03, 0.8  # before the edges are aligned: worth that
+KNOWN_REACH = 0.8  # of the side: nearer to the middle of a known marker nothing is searched
+MAX_LOCAL = 12  # candidates in one image whose edges are aligned
+EVEN_KEPT = 0.87  # share of the samples that agree with the drawing: more needs no look at the edges
+LOCAL_REACH = 0.42  # cells: what is read across an edge, at most
+MAX_LOCAL_REACH = 3.5  # px
+LOCAL_STEPS = 4
+MIN_SEEN_EDGES = 0.6  # share of the edges that are seen and agree
+LOCAL_FIT, LOCAL_GAP, LOCAL_SURPLUS = 0.72, 0.035, 0.25  # of the aligned marker: accepted; as of a Demand
+LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
+
 # -- Errors of corners, poses (pose.py, detector.py)
 # Sensitivity: none.
 CORNER_MODEL_ERROR = 0.04  # px: corners are never known better

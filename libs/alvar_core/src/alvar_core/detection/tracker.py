@@ -81,11 +81,12 @@ class Tracker:
         if skipped is None or not skipped[1]:
             return
         image, passes = skipped
-        quads = candidates.candidates(image.smooth, passes, self.detector.buffers)
+        parts: list[Floats] = []
+        quads = candidates.candidates(image.smooth, passes, self.detector.buffers, parts)
         known = [t.detection.corners for t in self.tracks if t.missed == 0]
         if known:
             quads = quads[~_alike(quads, np.asarray(known))]
-        self._hints = [d.corners for d in self.detector.examine(image, quads)]
+        self._hints = [d.corners for d in self.detector.examine(image, quads, parts)]
 
     def _search(self, image: PreparedImage) -> list[Detection]:
         expected = self._expected()
@@ -94,10 +95,11 @@ class Tracker:
         runs = [alone or k * self.full_every // count == phase for k in range(count)]
         passes = [each for each, run in zip(thresholds.PASSES, runs) if run]
         self._skipped = image, [each for each, run in zip(thresholds.PASSES, runs) if not run]
-        quads = candidates.candidates(image.smooth, passes, self.detector.buffers)
+        parts: list[Floats] = []
+        quads = candidates.candidates(image.smooth, passes, self.detector.buffers, parts)
         if not alone:
             quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
-        found = self.detector.examine(image, quads)
+        found = self.detector.examine(image, quads, parts)
         missing = [t.detection.corners for t in self.tracks
                    if t.missed < thresholds.SEARCHED_FRAMES and not any(d.id == t.detection.id for d in found)]
         quads = self._near(image, missing)

@@ -1,0 +1,131 @@
+"""Find markers in uneven light: local contrast decides the code, the edges of the cells give the corners."""
+from __future__ import annotations
+
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from alvar_core.arrays import Bools, Floats
+from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
+from alvar_core.detection.detection import Detection
+from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, edge_points
+from alvar_core.detection.local_contrast import LocalDecoder
+from alvar_core.detection.prepared_image import PreparedImage
+from alvar_core.detection.reading import black_cells
+
+PLACES = np.array([-0.25, 0.25])
+
+
+class Found(NamedTuple):
+    """A marker that was found.
+
+    ``word``: index of its code word, ``fit`` and ``gap`` of that; ``corners`` (4, 2) [ideal px], their ``covariance``
+    (8, 8) [px^2].
+    """
+
+    word: int
+    fit: float
+    gap: float
+    corners: Floats
+    covariance: Floats
+
+
+class UnevenLight:
+    """Finds markers of resolution 5 and ``margin`` cells."""
+
+    def __init__(self, margin: int) -> None:
+        self.decoder, self.aligner = LocalDecoder(margin), EdgeAligner()
+        self.half = self.decoder.half
+        self.margin, half = margin, self.half
+        self._scale = 1e-3 / np.array([1 / half, 1, 1, 1 / half, 1, 1, half, half])  # of equal moves of the corners
+        self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+
+    def find(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats],
+             known: Sequence[Detection] = ()) -> list[Found]:
+        """Return the markers among quads (N, 4, 2) [real px] and in the straight parts of outlines.
+
+        Markers that are ``known`` are not searched for again.
+        """
+        shown = [broken_outlines.squares(each[_free(each.mean(1), known)]) for each in parts]
+        quads = np.concatenate([quads, *shown])
+        quads = quads[_free(quads.mean(1), known)]
+        if not len(quads):
+            return []
+        h = homography.from_square(quads, self.half)
+        rim, _ = self.decoder.rim(image.smooth, h)
+        likely = np.flatnonzero(rim > thresholds.MIN_LOCAL_RIM)
+        chosen = candidates.distinct(quads, rim, likely)[:2 * thresholds.MAX_LOCAL]
+        if not chosen:
+            return []
+        quads, h = quads[chosen], h[chosen]
+        match = self.decoder.match(image.smooth, h)
+        likely = np.flatnonzero((match.fit > thresholds.MIN_FIRST_FIT) & (match.gap > thresholds.MIN_FIRST_GAP)
+                                & (match.plain > thresholds.MIN_FIRST_PLAIN))
+        order = likely[np.argsort(-match.fit[likely])][:thresholds.MAX_LOCAL].tolist()
+        found: list[Found] = []
+        for m in order:
+            centre = quads[m].mean(0)
+            if any(np.abs(each.corners.mean(0) - centre).max() < 0.4 * np.ptp(quads[m], 0).max() for each in found):
+                continue
+            one = self.aligned(image, quads[m], int(match.word[m]))
+            if one is not None:
+                found.append(one)
+        return found
+
+    def aligned(self, image: PreparedImage, quad: Floats, word: int) -> Found | None:
+        """Return the marker with a code word at a quad (4, 2) [real px]; None if its edges are not there."""
+        h = homography.from_square(image.camera.to_ideal(quad)[None], self.half)[0]
+        for _ in range(3):
+            fit = self._fit(image, h, word)
+            if fit is None:
+                return None
+            h, result = fit
+            again = self.decoder.match(image.smooth, self._real(image, h))
+            if int(again.word[0]) == word:
+                break
+            word = int(again.word[0])
+        else:
+            return None
+        surplus = again.gap[0] / (thresholds.BEST_FIT - again.fit[0])
+        shown = (again.plain[0] > thresholds.LOCAL_PLAIN and again.rim[0] > thresholds.LOCAL_RIM
+                 and result.seen > thresholds.MIN_SEEN_EDGES)
+        good = (again.fit[0] > thresholds.LOCAL_FIT and again.gap[0] > thresholds.LOCAL_GAP
+                and surplus > thresholds.LOCAL_SURPLUS and shown)
+        if not good:
+            return None
+        corners = homography.apply(h[None], self._square)[0]
+        moves = [homography.apply(edge_alignment.changed(h, step)[None], self._square)[0] - corners
+                 for step in np.eye(8) * 1e-5]
+        jacobian = np.stack(moves, -1).reshape(8, 8) / 1e-5
+        covariance = jacobian @ result.covariance @ jacobian.T + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
+        return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance)
+
+    def _black(self, word: int) -> Bools:
+        return black_cells(self.decoder.words[word], self.margin)
+
+    def _real(self, image: PreparedImage, h: Floats) -> Floats:
+        if not image.camera.distorted:
+            return h[None]
+        corners = homography.apply(h[None], self._square)
+        real = np.stack(image.camera.to_real(corners[..., 0], corners[..., 1]), -1)
+        return homography.from_square(real, self.half)
+
+    def _fit(self, image: PreparedImage, h: Floats, word: int) -> tuple[Floats, EdgeFit] | None:
+        """Return the homography (3, 3) after the alignment with the edges, and the EdgeFit."""
+        corners = homography.apply(h[None], self._square)
+        cell = float(homography.mean_side(corners)[0]) / (2 * self.half)
+        reach = min(thresholds.LOCAL_REACH * cell, thresholds.MAX_LOCAL_REACH)
+        result = self.aligner.fit(image.grey, image.camera, edge_alignment.of_homography(h), np.zeros(8),
+                                  edge_points(self._black(word), PLACES), self._scale, reach, thresholds.LOCAL_STEPS)
+        if result is None:
+            return None
+        return edge_alignment.changed(h, result.parameters), result
+
+
+
+def _free(points: Floats, known: Sequence[Detection]) -> Bools:
+    """Return which points (N, 2) [px] lie on no marker that is known."""
+    free = np.ones(len(points), bool)
+    for each in known:
+        free &= np.abs(points - each.centre).max(1) > thresholds.KNOWN_REACH * each.side
+    return free

@@ -1,0 +1,98 @@
+"""Markers across which the light changes: local contrasts, squares of broken outlines, edges; found and exact."""
+import numpy as np
+import pytest
+
+import marker_classes
+from alvar_core import code
+from alvar_core.detection import broken_outlines, homography
+from alvar_core.detection.detector import Detector
+from alvar_core.detection.edge_alignment import edge_points
+from alvar_core.detection.local_contrast import LocalDecoder, steps_of
+from alvar_core.detection.reading import black_cells
+from alvar_core.detection.tracker import Tracker
+from class_scores import ClassScore
+from marker_score import score_frame
+from markers_cli import detection_record
+
+
+def test_steps_of_two_by_two_cells():
+    # black white      a step up in the first row, down in the second, down in the second column
+    # white black      and up in the first
+    white = np.array([[False, True], [True, False]])
+    assert steps_of(white).tolist() == [1, -1, 1, -1]
+
+
+def test_edge_points_lie_between_black_and_white():
+    points = edge_points(np.array([[True, False], [True, True]]), np.array([0.0]))
+    pairs = {(tuple(at), tuple(out)) for at, out in zip(points.middle.tolist(), points.outward.tolist())}
+    assert ((0.0, -0.5), (1.0, 0.0)) in pairs  # black left of white
+    assert ((0.5, 0.0), (0.0, -1.0)) in pairs  # black below white
+    assert ((-1.0, 0.5), (-1.0, 0.0)) in pairs  # the paper around is white
+    assert len(pairs) == 8
+
+
+@pytest.mark.parametrize('left', [1.0, 0.5, 0.15])
+def test_code_is_read_whatever_light_is_left_in_half_of_it(left):
+    white = np.pad(np.pad(code.encode(77), 2), 2, constant_values=True)
+    image = np.kron(np.where(white, 180.0, 30.0), np.ones((10, 10)))
+    image[:, 72:] *= left
+    h = homography.from_square(np.array([[[19.5, 19.5], [109.5, 19.5], [109.5, 109.5], [19.5, 109.5]]]), 4.5)
+    match = LocalDecoder(2).match(image.astype(np.uint8), h)
+    assert match.word[0] == 77 and match.fit[0] > 0.75 and match.gap[0] > 0.05
+    assert match.rim[0] > 0.9 and match.plain[0] > 0.8
+
+
+def test_square_is_found_from_parts_of_its_sides():
+    # the sides of the square from 100 to 200, with 40 px missing in the upper one and half of the left one
+    parts = np.array([[[105, 100], [130, 100]], [[170, 100], [195, 100]], [[200, 105], [200, 195]],
+                      [[195, 200], [105, 200]], [[100, 150], [100, 195]][::-1],
+                      [[20, 300], [400, 310]], [[400, 320], [20, 310]]], float)
+    quads = broken_outlines.squares(parts)
+    square = np.array([[100, 100], [200, 100], [200, 200], [100, 200]])
+    off = [min(np.abs(np.roll(quad, turn, 0) - square).max() for turn in range(4)) for quad in quads]
+    assert min(off) < 1e-6
+    assert (homography.area(quads) > 0).all()
+    assert len(broken_outlines.squares(parts[:2])) == 0
+
+
+def scored(name, count, half=marker_classes.DEVELOPMENT):
+    detector, score = Detector(marker_classes.SIZE), ClassScore()
+    for number in range(count):
+        shot = marker_classes.photo(name, half, number)
+        found = [detection_record(each) for each in detector.detect(shot.image, shot.camera)]
+        score.add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, found))
+    return score
+
+
+@pytest.mark.parametrize('name', ['shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole'])
+def test_markers_in_a_shadow_are_found_and_exact(name):
+    score = scored(name, 5)
+    assert score.recall >= 80 and np.median(score.corners()) < 0.25  # px
+    assert max(score.rotations(sure=True)) < 3.0  # degrees
+    assert score.wrong == score.false == score.flips == 0
+
+
+def test_markers_behind_blinds_are_often_found():
+    score = scored('blinds', 6)
+    assert score.recall >= 50 and score.wrong == score.false == 0
+
+
+def test_no_look_alike_is_a_marker():
+    assert scored(marker_classes.LOOK_ALIKES, 3).false == 0
+
+
+def test_reading_does_not_depend_on_the_rotation_of_the_marker():
+    for turns in range(4):
+        word = turns * 256 + 5
+        decoder = LocalDecoder(2)
+        black = black_cells(decoder.words[word], 2)
+        image = np.kron(np.where(np.pad(~black, 2, constant_values=True), 200.0, 20.0), np.ones((8, 8)))
+        h = homography.from_square(np.array([[[15.5, 15.5], [87.5, 15.5], [87.5, 87.5], [15.5, 87.5]]]), 4.5)
+        assert decoder.match(image.astype(np.uint8), h).word[0] == word
+
+
+def test_tracker_keeps_a_marker_in_a_shadow():
+    shot = marker_classes.photo('shadow 0.35', marker_classes.DEVELOPMENT, 0)
+    tracker, number = Tracker(Detector(marker_classes.SIZE)), shot.frame['markers'][0]['id']
+    found = [[each.id for each in tracker.update(np.roll(shot.image, 2 * step, 1), shot.camera)] for step in range(6)]
+    assert found == [[number]] * 6
