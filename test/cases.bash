@@ -46,6 +46,7 @@ browser|class_page             ?chromium
 browser|class_page             ?chromium-driver
 browser|class_page             ?python3-selenium
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
+grader/test_remote             $repo/libs/course_grader/dask_requirements.txt
 test_notebooks                 $repo/test/notebook_requirements.txt
 recordings?\.test              $repo/test/requirements.txt
 ^(unit|mypy|stress)            $repo/stress/requirements.txt

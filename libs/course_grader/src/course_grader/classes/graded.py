@@ -114,8 +114,8 @@ def version() -> str:
 def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]:
     """Return {name below its folder: path} of what belongs to a submission, which is all that it may need.
 
-    ``programs`` of all submissions of the class: others are left out, unless this program names them. The folder: see
-    root_of().
+    ``programs`` of all submissions of the class: others are left out, unless this program names them; and so are links
+    that lead out of the folder: see root_of().
     """
     root = root_of(submission)
     try:
@@ -131,7 +131,8 @@ def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]
             path = os.path.join(parent, name)
             own = path == submission.program or path not in programs or os.fsencode(
                 os.path.splitext(name)[0]) in text
-            if own and os.path.isfile(path):
+            inside = os.path.realpath(path).startswith(os.path.realpath(root) + os.sep)
+            if own and inside and os.path.isfile(path):
                 files[os.path.relpath(path, root)] = path
     return files
 

@@ -5,6 +5,7 @@ come back. Dask gives the gradings of a worker that is lost to another one. Whoe
 run programs on its workers, so that such a one is only used on this machine. Without ROS.
 """
 import argparse
+import asyncio
 import contextlib
 import importlib
 import ipaddress
@@ -95,9 +96,11 @@ def grade(options: argparse.Namespace, works: Sequence[Work], done: Callable[[Gr
     except ImportError:
         raise RemoteError('--dask needs the Python package distributed; ./run grade installs it') from None
     with _client(distributed, options) as client:
-        if not client.scheduler_info().get('workers'):
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except (TimeoutError, asyncio.TimeoutError):  # one class since Python 3.11
             raise RemoteError(f'{options.dask} has no workers; start one or more in ./run shell: '
-                              f'dask worker --nthreads 1 {options.dask}')
+                              f'dask worker --nthreads 1 {options.dask}') from None
         class_grader.grade(works, client.get_executor(pure=False), grade_parcel, done, pack=pack)
 
 
