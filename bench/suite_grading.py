@@ -9,6 +9,7 @@ import contextlib
 import json
 import os
 import shutil
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -24,14 +25,14 @@ GRADER = 'python3', str(REPOSITORY / 'scripts' / 'grade.py')
 EXERCISES = sorted(path.name for path in SAMPLES.iterdir() if path.is_dir())
 REPEATED = ('square_by_topics/right_four_positions.py', 'print_marker_ids/right_node.py')
 BORDERLINE = 'stop_at_x', '''#!/usr/bin/env python3
-# Stops beside the tolerance: a score between what fails and what is complete, which depends on every step.
+# Stops 6 mm inside of the tolerance with the SEED: a step of 16 mm earlier it fails, so that every step counts.
 import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose
 
 def drive(pose):
     twist = Twist()
-    twist.linear.x = 1.0 if pose.x < 9.68 else 0.0
+    twist.linear.x = 1.0 if pose.x < 9.848 else 0.0
     publisher.publish(twist)
 
 rospy.init_node('stop')
@@ -43,6 +44,8 @@ BUSY_LOOPS = 2
 REAL_TIME = 'right_busy_loop', 'right_wall_clock'
 SEED = 7
 LIMIT = 120.0  # [s] of one grading
+SEEDS = 50  # drawn anew for each program
+WRONG = {'print_marker_ids': 'wrong_prints_counter', 'square_by_teleport': 'wrong_three_positions'}  # else the last one
 FULL, QUICK = 100, 8  # repeats of one grading
 AT_ONCE = 4
 CLASS_JOBS = 2  # as many as a grading on 2 cores gets by default
@@ -51,6 +54,11 @@ CLASS_JOBS = 2  # as many as a grading on 2 cores gets by default
 def right_program(exercise):
     """Return the first right Python program of an exercise that need not be graded in real time."""
     return min(path for path in (SAMPLES / exercise).glob('right_*.py') if path.stem not in REAL_TIME)
+
+
+def wrong_program(exercise):
+    """Return a wrong Python program of an exercise, preferably one that nearly does what is asked."""
+    return max((SAMPLES / exercise).glob(f'{WRONG.get(exercise, "wrong_*")}.py'))
 
 
 def grade(arguments, limit, accepted=(0,)):
@@ -92,6 +100,30 @@ def whole_class(_subject, _scale):
     return {'class': [seconds / len(EXERCISES)]}
 
 
+def seeds(exercise):
+    """Return the measurement of a right and a wrong program of an exercise: the share of the expected verdicts."""
+    def run(_subject, most):
+        expected = {'right': (right_program(exercise), 'passed'), 'wrong': (wrong_program(exercise), 'failed')}
+        count = min(most, SEEDS)
+        with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+            for name, (program, _) in expected.items():
+                for number in range(count):
+                    student = Path(folder, 'class', f'{name}{number:02}')
+                    student.mkdir(parents=True)
+                    shutil.copy(program, student / f'{exercise}.py')
+            output = Path(folder, 'out')
+            grade(['--all', str(Path(folder, 'class')), '--jobs', str(CLASS_JOBS), '--output', str(output)],
+                  LIMIT * count, accepted=(1,))
+            results = [(json.loads(path.read_text(encoding='utf-8')), path.parent.parent.name[:5])
+                       for path in sorted(output.glob(f'*/{exercise}/result.json'))]
+        for result, name in results:
+            if result['outcome'] != expected[name][1]:
+                print(f'    {expected[name][0].name}, seed {result["seed"]}: {result["outcome"]}', file=sys.stderr)
+        right = [result['outcome'] == expected[name][1] for result, name in results]
+        return {'seeds': [100.0 * sum(right) / (2 * count)]}
+    return run
+
+
 def repeats(_subject, times):
     """Grade programs many times, four at once: the share of each one's most frequent verdict, and the time of each."""
     programs = {sample.partition('/')[0]: (SAMPLES / sample).read_text(encoding='utf-8') for sample in REPEATED}
@@ -130,6 +162,9 @@ def _verdict(path):
 MEASUREMENTS = {
     **{exercise: Measurement(one(exercise), f'{exercise}, {right_program(exercise).name}') for exercise in EXERCISES},
     'class': Measurement(whole_class, f'a class with all {len(EXERCISES)} exercises, {CLASS_JOBS} at once'),
+    **{f'seeds {exercise}': Measurement(seeds(exercise), f'{right_program(exercise).name} and '
+                                        f'{wrong_program(exercise).name} of {exercise}, {SEEDS} seeds each')
+       for exercise in EXERCISES},
     'repeats': Measurement(repeats, f'{len(REPEATED) + 1} programs, each {FULL} times, {AT_ONCE} at once'),
     'busy': Measurement(repeats_beside_busy_loops, f'the same beside {BUSY_LOOPS} busy loops'),
 }
@@ -140,6 +175,7 @@ FIGURES = (
     Figure(f'class of all exercises, {CLASS_JOBS} at once, per grading', 'class', 's', median, Target('at_most', 2.5)),
     Figure(f'{len(REPEATED) + 1} programs again and again, {AT_ONCE} at once, per grading', 'equal ones', 's', median,
            Target('at_most', 2.5)),
+    Figure(f'right verdicts, {SEEDS} seeds a program', 'seeds', '%', min, Target('at_least', 100.0)),
     Figure('equal verdicts', 'equal', '%', min, Target('at_least', 100.0)),
     Figure(f'equal verdicts beside {BUSY_LOOPS} busy loops', 'equal beside', '%', min, Target('at_least', 100.0)),
 )

@@ -1,7 +1,8 @@
 """The bench of the grader's hints: how many mistakes of beginners get the right advice.
 
-The programs are right samples of test/data/submissions with one mistake each, as test/data/wrong_programs.yaml lists
-them; they were written before any symptom was, and half of them are held out. See suite_turtlesim for what a suite is.
+The programs of test/data/wrong_programs.yaml are right samples of test/data/submissions with one mistake each; they
+were written before any symptom was, and half of them are held out. Those of test/data/unseen_programs.yaml are whole
+programs in other styles; they were written later, from the tasks' texts alone. See suite_turtlesim for what a suite is.
 """
 
 import json
@@ -19,12 +20,17 @@ from suite_turtlesim import Measurement
 
 NEEDS_NODE = False
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
+UNSEEN = REPOSITORY / 'test' / 'data' / 'unseen_programs.yaml'
 FULL, QUICK = None, 6  # programs of each half
-KINDS = {'open': 'mistakes that symptoms were written for', 'held_out': 'mistakes that were held out'}
+KINDS = {'open': 'mistakes that symptoms were written for', 'held_out': 'mistakes that were held out',
+         'unseen': 'whole programs that were held out'}
 
 
 def programs(kind):
     """Return [(exercise, text of the program, pattern of the right hint)]."""
+    if kind == 'unseen':
+        return [(entry['exercise'], entry['program'], entry['hint'])
+                for entry in yaml.safe_load(UNSEEN.read_text(encoding='utf-8'))]
     found = []
     for entry in yaml.safe_load(PROGRAMS.read_text(encoding='utf-8'))[kind]:
         text = (SAMPLES / entry['of']).read_text(encoding='utf-8')

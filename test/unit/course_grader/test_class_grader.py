@@ -141,14 +141,14 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     (['class', '--exercise', 'y'], 'y: there is no such exercise; give the path of an exercise file, or one of x'),
     (['class', '--exercise', 'x'], 'class contains no program'),
     (['class', '--jobs', '0'], '--jobs is 0; it must be 1 or more'),
-    (['class', '--shard', '3/2'], "'3/2' is no part; write I/N, from 1/N to N/N, such as 1/4"),
+    (['class', '--shard', '3/2'], "'3/2' is not a part; write I/N, from 1/N to N/N, such as 1/4"),
     (['class', '--only', 'bob'], '--only bob: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such as '
      'anna or anna/x'),
-    (['class', '--weights', 'x=-1'], "'x=-1' is no weight; write NAME=N, such as stop_at_x=2,black_path=0.5"),
+    (['class', '--weights', 'x=-1'], "'x=-1' is not a weight; write NAME=N, such as stop_at_x=2,black_path=0.5"),
     (['class', '--weights', 'y=1'], '--weights names y, but the exercises are x'),
     (['class', '--weights', 'x=0'], 'all exercises have the weight 0'),
     (['class', '--dask', 'tcp://10.0.0.5:8786'], 'is another machine, and whoever reaches a scheduler without TLS can'),
-    (['class', '--dask', 'localhost'], "'localhost' is no address of a scheduler; write tcp://127.0.0.1:8786 or tls:"),
+    (['class', '--dask', 'localhost'], "'localhost' is not the address of a scheduler; write tcp://127.0.0.1:8786"),
     (['class', '--output', 'x.yaml/out'], 'x.yaml/out: Not a directory. Choose another folder with --output DIR'),
     (['class', '--output', '/proc/nowhere'], '/proc/nowhere: No such file or directory. Choose another folder with'),
 ])

@@ -16,6 +16,7 @@ from course_grader.rules import random_stimuli
 from course_grader.rules.observation import Call, ShownMarkers
 
 DRIVE_RATE = 10.0  # [Hz]
+TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_frequency)
 ANSWER_TIME = 5.0  # [s] in which a service must answer
 POLL = 0.05  # [s]
 
@@ -92,11 +93,13 @@ class Stimuli:
         publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
         while publisher.get_num_connections() == 0 and self._now() < values['for']:
             rospy.sleep(POLL)
-        rate = rospy.Rate(values['rate'])
+        repeats = max(1, round(TRACKER_RATE / values['rate']))
+        rate = rospy.Rate(repeats * values['rate'])
         for markers in shows:
             self._observed.shown.append(ShownMarkers(self._now() + self._observed.start, markers))
-            publisher.publish(_message(markers))
-            rate.sleep()
+            for _ in range(repeats):
+                publisher.publish(_message(markers))
+                rate.sleep()
 
 
 def _message(markers):

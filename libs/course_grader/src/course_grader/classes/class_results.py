@@ -50,7 +50,8 @@ def _weights(text: str) -> Dict[str, float]:
         except ValueError:
             weights[name.strip()] = -1.0
         if not 0.0 <= weights[name.strip()] < 1e9:
-            raise argparse.ArgumentTypeError(f'{part!r} is no weight; write NAME=N, such as stop_at_x=2,black_path=0.5')
+            raise argparse.ArgumentTypeError(f'{part!r} is not a weight; write NAME=N, such as '
+                                             'stop_at_x=2,black_path=0.5')
     return weights
 
 

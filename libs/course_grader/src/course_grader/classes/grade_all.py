@@ -66,7 +66,7 @@ def parser() -> argparse.ArgumentParser:
 def _shard(text: str) -> Tuple[int, int]:
     part, _, parts = text.partition('/')
     if not (part.isdigit() and parts.isdigit() and 1 <= int(part) <= int(parts)):
-        raise argparse.ArgumentTypeError(f'{text!r} is no part; write I/N, from 1/N to N/N, such as 1/4')
+        raise argparse.ArgumentTypeError(f'{text!r} is not a part; write I/N, from 1/N to N/N, such as 1/4')
     return int(part), int(parts)
 
 

@@ -102,7 +102,7 @@ def _read(path: str) -> Any:
 
 def _texts(value: object) -> List[str]:
     if not isinstance(value, list):
-        raise ValueError(f'{value!r} is no list')
+        raise ValueError(f'{value!r} is not a list')
     return [str(entry) for entry in value]
 
 

@@ -74,7 +74,7 @@ def _address(text: str) -> str:
     except ValueError:
         complete = None
     if not complete:
-        raise argparse.ArgumentTypeError(f'{text!r} is no address of a scheduler; write tcp://127.0.0.1:8786 or '
+        raise argparse.ArgumentTypeError(f'{text!r} is not the address of a scheduler; write tcp://127.0.0.1:8786 or '
                                          'tls://HOST:8786')
     if parts.scheme == 'tcp' and not _is_here(str(parts.hostname)):
         raise argparse.ArgumentTypeError(f'{text} is another machine, and whoever reaches a scheduler without TLS can '

@@ -40,13 +40,13 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
     'markers': {
         'for': Parameter('time', ..., 'how long'),
         'topic': Parameter('name', '/ar_pose_marker', 'where'),
-        'rate': Parameter('rate', 2.0, 'messages per second'),
+        'rate': Parameter('rate', 2.0, 'how often they change'),
         'most': Parameter('integer', 3, 'the highest number of markers at once; each number up to it is shown')},
 }
 MEANINGS = {  # of the stimuli
     'drive': 'The grader drives the turtle with velocities that change every 2 s.',
     'call': 'The grader calls a service and waits up to 5 s for each answer.',
-    'markers': 'The grader publishes markers with different ids, and every other time none.'}
+    'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second.'}
 KEYS: Parameters = {
     'title': Parameter('text', ..., 'one line'),
     'asks': Parameter('text', '', 'the task, for the report'),

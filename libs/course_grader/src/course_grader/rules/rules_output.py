@@ -18,7 +18,7 @@ from course_grader.rules.observation import Call, Observed, OutputLine
 from course_grader.rules.quantities import NUMBER
 
 EARLY = 0.1  # [s] a line may seem to come before what it tells of
-NEAR = 1.0  # [s] at most between a message and the line that prints it
+NEAR = 1.0  # [s] by which a line may come later than the first message with what it prints; or while that is shown
 TOGETHER = 0.1  # [s] at most between the lines of one message
 MOST_NUMBERS = 12  # in a line with a pose; more would be guessing
 MOST_OF_A_LINE = 30  # numbers in a line with markers, for the same reason
@@ -167,8 +167,10 @@ def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
     names no marker.
     """
     told: Dict[Tuple[str, int], List[Set[Tuple[int, int]]]] = collections.defaultdict(list)
-    for number, shown in enumerate(observed.shown):
-        near = [line.text for line in observed.lines if shown.markers and -EARLY <= line.t - shown.t <= NEAR]
+    ends = [shown.t for shown in observed.shown[1:]] + [0.0]
+    for number, (shown, end) in enumerate(zip(observed.shown, ends)):
+        late = max(NEAR, end - shown.t)
+        near = [line.text for line in observed.lines if shown.markers and -EARLY <= line.t - shown.t <= late]
         for text in near:
             numbers, words = numbers_in(text), re.sub(NUMBER, '#', text)
             for place, printed in enumerate(numbers if len(numbers) <= MOST_OF_A_LINE else ()):
@@ -203,8 +205,9 @@ def connects(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It publishes, subscribes to or serves a name."""
     there = (wanted.topic, wanted.role) in observed.connections
     others = sorted(name for name, role in observed.connections if role == wanted.role)
-    return Result(float(there), f'the program {wanted.role} {wanted.topic}',
-                  'yes' if there else f'the program {wanted.role} {", ".join(others) or "nothing"}')
+    does = 'subscribes to' if wanted.role == 'subscribes' else wanted.role
+    return Result(float(there), f'the program {does} {wanted.topic}',
+                  'yes' if there else f'the program {does} {", ".join(others) or "nothing"}')
 
 
 def runs(observed: Observed, wanted: SimpleNamespace) -> Result:
