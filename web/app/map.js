@@ -260,7 +260,7 @@ export class WorldMap {
     context.lineWidth = 2 * this._pixel;
     context.stroke();
     context.beginPath();
-    trace(context, [{x: 0.13, y: 0}, {x: -0.02, y: 0.09}, {x: -0.02, y: -0.09}]);
+    trace(context, [{x: 0.15, y: 0}, {x: -0.11, y: 0.08}, {x: -0.06, y: 0}, {x: -0.11, y: -0.08}]);
     context.fillStyle = cssColour('--surface');
     context.fill();
     context.restore();

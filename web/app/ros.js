@@ -129,9 +129,15 @@ export class Ros {
       }
       this._calls.clear();
       if (this.state.link === 'open') this._set({link: 'lost'});
-      this._look();
-      setTimeout(() => this._connect(), RETRY);
+      setTimeout(() => this._connectAgain(), RETRY);
     };
+  }
+
+  // Connect as soon as the server says that it is ready.
+  async _connectAgain() {
+    await this._look();
+    if (this.state.server && this._ready) this._connect();
+    else setTimeout(() => this._connectAgain(), RETRY);
   }
 
   _ask(name, topic) {
@@ -158,7 +164,7 @@ export class Ros {
       clearTimeout(call.timer);
       if (operation.result) call.resolve(operation.values);
       else call.reject(new Error(String(operation.values)));
-    } else if (operation.op === 'status') {
+    } else if (operation.op === 'status' && !String(operation.id).startsWith('call:')) {  // a call tells it itself
       for (const callback of this.statuses) callback({level: operation.level, text: String(operation.msg)});
     }
   }
@@ -198,7 +204,8 @@ export class Ros {
     this._looking = true;
     try {
       const answer = await fetch('status', {signal: AbortSignal.timeout(STATUS_TIMEOUT)});
-      const found = answer.ok ? await answer.json() : {master: true, uri: ''};
+      const found = answer.ok ? await answer.json() : {master: true, ready: true, uri: ''};
+      this._ready = found.ready;
       this._set({server: true, master: Boolean(found.master), uri: String(found.uri)});
     } catch {
       if (this.state.link !== 'open') this._set({server: false});

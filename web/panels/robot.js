@@ -41,7 +41,7 @@ class RobotPanel {
     this._context = context;
     this._caller = new Caller(context);
     this._robots = [];      // namespaces, as / or /robot1/
-    this._robot = null;
+    this._robot = undefined;  // null: there is none; undefined: nobody knows yet
     this._ends = [];        // of the subscriptions of this robot
     this._images = '';
     this._shown = 0;
@@ -52,13 +52,13 @@ class RobotPanel {
     this._endKeys = context.keys ? driveByKeys(this._driver, {sideways: true}) : () => {};
     this._build();
     this._timer = setInterval(() => this._look(), LOOK);
-    this._endState = context.ros.onState(() => {
+    this._endState = context.ros.onState((state) => {
+      if (!state.master || !state.server) this._setRobots([], []);
       this._look();
       this._showImage();
     });
     this._onHidden = () => this._showImage();
     document.addEventListener('visibilitychange', this._onHidden);
-    this._showNothing();
   }
 
   close() {
@@ -88,7 +88,9 @@ class RobotPanel {
       this._setRobots(robots, topics);
       const images = topics.filter(({type}) => type === 'sensor_msgs/Image').map(({name}) => name);
       const shown = await Promise.all(images.map((topic) => rosapi.publishers(topic)));
-      this._setImages(images.filter((_, index) => shown[index].length));
+      const published = images.filter((_, index) => shown[index].length);
+      const own = published.filter((topic) => topic.startsWith(this._robot));
+      this._setImages(own.length ? own : published);
     } catch (error) {
       console.warn(error);
     } finally {

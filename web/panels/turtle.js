@@ -46,8 +46,11 @@ class TurtlePanel {
     this._endKeys = context.keys ? driveByKeys(this._driver) : () => {};
     this._build();
     this._timer = setInterval(() => this._look(), LOOK);
-    this._endState = context.ros.onState(() => this._look());
-    this._showNothing();
+    this._follow(context.parameters.node || '/turtlesim');  // most often it is there, and is shown at once
+    this._endState = context.ros.onState((state) => {
+      if (!state.master || !state.server) this._setNodes([]);
+      this._look();
+    });
   }
 
   close() {
