@@ -4,7 +4,7 @@ import math
 import numpy as np
 
 from kinematic_core.worlds.floor_plan import Box
-from robotont_gazebo.core.camera import FAR, NEAR
+from robotont_gazebo.core.camera import DEPTH_FAR, DEPTH_NEAR, NEAR
 from robotont_gazebo.core.faces import TOP_SHADE, UNDER_SHADE, shade
 
 SKY, FLOOR = -1, -2
@@ -77,7 +77,7 @@ def trace(plan, camera, pose):
 
 def reported(depth):
     """Depths as the camera reports them: NaN outside its range."""
-    return np.where((depth >= NEAR) & (depth <= FAR), depth, np.nan)
+    return np.where((depth > DEPTH_NEAR) & (depth < DEPTH_FAR), depth, np.nan)
 
 
 def inner(solid, colour):

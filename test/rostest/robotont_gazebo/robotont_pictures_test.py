@@ -70,7 +70,8 @@ class PicturesTest(RobotontCase):
         # the panel from z = 0.05 to 0.45 is before the camera; rows near 360 see it, those at the top the sky
         self.assertAlmostEqual(distance, float(pixels[360, 640]), delta=1e-4)
         self.assertTrue(np.isnan(pixels[0]).all())
-        self.assertAlmostEqual(CAMERA_HEIGHT / ((719.0 - 360.0) / 640.0), float(pixels[719, 640]), delta=1e-3)
+        self.assertAlmostEqual(CAMERA_HEIGHT / ((700.0 - 360.0) / 640.0), float(pixels[700, 640]), delta=1e-3)
+        self.assertTrue(np.isnan(pixels[719]).all(), 'the floor at 0.384 m is in the blind zone')
         points = self.message('camera/depth/points', PointCloud2)
         cloud = self.pixels(points, np.float32, 4)
         self.assertEqual((720, 1280), (points.height, points.width))

@@ -6,7 +6,7 @@ import pytest
 
 from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
-from robotont_gazebo.core.camera import FAR, NEAR, CameraPose
+from robotont_gazebo.core.camera import DEPTH_FAR, DEPTH_NEAR, CameraPose
 from robotont_gazebo.core.renderer import Renderer
 from unit_support import reference_camera as reference
 
@@ -53,15 +53,27 @@ def test_depth_of_the_floor_follows_its_row():
     depth = Renderer(plan()).depth((0.0, 0.0, 0.5, 1.0))
     assert np.allclose(depth[360 + 160], 0.5 * 640 / 160)  # 2 m
     assert np.isnan(depth[:361]).all()
-    assert np.isnan(depth[360 + 39]).all() and np.isfinite(depth[360 + 41]).all()  # 8.2 m and 7.8 m; FAR is 8 m
+    assert np.isnan(depth[360 + 63]).all() and np.isfinite(depth[360 + 65]).all()  # 5.08 m and 4.92 m; seen up to 5 m
 
 
-@pytest.mark.parametrize('distance, expected', [(1.25 * NEAR, 1.25 * NEAR), (0.75 * NEAR, math.nan),
-                                                (0.99 * FAR, 0.99 * FAR), (1.01 * FAR, math.nan)])
-def test_depth_is_reported_from_near_to_far(distance, expected):
+@pytest.mark.parametrize('options', [{}, {'depth_range': (0.02, 8.0)}])
+@pytest.mark.parametrize('end, inward', [(0, 1.01), (0, 0.99), (1, 0.99), (1, 1.01)])
+def test_depth_is_reported_between_near_and_far(options, end, inward):
+    near, far = options.get('depth_range', (DEPTH_NEAR, DEPTH_FAR))
+    distance = (near, far)[end] * inward
     world = plan(Box('wall', distance + 0.5, 0.0, 0.0, 1.0, 50.0, 1.0))
-    depth = Renderer(world, 64, 48).depth((0.0, 0.0, EYE, 0.0))[22, 32]
-    assert depth == pytest.approx(expected, nan_ok=True)
+    depth = Renderer(world, 64, 48, **options).depth((0.0, 0.0, EYE, 0.0))[22, 32]
+    assert depth == pytest.approx(distance if near < distance < far else math.nan, nan_ok=True)
+
+
+def test_the_blind_zone_is_that_of_the_real_depth_camera():
+    assert (DEPTH_NEAR, DEPTH_FAR) == (0.4, 5.0)
+
+
+@pytest.mark.parametrize('depth_range', [(5.0, 0.4), (1.0, 1.0), (0.001, 5.0), (0.4, 1e4), (math.nan, 5.0)])
+def test_an_impossible_range_of_depths_is_refused(depth_range):
+    with pytest.raises(InvalidInput, match='depth camera sees from'):
+        Renderer(plan(), 64, 48, depth_range=depth_range)
 
 
 def test_points_lie_on_the_surfaces_in_the_optical_frame():

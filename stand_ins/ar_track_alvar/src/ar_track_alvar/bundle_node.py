@@ -32,10 +32,14 @@ class BundleNode(MarkerNode):
 
     def to_publish(self, detections):
         """Return the MarkerPoses of the bundles with a detected marker and, for rviz only, those of other markers."""
-        found = self._bundles.update(detections, self.camera)
+        found = self.found_bundles(detections)
         self._notice_odd(found)
         others = [self._marker_pose(d.id, d, False, OTHERS) for d in detections if d.id not in self._masters]
         return others + [self._marker_pose(one.bundle.master, one, True, MASTER) for one in found]
+
+    def found_bundles(self, detections):
+        """Return the BundlePoses of the bundles with a marker among the Detections of the next image."""
+        return self._bundles.update(detections, self.camera)
 
     def _marker_pose(self, number, found, reported, look):
         return MarkerPose(number, found.rotation, found.position, conversions.confidence(found), self.size_of(number),
@@ -47,7 +51,7 @@ class BundleNode(MarkerNode):
         self._odd = {key: self._odd.get(key, 0) + 1 for key in odd}
         for (source, number), pictures in self._odd.items():
             if pictures >= ODD_PICTURES:
-                self._complain(('odd', source, number), f'Marker {number} is not where {source} says (or has another '
+                self.complain(('odd', source, number), f'Marker {number} is not where {source} says (or has another '
                               'size); it is ignored. Was it moved, or is there a second one with this number?')
 
 

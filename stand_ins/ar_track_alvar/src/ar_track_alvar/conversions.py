@@ -15,6 +15,7 @@ from kinematic_core.validation import LARGEST_MARKER_ID
 
 MARKER_FRAME = 'ar_marker_'  # followed by the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz
+POINT_SIZE = 0.005  # [m] of a point in rviz
 THICKNESS = 0.2  # of a cube, as share of its width
 COLOURS = ((0.0, 0.0, 1.0, 1.0), (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.5, 0.5, 1.0),
            (0.5, 0.5, 0.0, 1.0), (0.5, 0.0, 0.5, 1.0))  # r, g, b, a: of the ids 0 to 4 and of all others
@@ -126,6 +127,17 @@ def rviz_marker_of(marker, header):
     message.pose = _pose(marker.rotation, marker.position)
     message.scale = Vector3(marker.size, marker.size, THICKNESS * marker.size)
     message.color = ColorRGBA(*(marker.colour or COLOURS[min(marker.id, len(COLOURS) - 1)]))
+    return message
+
+
+def points_marker_of(number, points, header):
+    """Return the Marker that shows points (N, 3) [m] on marker ``number``, for rviz, in the frame of ``header``."""
+    message = Marker(header=header, ns='3dpts', id=number if number < 2 ** 31 else number - 2 ** 32, type=Marker.POINTS,
+                     action=Marker.ADD, lifetime=genpy.Duration.from_sec(LIFETIME))
+    message.pose.orientation.w = 1.0
+    message.scale = Vector3(POINT_SIZE, POINT_SIZE, 0.0)
+    message.color = ColorRGBA(0.0, 1.0, 1.0, 1.0)
+    message.points = [Point(*point) for point in points.tolist()]
     return message
 
 

@@ -29,8 +29,11 @@ class Statistics:
         """Note why poses are missing."""
         self._trouble = text
 
-    def report(self, name, elapsed, enabled, stamp):
-        """Return the DiagnosticArray of the last ``elapsed`` [s] of the node ``name``, and start the next period."""
+    def report(self, name, elapsed, enabled, stamp, more=None):
+        """Return the DiagnosticArray of the last ``elapsed`` [s] of the node ``name``, and start the next period.
+
+        ``more`` {key: value} is added to it.
+        """
         pictures = len(self._times)
         said = self._trouble or (f'{pictures / elapsed:.1f} images per second' if enabled else 'disabled')
         values = {
@@ -39,7 +42,7 @@ class Statistics:
             'markers per image': f'{self._found / max(pictures, 1):.2f}',
             'markers with ambiguous orientation': self._ambiguous, 'markers without transform': self.missing_transforms,
             'images refused': self.refused, 'images dropped': self.dropped,
-            'images beyond max_frequency': self.skipped, 'enabled': enabled}
+            'images beyond max_frequency': self.skipped, 'enabled': enabled, **(more or {})}
         status = DiagnosticStatus(level=DiagnosticStatus.WARN if self._trouble else DiagnosticStatus.OK,
                                   name=f'{name.lstrip("/")}: markers', message=said, hardware_id='none',
                                   values=[KeyValue(key, str(value)) for key, value in values.items()])

@@ -61,7 +61,7 @@ class MarkerNode:
         self._last_arrival = -math.inf
         self._image_came = self._info_came = self._reported = time.monotonic()
         self._reconfigured = True
-        self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self._complain)
+        self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self.complain)
         self._debug = LatestPublisher('~debug_image', Image)
         self._diagnostics = Publisher('/diagnostics', DiagnosticArray, queue_size=1)
         self._live = LiveSettings(settings, self._settings_changed)
@@ -79,6 +79,22 @@ class MarkerNode:
         """
         return [MarkerPose(d.id, d.rotation, d.position, conversions.confidence(d), self.size_of(d.id))
                 for d in detections]
+
+    def grey_of(self, message):
+        """Return the grey image (height, width) uint8 of a message; raise ImageError."""
+        return images.grey(message)
+
+    def bgr_of(self, message):
+        """Return the colour image (height, width, 3) uint8 of the message last given to ``grey_of``, a new array."""
+        return images.bgr(message).copy()
+
+    def improved(self, detections, _camera):
+        """Return the Detections of the image last given to ``grey_of``, or others in their place."""
+        return detections
+
+    def report_values(self):
+        """Return further {key: value} for /diagnostics, and begin to count anew."""
+        return {}
 
     def size_of(self, marker_id):
         """Return the width [m] of a marker's black square."""
@@ -126,7 +142,7 @@ class MarkerNode:
                 if self._tracker is not None:
                     self._start_anew()
                 if not rospy_internals.shutting_down():
-                    self._complain('fault', f'Cannot search an image:\n{traceback.format_exc()}')
+                    self.complain('fault', f'Cannot search an image:\n{traceback.format_exc()}')
 
     def _turn(self):
         """Wait for something to do, and do it."""
@@ -156,17 +172,17 @@ class MarkerNode:
         if settings.enabled and self._subscriber is None:
             self._image_came = time.monotonic()
             self._start_anew()
-            self._subscriber = self._subscribe()
+            self._subscriber = self.subscribe(self._take_image)
         elif not settings.enabled and self._subscriber is not None:
             self._subscriber.unregister()
             self._subscriber = None
 
-    def _subscribe(self):
+    def subscribe(self, take):
+        """Return a Subscriber to the images, which calls ``take(message)``."""
         if self.settings.image_transport == 'compressed':
-            return rospy.Subscriber(self._topic + COMPRESSED, CompressedImage, self._take_image, queue_size=1,
-                                    buff_size=BUFFER, tcp_nodelay=True)
-        return rospy.Subscriber('camera_image', Image, self._take_image, queue_size=1, buff_size=BUFFER,
-                                tcp_nodelay=True)
+            return rospy.Subscriber(self._topic + COMPRESSED, CompressedImage, take, queue_size=1, buff_size=BUFFER,
+                                    tcp_nodelay=True)
+        return rospy.Subscriber('camera_image', Image, take, queue_size=1, buff_size=BUFFER, tcp_nodelay=True)
 
     def _search(self, arrival, message, info):
         if info is None:
@@ -175,24 +191,24 @@ class MarkerNode:
         self._notice_jump(message.header.stamp)
         begun = time.perf_counter()
         try:
-            grey = images.grey(message)
+            grey = self.grey_of(message)
             camera = self._camera_for(info, grey)
-            found = self._tracker.update(grey, camera)
+            found = self.improved(self._tracker.update(grey, camera), camera)
         except (CameraError, ImageError, images.ImageError) as error:
             self._statistics.refused += 1
             topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
-            self._complain('input', f'{topic}: {error}', changed=CHANGED_PERIOD)
+            self.complain('input', f'{topic}: {error}', changed=CHANGED_PERIOD)
             return
         numbered, others = conversions.numbered(found)
         for content in others:
-            self._complain('content', f'A marker with the content {content!r} is visible, but not published: '
+            self.complain('content', f'A marker with the content {content!r} is visible, but not published: '
                            f'AlvarMarker.id holds only numbers up to {LARGEST_MARKER_ID}.')
         detections = self._errors.accepted(numbered, self.settings.max_new_marker_error,
                                            self.settings.max_track_error)
         self._statistics.searched(time.perf_counter() - begun, detections)
         self._report.publish(arrival, message.header, self.to_publish(detections))
         if self._debug.wanted():
-            drawn = debug_image.draw(images.bgr(message).copy(), camera, found, detections, self.size_of)
+            drawn = debug_image.draw(self.bgr_of(message), camera, found, detections, self.size_of)
             self._debug.publish(images.to_image(drawn, header=message.header))
 
     def _use_spare_time(self, arrival):
@@ -204,7 +220,7 @@ class MarkerNode:
     def _camera_for(self, info, grey):
         """Return the Camera of the image; it is made again when camera_info or the size of the image changes."""
         geometry = self.settings.image_geometry
-        rectified = geometry == RECTIFIED or geometry == AUTO and 'rect' in self._topic.rsplit('/', 1)[-1]
+        rectified = geometry == RECTIFIED or geometry == AUTO and self.looks_rectified(info)
         key = conversions.camera_key(info, grey.shape[1], grey.shape[0], rectified)
         if key != self._camera_key:
             self.camera = conversions.camera_of(info, grey.shape[1], grey.shape[0], rectified)
@@ -213,6 +229,10 @@ class MarkerNode:
                           f'distortion model {info.distortion_model or "none"}')
             self._tracker.reset()
         return self.camera
+
+    def looks_rectified(self, _info):
+        """Return whether the images are already undistorted; for ~image_geometry auto."""
+        return 'rect' in self._topic.rsplit('/', 1)[-1]
 
     def _notice_jump(self, stamp):
         if self._last_stamp is not None and (self._last_stamp - stamp).to_sec() > JUMP_BACK:
@@ -234,16 +254,16 @@ class MarkerNode:
             with self._condition:
                 info, info_came, picture_came = self._info, self._info_came, self._image_came
             if now - picture_came > SILENCE:
-                self._complain('picture', f'no image received for {now - picture_came:.0f} s',
+                self.complain('picture', f'no image received for {now - picture_came:.0f} s',
                                lambda: waiting_text(self._subscriber, 'camera_image'))
             elif info is None and now - info_came > SILENCE:
-                self._complain('camera_info', f'no camera_info received for {now - info_came:.0f} s',
+                self.complain('camera_info', f'no camera_info received for {now - info_came:.0f} s',
                                lambda: waiting_text(self._info_subscriber, 'camera_info'))
         elapsed, self._reported = now - self._reported, now
         self._diagnostics.publish(self._statistics.report(rospy.get_name(), elapsed, self.settings.enabled,
-                                                          rospy.Time.now()))
+                                                          rospy.Time.now(), self.report_values()))
 
-    def _complain(self, kind, text, more=lambda: '', changed=None):
+    def complain(self, kind, text, more=lambda: '', changed=None):
         """Note a problem and log it with the text of ``more()``; ``kind`` and ``changed``: see WallThrottle.due."""
         self._statistics.trouble(text)
         if self._throttle.due(kind, text, changed):

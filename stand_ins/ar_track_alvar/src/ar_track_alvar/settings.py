@@ -29,6 +29,8 @@ PARAMETERS = Table(
     Text('~image_transport', 'raw', ('raw', 'compressed')), Text('~image_geometry', AUTO, (AUTO, RAW, RECTIFIED)),
     Number('~transform_tolerance', 0.1, 0.0, 10.0, 's'))
 
+FRAME_FROM_MESSAGE = Boolean('~output_frame_from_msg', False)  # only where the input is a cloud, as in the original
+
 
 @dataclass
 class Settings:
@@ -42,16 +44,21 @@ class Settings:
     marker_resolution: int
     marker_margin: int
     output_frame: str
-    image_transport: str
     image_geometry: str
     transform_tolerance: float
+    image_transport: str = 'raw'
 
 
-def read():
-    """Return the Settings; raises params.ParameterError."""
-    settings = Settings(**{parameter.name[1:]: parameter.read() for parameter in PARAMETERS})
+def read(declared=PARAMETERS, frame_from_message=False):
+    """Return the Settings; raises params.ParameterError.
+
+    ``declared`` are the parameters of the node; ``frame_from_message``: ~output_frame is not used.
+    """
+    names = set(Settings.__annotations__)
+    settings = Settings(**{parameter.name[1:]: parameter.read() for parameter in declared
+                           if parameter.name[1:] in names})
     settings.output_frame = settings.output_frame.lstrip('/')
-    if not settings.output_frame:
+    if not settings.output_frame and not frame_from_message:
         raise parameters.ParameterError(
             f'parameter {rospy.resolve_name("~output_frame")} must be set: the tf frame of the '
             'published markers, such as that of the camera; set it with _output_frame:=FRAME on the command line or in '

@@ -31,7 +31,9 @@ SIMULATOR = 'robotont_gazebo'
 PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, 'px'),
                    Integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, 'px'),
                    Number('~horizontal_fov', camera.HORIZONTAL_FOV, camera.NARROWEST, camera.WIDEST, 'rad'),
-                   Number('~rate', ODOMETRY_RATE, 0.1, ODOMETRY_RATE, 'Hz'), Text('~frame_prefix', ''))
+                   Number('~rate', ODOMETRY_RATE, 0.1, ODOMETRY_RATE, 'Hz'), Text('~frame_prefix', ''),
+                   Number('~depth_near', camera.DEPTH_NEAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'),
+                   Number('~depth_far', camera.DEPTH_FAR, camera.LOWEST_DEPTH, camera.HIGHEST_DEPTH, 'm'))
 FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(('x', 'y', 'z', 'rgb'))]
 
 
@@ -41,6 +43,7 @@ class CameraNode:
     def __init__(self):
         """Read the parameters and register everything."""
         *self._size, self._fov, rate = PARAMETERS.read('~width', '~height', '~horizontal_fov', '~rate')
+        self._depth_range = _depth_range()
         self._every = max(1, round(ODOMETRY_RATE / rate))
         self._frame = frames(*PARAMETERS.read('~frame_prefix')).camera
         self._received = 0
@@ -92,8 +95,18 @@ class CameraNode:
     def _current_renderer(self):
         plan = self._plan
         if plan is not self._rendered_plan:
-            self._renderer, self._rendered_plan = Renderer(plan, *self._size, self._fov), plan
+            self._renderer, self._rendered_plan = Renderer(plan, *self._size, self._fov,
+                                                           depth_range=self._depth_range), plan
         return self._renderer
+
+
+def _depth_range():
+    """Return ~depth_near and ~depth_far [m]; raise ParameterError if they are not a range."""
+    try:
+        return camera.require_range(*PARAMETERS.read('~depth_near', '~depth_far'))
+    except InvalidInput as error:
+        raise parameters.ParameterError(f'parameters {rospy.resolve_name("~depth_near")} and '
+                                        f'{rospy.resolve_name("~depth_far")}: {error}') from None
 
 
 def _wanted(publisher):

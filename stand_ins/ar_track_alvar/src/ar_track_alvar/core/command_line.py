@@ -8,6 +8,9 @@ EXAMPLE = '_marker_size:=10 _output_frame:=camera camera_image:=/camera/image_ra
 USAGE = ('SIZE_CM MAX_NEW_MARKER_ERROR MAX_TRACK_ERROR IMAGE_TOPIC CAMERA_INFO_TOPIC OUTPUT_FRAME '
          '[MAX_FREQUENCY [MARKER_RESOLUTION [MARKER_MARGIN]]]')
 BUNDLE_USAGE = f'{USAGE[:USAGE.index(" [")]} BUNDLE_FILE...'
+DEPTH_EXAMPLE = ('_marker_size:=10 _output_frame:=camera camera_image:=/camera/depth_registered/points '
+                 'camera_info:=/camera/rgb/camera_info')
+DEPTH_BUNDLE_USAGE = f'{USAGE[:USAGE.index(" [")]} MEDIAN_FILTER_SIZE BUNDLE_FILE...'.replace('IMAGE', 'CLOUD')
 NEEDED = ('_marker_size', '_max_new_marker_error', '_max_track_error', 'camera_image', 'camera_info', '_output_frame')
 OPTIONAL = ('_max_frequency', '_marker_resolution', '_marker_margin')
 
@@ -31,6 +34,15 @@ def bundle_arguments(words: Sequence[str]) -> List[str]:
         raise UsageError(f'{len(words)} arguments are given; at least {len(NEEDED) + 1} are needed')
     files = json.dumps(shlex.join(words[len(NEEDED):]))
     return ros_arguments(words[:len(NEEDED)]) + [f'_bundle_files:={files}']
+
+
+def depth_bundle_arguments(words: Sequence[str]) -> List[str]:
+    """Return the same for the form with the size of the median filter and bundle files after the frame."""
+    place = len(NEEDED)
+    if len(words) < place + 2:
+        raise UsageError(f'{len(words)} arguments are given; at least {place + 2} are needed')
+    return bundle_arguments([*words[:place], *words[place + 1:]]) + [
+        f'_med_filt_size:={_value("_med_filt_size", words[place])}']
 
 
 def _value(name: str, word: str) -> Union[int, str]:

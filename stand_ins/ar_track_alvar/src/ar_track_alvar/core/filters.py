@@ -1,5 +1,6 @@
 """Filter images by their rate, and markers by the error of their pose."""
-from typing import List, Sequence, Set, Union
+from collections import deque
+from typing import Deque, List, Sequence, Set, Tuple, Union
 
 import numpy as np
 
@@ -39,7 +40,27 @@ class ErrorFilter:
         self._previous = set()
 
     def accepted(self, detections: Sequence[Detection], max_new: float, max_track: float) -> List[Detection]:
-        """Return the Detections of the next image whose error is small enough."""
-        kept = [d for d in detections if fit_error(d) <= (max_track if d.id in self._previous else max_new)]
+        """Return the Detections of the next image whose error is small enough.
+
+        A marker that is tracked never needs a smaller error than a new one: some launch files set 0 for ``max_track``,
+        which in the original only means that every marker counts as new.
+        """
+        tracked = max(max_new, max_track)
+        kept = [d for d in detections if fit_error(d) <= (tracked if d.id in self._previous else max_new)]
         self._previous = {d.id for d in kept}
         return kept
+
+
+class MedianPose:
+    """Smooths poses: returns, of the last ``count`` ones, that with the smallest sum of distances to all others."""
+
+    def __init__(self, count: int) -> None:
+        self._poses: Deque[Tuple[np.ndarray, np.ndarray]] = deque(maxlen=count)
+
+    def add(self, rotation: np.ndarray, position: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        """Add a pose, rotation (3, 3) and position (3,) [m]; return the most central one, as such a pair."""
+        self._poses.append((rotation, position))
+        rows = np.array([np.concatenate([turn.ravel(), place]) for turn, place in self._poses])
+        distances = ((rows[:, None] - rows) ** 2).sum((1, 2))
+        newest_first = len(rows) - 1 - int(np.argmin(distances[::-1]))  # of equal ones the newest
+        return self._poses[newest_first]

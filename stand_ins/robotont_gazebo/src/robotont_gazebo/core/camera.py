@@ -13,7 +13,9 @@ from kinematic_core.validation import InvalidInput
 
 WIDTH, HEIGHT = 1280, 720  # [px]
 HORIZONTAL_FOV = math.pi / 2.0  # [rad]
-NEAR, FAR = 0.02, 8.0  # [m] along z: range of the depth image; the colour image is limited by NEAR only
+NEAR = 0.02  # [m] along z: nothing nearer is visible in any image
+DEPTH_NEAR, DEPTH_FAR = 0.4, 5.0  # [m] along z: the real depth camera sees only what lies between
+LOWEST_DEPTH, HIGHEST_DEPTH = 0.02, 100.0  # [m] that can be set instead
 NARROWEST, WIDEST = 0.05, 2.8  # [rad] of the horizontal field of view
 DISTORTION = (0.0,) * 5  # k1 k2 p1 p2 k3 of plumb_bob
 RECTIFICATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -82,3 +84,11 @@ def require_pose(pose: Sequence[float]) -> CameraPose:
     if not all(map(math.isfinite, (x, y, z, yaw))):
         raise InvalidInput(f'camera pose is {(x, y, z, yaw)!r}; x, y, z [m] and yaw [rad] must be finite')
     return CameraPose(x, y, z, yaw)
+
+
+def require_range(near: float, far: float) -> Tuple[float, float]:
+    """Return the range (near, far) [m] of a depth camera; raise InvalidInput if it is impossible."""
+    if not LOWEST_DEPTH <= near < far <= HIGHEST_DEPTH:
+        raise InvalidInput(f'the depth camera sees from {near!r} to {far!r} m; both must be {LOWEST_DEPTH:g} to '
+                           f'{HIGHEST_DEPTH:g} m, and the first one the smaller one')
+    return float(near), float(far)

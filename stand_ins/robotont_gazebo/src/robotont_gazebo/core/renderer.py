@@ -4,7 +4,7 @@ The image is composed of the layers that visibility.visible_from finds, the fart
 perspective map of its plane, from an image of its pattern in a size that suits the distance. Its upper and lower edges
 are blended by how much of a pixel they cover; upright edges fall between two columns.
 """
-from typing import Optional, Sequence
+from typing import Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
@@ -13,14 +13,15 @@ from kinematic_core.worlds.floor_plan import FloorPlan
 from robotont_gazebo.core import visibility
 from robotont_gazebo.core.backdrop import Background
 from robotont_gazebo.core.camera import (
-    FAR,
+    DEPTH_FAR,
+    DEPTH_NEAR,
     HEIGHT,
     HORIZONTAL_FOV,
-    NEAR,
     WIDTH,
     CameraPose,
     PinholeCamera,
     require_pose,
+    require_range,
 )
 from robotont_gazebo.core.faces import FacePainter
 from robotont_gazebo.core.layers import LayerMask
@@ -29,13 +30,16 @@ from robotont_gazebo.core.layers import LayerMask
 class Renderer:
     """Renders one FloorPlan. Not thread-safe: only one thread may use a Renderer at a time.
 
-    ``patterns``: False draws plain colours, without bricks, tiles, markers and the sky's gradient. Raises InvalidInput
-    for an impossible camera, alvar_core's CodeError for a panel id that no marker can have.
+    ``patterns``: False draws plain colours, without bricks, tiles, markers and the sky's gradient. ``depth_range`` [m]:
+    the depth image shows only what lies between these two. Raises InvalidInput for an impossible camera, alvar_core's
+    CodeError for a panel id that no marker can have.
     """
 
     def __init__(self, plan: FloorPlan, width: float = WIDTH, height: float = HEIGHT,
-                 horizontal_fov: float = HORIZONTAL_FOV, patterns: bool = True) -> None:
+                 horizontal_fov: float = HORIZONTAL_FOV, patterns: bool = True,
+                 depth_range: Tuple[float, float] = (DEPTH_NEAR, DEPTH_FAR)) -> None:
         self.camera = PinholeCamera(width, height, horizontal_fov)
+        self._depth_range = require_range(*depth_range)
         self._solids = visibility.Solids(plan)
         self._background = Background(self.camera, plan.ground_colour, plan.sky_colour, patterns)
         self._painter = FacePainter(self._solids, self.camera, patterns)
@@ -58,12 +62,12 @@ class Renderer:
     def depth(self, camera_pose: Sequence[float]) -> np.ndarray:
         """Return the depth (height, width) float32 [m] along the optical axis from (x, y, z, yaw) [m, rad].
 
-        Depths below NEAR or above FAR are NaN, as in the images of Gazebo's depth camera plugins.
+        Depths that are not inside ``depth_range`` are NaN, as in the images of Gazebo's depth camera plugins.
         """
         pose = require_pose(camera_pose)
         rows = self.camera.down
         out = np.empty((self.camera.height, self.camera.width), np.float32)
-        out[:] = _reported(np.where(rows > 0.0, pose.z / np.maximum(rows, 1e-9), np.nan))[:, None]
+        out[:] = self._reported(np.where(rows > 0.0, pose.z / np.maximum(rows, 1e-9), np.nan))[:, None]
         for layer in reversed(self._visible_from(pose).layers):
             self._draw_depth(out, pose, layer)
         return out
@@ -87,14 +91,14 @@ class Renderer:
                 mask = (rows >= first[part]) & (rows < np.where(mine, end, 0)[part])
                 depth = layer.depth[None, part] if level is None else \
                     (pose.z - level[layer.solid[part]]) / _no_zero(self.camera.down[top:bottom, None])
-                np.copyto(out[top:bottom, part], _reported(depth), where=mask)
+                np.copyto(out[top:bottom, part], self._reported(depth), where=mask)
 
-
-def _reported(depth: np.ndarray) -> np.ndarray:
-    """Return depths as float32, NaN where the camera does not report them."""
-    with np.errstate(invalid='ignore'):
-        reported: np.ndarray = np.where((depth >= NEAR) & (depth <= FAR), depth, np.nan).astype(np.float32)
-        return reported
+    def _reported(self, depth: np.ndarray) -> np.ndarray:
+        """Return depths as float32, NaN where the camera does not report them."""
+        near, far = self._depth_range
+        with np.errstate(invalid='ignore'):
+            reported: np.ndarray = np.where((depth > near) & (depth < far), depth, np.nan).astype(np.float32)
+            return reported
 
 
 def _no_zero(slope: np.ndarray) -> np.ndarray:
