@@ -24,6 +24,7 @@ def detection_record(detection):
             'orientation': [round(float(v), 7) for v in detection.quaternion],
             'corners': [[round(float(v), 3) for v in corner] for corner in detection.corners],
             'confidence': round(detection.confidence, 4), 'ambiguous': detection.ambiguous,
+            'doubtful': detection.doubtful, 'bend': round(detection.bend, 3),
             'ambiguity': round(detection.ambiguity, 4), 'reprojection_error_px': round(detection.error, 4)}
 
 

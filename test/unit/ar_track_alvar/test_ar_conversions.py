@@ -130,6 +130,11 @@ def test_confidence_is_above_50_only_where_the_orientation_is_sure(confidence, a
     assert conversions.confidence(SimpleNamespace(confidence=confidence, ambiguous=ambiguous)) == percent
 
 
+def test_confidence_of_a_doubtful_pose_is_at_most_50():
+    doubtful = SimpleNamespace(confidence=0.9, ambiguous=False, doubtful=True)
+    assert conversions.confidence(doubtful) == 45
+
+
 def detection(marker_id):
     return Detection(marker_id, np.zeros((4, 2)), np.eye(3), np.zeros(3), 0.9, 0.0, False, 0.1, [])
 

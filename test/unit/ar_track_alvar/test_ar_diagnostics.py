@@ -17,7 +17,9 @@ def report(statistics, elapsed=1.0, enabled=True):
 def test_rate_times_and_markers_are_those_of_the_last_second():
     statistics = Statistics()
     for milliseconds, count in ((4, 1), (6, 2), (50, 3), (8, 0)):
-        statistics.searched(milliseconds / 1000, [SimpleNamespace(ambiguous=number == 0) for number in range(count)])
+        found = [SimpleNamespace(ambiguous=number == 0, bend=0.1 * number, doubtful=number == 1)
+                 for number in range(count)]
+        statistics.searched(milliseconds / 1000, found)
         statistics.published(milliseconds / 500)
     status, values = report(statistics, elapsed=2.0)
     assert (status.level, status.name, status.message) == (DiagnosticStatus.OK, 'ns/tracker: markers',
@@ -25,6 +27,7 @@ def test_rate_times_and_markers_are_those_of_the_last_second():
     assert values['rate [Hz]'] == '2.00' and values['time per image [ms]'] == '7.00'
     assert values['time from image to message [ms]'] == '14.00' and values['markers per image'] == '1.50'
     assert values['markers with ambiguous orientation'] == '3'
+    assert values['markers on bent paper'] == '3' and values['markers with doubtful orientation'] == '2'
     status, values = report(statistics)
     assert (values['rate [Hz]'], values['time per image [ms]'], values['markers per image']) == (
         '0.00', 'none', '0.00')

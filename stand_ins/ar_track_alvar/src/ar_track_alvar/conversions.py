@@ -42,9 +42,10 @@ class MarkerPose:
 
 
 def confidence(detection):
-    """Return the confidence [%] of a Detection; at most 50 while its orientation is ambiguous."""
+    """Return the confidence [%] of a Detection or BundlePose; at most 50 while its orientation is not sure."""
     percent = 100.0 * min(max(detection.confidence, 0.0), 1.0)
-    return int(round(percent / 2.0 if detection.ambiguous else percent))
+    unsure = detection.ambiguous or getattr(detection, 'doubtful', False)  # a bundle has no paper of its own
+    return int(round(percent / 2.0 if unsure else percent))
 
 
 def numbered(detections):

@@ -12,7 +12,7 @@ class Statistics:
         self._begin_second()
 
     def _begin_second(self):
-        self._found = self._ambiguous = 0
+        self._found = self._ambiguous = self._bent = self._doubtful = 0
         self._times, self._latencies, self._trouble = [], [], ''
 
     def searched(self, seconds, detections):
@@ -20,6 +20,8 @@ class Statistics:
         self._times.append(seconds)
         self._found += len(detections)
         self._ambiguous += sum(d.ambiguous for d in detections)
+        self._bent += sum(d.bend != 0 for d in detections)
+        self._doubtful += sum(d.doubtful for d in detections)
 
     def published(self, seconds):
         """Count a message that was published ``seconds`` after its image arrived."""
@@ -40,7 +42,8 @@ class Statistics:
             'rate [Hz]': f'{pictures / elapsed:.2f}', 'time per image [ms]': _median_ms(self._times),
             'time from image to message [ms]': _median_ms(self._latencies),
             'markers per image': f'{self._found / max(pictures, 1):.2f}',
-            'markers with ambiguous orientation': self._ambiguous, 'markers without transform': self.missing_transforms,
+            'markers with ambiguous orientation': self._ambiguous, 'markers on bent paper': self._bent,
+            'markers with doubtful orientation': self._doubtful, 'markers without transform': self.missing_transforms,
             'images refused': self.refused, 'images dropped': self.dropped,
             'images beyond max_frequency': self.skipped, 'enabled': enabled, **(more or {})}
         status = DiagnosticStatus(level=DiagnosticStatus.WARN if self._trouble else DiagnosticStatus.OK,

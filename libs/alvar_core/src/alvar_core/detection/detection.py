@@ -25,7 +25,9 @@ class Detection:
     0 to 1. ``ambiguity``, 0 to 0.5, is the probability of the other pose; ``ambiguous``: the image does not decide
     between the two. ``error`` [px] is the rms reprojection error of the corners. ``solutions`` holds both poses, best
     first, ``features`` what the acceptance has measured, ``information`` (8, 8) [1/px^2] the inverse covariance of the
-    corners.
+    corners. ``bend`` [rad]: how much the paper turns over the marker's width, positive for a bulge towards the camera;
+    the pose is then that of the plane that touches the middle. ``doubtful``: the pose may be off by more than 5
+    degrees, because the paper is creased or bent in a way that the image does not tell.
     """
 
     id: int | str
@@ -39,6 +41,8 @@ class Detection:
     solutions: list[Solution] = field(repr=False)
     features: Features | None = field(repr=False, default=None)
     information: Floats | None = field(repr=False, default=None)
+    bend: float = 0.0
+    doubtful: bool = False
 
     @cached_property
     def centre(self) -> tuple[float, float]:

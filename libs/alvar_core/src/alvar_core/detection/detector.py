@@ -11,7 +11,8 @@ An image passes these stages, each on all candidates at once:
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
-and measures those again whose greys do not fit the drawing well.
+and measures those again whose greys do not fit the drawing well. bent_paper.BentPaper measures markers whose sides are
+bows, as a cylinder.
 """
 from __future__ import annotations
 
@@ -27,6 +28,7 @@ from alvar_core.camera import Camera
 from alvar_core.detection import candidates, homography, pose, thresholds
 from alvar_core.detection.acceptance import Appearance, Features, accepted
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
+from alvar_core.detection.bent_paper import BentPaper, Sheet
 from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
@@ -92,7 +94,7 @@ class Detector:
         self._aligner = Aligner(self.cells, thresholds.SAMPLES_PER_CELL)
         self._appearance = Appearance(self._aligner, self.resolution, self.margin)
         self._reader = Reader(self._aligner.grid, self.resolution, self.margin)
-        self._corners = CornerEstimator(self.cells)
+        self._corners, self._paper = CornerEstimator(self.cells), BentPaper(self.cells)
         self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
         if self._decoder.words is not None:
             self._black_words = black_cells(self._decoder.words, self.margin)
@@ -128,7 +130,9 @@ class Detector:
             return found
         found = [self._checked(image, each) for each in found]
         more = [self._of_edges(image, each) for each in self._uneven.find(image, quads, parts, found)]
-        return best_of_overlapping(found + [each for each in more if each is not None])
+        found = best_of_overlapping(found + [each for each in more if each is not None])
+        self._measure_bent(image, [each for each in found if each.side > thresholds.MIN_BENT_SIDE])
+        return found
 
     def _in_even_light(self, image: PreparedImage, quads: Floats) -> list[Detection]:
         """Return the Detections among refined quads whose greys fit a drawing."""
@@ -140,6 +144,23 @@ class Detector:
         if not chosen:
             return []
         return best_of_overlapping(self._align(image, quads[chosen], match, chosen))
+
+    def _measure_bent(self, image: PreparedImage, found: Sequence[Detection]) -> None:
+        """Change the Detections of markers whose sides are bows: measure them as bent paper."""
+        if not found:
+            return
+        bows = self._corners.bow(image, image.camera.to_ideal([each.corners for each in found]))
+        for detection, bow in zip(found, bows):
+            if bow > thresholds.MIN_BOW:
+                reach = min(thresholds.LOCAL_REACH * detection.side / self.cells, thresholds.MAX_LOCAL_REACH)
+                black = black_cells(code.encode(int(detection.id)), self.margin)
+                size = self.sizes.get(detection.id, self.size)
+                poses = [(each.rotation, each.position) for each in detection.solutions]
+                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach)
+                if sheet is None:
+                    detection.doubtful = bow > thresholds.MAX_BOW
+                elif abs(sheet.bend) > thresholds.MIN_BEND or sheet.doubtful:
+                    _bend(detection, sheet, image.camera)
 
     def _checked(self, image: PreparedImage, detection: Detection) -> Detection:
         """Return a Detection, measured again by the edges of its cells if its greys do not fit the drawing."""
@@ -303,6 +324,17 @@ class Detector:
                                      features.likeness, share, ambiguous, best.error, solutions, features,
                                      information[m]))
         return out
+
+
+def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:
+    """Take the corners and the pose of a Sheet."""
+    detection.corners = np.stack(camera.to_real(sheet.corners[:, 0], sheet.corners[:, 1]), -1)
+    detection.rotation, detection.position, detection.error = sheet.rotation, sheet.position, sheet.error
+    detection.solutions = [pose.Solution(sheet.rotation, sheet.position, sheet.error, 0.0)]
+    detection.ambiguous, detection.ambiguity = not sheet.sure, 0.0 if sheet.sure else 0.5
+    detection.bend, detection.doubtful = sheet.bend, sheet.doubtful
+    for cached in ('centre', 'side'):
+        detection.__dict__.pop(cached, None)
 
 
 def _start_blur(cells: float, cell: Floats, level: Integers) -> Floats:

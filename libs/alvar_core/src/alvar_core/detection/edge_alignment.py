@@ -32,13 +32,14 @@ class EdgeFit:
     """The result of a fit.
 
     ``parameters`` (n,), their ``covariance`` (n, n); ``error`` [px]: typical residual of the edges; ``seen``: share of
-    the points that are edges and agree.
+    the points that are edges and agree; ``cost`` [px^2]: sum of the squared residuals, each at most 1.
     """
 
     parameters: Floats
     covariance: Floats
     error: float
     seen: float
+    cost: float
 
 
 def edge_points(black: Bools, places: Floats) -> EdgePoints:
@@ -80,7 +81,7 @@ class EdgeAligner:
         moves = np.concatenate([np.zeros((1, count)), np.diag(scale)])
         tip = points.middle + 0.05 * points.outward
         normal = np.eye(count)
-        error, seen = 0.0, 0.0
+        error, seen, cost = 0.0, 0.0, 0.0
         for step in range(steps):
             at = model(theta + moves, points.middle)
             across = model(theta[None], tip)[0] - at[0]
@@ -105,8 +106,9 @@ class EdgeAligner:
                     return None
             theta = theta + change * scale
             seen = float((weight > 0.1).mean())
+            cost = float(np.where(good, np.minimum(residual ** 2, 1.0), 1.0).sum())
         covariance = np.linalg.inv(normal + 1e-9 * np.eye(count) * np.trace(normal)) * max(error, 0.03) ** 2
-        return EdgeFit(theta, covariance * np.outer(scale, scale), error, seen)
+        return EdgeFit(theta, covariance * np.outer(scale, scale), error, seen, cost)
 
     def _weights(self, residual: Floats, good: Bools, theta: Floats, step: int) -> tuple[float, Floats | None]:
         if good.sum() < 3 * len(theta):

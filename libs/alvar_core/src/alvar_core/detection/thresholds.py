@@ -166,6 +166,17 @@ MIN_SEEN_EDGES = 0.6  # share of the edges that are seen and agree
 LOCAL_FIT, LOCAL_GAP, LOCAL_SURPLUS = 0.72, 0.035, 0.25  # of the aligned marker: accepted; as of a Demand
 LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
 
+# -- Bent paper (bent_paper.py, detector.py)
+# Sensitivity: not measured. Sides of flat markers have bows of up to 0.18 px, bent ones (20 cm) of 0.5 to 1.6 px.
+BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder
+MAX_BOW = 1.0  # px: doubtful if no cylinder fits
+MIN_BENT_SIDE = 36.0  # px
+MIN_BEND = 0.06  # rad over the marker's width: less is flat
+MAX_BENT_ERROR, MAX_BENT_TURN = 0.25, 0.035  # px of the edges, rad of the rotation's error: more is doubtful
+MIN_BENT_SEEN = 0.7  # share of the edges that agree with the cylinder: less is doubtful
+BEND_AXES, BEND_STEPS = 4, 4  # directions of the axis that are tried; steps of each
+BEND_OTHER_TURN, BEND_OTHER_COST = 0.15, 1.3  # rad, of the cost: another pose as good makes a pose doubtful
+
 # -- Errors of corners, poses (pose.py, detector.py)
 # Sensitivity: none.
 CORNER_MODEL_ERROR = 0.04  # px: corners are never known better

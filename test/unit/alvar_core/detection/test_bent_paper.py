@@ -1,0 +1,60 @@
+"""Markers on bent paper are measured as cylinders; flat ones stay flat; what no cylinder explains is doubtful."""
+import numpy as np
+import pytest
+
+import marker_classes
+import photo
+from alvar_core import rotations
+from alvar_core.camera import default_camera
+from alvar_core.detection.bent_paper import cylinder
+from alvar_core.detection.detector import Detector
+from marker_score import rotation_between
+
+CAMERA = default_camera()
+
+
+@pytest.mark.parametrize('radius', [0.06, -0.1])
+def test_model_is_that_of_the_photos(radius):
+    # a marker of 5 cm on a radius of 6 cm turns by 5 / 6 rad
+    rotation, position = rotations.facing(0.4, 1.0, 0.2), np.array([0.02, -0.01, 0.3])
+    sheet = photo.Sheet(marker_classes.marker_cells(1), 1, 0.05, rotation, position, photo.Cylinder(radius, 0.7))
+    theta = np.concatenate([photo.cv2.Rodrigues(rotation)[0][:, 0], position / 0.05, [0.05 / radius, 0.1]])
+    s, t = np.array([-0.5, 0.5, 0.3]), np.array([0.5, 0.5, -0.2])
+    seen = cylinder(CAMERA, 9, 0.6)(theta[None], np.stack([9 * s, -9 * t], 1))[0]
+    assert seen == pytest.approx(sheet.project(CAMERA, s, t))
+
+
+def found(name, number):
+    shot = marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
+    detections = Detector(marker_classes.SIZE).detect(shot.image, shot.camera)
+    return shot.frame['markers'][0], [each for each in detections if each.id == shot.frame['markers'][0]['id']]
+
+
+@pytest.mark.parametrize('name, radius, tolerance', [('bent 20 cm', 0.2, 0.5), ('bent 10 cm', 0.1, 0.5),
+                                                     ('bent 6 cm', 0.06, 1.0)])
+def test_bent_markers_have_the_pose_of_their_middle(name, radius, tolerance):
+    measured = 0
+    for number in range(4):
+        truth, detections = found(name, number)
+        for each in detections:
+            if each.bend:
+                measured += 1
+                assert rotation_between(each.quaternion, truth['orientation']) < tolerance  # degrees
+                assert np.abs(each.corners - truth['corners']).max() < 0.3  # px
+                assert abs(each.bend) == pytest.approx(marker_classes.SIZE / radius, rel=0.1) and not each.doubtful
+    assert measured >= 2
+
+
+def test_creased_marker_that_is_off_is_flagged():
+    for number in range(6):
+        truth, detections = found('creased', number)
+        for each in detections:
+            off = rotation_between(each.quaternion, truth['orientation'])
+            assert off < 5 or each.doubtful or each.ambiguous
+
+
+@pytest.mark.parametrize('name', ['even', 'jpeg', 'occluded'])
+def test_flat_marker_has_no_bend(name):
+    for number in range(3):
+        _, detections = found(name, number)
+        assert [(each.bend, each.doubtful) for each in detections] == [(0.0, False)]
