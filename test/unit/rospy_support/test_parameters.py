@@ -221,6 +221,16 @@ def test_effective_values_are_logged_in_one_line_with_units_in_the_order_of_read
                      '/sim/node/width=3 px, /sim/node/window=False']
 
 
+def test_secret_is_in_no_log_and_no_error(server, monkeypatch):
+    lines = []
+    monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))
+    server.update({f'{NODE}/token': 'swordfish', f'{NODE}/other': ['swordfish']})
+    assert Text('~token', '', secret=True).read() == 'swordfish'
+    assert 'swordfish' not in refusal(Text, '~other', '', secret=True)
+    parameters.log_effective()
+    assert lines == ['Parameters: /sim/node/token=(hidden)']
+
+
 def test_a_parameter_read_again_is_logged_with_its_latest_value(server, monkeypatch):
     lines = []
     monkeypatch.setattr(rospy, 'loginfo', lambda text, *values: lines.append(text % values))

@@ -47,8 +47,8 @@ class Access(NamedTuple):
         if scheme in ('http', 'https') and (rest.lower() == host.lower() or is_loopback(host_name(rest))):
             return ''
         if origin == 'null':
-            return ('the Origin "null" can be a file, but also any site. If you open files in Firefox, start the '
-                    'server with websocket_null_origin:=true')
+            return ('the Origin "null" can be a file in Firefox, but also any site that hides its name. To allow both, '
+                    'start the server with origins:=null')
         return f'pages from {origin} may not connect. To allow them, start the server with origins:={origin}'
 
     def _token_refusal(self, peer: str, token: Optional[str]) -> str:

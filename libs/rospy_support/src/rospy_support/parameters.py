@@ -22,6 +22,7 @@ import rospy
 from ros_doctor import findings
 from rospy_support.master import Master, NoMaster
 
+HIDDEN = '(hidden)'  # instead of a secret value
 _effective = {}  # resolved name -> text of the value, in the order of reading
 _declared = None  # names that this node may read; None: all, as in tests of a part of a node
 
@@ -46,6 +47,7 @@ class Parameter:
     """
 
     unit = kind = allowed = range = ''
+    secret = False  # no log or error shows the value
 
     def convert(self, value):
         """Convert the value of the parameter server to the one that the node uses; raise ValueError if not allowed."""
@@ -67,10 +69,14 @@ class Parameter:
         try:
             converted = self.convert(value)
         except ValueError:
-            raise ParameterError(f'parameter {resolved} is {value!r}; it must be {self.allowed}{unit}. '
+            raise ParameterError(f'parameter {resolved} is {self.shown(repr(value))}; it must be {self.allowed}{unit}. '
                                  f'Set it with {_typed(self.name, resolved, default)}') from None
-        _effective[resolved] = f'{converted}{unit}'
+        _effective[resolved] = self.shown(f'{converted}{unit}')
         return converted
+
+    def shown(self, text):
+        """Return the text of a value for logs and errors."""
+        return HIDDEN if self.secret and text else text
 
 
 class _Ranged(Parameter):
@@ -157,11 +163,12 @@ class Boolean(Parameter):
 
 @dataclasses.dataclass(frozen=True)
 class Text(Parameter):
-    """A string; one of ``choices`` if there are any."""
+    """A string; one of ``choices`` if there are any; ``secret``: no log or error shows it."""
 
     name: str
     default: str
     choices: tuple = ()
+    secret: bool = False
     kind = 'text'
 
     @property
@@ -246,7 +253,7 @@ def warn_of_stale(parameters, given):
     for parameter in private:
         resolved = rospy.resolve_name(parameter.name)
         if resolved in values and resolved not in given and values[resolved] != parameter.default:
-            stale[parameter.name[1:]] = values[resolved]
+            stale[parameter.name[1:]] = HIDDEN if parameter.secret else values[resolved]
     if stale:
         rospy.logwarn('%s', findings.stale_parameters(rospy.get_name(), stale))
 

@@ -30,8 +30,8 @@ PAGE = ('This is a rosbridge server: connect to it with a WebSocket, as roslibjs
         'because ~folder is not set.')
 
 PARAMETERS = Table(
-    Integer('~port', 9090, 0, 65535), Text('~address', '127.0.0.1'), Text('~token', ''), Text('~origins', ''),
-    Text('~hosts', ''), Boolean('~websocket_null_origin', False), Text('~folder', ''),
+    Integer('~port', 9090, 0, 65535), Text('~address', '127.0.0.1'), Text('~token', '', secret=True),
+    Text('~origins', ''), Text('~hosts', ''), Boolean('~websocket_null_origin', False), Text('~folder', ''),
     Number('~deadman', 0.0, 0.0, 60.0, 's'), Integer('~max_clients', 200, 1, 10000),
     Number('~max_message_size', 1e7, 1000, LARGEST, 'B', infinite='None'),
     Number('~max_rate', 20000.0, 1.0, 1e6, 'Hz'), Number('~slow_client_timeout', 10.0, 0.5, 3600.0, 's'),

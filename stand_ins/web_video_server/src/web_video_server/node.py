@@ -20,8 +20,9 @@ from web_video_server.sources import Sources
 
 RETRY = 5.0  # [s] until the next try where the port is taken
 PARAMETERS = Table(
-    Integer('~port', 8080, 0, 65535), Text('~address', '127.0.0.1'), Text('~token', ''), Text('~origins', ''),
-    Text('~hosts', ''), Boolean('~null_origin', False), Text('~default_stream_type', 'mjpeg', KINDS),
+    Integer('~port', 8080, 0, 65535), Text('~address', '127.0.0.1'), Text('~token', '', secret=True),
+    Text('~origins', ''), Text('~hosts', ''), Boolean('~null_origin', False),
+    Text('~default_stream_type', 'mjpeg', KINDS),
     Integer('~max_streams', 50, 1, 1000), Boolean('~verbose', True), Integer('~server_threads', 1, 1, 100),
     Integer('~ros_threads', 2, 1, 100), Number('~publish_rate', -1.0, -1.0, 1000.0, 'Hz'))
 
