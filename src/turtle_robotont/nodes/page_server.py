@@ -24,13 +24,18 @@ import tornado.web
 
 from rosbridge_core import web
 from rosbridge_core.session import Settings
-from rosbridge_server.bridge import RosBridge
-from rosbridge_server.websocket import Clients, RosbridgeWebSocket
 from rospy_support import nodes
 from rospy_support.master import Master, NoMaster
 from rospy_support.servers import Report
-from web_video_server.pages import Snapshot, Stream
-from web_video_server.sources import Sources
+
+try:
+    from rosbridge_server.bridge import RosBridge
+    from rosbridge_server.websocket import Clients, RosbridgeWebSocket
+    from web_video_server.pages import Snapshot, Stream
+    from web_video_server.sources import Sources
+except ImportError as error:  # where the originals are installed, theirs are found
+    sys.exit(f'The page needs rosbridge_server and web_video_server of this repository, but others are found: {error}. '
+             'Uninstall those packages of ROS, then type ./run build.')
 
 PORT = 8000
 LOOK = 0.5  # [s] between two looks for a master
