@@ -17,6 +17,7 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
 LAUNCH_PAGE = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
 NEXT_PAGE = (REPOSITORY / 'docs' / 'course_next.md').read_text(encoding='utf-8')  # README.md links it
+BROWSER_PAGE = (REPOSITORY / 'docs' / 'browser.md').read_text(encoding='utf-8')  # README.md links it
 NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
 OF_RUN = 'demo.py', 'grade.py'  # ./run demo and ./run grade
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
@@ -110,8 +111,9 @@ def test_launch_file_is_mentioned(launch_file):
 def test_every_stand_in_with_nodes_is_in_the_readme():
     packages = {package_of(script) for script in SCRIPTS} - {REPOSITORY}
     linked = set(re.findall(r'\(([^)]+)\)', README))
-    if 'docs/course_next.md' in linked:
-        linked |= {link.replace('../', '', 1) for link in re.findall(r'\(([^)]+)\)', NEXT_PAGE)}
+    for name, page in (('docs/course_next.md', NEXT_PAGE), ('docs/browser.md', BROWSER_PAGE)):
+        if name in linked:
+            linked |= {link.replace('../', '', 1) for link in re.findall(r'\(([^)]+)\)', page)}
     assert {f'{path.relative_to(REPOSITORY)}/README.md' for path in packages} <= linked
 
 

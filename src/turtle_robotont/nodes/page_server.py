@@ -11,7 +11,6 @@ import functools
 import ipaddress
 import json
 import os
-import subprocess
 import sys
 import threading
 import time
@@ -26,6 +25,7 @@ from rosbridge_core import web
 from rosbridge_core.session import Settings
 from rospy_support import nodes
 from rospy_support.master import Master, NoMaster
+from rospy_support.panels import open_page
 from rospy_support.servers import Report
 
 try:
@@ -168,16 +168,6 @@ def _host(address):
 
 def _say(text, *arguments):
     print(text % arguments if arguments else text, flush=True)
-
-
-def open_page(address):
-    """Show an address in the browser of $BROWSER, or in the desktop's; say what went wrong."""
-    command = os.environ.get('BROWSER') or 'xdg-open'
-    try:
-        subprocess.Popen([command, address], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                         stderr=subprocess.DEVNULL, start_new_session=True)
-    except OSError as error:
-        _say(f'No browser could be opened with {command} ({error.strerror}): open {address} yourself.')
 
 
 def options_of(arguments):

@@ -4,7 +4,10 @@ import csv
 import glob
 import os
 import shutil
+import signal
+import subprocess
 import tempfile
+import urllib.request
 
 import rosgraph
 import rospy
@@ -13,7 +16,7 @@ from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 
 from rostest_support import browser
-from rostest_support.common import SimulatorCase, run, skip, until
+from rostest_support.common import DEADLINE, SimulatorCase, run, skip, until
 
 PANELS = ('course', 'plot', 'image', 'console', 'graph', 'topics', 'nodes', 'services', 'parameters')
 HOSTILE = '<img src=x onerror="document.title=\'broken into\'">\u202e\x07</script>'
@@ -54,6 +57,10 @@ class PanelsTest(SimulatorCase):
     def until_text(self, *texts):
         """Wait until the panel shows all of these."""
         self.browser.until(lambda: all(text in self.text() for text in texts), f'the panel shows {texts}')
+
+    def until_content(self, text):
+        """Wait until this is there, perhaps hidden."""
+        self.browser.until(lambda: text in self.browser.evaluate('document.querySelector("main").textContent'), text)
 
     def field(self, label):
         """Return the visible input with this label."""
@@ -213,7 +220,10 @@ class PanelsTest(SimulatorCase):
         log = rospy.Publisher('/rosout_agg', Log, queue_size=100)
         self.addCleanup(log.unregister)
         self.open('console')
-        until(lambda: log.get_num_connections() > 0, 'the page')
+        def heard():
+            log.publish(Log(level=Log.INFO, name='/talker', msg='a beginning'))
+            return 'a beginning' in self.text()
+        self.browser.until(heard, 'the subscription of the page')
         for _ in range(30):
             log.publish(Log(level=Log.WARN, name='/talker', msg='the same\n' + HOSTILE))
         log.publish(Log(level=Log.ERROR, name='/other', msg='something else'))
@@ -243,6 +253,40 @@ class PanelsTest(SimulatorCase):
         self.assertFalse(self.browser.find('.step input')[1].is_selected())
         self.open('course')
         self.until_text('Done')  # it is remembered
+
+    # rqt's programs
+
+    def rqt(self, *command, **environment):
+        """Start a program of rqt; return it and the address that it prints."""
+        program = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                   env={**os.environ, 'BROWSER': 'true', **environment})
+        self.addCleanup(program.stdout.close)
+        self.addCleanup(program.wait, DEADLINE)
+        self.addCleanup(program.send_signal, signal.SIGINT)
+        lines = iter(program.stdout.readline, '')
+        return program, next(line.split()[1] for line in lines if line.startswith('Open '))
+
+    def test_rqt_opens_a_panel_of_the_server_that_runs(self):
+        for command in (['rqt_plot', '/turtle1/pose/x:y'], ['rosrun', 'rqt_plot', 'rqt_plot', '/turtle1/pose/x:y'],
+                        ['rqt', '-s', 'rqt_graph'], ['rqt_image_view', '/turtlesim/image_raw'], ['rqt_console'],
+                        ['rqt_topic'], ['rqt_graph']):
+            program, address = self.rqt(*command)
+            self.assertEqual(0, program.wait(DEADLINE))
+            self.assertTrue(address.startswith(f'{self.address}#/'), address)
+            self.browser.get('about:blank')
+            self.browser.get(address)
+            word = {'rqt': 'Ellipses', 'rqt_image_view': '500 x 500', 'rqt_console': 'Debug', 'rqt_graph': 'Ellipses',
+                    'rqt_topic': '/turtle1/cmd_vel'}.get(command[0], '/turtle1/pose/y')
+            self.until_content(word)
+
+    def test_rqt_starts_a_server_where_none_runs(self):
+        program, address = self.rqt('rqt_graph', ROS_MASTER_URI='http://localhost:1')
+        self.assertTrue(address.endswith('#/graph'), address)
+        self.assertNotIn(self.address, address)
+        with urllib.request.urlopen(address.partition('#')[0], timeout=DEADLINE) as answer:
+            self.assertIn(b'id="panels"', answer.read())
+        program.send_signal(signal.SIGINT)
+        program.wait(DEADLINE)
 
 
 if __name__ == '__main__':

@@ -1,0 +1,110 @@
+"""Opens a panel of the course's page: what the stand-ins for rqt do instead of opening a window."""
+import argparse
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import urllib.parse
+import urllib.request
+
+import rosgraph
+import rospy
+
+SERVER = 'rosrun', 'turtle_robotont', 'browser.py'  # it prints the line that ADDRESS finds
+PORT_PARAMETER = '/browser/actual_port'
+USUAL_PORT = 8000  # a server that waits for a master has no parameter yet
+ADDRESS = re.compile(r'^Open (http://\S+) in a browser')
+PLUGINS = {'rqt_graph': 'graph', 'rqt_plot': 'plot', 'rqt_image_view': 'image', 'rqt_console': 'console',
+           'rqt_topic': 'topics', 'rqt_service_caller': 'services', 'rqt_publisher': 'topics', 'rqt_top': 'nodes'}
+ANSWER = 2.0  # [s] in which a server must answer
+
+
+def main(panel, key='', several=False):
+    """Be the program: open a panel, and serve the page until Ctrl-C where nobody does.
+
+    What is typed behind the program's name becomes ``key`` of the panel's address: one word, or ``several``.
+    """
+    parser = argparse.ArgumentParser(description=f'Opens the panel {panel} of the page in a browser.')
+    if key:
+        parser.add_argument(key, nargs='*' if several else '?', help='what to show; default: chosen there')
+    arguments, ignored = parser.parse_known_args(rospy.myargv()[1:])
+    _say_ignored(ignored)
+    given = getattr(arguments, key) if key else None
+    show(fragment(panel, key, ' '.join(given) if isinstance(given, list) else given))
+
+
+def main_rqt():
+    """Be rqt: open the page, or the panel of a plug-in that -s names."""
+    parser = argparse.ArgumentParser(prog='rqt', description='Opens the page of the course in a browser.')
+    parser.add_argument('-s', '--standalone', metavar='PLUGIN', help=f'a panel of it: {", ".join(PLUGINS)}')
+    arguments, ignored = parser.parse_known_args(rospy.myargv()[1:])
+    plugin = (arguments.standalone or '').partition('/')[0].partition('.')[0]
+    if plugin and plugin not in PLUGINS:
+        parser.error(f'there is no {plugin} here; there are {", ".join(PLUGINS)}')
+    _say_ignored(ignored)
+    show(fragment(PLUGINS.get(plugin, '')))
+
+
+def fragment(panel, key='', value=None):
+    """Return the part of an address behind its #."""
+    return f'/{panel}' + (f'?{urllib.parse.urlencode({key: value})}' if value else '')
+
+
+def _say_ignored(arguments):
+    if arguments:
+        print(f'Ignored, because there is no Qt here: {" ".join(arguments)}', file=sys.stderr)
+
+
+def show(part):
+    """Open the page at a part of it; serve it until Ctrl-C where nobody does."""
+    address = running_address()
+    if address:
+        _open(f'{address}#{part}')
+        return
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    server = subprocess.Popen(SERVER, stdout=subprocess.PIPE, text=True)
+    try:
+        for line in server.stdout:
+            found = ADDRESS.match(line)
+            if found:
+                _open(f'{found.group(1)}#{part}')
+                print('The server of the page runs until you press Ctrl-C here.', flush=True)
+            else:
+                print(line, end='', flush=True)
+    except KeyboardInterrupt:  # a terminal's Ctrl-C also reaches the server
+        server.send_signal(signal.SIGINT)
+    sys.exit(server.wait())
+
+
+def running_address():
+    """Return the address of a server of the page that belongs to this master; None if there is none."""
+    master = rosgraph.Master('/panels')
+    try:
+        ports = [master.getParam(PORT_PARAMETER), USUAL_PORT]
+    except (rosgraph.MasterError, OSError):
+        ports = [USUAL_PORT]
+    for port in ports:
+        try:
+            with urllib.request.urlopen(f'http://localhost:{int(port)}/status', timeout=ANSWER) as answer:
+                if json.load(answer).get('uri') == rosgraph.get_master_uri():
+                    return f'http://localhost:{port}/'
+        except (OSError, ValueError, AttributeError):  # nobody there, or another program
+            continue
+    return None
+
+
+def _open(address):
+    print(f'Open {address} in a browser.', flush=True)
+    open_page(address)
+
+
+def open_page(address):
+    """Show an address in the browser of $BROWSER, or in the desktop's; say what went wrong."""
+    command = os.environ.get('BROWSER') or 'xdg-open'
+    try:
+        subprocess.Popen([command, address], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                         stderr=subprocess.DEVNULL, start_new_session=True)
+    except OSError as error:
+        print(f'No browser could be opened with {command} ({error.strerror}): open {address} yourself.', flush=True)
