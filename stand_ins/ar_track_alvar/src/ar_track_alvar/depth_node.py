@@ -19,7 +19,8 @@ MAX_SHIFT = 4.0  # [px] between a point and the pixel that shows it: further apa
 CHECKED = 8  # rows and columns in which this is checked
 REASONS = {depth.NO_DEPTH: 'the cloud has too few points on it (nearer or farther than the depth camera sees, or a '
                            'surface that shines or swallows its light)',
-           depth.NO_PLANE: 'its points do not lie on one plane (something covers it, or it is bent)'}
+           depth.NO_PLANE: 'its points do not lie on one plane (something covers it, or it is bent)',
+           depth.BENT: 'its paper is bent, which the image measures better'}
 
 DEPTH_NOISE = Number('~depth_noise', depth.NOISE, 0.0001, 0.1, 'm')
 INPUT = Table(*(each for each in settings.PARAMETERS if each.name != '~image_transport'))
@@ -89,7 +90,7 @@ class DepthInput:
         """Return how poses were measured, for /diagnostics."""
         counts, self._counts = self._counts, dict.fromkeys(self._counts, 0)
         return {'poses from image and points': counts[depth.BOTH],
-                'poses from the image alone': counts[depth.NO_DEPTH] + counts[depth.NO_PLANE],
+                'poses from the image alone': sum(counts[reason] for reason in REASONS),
                 'poses from the points alone': counts[depth.CLOUD]}
 
 

@@ -92,6 +92,20 @@ def test_without_usable_points_the_image_counts_and_the_reason_is_given(spoil, e
     assert measured.source == expected and measured.detection is one
 
 
+def test_of_bent_paper_the_image_keeps_its_pose():
+    one = detection(*POSE)
+    one.bend = 0.3
+    found = depth.measured(one, SIZE, CAMERA, depth.plane_on(Points(*POSE), one.corners, SHAPE))
+    assert found.source == depth.BENT and found.detection is one
+
+
+def test_points_that_agree_remove_the_doubt():
+    one = detection(*POSE)
+    one.doubtful = True
+    found = depth.measured(one, SIZE, CAMERA, depth.plane_on(Points(*POSE), one.corners, SHAPE))
+    assert found.source == depth.BOTH and not found.detection.doubtful
+
+
 def test_half_of_the_points_is_enough():
     points = Points(*POSE)
     points.array[:, ::2] = np.nan

@@ -41,7 +41,7 @@ LEAST_INCIDENCE = 0.1  # cosine of the angle at which the plane is seen: flatter
 MAX_SURPLUS = 60.0  # chi2 that the plane may add: beyond, image and points contradict each other
 STEPS, SETTLED = 12, 1e-9  # of the fit of a pose; relative change of chi2
 
-NO_DEPTH, NO_PLANE = 'no depth', 'no plane'
+NO_DEPTH, NO_PLANE, BENT = 'no depth', 'no plane', 'bent'
 BOTH, CLOUD = 'both', 'cloud'
 
 
@@ -76,7 +76,8 @@ class Measured:
     """A Detection after the use of points.
 
     ``source``: BOTH, CLOUD (they contradict each other, and the points count), or why only the image counts: NO_DEPTH,
-    NO_PLANE. ``plane`` is that of its points; ``size`` [m]: the side that the points show, if they contradict.
+    NO_PLANE, BENT (the image has measured how much; its corners are not those of a flat marker). ``plane`` is that of
+    its points; ``size`` [m]: the side that the points show, if they contradict.
     """
 
     detection: Detection
@@ -172,9 +173,12 @@ def _systematic(q: Floats, middle: Floats) -> Floats:
 
 
 def measured(detection: Detection, size: float, camera: Camera, plane: Plane | str) -> Measured:
-    """Return a Detection of a marker, ``size`` [m] wide, with the pose that fits image and plane."""
-    if isinstance(plane, str):
-        return Measured(detection, plane)
+    """Return a Detection of a marker, ``size`` [m] wide, with the pose that fits image and plane.
+
+    Where they agree, the pose is not doubtful.
+    """
+    if isinstance(plane, str) or detection.bend:
+        return Measured(detection, plane if isinstance(plane, str) else BENT)
     observation = observed(detection, drawing.object_corners(size), camera, plane)
     alone = observation._replace(plane=None)
     starts = detection.solutions or [Solution(detection.rotation, detection.position, detection.error, 0.0)]
@@ -186,7 +190,7 @@ def measured(detection: Detection, size: float, camera: Camera, plane: Plane | s
         return _by_points(detection, observation, plane, camera)
     share, ambiguous = pose.ambiguity(found, pose.DEGREES_OF_FREEDOM + 3)
     return Measured(replace(detection, rotation=best.rotation, position=best.position, error=best.error,
-                            solutions=found, ambiguity=share, ambiguous=ambiguous), BOTH, plane)
+                            solutions=found, ambiguity=share, ambiguous=ambiguous, doubtful=False), BOTH, plane)
 
 
 def observed(detection: Detection, points: Floats, camera: Camera, plane: Plane | None) -> Observation:
