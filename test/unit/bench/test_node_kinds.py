@@ -6,7 +6,8 @@ import pytest
 from rostest_support import node_kinds
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-NOT_NODES = {'demo.py', 'grade.py', 'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz'}
+NOT_NODES = {'demo.py', 'grade.py', 'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz', 'rqt',
+             'rqt_console', 'rqt_graph', 'rqt_gui', 'rqt_image_view', 'rqt_plot', 'rqt_topic'}
 TUTORIALS = 'turtle_tf', 'turtle_tf2', 'actionlib_tutorials', 'turtle_actionlib', 'teleop_twist_keyboard', 'xacro'
 SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 10 s
 
