@@ -2,7 +2,7 @@
 import pytest
 from rospy.client import load_command_line_node_params
 
-from ar_track_alvar.core.command_line import UsageError, bundle_arguments, ros_arguments
+from ar_track_alvar.core.command_line import UsageError, bundle_arguments, depth_bundle_arguments, ros_arguments
 
 SHORT = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', '/map']
 
@@ -35,6 +35,19 @@ def test_bundle_files_come_after_the_frame():
         'marker_size': 4.4, 'max_new_marker_error': 0.08, 'max_track_error': 0.2, 'output_frame': '/map',
         'bundle_files': "/a/b.xml 'with blank.xml' 7"}
     assert load_command_line_node_params(bundle_arguments([*SHORT, '7']))['bundle_files'] == '7'
+
+
+def test_the_median_filter_comes_before_the_bundle_files_of_a_depth_camera():
+    arguments = depth_bundle_arguments([*SHORT, '10', 'a.xml', 'b.xml'])
+    found = load_command_line_node_params(arguments)
+    assert (found['med_filt_size'], found['bundle_files'], found['output_frame']) == (10, 'a.xml b.xml', '/map')
+
+
+@pytest.mark.parametrize('words, said', [([*SHORT, '10'], '7 arguments are given; at least 8 are needed'),
+                                         ([*SHORT, 'ten', 'a.xml'], "MED_FILT_SIZE is 'ten'; a number is needed")])
+def test_what_is_not_the_form_of_a_depth_camera_is_refused(words, said):
+    with pytest.raises(UsageError, match=said):
+        depth_bundle_arguments(words)
 
 
 @pytest.mark.parametrize('words, said', [

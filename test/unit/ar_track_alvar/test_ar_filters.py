@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ar_track_alvar.core.filters import ErrorFilter, RateLimiter, fit_error
+from ar_track_alvar.core.filters import ErrorFilter, MedianPose, RateLimiter, fit_error
 
 SIDE = 50.0  # px
 CORNERS = np.array([[0, 0], [SIDE, 0], [SIDE, SIDE], [0, SIDE]])
@@ -60,6 +60,19 @@ def test_new_markers_have_to_fit_better_than_those_that_were_there():
     assert [m.id for m in both] == [2]
     assert filtered.accepted([marker(2, 0.05)], 0.02, 0.04) == []
     assert filtered.accepted([marker(2, 0.03)], 0.02, 0.04) == [], 'it was gone and is new'
+
+
+def test_a_tracked_marker_never_has_to_fit_better_than_a_new_one():
+    filtered = ErrorFilter()
+    for _ in range(3):
+        assert len(filtered.accepted([marker(1, 0.01)], 0.02, 0.0)) == 1
+
+
+def test_the_most_central_of_the_last_poses_is_taken():
+    median, turn = MedianPose(3), np.eye(3)
+    # (last three), the one with the smallest sum of squares: 0; 0 or 1, the newest; 1 of 0 1 9; 1 of 1 9 2 is 2
+    for place, expected in ((0.0, 0.0), (1.0, 1.0), (9.0, 1.0), (2.0, 2.0)):
+        assert median.add(turn, np.array([place, 0.0, 0.0]))[1][0] == expected
 
 
 def test_reset_makes_every_marker_new():
