@@ -53,7 +53,6 @@ class Answer(NamedTuple):
     files: Mapping[str, bytes] = {}
 
 
-
 def by(supervisor: Supervisor) -> Callable[[Work], Answer]:
     """Return the task that grades on this machine."""
     def grade(work: Work) -> Answer:
