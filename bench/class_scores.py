@@ -14,7 +14,7 @@ import marker_classes
 from alvar_core.detection.detector import Detector
 from aruco_baseline import ArucoBaseline
 from marker_classes import KINDS, LIGHT, LOOK_ALIKES, PAPER, SIZE
-from marker_score import Score, score_frame
+from marker_score import Score, flagged, score_frame
 from markers_cli import detection_record
 from processes import BenchError
 
@@ -24,11 +24,6 @@ PEER_FAMILY = 'AprilTag 36h11'
 PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')
 PEER_SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'peer_detections.py')
 SHADOWS = ('shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole')
-
-
-def flagged(detection):
-    """Return whether a detection says that its pose is uncertain."""
-    return bool(detection.get('ambiguous') or detection.get('doubtful'))
 
 
 class ClassScore(Score):

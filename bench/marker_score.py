@@ -4,7 +4,7 @@ A detection of id i counts as found if the marker i of the frame (ids are unique
 tenth of the image's width, of where the detection's position projects to; without a position the id alone counts. Of
 several the nearest counts, the others are doubles. All others are wrong ids if they lie on a marker, else false
 positives. Markers with `ignore` (cut by the image's edge) are ignored (neither found nor missed). A flip is a
-rotation error above FLIP.
+rotation error above FLIP that is not flagged.
 """
 import math
 from dataclasses import dataclass, field
@@ -15,6 +15,11 @@ from alvar_core.camera import Camera
 
 FLIP = 30.0  # degrees
 ON_MARKER = 1.15  # times a marker's size: what is inside lies on it
+
+
+def flagged(detection):
+    """Return whether a detection says that its pose is uncertain."""
+    return bool(detection.get('ambiguous') or detection.get('doubtful'))
 
 
 @dataclass
@@ -36,8 +41,8 @@ class Match:
 
     @property
     def flipped(self):
-        """Return whether the pose is the other solution of the planar ambiguity and not flagged as ambiguous."""
-        return self.rotation_error > FLIP and not self.detection.get('ambiguous')
+        """Return whether the pose is the other solution of the planar ambiguity and not flagged as uncertain."""
+        return self.rotation_error > FLIP and not flagged(self.detection)
 
 
 @dataclass

@@ -27,7 +27,7 @@ class CornerEstimator:
         return homography.apply(state.h, self.square)
 
     def bow(self, image: PreparedImage, corners: Floats) -> Floats:
-        """Return the largest height [px] of a side's bow, (M,), of markers with corners (M, 4, 2) [ideal px]."""
+        """Return the second largest height [px] of a side's bow, (M,), of markers with corners (M, 4, 2) [ideal px]."""
         return self._edges.bow(image.pyramid, image.camera, homography.from_square(corners, self.cells / 2))
 
     def measure(self, image: PreparedImage, state: Alignment, corners: Floats) -> tuple[Floats, Floats]:

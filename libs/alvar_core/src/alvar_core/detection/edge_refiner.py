@@ -70,14 +70,17 @@ class EdgeRefiner:
         return corners, covariance, good & seen
 
     def bow(self, pyramid: Pyramid, camera: Camera, h: Floats) -> Floats:
-        """Return the largest height [px] of a side's bow above its ends, (M,), of markers at ``h`` (M, 3, 3)."""
+        """Return the height [px] of the second largest bow of a side, (M,), of markers at ``h`` (M, 3, 3).
+
+        Bent paper makes bows of at least two sides, something that covers a part of one makes one.
+        """
         corners = homography.apply(h, self._square)
         px = np.sqrt(homography.area(corners))[:, None] / (2 * self._half)
         across = np.minimum(thresholds.BOW_REACH / px, thresholds.MAX_EDGE_REACH).repeat(4, 1)
         offset, enough = self._offsets(pyramid, camera, h, across)
         curve = self._t ** 2 - (self._t ** 2).mean()
         height = self._half ** 2 * (enough * offset) @ curve / np.maximum(enough @ curve ** 2, 1e-9)
-        bow: Floats = np.abs(height * px).max(1)
+        bow: Floats = np.sort(np.abs(height * px), 1)[:, -2]
         return bow
 
     def _once(self, pyramid: Pyramid, camera: Camera, h: Floats, across: Floats,
