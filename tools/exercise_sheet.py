@@ -3,7 +3,7 @@
 
 usage: ./run shell -c 'python3 tools/exercise_sheet.py' in the repository
 
-The texts are those of the exercise files; docs/course.md says which step an exercise belongs to.
+The texts are those of the exercise files; the pages of the course say which step an exercise belongs to.
 """
 import pathlib
 import re
@@ -12,6 +12,7 @@ import textwrap
 from course_grader.rules import exercise
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[1]
+PAGES = 'course.md', 'course_next.md'
 WIDTH = 118  # characters of a line
 HEAD = '''\
 # Exercise sheet
@@ -37,21 +38,22 @@ def page():
 
 
 def steps():
-    """Return [(heading, names of the exercises)] of the steps that have exercises."""
-    text = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
+    """Return [(page, heading, names of the exercises)] of the steps that have exercises."""
     found = []
-    for part in re.split(r'^## ', text, flags=re.MULTILINE)[1:]:
-        line = re.search(r'^\* \*\*Exercises?:\*\* (.*)', part, re.MULTILINE)
-        names = re.findall(r'`(\w+)`', line.group(1)) if line else []
-        if names:
-            found.append((part.split('\n', 1)[0], names))
+    for page_name in PAGES:
+        text = (REPOSITORY / 'docs' / page_name).read_text(encoding='utf-8')
+        for part in re.split(r'^## ', text, flags=re.MULTILINE)[1:]:
+            line = re.search(r'^\* \*\*Exercises?:\*\* (.*)', part, re.MULTILINE)
+            names = re.findall(r'`(\w+)`', line.group(1)) if line else []
+            if names:
+                found.append((page_name, part.split('\n', 1)[0], names))
     return found
 
 
 def _section(step):
-    heading, names = step
+    page_name, heading, names = step
     anchor = re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-')
-    parts = [f'\n## {heading}\n\n[This step in the course](course.md#{anchor})\n']
+    parts = [f'\n## {heading}\n\n[This step in the course]({page_name}#{anchor})\n']
     for name in names:
         loaded = exercise.load(REPOSITORY / 'exercises' / f'{name}.yaml')
         text = '\n'.join(textwrap.wrap(loaded.asks, WIDTH, break_on_hyphens=False, break_long_words=False))

@@ -299,7 +299,8 @@ class Attempt:
         self._state.read()
         self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.look())
         self.observed.timed_out = reader.now >= self.exercise.time
-        if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands):
+        if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands
+                or any(self.observed.turtles.values())):
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)

@@ -1,4 +1,4 @@
-"""Reads the parameters and transforms that the checks of an exercise look at.
+"""Reads the parameters, transforms and other turtles that the checks of an exercise look at.
 
 Threads: rospy's callbacks only append to a list.
 """
@@ -8,13 +8,14 @@ import xmlrpc.client
 import rosgraph
 import rospy
 from tf2_msgs.msg import TFMessage
+from turtlesim.msg import Pose
 
-from course_grader.rules.observation import Transform
+from course_grader.rules.observation import Sample, Transform
 from rospy_support.rospy_internals import caller
 
 
 class StateReader:
-    """What the checks ``parameter`` and ``transform`` of an exercise need; costs nothing without them."""
+    """What the checks of parameters, transforms and other turtles need; costs nothing without them."""
 
     def __init__(self, exercise, observed, own, zero):
         """``own``: names of the grader's nodes, which do not count; ``zero`` [s]: simulated time of the first step."""
@@ -23,6 +24,8 @@ class StateReader:
         if any(scored.name == 'transform' for scored in exercise.rules):
             for topic in ('/tf', '/tf_static'):
                 rospy.Subscriber(topic, TFMessage, self._on_transforms)
+        for turtle in {scored.parameters['turtle'] for scored in exercise.rules if 'turtle' in scored.parameters}:
+            rospy.Subscriber(f'/{turtle}/pose', Pose, self._on_pose, observed.turtles.setdefault(turtle, []))
 
     def read(self):
         """Note the values of the parameters; one that is not set keeps its last value."""
@@ -30,6 +33,10 @@ class StateReader:
         for name in self._names:
             with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
                 self._observed.parameters[name] = master.getParam(name)
+
+    def _on_pose(self, pose, track):
+        if caller(pose) in self._own:  # the simulator's, not one that the program pretends
+            track.append(Sample(rospy.get_time() - self._zero, pose.x, pose.y, pose.theta))
 
     def _on_transforms(self, message):
         if caller(message) in self._own:

@@ -90,6 +90,7 @@ class Observed:
     connections: Set[Tuple[str, str]] = field(default_factory=set)  # (name, 'publishes' | 'subscribes' | 'serves')
     parameters: Dict[str, Any] = field(default_factory=dict)  # of those that checks ask for, the last values
     transforms: List[Transform] = field(default_factory=list)
+    turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those that checks ask for
     others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
     source: str = ''  # of the program, as far as it is Python
     start: float = 0.0

@@ -46,6 +46,8 @@ def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple
 def _requests(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[float, ...]]:
     """Return the requests; each number is of another section of its span in each request."""
     fields = [_apart(limits, values['times'], numbers) for limits in values['request']]
+    if not fields:  # a request without fields, such as that of std_srvs/Trigger
+        return [()] * values['times']
     return [tuple(round(number, 2) for number in request) for request in zip(*fields)]
 
 

@@ -63,6 +63,14 @@ RULES: Dict[str, Rule] = {
         'rate': Parameter('span rate', ANY, 'transforms per second'),
         'at': Parameter(('the vehicle', 'any'), 'any', 'the vehicle: it has to be at the position of turtle or robot'),
         'tolerance': Parameter('length', 0.05, 'how far off that position may be')}),
+    'spawns': Rule(rules_state.spawns, {
+        'turtle': Parameter('text', ..., 'its name'),
+        'x': Parameter('coordinate', ..., 'where it starts'),
+        'y': Parameter('coordinate', ..., 'where it starts'),
+        'tolerance': Parameter('length', 0.05, 'how far off that it may be')}),
+    'follows': Rule(rules_state.follows, {
+        'turtle': Parameter('text', ..., 'the name of the turtle that follows turtle1'),
+        'distance': Parameter('length', 0.1, 'how near it has to be at the end')}),
     'runs': Rule(rules_output.runs, {
         'until': Parameter(('the end', 'it is done'), 'the end',
                            'the end: it must not end by itself; it is done: it ends with exit code 0')}),

@@ -1,4 +1,4 @@
-"""The rules that look at parameters and transforms; see judging.py for their form."""
+"""The rules that look at parameters, transforms and other turtles than turtle1; see judging.py for their form."""
 import bisect
 import math
 from types import SimpleNamespace
@@ -8,6 +8,8 @@ from course_grader.rules.judging import ANY, Result, nearness, period, written
 from course_grader.rules.observation import Observed, Transform
 
 NEAR = 0.3  # [s] at most between a transform and the pose that it tells
+JUMP = 0.5  # [m] between two poses of a turtle; one that is driven, however late its poses come, moves less
+STAY = 1.0  # [s] at the end for which a turtle has to be beside turtle1
 
 
 def parameter(observed: Observed, wanted: SimpleNamespace) -> Result:
@@ -53,3 +55,29 @@ def _was_there(observed: Observed, times: List[float], one: Transform, tolerance
     """Return whether the vehicle was at the position of a transform at about that time."""
     near = slice(bisect.bisect_left(times, one.t - NEAR), bisect.bisect_right(times, one.t + NEAR))
     return any(math.hypot(sample.x - one.x, sample.y - one.y) <= tolerance for sample in observed.track[near])
+
+
+def spawns(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """It spawns a turtle."""
+    asked = f'a turtle {wanted.turtle} at x = {wanted.x:.2f}, y = {wanted.y:.2f}'
+    track = observed.turtles.get(wanted.turtle, [])
+    if not track:
+        return Result(0.0, asked, f'there is no {wanted.turtle}')
+    seen = f'it starts at x = {track[0].x:.2f}, y = {track[0].y:.2f}'
+    return Result(float(math.hypot(track[0].x - wanted.x, track[0].y - wanted.y) <= wanted.tolerance), asked, seen)
+
+
+def follows(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """A turtle drives to turtle1 and stays there."""
+    asked = f'{wanted.turtle} drives to turtle1 and stays within {wanted.distance:.2f} m of it'
+    track = observed.turtles.get(wanted.turtle, [])
+    if not track or not observed.track:
+        return Result(0.0, asked, f'there is no {wanted.turtle}')
+    if any(math.hypot(b.x - a.x, b.y - a.y) > JUMP for a, b in zip(track, track[1:])):
+        return Result(0.0, asked, 'it jumps')
+    times = [sample.t for sample in observed.track]
+    late = [sample for sample in track if sample.t >= track[-1].t - STAY]
+    leaders = (observed.track[min(bisect.bisect_left(times, sample.t), len(times) - 1)] for sample in late)
+    apart = [math.hypot(one.x - leader.x, one.y - leader.y) for one, leader in zip(late, leaders)]
+    share = sum(distance <= wanted.distance for distance in apart) / len(apart)
+    return Result(share, asked, f'at the end it is {apart[-1]:.2f} m away')
