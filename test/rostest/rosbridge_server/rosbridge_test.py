@@ -168,6 +168,14 @@ class RosbridgeTest(SimulatorCase):
         until(lambda: answers, 'the answer')
         self.assertEqual('on', answers[0].message)
         other.send(op='call_service', service='/lamp', args={'data': False})
+        client.send(op='service_response', service='/lamp', id=client.next('call_service')['id'], result=False,
+                    values={'success': True})  # an answer with fields is one, as in the original
+        self.assertEqual({'success': True, 'message': ''}, other.next('service_response')['values'])
+        other.send(op='call_service', service='/lamp', args={'data': False})
+        client.send(op='service_response', service='/lamp', id=client.next('call_service')['id'], result=False,
+                    values='broken')
+        self.assertIn('broken', other.next('service_response')['values'])
+        other.send(op='call_service', service='/lamp', args={'data': False})
         client.next('call_service')
         client.close()  # whoever calls must not wait for ever
         response = other.next('service_response')

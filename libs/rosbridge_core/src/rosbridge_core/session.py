@@ -309,7 +309,7 @@ class Session:
         return self._bridge.unadvertise_service(self, operation['service'])
 
     def _service_response(self, operation: Operation) -> None:
-        self._bridge.respond(self, operation['service'], operation.get('id'), operation.get('values') or {},
+        self._bridge.respond(self, operation['service'], operation.get('id'), operation.get('values'),
                              operation['result'])
 
     def _set_level(self, operation: Operation) -> None:

@@ -41,13 +41,13 @@ class Answered:
             self._open.pop(name, None)
 
     def respond(self, request, values, result):
-        """Take the client's answer to a request."""
+        """Take the client's answer to a request; with fields it is one whatever ``result`` says, as in the original."""
         answer = self._open.pop(request, None)
         if answer is None:
             raise Refused(f'{self._name} has no open request {request!r}')
-        if result:
+        if result or isinstance(values, dict):
             try:
-                answer.set_result(types.builder.build(self.cls._response_class, values))
+                answer.set_result(types.builder.build(self.cls._response_class, values or {}))
             except Refused as refused:
                 answer.set_exception(rospy.ServiceException(str(refused)))
                 raise
