@@ -12,7 +12,7 @@ all_cases() (
   printf 'stress\t%s\n' fuzz clients master storms system soak
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
   find test/data/submissions -type f -printf 'grading\t%p\n' | sort
-  printf 'grading\tsame_ten_times\n'
+  printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
   find . -name '.?*' -prune -o -name '*.launch' -printf 'roslaunch-check\t%P\n' | sort
   for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do
     printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"

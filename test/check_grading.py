@@ -2,6 +2,7 @@
 
 usage: check_grading.py SUBMISSION FOLDER     such as test/data/submissions/stop_at_x/right_if_else.py
        check_grading.py same_ten_times FOLDER
+       check_grading.py red_team_LEVEL FOLDER        the quick ones of check_red_team.py
 
 The submission's first lines say what has to come out: `# expected: passed`, or `# expected: failed: TEXT`, where TEXT
 is a part of the reasons. same_ten_times grades one submission ten times, four at once, by ./run grade --all, and wants
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import psutil
 
+import check_red_team
 from course_grader.classes import submissions
 from process_support import processes
 
@@ -31,6 +33,7 @@ GRADED = {'result.json', 'junit.xml', 'output.txt'}
 OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv',
                 'path.png', 'path.svg'}  # without a path there is no picture
 REPEATED, TIMES, AT_ONCE = 'square_by_topics/right_four_positions.py', 10, 4
+RED_TEAM = 'red_team_'
 EXIT_CODES = {'passed': 0, 'failed': 1}
 
 
@@ -127,6 +130,8 @@ def main(arguments):
         print(__doc__, file=sys.stderr)
         return 2
     name, folder = arguments[0], Path(arguments[1]).absolute()
+    if name.startswith(RED_TEAM):
+        return check_red_team.main([name[len(RED_TEAM):], str(folder), *check_red_team.QUICK])
     if name == 'same_ten_times':
         wrong = check_repeats(REPOSITORY / 'test' / 'data' / 'submissions' / REPEATED, folder)
     else:

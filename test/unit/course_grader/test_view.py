@@ -68,4 +68,4 @@ def test_another_user_gets_copies_of_what_only_the_teacher_can_read(tmp_path, mo
 
 
 def test_parents_are_the_highest_first_without_those_of_the_system():
-    assert view.parents(['/a/b/c', '/a/b/c/d', '/usr/share/x', '/tmp/y']) == ['/a', '/a/b']
+    assert view.parents(['/a/b/c', '/a/b/c/d', '/usr/share/x', '/tmp/y/z']) == ['/a', '/a/b', '/tmp/y']

@@ -5,6 +5,7 @@ for images.
 """
 import contextlib
 import os
+import re
 import threading
 
 import rospy
@@ -15,6 +16,8 @@ from rospy_support import parameters
 from rospy_support.rospy_internals import caller
 
 RECORD = parameters.Text('~record', '')
+PARENT = '='  # instead of a node's name: what came from the process that started the simulator; no node can claim it
+NOT_OF_A_NAME = re.compile(r'[^\w/~.]')
 
 
 class RecordedWorld:
@@ -74,10 +77,12 @@ class RecordedWorld:
     def note(self, event, *values, request=None):
         """Record an event that takes effect now or in the next step. The caller must hold the lock.
 
-        ``request`` is the message or service request that asked for it.
+        ``request`` is the message or service request that asked for it, or PARENT. What a caller says of itself may
+        be anything.
         """
         if self._recorder is not None:
-            self._recorder.note(event, *values, caller=caller(request))
+            name = PARENT if request is PARENT else NOT_OF_A_NAME.sub('?', caller(request))
+            self._recorder.note(event, *values, caller=name)
 
     def record_step(self, result):
         """Record the step just made. The caller must hold the lock. A full disk ends only the recording."""

@@ -5,13 +5,16 @@ turtles and publishes (frame_services). Calls of the master for a service run in
 neither the world nor ``_interfaces``; subscribers run in rospy's threads and access the world under SharedWorld's
 lock; separate threads make images and drawings (image_server.py, drawing_server.py).
 """
+import contextlib
 import gc
 import math
+import struct
+import threading
 
 import rospy
 from std_srvs.srv import Empty, EmptyResponse
 
-from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, random_start
+from kinematic_core.worlds.turtle_world import ARENA_SIZE, BACKGROUND, DT, START, UnknownTurtle, random_start
 from rospy_support import parameters, reachability, registration, rospy_internals
 from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import Computed, Integer, Numbers, Table
@@ -26,6 +29,7 @@ from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
+STEERING = '<2d'  # linear velocity [m/s], angular velocity [rad/s]
 FREEZE_EVERY = 50  # turtles: garbage collection takes 50 ms with a thousand turtles, so older ones are left out
 BACKGROUND_PARAMETERS = [Integer(f'~background_{channel}', default, 0, 255)
                          for channel, default in zip('rgb', BACKGROUND)]
@@ -57,6 +61,18 @@ class TurtlesimNode:
         self._image_server = ImageServer(self._shared)
         self._drawing_server = DrawingServer(self._shared)
         registration.on_return(self._set_background)
+
+    def follow(self, connection):
+        """Let turtle1 follow commands STEERING from a connection that no node can open, until it is closed."""
+        threading.Thread(target=self._follow, args=(connection,), name='steering', daemon=True).start()
+
+    def _follow(self, connection):
+        with connection, connection.makefile('rb') as file:
+            for data in iter(lambda: file.read(struct.calcsize(STEERING)), b''):
+                linear, angular = struct.unpack(STEERING, data)
+                with contextlib.suppress(UnknownTurtle), self._shared.lock:
+                    self._shared.world.command(FIRST, linear, 0.0, angular)
+                    self._shared.note('cmd', linear, 0.0, angular, request=recording.PARENT)
 
     def run(self):
         """Step until shutdown."""
@@ -217,8 +233,11 @@ def _log_spawn(name, x, y, theta):
     rospy.loginfo('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]', name, x, y, theta)
 
 
-def main():
-    """Run turtlesim_node."""
+def main(steering=None):
+    """Run turtlesim_node; ``steering``: a connection for TurtlesimNode.follow."""
     init_simulator('turtlesim', PARAMETERS)
     reachability.watch()
-    TurtlesimNode().run()
+    node = TurtlesimNode()
+    if steering is not None:
+        node.follow(steering)
+    node.run()

@@ -12,11 +12,13 @@ Sandbox, and nowhere else. The process is thrown away at the end: nothing is shu
 Threads: the main thread watches; the stimuli and rospy's callbacks run in their own and only append to lists.
 """
 import contextlib
+import http.client
 import json
 import math
 import os
 import time
 import traceback
+import uuid
 import xmlrpc.client
 
 import rosgraph
@@ -34,7 +36,7 @@ from course_grader.isolation.limits import CPU_ALLOWANCE
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
-from course_grader.supervision.job import Attempted
+from course_grader.supervision.job import RECORD, Attempted
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
@@ -42,7 +44,6 @@ from kinematic_core.worlds import robot_world, turtle_world
 from process_support import processes
 from rospy_support import servers
 
-NODE = '/grader'
 REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('libs', 'course_grader'))[0]
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
 OF_EVERY_NODE = '/clock', '/rosout'  # topics
@@ -58,8 +59,10 @@ COMPLETE = 0.4  # [s] at rest after which all that a launch file or script start
 LONGEST_COMPLETION = 15.0  # [s] in which that should be
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
+HOG = 1.3  # cores that a program may use while the simulation cannot keep up; a busy loop takes one
 FLOODED = 0.5  # share of the time for which it gets a core that a thread of a simulator runs; by itself, a twentieth
 LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
+MASTER_LOG = 'master.txt'
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
 SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit
 
@@ -87,9 +90,12 @@ def run(job):
     attempt = Attempt(job, command, chosen, remarks)
     try:
         verdict = attempt.run()
+    except sandbox.IsolationError as error:
+        attempt.student = None
+        verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
     except AttemptError as error:
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
-    except Exception as error:  # whatever it is, it is not the student's fault
+    except Exception as error:  # whatever it is: should it happen again, the program is the cause
         if isinstance(error, OSError) and str(error.filename or '').startswith(job.output):
             raise
         traceback.print_exc()
@@ -138,7 +144,10 @@ class Attempt:
         self._job, self.exercise, self._command, self._policy = job, job.exercise, command, chosen
         self.remarks = [*remarks, *chosen.remarks]
         self._simulator, self._dt = SIMULATORS[self.exercise.simulator]
-        self._record = os.path.join(job.output, 'record.csv')
+        self._record = os.path.join(job.output, RECORD)
+        self._node = f'/grader_{uuid.uuid4().hex[:12]}'
+        self.student = None
+        self.finished = False
         self.observed = Observed()
         self._looked = 0.0
         self._students = set()  # names of nodes that were seen
@@ -150,7 +159,8 @@ class Attempt:
         """Return everything as an Attempted."""
         self.observed.source = static_analysis.source(self._command)
         verdict = symptoms.advise(self.exercise, self.observed, verdict)
-        return Attempted(verdict, self.observed, tuple(self.remarks), self._policy.lockstep, self.busy, self.flooded)
+        return Attempted(verdict, self.observed, tuple(self.remarks), self._policy.lockstep, self.busy, self.flooded,
+                         broken=self.student is not None and not self.finished)
 
     def run(self):
         """Observe; return the Verdict. Raise AttemptError."""
@@ -162,23 +172,24 @@ class Attempt:
             self._start_master(box)
             simulator = self._start_simulator(box)
             servers.protect()
-            rospy.init_node(NODE[1:], argv=[], disable_signals=True)
+            rospy.init_node(self._node[1:], argv=[], disable_signals=True)
             try:
                 self._observe(box, simulator)
             finally:
                 with contextlib.suppress(FileNotFoundError):
                     os.rename(self._record + ACTIVE, self._record)
+        self.finished = True
         return scoring.decide(self.exercise, self.observed)
 
     def _start_master(self, box):
         """Start a master, which ends with the sandbox."""
         try:
-            master, uri = forked.start_master(os.path.join(box.folder, 'master.txt'), PATIENCE)
+            self._master_process, uri = forked.start_master(os.path.join(box.folder, MASTER_LOG), PATIENCE)
         except TimeoutError as error:
             raise AttemptError(str(error)) from None
-        box.keep(master)
+        box.keep(self._master_process)
         os.environ['ROS_MASTER_URI'] = box.environment['ROS_MASTER_URI'] = uri
-        self._master = rosgraph.Master(NODE)  # over one connection, in the main thread only
+        self._master = rosgraph.Master(self._node)  # over one connection, in the main thread only
 
     def _start_simulator(self, box):
         """Start the exercise's simulator, paused."""
@@ -187,7 +198,7 @@ class Attempt:
                 os.remove(old)
         self._master.setParam('/use_sim_time', True)
         try:
-            simulator = forked.start_simulator(self.exercise.simulator, self._simulator_arguments(),
+            simulator, self._steering = forked.start_simulator(self.exercise.simulator, self._simulator_arguments(),
                                                os.path.join(box.folder, 'simulator.txt'))
         except ImportError as error:
             raise AttemptError(f'the simulator for {self.exercise.simulator} is missing ({error}): type ./run build. '
@@ -207,20 +218,28 @@ class Attempt:
                 f'_yaw:={start["theta"]:.4f}']
 
     def _observe(self, box, simulator):
-        reader = RecordingReader(self._record, self._dt, self.observed, NODE)
-        resume = f'{self._simulator}/resume'
+        reader = RecordingReader(self._record, self._dt, self.observed)
+        resume, pause = (rospy.ServiceProxy(f'{self._simulator}/{name}', Trigger, persistent=True)
+                         for name in ('resume', 'pause'))
         step = rospy.ServiceProxy(f'{self._simulator}/step', Step, persistent=True)  # not a connection per call
         self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # the last that it offers
         rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
+        step(1)  # these connections stay, whoever offers services of these names from now on
+        if not self._policy.lockstep:
+            resume()
+            pause()
         try:
-            student = sandbox.Student(box, self._command, reader.read)
+            student = self.student = sandbox.Student(box, self._command, reader.read)
         except sandbox.CommandError as error:
             self.observed.trouble = str(error)
             return
+        except OSError as error:
+            raise sandbox.IsolationError(f'the program could not be started: {error}') from None
         self.observed.lines = student.lines
         try:
             self._follow(reader, student, simulator, step, resume)
-        except (rospy.ServiceException, rospy.ROSException):
+        except (rospy.ServiceException, rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
+                http.client.HTTPException, OSError):
             if not self._ended_by_student(simulator):
                 raise
         self.observed.lines = list(student.lines)  # what it says when it is ended does not count
@@ -235,10 +254,10 @@ class Attempt:
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
         self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt)
-        stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed)
+        stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._steering)
         stimuli.start()
         if not self._policy.lockstep:
-            rospy.ServiceProxy(resume, Trigger)()
+            resume()
         self._watch(reader, student, simulator, stimuli, step)
 
     def _runs(self, simulator):
@@ -250,12 +269,13 @@ class Attempt:
         raise AttemptError(f'the simulator ended with exit code {simulator.poll()}')
 
     def _ended_by_student(self, simulator):
-        """Return whether simulator or grader were told to end, by rosnode kill or a node of their name; note it."""
-        if simulator.wait(ENDING) != 0 and not rospy.is_shutdown():
-            return False  # it crashed, or was killed
+        """Return whether simulator, grader or master were told to end, by a call or a node of their name; note it."""
+        if (simulator.wait(ENDING) != 0 and not rospy.is_shutdown()  # it runs, has crashed, or was killed
+                and self._master_process.poll() is None):
+            return False
         self.observed.trouble = (
             'the program ended the simulator or the grader, by rosnode kill or by a node of the same name '
-            f'({self._simulator}, {NODE}): choose another name, and start no simulator, as one is already running')
+            f'({self._simulator}): choose another name, and start no simulator or roscore, as both are running')
         return True
 
     def _wait_for_student(self, student, step, reader):
@@ -304,6 +324,7 @@ class Attempt:
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
+        self._note_hog(student.cpu(), watching.look() + watching.lost)
 
     def _wait_for_the_end(self, student):
         """Wait for a program whose nodes have just ended: rospy's shutdown waits in wall time for its threads."""
@@ -311,6 +332,12 @@ class Attempt:
         while student.exit_code() is None and not self._following and waiting.look() < ENDING:
             time.sleep(POLL)
             self._look_at_names()
+
+    def _note_hog(self, used, wall):
+        """Note whether a program held the simulation up: ``used`` [s] of processor time in ``wall`` [s]."""
+        if not self.observed.kept_up and used > HOG * wall:
+            self.observed.trouble = (f'the program took {used:.0f} s of processor time in {wall:.0f} s, so that '
+                                     'nothing was left for the simulation')
 
     def _note_pace(self, watching, stood, now):
         """Note whether a run of ``now`` [s] kept real time, without a gap."""
@@ -364,11 +391,13 @@ class Attempt:
 
     def _was_there(self):
         """Return whether a node of the student has ever run: even one that ends immediately leaves a log."""
-        return self._students or set(os.listdir(os.environ['ROS_LOG_DIR'])) - {
-            f'{name[1:]}.log' for name in ('/master', *self._own())}
+        return self._students or any(node not in self._own() for _, _, node in self._registrations())
+
+    def _registrations(self):
+        return forked.registrations(os.path.join(self._job.output, MASTER_LOG))
 
     def _own(self):
-        return {NODE, self._simulator, '/rosout'}
+        return {self._node, self._simulator}
 
     def _look_at_names(self):
         """Note what the student's nodes publish, subscribe and serve, and who pretends to be the simulator."""
@@ -378,6 +407,9 @@ class Attempt:
             return
         own = self._own()
         self._following = any(name == '/clock' and set(nodes) - own for name, nodes in subscribed)
+        for kind, name, node in self._registrations():  # also of what came and went since the last look
+            if kind == 'PUB' and name in FAKES and node not in own:
+                self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), node))
         for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
             for name, nodes in names:
                 others = set(nodes) - own
@@ -386,8 +418,6 @@ class Attempt:
                 self._students |= others
                 if others and name not in OF_EVERY_NODE:
                     self.observed.connections.add((name, role))
-                if others and role == 'publishes' and name in FAKES:
-                    self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), min(others)))
 
 
 def _flooded(before, after, seconds):

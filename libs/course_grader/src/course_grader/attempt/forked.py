@@ -4,10 +4,15 @@ Starting a Python program and importing rospy takes 0.4 s of CPU time; a fork ta
 forked while this process has one thread.
 """
 import contextlib
+import functools
 import importlib
+import logging
 import multiprocessing
 import os
+import re
 import signal
+import socket
+import struct
 import sys
 import time
 
@@ -21,7 +26,9 @@ SIMULATORS = {'turtlesim': 'turtlesim.node', 'robotont': 'robotont_gazebo.node'}
 for _module in SIMULATORS.values():
     with contextlib.suppress(ImportError):  # start_simulator says which one is missing
         importlib.import_module(_module)
+STEERED = 'turtlesim'  # the one whose turtle the grader drives
 LONGEST_UPDATE = 0.01  # [s] until the master begins to tell nodes of a new publisher; by default up to 0.1
+REGISTERED = re.compile(r'\+(PUB|SUB|SERVICE) \[(.*)\] (\S+) ')  # a line of the master's log
 
 
 class Forked:
@@ -56,12 +63,45 @@ def start_master(log, patience):
 
 
 def start_simulator(simulator, arguments, log):
-    """Fork the simulator of an exercise; return it as Forked. Raise ImportError where there is none."""
+    """Fork the simulator of an exercise; return (Forked, Steering or None). Raise ImportError where there is none."""
     module = importlib.import_module(SIMULATORS[simulator])
-    return Forked(simulator, lambda: nodes.run(module.main), arguments, log)
+    if simulator != STEERED:
+        return Forked(simulator, lambda: nodes.run(module.main), arguments, log), None
+    own, its = socket.socketpair()
+
+    def run():
+        own.close()
+        nodes.run(functools.partial(module.main, steering=its))
+    forked = Forked(simulator, run, arguments, log)
+    its.close()
+    return forked, Steering(own, module.STEERING)
+
+
+class Steering:
+    """Drives the turtle through a connection that no program can open; what comes by a topic is a program's."""
+
+    def __init__(self, connection, form):
+        """``form``: of struct, for what is sent."""
+        self._connection, self._form = connection, form
+
+    def drive(self, linear, angular):
+        """Command velocities [m/s, rad/s]. Raise OSError when the simulator has ended."""
+        self._connection.sendall(struct.pack(self._form, linear, angular))
+
+
+def registrations(log):
+    """Return [(kind, name, node)] of all that was ever registered with a master: PUB or SUB of a topic, or SERVICE.
+
+    ``log``: what the master prints; also what was there between two looks only.
+    """
+    with open(log, encoding='utf-8', errors='replace') as file:
+        return [match.groups() for match in map(REGISTERED.match, file) if match]
 
 
 def _run_master(sender):
+    logger = logging.getLogger('rosmaster.master')
+    logger.setLevel(logging.INFO)
+    logger.addHandler(logging.StreamHandler(sys.stdout))
     rosmaster.threadpool.ThreadPoolThread.threadSleepTime = LONGEST_UPDATE
     master = rosmaster.master.Master(0)  # any free port
     master.start()

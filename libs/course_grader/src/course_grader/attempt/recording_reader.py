@@ -10,6 +10,7 @@ import threading
 
 from course_grader.rules.observation import Command, Event, Sample
 from kinematic_core.timing import recorder
+from sim_ros.recording import PARENT  # whose commands are the grader's stimuli
 
 TURTLE = 'turtle1'
 OWN = 'start', 'timeout'  # events that no node asked for
@@ -18,9 +19,9 @@ OWN = 'start', 'timeout'  # events that no node asked for
 class RecordingReader:
     """Reads a growing recording into an Observed, times counted from the first tick on."""
 
-    def __init__(self, path, dt, observed, own_node):
-        """``dt`` [s]: a tick. ``own_node``: whose commands and calls are the grader's stimuli and not the student's."""
-        self._path, self.dt, self._observed, self._own = path, dt, observed, own_node
+    def __init__(self, path, dt, observed):
+        """``dt`` [s]: a tick."""
+        self._path, self.dt, self._observed = path, dt, observed
         self._file, self._rest, self._columns = None, '', None
         self._lock = threading.Lock()
         self.tick = 0  # the last one read
@@ -71,7 +72,7 @@ class RecordingReader:
     def _take_event(self, t, words, caller):
         turtle, _, name = words[0].rpartition('/')
         values = tuple(map(float, words[1:]))
-        if name in OWN or caller == self._own or turtle not in ('', TURTLE):
+        if name in OWN or caller == PARENT or turtle not in ('', TURTLE):
             return
         if name == 'cmd':
             self._observed.commands.append(Command(t, *values, caller))

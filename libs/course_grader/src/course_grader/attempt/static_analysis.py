@@ -173,7 +173,7 @@ def _python(path, read):
     try:
         with open(path, 'rb') as file:
             tree = ast.parse(b'' if path in read else file.read())
-    except (OSError, SyntaxError, ValueError):
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
         return ''  # Python will say what is wrong with it
     read.add(path)
     names = _imported(tree)

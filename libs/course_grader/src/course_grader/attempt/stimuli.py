@@ -10,7 +10,6 @@ import rosgraph
 import roslib.message
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
-from geometry_msgs.msg import Twist
 
 from course_grader.rules import random_stimuli
 from course_grader.rules.observation import Call, ShownMarkers
@@ -24,9 +23,9 @@ POLL = 0.05  # [s]
 class Stimuli:
     """The stimuli of an exercise, counted from the simulated time ``zero`` [s]."""
 
-    def __init__(self, exercise, seed, zero, observed):
-        """``observed``: the Observed that takes what was done."""
-        self._zero, self._observed = zero, observed
+    def __init__(self, exercise, seed, zero, observed, steering):
+        """``observed``: the Observed that takes what was done; ``steering``: forked.Steering of the turtle."""
+        self._zero, self._observed, self._steering = zero, observed, steering
         self._threads = [threading.Thread(target=self._do, args=(what, values, drawn), name=what, daemon=True)
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
@@ -42,21 +41,18 @@ class Stimuli:
     def _do(self, what, values, drawn):
         try:
             getattr(self, f'_{what}')(values, drawn)
-        except rospy.ROSException:  # time stops or jumps: the grading is over
+        except (rospy.ROSException, OSError):  # time stops or jumps, or the simulator has ended: the grading is over
             pass
 
     def _now(self):
         return rospy.get_time() - self._zero
 
     def _drive(self, values, velocities):
-        publisher = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=10)
         rospy.sleep(max(0.0, values['after'] - self._now()))
         rate = rospy.Rate(DRIVE_RATE)
         while self._now() < values['after'] + values['for']:
             leg = int((self._now() - values['after']) / random_stimuli.LEG)
-            twist = Twist()
-            twist.linear.x, twist.angular.z = velocities[min(max(leg, 0), len(velocities) - 1)]
-            publisher.publish(twist)
+            self._steering.drive(*velocities[min(max(leg, 0), len(velocities) - 1)])
             rate.sleep()
 
     def _call(self, values, requests):

@@ -414,7 +414,7 @@ def _remarks(program: str, source: bytes) -> List[str]:
     """Return why rosrun could not run a Python file; raise CommandError if it is not Python."""
     try:
         compile(source, program, 'exec')
-    except (SyntaxError, ValueError) as error:
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = getattr(error, 'lineno', None)
         what = getattr(error, 'msg', None) or error
         raise CommandError(f'{os.path.basename(program)}{f", line {line}" if line else ""}: '

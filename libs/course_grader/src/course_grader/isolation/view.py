@@ -82,7 +82,7 @@ def parents(places: Iterable[str]) -> List[str]:
         while parent != os.path.dirname(parent):
             found.add(parent)
             parent = os.path.dirname(parent)
-    return sorted(folder for folder in found if not below(folder, [*SYSTEM, *places, '/tmp']))
+    return sorted(folder for folder in found if folder != '/tmp' and not below(folder, [*SYSTEM, *places]))
 
 
 def escaping(command: Sequence[str], own: Sequence[str]) -> str:

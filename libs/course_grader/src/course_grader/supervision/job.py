@@ -6,6 +6,8 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
 
+RECORD = 'record.csv'  # what the simulator records; it is there before a program starts
+
 
 class Job(NamedTuple):
     """A program to grade.
@@ -31,7 +33,8 @@ class Attempted(NamedTuple):
     """What one attempt at a Job returned.
 
     ``remarks`` are notes for the student; ``lockstep``: whether the simulator waited for the nodes; ``busy``: the nodes
-    that never slept, for which it did not; ``flooded``: whether it was busy with what they sent.
+    that never slept, for which it did not; ``flooded``: whether it was busy with what they sent;
+    ``broken``: the grading broke down while the program ran.
     """
 
     verdict: Verdict
@@ -40,3 +43,4 @@ class Attempted(NamedTuple):
     lockstep: bool = False
     busy: str = ''
     flooded: bool = False
+    broken: bool = False

@@ -22,8 +22,9 @@ from course_grader.formats import report
 from course_grader.isolation import sandbox
 from course_grader.rules import scoring
 from course_grader.rules.observation import Observed
-from course_grader.supervision.job import Attempted, Job
+from course_grader.supervision.job import RECORD, Attempted, Job
 from course_grader.supervision.warm_start import WarmStart
+from kinematic_core.timing.recorder import ACTIVE
 from process_support import processes
 
 ATTEMPT = 'course_grader.attempt.attempt'  # imported only in the children: it imports ROS
@@ -31,6 +32,7 @@ RESULTS = ('result.json', 'junit.xml', 'path.png', 'path.svg', 'output.txt')  # 
 EXTRA = 120.0  # [s] of wall time that a grading may take beyond its exercise in real time, before it is ended
 LOG = 'grader.txt'  # what an attempt itself prints
 POLL = 0.1  # [s]
+STOP_PERIOD = 1.0  # [s] between two looks whether something was stopped
 WORTH_REPEATING = 45.0  # [s] of wall time; what took longer is not repeated because the machine was slow
 INTERRUPTED = 'the grading was interrupted'
 
@@ -56,9 +58,14 @@ def _was_slow(got: Attempted) -> bool:
     return got.verdict.outcome == scoring.UNDECIDED and not got.observed.kept_up
 
 
+def _was_broken(got: Attempted) -> bool:
+    return got.broken
+
+
 RETRIES = (  # the first one counts that applies and was not used yet
     Retry('busy', _was_busy, True, math.inf,
           '{busy} never sleeps (is there a rate.sleep() in its loop?). Grading again in real time.'),
+    Retry('broken', _was_broken, False, math.inf, 'Grading again, because {reason}'),
     Retry('slow', _was_slow, False, WORTH_REPEATING, 'Grading again, because {reason}'),
     Retry('slow again', _was_slow, True, WORTH_REPEATING, 'Grading again, because {reason}'),
 )
@@ -76,8 +83,11 @@ def next_try(got: Attempted, used: Container[str], seconds: float) -> Optional[R
 def final(got: Attempted, busy: str) -> Attempted:
     """Return the last attempt with its verdict; ``busy``: the nodes that never slept in an earlier one.
 
-    Who floods the simulator is not saved by its being slow.
+    Who floods the simulator is not saved by its being slow, nor who ends or stops the grader by that.
     """
+    if got.broken:  # again, in another attempt
+        said = f'the grading broke down while this program ran, each time: {(got.verdict.objections or [""])[0]}'
+        return got._replace(verdict=got.verdict._replace(outcome=scoring.FAILED, score=0.0, objections=[said]))
     if not (busy and got.flooded and got.verdict.outcome == scoring.UNDECIDED):
         return got
     objection = f'{busy} never sleeps, so the simulator gets no time; is there a rate.sleep() in its loop?'
@@ -91,9 +101,22 @@ def remove_results(folder: str) -> None:
             os.remove(os.path.join(folder, name))
 
 
-def undecided(reason: str) -> Attempted:
-    """Return what stands for an attempt that returned nothing."""
-    return Attempted(scoring.Verdict(scoring.UNDECIDED, 0.0, [], [reason]), Observed())
+def undecided(reason: str, broken: bool = False) -> Attempted:
+    """Return what stands for an attempt that returned nothing; ``broken``: while the program ran."""
+    return Attempted(scoring.Verdict(scoring.UNDECIDED, 0.0, [], [reason]), Observed(), broken=broken)
+
+
+def _started(job: Job) -> bool:
+    """Return whether the simulator of an attempt was there, so that its program ran, or was about to."""
+    path = os.path.join(job.output, RECORD)
+    return os.path.exists(path + ACTIVE) or os.path.exists(path)
+
+
+def _stopped(child: psutil.Process) -> bool:
+    """Return whether an attempt or what it has forked was stopped, as by SIGSTOP."""
+    with contextlib.suppress(psutil.Error):
+        return any(process.status() == psutil.STATUS_STOPPED for process in (child, *child.children()))
+    return False
 
 
 class Supervisor:
@@ -134,7 +157,7 @@ class Supervisor:
         while True:
             got = self._attempt(job, start + limit, limit)
             retry = next_try(got, used, time.monotonic() - start)
-            if retry is None:
+            if retry is None or got.broken and time.monotonic() > start + limit:
                 return final(got, busy)
             used.add(retry.name)
             busy = busy or got.busy
@@ -144,18 +167,25 @@ class Supervisor:
     def _attempt(self, job: Job, deadline: float, limit: float) -> Attempted:
         """Let a child grade once; return what it found, or why it found nothing."""
         job = job._replace(mark=uuid.uuid4().hex)
+        for name in (RECORD, RECORD + ACTIVE):
+            with contextlib.suppress(FileNotFoundError):
+                os.remove(os.path.join(job.output, name))
         child, receiver = self._starter.start(job)
-        done = False
+        done, looked = False, time.monotonic()
         try:
             while not receiver.poll(POLL):
                 if self._stop.is_set():
                     return undecided(INTERRUPTED)
                 if time.monotonic() > deadline:
-                    return undecided(f'the grader needed more than {limit:.0f} s and was stopped')
+                    return undecided(f'the grader needed more than {limit:.0f} s and was stopped', _started(job))
+                if time.monotonic() > looked + STOP_PERIOD:
+                    looked = time.monotonic()
+                    if _stopped(child):
+                        return undecided('the grader or the simulator was stopped', _started(job))
             got: Union[Attempted, OSError] = receiver.recv()
             done = True
         except EOFError:
-            return undecided(f'the grader ended without a result; see {LOG}')
+            return undecided(f'the grader ended without a result; see {LOG}', _started(job))
         finally:
             receiver.close()
             if not done:  # else it has ended all that it started

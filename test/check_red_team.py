@@ -1,0 +1,133 @@
+"""Grades the hostile programs of test/data/red_team beside honest ones, and checks that nobody was harmed.
+
+usage: check_red_team.py LEVEL FOLDER [NAME ...]     LEVEL: namespace, uid, none; a NAME is a part of a program's name
+
+The second line of a program says what has to come out, as for the samples: `# expected: failed`, or with a part of the
+reasons. A line `# at none: open` says that the level none does not hold it back: it is not run there. Every class has
+honest students, who must pass, and links to their files, which must fail. No process remains, no other file is written,
+and no token of the environment is printed. FOLDER takes all files. Exit code 0 when all is as it should be; a level
+that this machine cannot have is skipped, and said.
+"""
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import uuid
+from pathlib import Path
+
+import psutil
+
+from course_grader.isolation import levels
+from process_support import processes
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+PROGRAMS = REPOSITORY / 'test' / 'data' / 'red_team'
+SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
+HONEST = 'stop_at_x/right_if_else.py', 'print_marker_ids/right_node.py', 'square_by_teleport/right_rosservice.bash'
+BAIT = '3457'  # the argument of `sleep` of those who try to outlive
+FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
+QUICK = ('ends_all_nodes', 'name_with', 'recording_by', 'solution_by', 'poisoned', 'connection.py', 'outlives',
+         'gb.py', 'mb.py', 'marks_printed', 'ptrace')  # take a minute at all levels together, alone on 2 cores
+SEED, JOBS, TIMEOUT = 7, 2, 1500  # [s]
+
+
+def told(path):
+    """Return {key: text} of the comments at the top of a program."""
+    return dict(re.findall(r'^# (\w[\w ]*): (.*)$', path.read_text(encoding='utf-8'), re.MULTILINE))
+
+
+def make_class(folder, level, names):
+    """Write the class; return {(student, exercise): (outcome, part of the reasons)}."""
+    expected = {}
+    for sample in HONEST:
+        exercise, _, name = sample.partition('/')
+        student = folder / 'honest'
+        student.mkdir(parents=True, exist_ok=True)
+        shutil.copy(SAMPLES / sample, student / (exercise + os.path.splitext(name)[1]))
+        expected['honest', exercise] = 'passed', ''
+    for path in sorted(PROGRAMS.iterdir()):
+        about = told(path)
+        if names and not any(name in path.name for name in names) or level == levels.NONE and 'at none' in about:
+            continue
+        student = folder / path.stem
+        student.mkdir()
+        shutil.copy(path, student / (about['exercise'] + path.suffix))
+        outcome, _, text = about['expected'].partition(': ')
+        expected[path.stem, about['exercise']] = outcome, text
+    (folder / 'link_to_a_file').mkdir()
+    (folder / 'link_to_a_file' / 'stop_at_x.py').symlink_to(folder / 'honest' / 'stop_at_x.py')
+    (folder / 'link_to_a_solution').mkdir()
+    (folder / 'link_to_a_solution' / 'stop_at_x.py').symlink_to(SAMPLES / 'stop_at_x' / 'right_if_else.py')
+    for student in ('link_to_a_file', 'link_to_a_solution'):
+        expected[student, 'stop_at_x'] = 'failed', 'is a link to a file of somebody else'
+    return expected
+
+
+def listed(*folders):
+    """Return {path: size} of all files in some folders."""
+    return {path: path.lstat().st_size for folder in folders for path in folder.rglob('*') if '__pycache__' not in
+            path.parts and path.is_file()}
+
+
+def check(level, folder, names):
+    """Return what is wrong after a class at this level."""
+    shutil.rmtree(folder, ignore_errors=True)
+    expected = make_class(folder / 'class', level, names)
+    home, token = folder / 'home', uuid.uuid4().hex
+    home.mkdir()
+    before = listed(folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'libs')
+    done = subprocess.run(
+        [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py'), '--all', str(folder / 'class'), '--isolation', level,
+         '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder, timeout=TIMEOUT,
+        env={**os.environ, 'HOME': str(home), 'COMMIT_URL': token}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, check=False)
+    print(done.stdout.decode('utf-8', 'replace'))
+    wrong = [f'{path} is new or changed' for path, size in listed(
+        folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'libs').items() if before.get(path) != size]
+    left = [process for process in psutil.process_iter(['cmdline']) if process.info['cmdline'] == ['sleep', BAIT]]
+    processes.end(lambda: {process for process in left if process.is_running()}, processes.KILL)
+    wrong += [f'process {process.pid} was left behind' for process in left]
+    for (student, exercise), (outcome, text) in expected.items():
+        wrong += [f'{student}: {what}'
+                  for what in _look(folder / 'out' / student / exercise, level, outcome, text, token)]
+    return wrong
+
+
+def _look(results, level, outcome, text, token):
+    """Return what is wrong with the results of one program."""
+    if not (results / 'result.json').is_file():
+        return ['there is no result.json']
+    result = json.loads((results / 'result.json').read_text(encoding='utf-8'))
+    said = (results / 'output.txt').read_text(encoding='utf-8')
+    reasons = ' '.join([*result['objections'], *(reason['seen'] for reason in result['reasons'])])
+    wrong = [f'it has printed the token of the environment: {said}'] if token in said else []
+    if result['outcome'] != outcome or text not in reasons:
+        wrong.append(f'it is {result["outcome"]} ({reasons}), expected is {outcome}: {text}')
+    if result['isolation'] not in (level, ''):
+        wrong.append(f'its level is {result["isolation"]}')
+    if level == levels.NAMESPACE and outcome == 'failed':
+        wrong += [f'it has printed {word}: {said}' for word in FORBIDDEN
+                  if re.search(rf'^ *[-\d.]+  {word}\b', said, re.MULTILINE)]
+    return wrong
+
+
+def main(arguments):
+    """Check as the command line says; return the exit code."""
+    if len(arguments) < 2 or arguments[0] not in levels.LEVELS:
+        print(__doc__, file=sys.stderr)
+        return 2
+    level, folder = arguments[0], Path(arguments[1]).absolute()
+    missing = {**levels.machine()._asdict(), levels.NONE: ''}[level]
+    if missing:
+        print(f'SKIPPED: this machine cannot have the level {level}: {missing}')
+        return 0
+    wrong = check(level, folder, arguments[2:])
+    for text in wrong:
+        print(f'WRONG: {text}')
+    return 1 if wrong else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,11 @@
+#!/usr/bin/env python3
+# expected: failed: ended the simulator or the grader
+# exercise: stop_at_x
+"""Asks every node to shut down by the slave API, as rosnode kill does."""
+import xmlrpc.client
+
+import rosgraph
+
+master = rosgraph.Master('/x')
+for name in {node for kind in master.getSystemState() for _, nodes in kind for node in nodes}:
+    xmlrpc.client.ServerProxy(master.lookupNode(name)).shutdown('/x', 'bye')

@@ -1,0 +1,9 @@
+#!/usr/bin/env python3
+# expected: failed
+# exercise: stop_at_x
+"""Shuts the master down by its XML-RPC interface, which has no access control."""
+import xmlrpc.client
+
+import rosgraph
+
+xmlrpc.client.ServerProxy(rosgraph.get_master_uri()).shutdown('/x', 'bye')

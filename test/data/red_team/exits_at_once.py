@@ -1,0 +1,7 @@
+#!/usr/bin/env python3
+# expected: failed
+# exercise: stop_at_x
+"""Ends with success before anything was done."""
+import os
+
+os._exit(0)

@@ -1,0 +1,13 @@
+#!/usr/bin/env python3
+# expected: failed
+# exercise: stop_at_x
+"""Starts processes until it may not, and keeps them busy."""
+import os
+
+while True:
+    try:
+        if os.fork() == 0:
+            while True:
+                pass
+    except OSError:
+        pass

@@ -1,0 +1,6 @@
+#!/usr/bin/env python3
+# expected: failed
+# exercise: stop_at_x
+"""Takes 4 GB at once."""
+block = bytearray(4 << 30)
+print(len(block))
