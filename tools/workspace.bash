@@ -15,13 +15,14 @@ debian_ros_packages=(
   ros-diagnostic-msgs libdiagnostic-msgs-dev python3-diagnostic-msgs
   python3-tf2-ros python3-tf ros-tf2-msgs libtf2-msgs-dev libtf-dev tf-tools tf2-tools python3-message-filters
   python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev ros-robot-state-publisher
+  joint-state-publisher topic-tools
 )
 command_packages=()
 optional_packages=()  # wanted where the system has them: Ubuntu has Chromium only as a snap
 requirement_files=("$repo/requirements.txt")
 required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic rosmsg rosnode rosparam
   message_generation message_runtime std_msgs std_srvs geometry_msgs sensor_msgs nav_msgs visualization_msgs diagnostic_msgs
-  tf2_msgs tf2_ros dynamic_reconfigure robot_state_publisher)
+  tf2_msgs tf2_ros dynamic_reconfigure robot_state_publisher joint_state_publisher topic_tools)
 no_network='could not resolve|temporary failure (resolving|in name resolution)|network is unreachable|could not connect|'
 no_network+='failed to establish a new connection|cannot connect to proxy|connection (timed out|refused|failed)|'
 no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout'

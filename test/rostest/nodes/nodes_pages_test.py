@@ -13,7 +13,8 @@ KINDS = 'publishes', 'subscribes', 'serves'
 OF_LIBRARIES = {('/rosout', 'publishes'), ('/tf', 'subscribes'), ('/tf_static', 'subscribes'), ('/clock', 'subscribes'),
                 *((f'~{name}', 'serves') for name in ('get_loggers', 'set_logger_level', 'set_parameters')),
                 ('~parameter_descriptions', 'publishes'), ('~parameter_updates', 'publishes')}
-NOT_BY_DEFAULT = {('/clock', 'publishes', 'rosgraph_msgs/Clock')}  # with a parameter that would give all nodes its time
+NOT_BY_DEFAULT = {('/clock', 'publishes', 'rosgraph_msgs/Clock'),  # with a parameter that would give all nodes its time
+                  ('~moving_panels', 'publishes', 'geometry_msgs/PoseArray')}  # in a world with a panel that moves
 
 
 def kinds_of_pages():
@@ -28,7 +29,7 @@ def written(name, node, arguments):
         page_name, _, other = argument.partition(':=')
         other = f'/{other.strip("/")}'
         if not page_name.startswith('_') and f'{name}/'.startswith(f'{other}/'):
-            name = f'/{page_name}{name[len(other):]}'
+            name = f'/{page_name.lstrip("/")}{name[len(other):]}'
     name = re.sub('^/turtle[0-9]+/', '/turtle1/', name)
     return name.replace(f'{node}/', '~', 1) if name.startswith(f'{node}/') else name
 

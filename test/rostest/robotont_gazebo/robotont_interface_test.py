@@ -12,6 +12,9 @@ from rostest_support.robotont import RobotontCase
 
 ALWAYS = {'odom', '/tf', 'joint_states', '~ground_truth', '~world', '~clock_status', '/rosout'}
 SERVICES = {'~set_pose', '~move_marker', '~pause', '~resume', '~step', '~get_loggers', '~set_logger_level'}
+GAZEBO_SERVICES = {f'gazebo/{name}' for name in (
+    'set_model_state', 'get_model_state', 'get_world_properties', 'reset_world', 'reset_simulation', 'pause_physics',
+    'unpause_physics')}
 CAMERA = {'camera/color/image_raw', 'camera/color/camera_info', 'camera/depth/image_rect_raw',
           'camera/depth/camera_info', 'camera/depth/points', 'camera/aligned_depth_to_color/image_raw'}
 RATE_TOLERANCE = 0.01  # of the rate: lateness of single messages weighs little over half a second
@@ -27,9 +30,9 @@ class InterfaceTest(RobotontCase):
         """Assert what the simulator's node has registered."""
         self.message('odom', Odometry)
         published, subscribed, services = registered_names(self.topic('robotont_gazebo'))
-        self.assertEqual(self.full({*ALWAYS, *more}), published)
-        self.assertEqual(self.full({'cmd_vel'}), subscribed)
-        self.assertEqual(self.full(SERVICES), services)
+        self.assertEqual(self.full({*ALWAYS, 'gazebo/model_states', *more}), published)
+        self.assertEqual(self.full({'cmd_vel', 'gazebo/set_model_state'}), subscribed)
+        self.assertEqual(self.full({*SERVICES, *GAZEBO_SERVICES}), services)
 
     def assert_frames(self, *frames):
         """Assert that a transform to each frame from odom can be had; frames without their prefix."""
@@ -54,7 +57,7 @@ class InterfaceTest(RobotontCase):
         until(lambda: registered_names('/robotont_camera')[0] >= self.full(CAMERA), 'the topics of the camera')
         published, subscribed, _ = registered_names('/robotont_camera')
         self.assertEqual(self.full({*CAMERA, '/rosout'}), published)
-        self.assertEqual(self.full({'~ground_truth', '~world'}), subscribed)
+        self.assertEqual(self.full({'~ground_truth', '~world', '~moving_panels'}), subscribed)
         lookup = self.assert_frames('base_footprint', 'base_link', 'camera_link', 'rim_back_link', 'rim_left_link',
                                     'rim_right_link', 'camera_color_optical_frame', 'camera_depth_optical_frame')
         start = lookup('odom', 'base_footprint').translation

@@ -41,11 +41,47 @@ def test_good_shape_passes(shape):
     (PANEL._replace(marker_id=-1), 'marker1: marker_id is -1; it must be a whole number from 0 to 4294967295'),
     (PANEL._replace(marker_id=2 ** 32), 'marker1: marker_id is 4294967296; it must be'),
     (PANEL._replace(marker_id=1.5), 'marker1: marker_id is 1.5; it must be a whole number'),
+    (PANEL._replace(path='round'), "marker1: path is 'round'; it must be a list of at most 1000 waypoints"),
+    (PANEL._replace(path=((0.0, 1.0),)), r'marker1: path\[0\] is \(0.0, 1.0\); it must be \[time, x, y, yaw\]'),
+    (PANEL._replace(path=((0.0, 0.0, math.nan, 0.0),)), r'marker1: path\[0\]: y is nan'),
+    (PANEL._replace(path=((1.0, 0.0, 0.0, 0.0),)), r'path\[0\]: time is 1 s; the first must be 0'),
+    (PANEL._replace(path=((0.0, 0, 0, 0), (2.0, 0, 0, 0), (1.0, 0, 0, 0))), r'path\[2\]: time is 1 s'),
     (PANEL._replace(marker_size=0.41), 'marker1: marker_size is 0.41; the panel has only 0.4 m'),
 ])
 def test_bad_shape_is_named_with_its_field(shape, said):
     with pytest.raises(InvalidInput, match=said):
         plan_with(shape).check()
+
+
+PATH = ((0.0, 0.0, 0.0, 3.0), (2.0, 4.0, 0.0, -3.0), (2.0, 4.0, 0.0, 0.0), (3.0, 4.0, 2.0, 0.0))
+
+
+@pytest.mark.parametrize('time, x, y, yaw', [
+    (0.0, 0.0, 0.0, 3.0),
+    (1.0, 2.0, 0.0, math.pi - 2.0 * math.pi),  # half of the shorter way from 3 to -3 is at pi
+    (2.0, 4.0, 0.0, 0.0),  # turned on the spot
+    (2.5, 4.0, 1.0, 0.0),
+    (3.0, 0.0, 0.0, 3.0),  # and again
+    (7.0, 2.0, 0.0, -math.pi),
+])
+def test_a_panel_moves_along_its_path(time, x, y, yaw):
+    moved = plan_with(PANEL._replace(path=PATH)).at(time).panels[0]
+    assert (moved.x, moved.y, moved.yaw) == pytest.approx((x, y, yaw), abs=LENGTH_TOLERANCE)
+
+
+def test_a_path_of_one_waypoint_is_a_place():
+    assert PANEL._replace(path=((0.0, 5.0, 6.0, 0.5),)).at(9.0)[2:5] == (5.0, 6.0, 0.5)
+
+
+def test_a_panel_that_moves_is_seen_and_stops_nothing():
+    plan = FloorPlan(boxes=(BOX,), panels=(PANEL._replace(path=PATH), PANEL._replace(name='marker2')))
+    plan.check()
+    assert [solid.name for solid in plan.solids()] == ['wall', 'marker1', 'marker2']
+    assert [body.name for body in plan.bodies()] == ['wall', 'marker2']
+    placed = plan.with_moved([(7.0, 8.0, 0.1)])
+    assert placed.panels[0][2:5] == (7.0, 8.0, 0.1) and placed.panels[1] == plan.panels[1]
+    with pytest.raises(InvalidInput, match="'marker1' moves by itself"):
+        plan.with_panel('marker1', 0.0, 0.0, 0.0)
 
 
 def test_names_are_unique_over_all_kinds():

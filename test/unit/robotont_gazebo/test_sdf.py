@@ -115,8 +115,32 @@ def test_marker_models_are_panels(world):
                                       pose='0 -2.89 0.05 0 0 -1.57')))
     (panel,) = plan.panels
     assert panel[:2] == ('marker3', 3)
-    assert panel[2:] == pytest.approx(Panel('marker3', 3, 0.0, -2.89, -1.57)[2:])
+    assert panel[2:-1] == pytest.approx(Panel('marker3', 3, 0.0, -2.89, -1.57)[2:-1])
+    assert panel.path == ()
     assert warnings == []
+
+
+ACTOR = '''<actor name="tag"><link name="l"><visual name="v"><geometry><mesh>
+<uri>model://marker3/meshes/Marker3.dae</uri></mesh></geometry></visual></link><script><trajectory id="0" type="square">
+<waypoint><time>5</time><pose>1 2 0.25 0 0 0.5</pose></waypoint>
+<waypoint><time>15</time><pose>3 2 0.25 0 0 0</pose></waypoint></trajectory></script></actor>'''
+
+
+def test_an_actor_that_is_a_marker_becomes_a_panel_with_a_path(world):
+    plan, warnings = read(world(ACTOR))
+    path = ((0.0, 1.0, 2.0, 0.5), (10.0, 3.0, 2.0, 0.0))
+    assert plan.panels == (Panel('tag', 3, 1.0, 2.0, 0.5, 0.5, 0.35, 0.25, path),)
+    assert warnings == []
+
+
+def test_a_sphere_becomes_a_stack_of_cylinders(world):
+    ball = '<geometry><sphere><radius>0.5</radius></sphere></geometry>'
+    plan, warnings = read(world(model(link(ball, '1 2 0.5 0 0 0'))))
+    slices = sorted(plan.cylinders, key=lambda cylinder: cylinder.bottom)
+    assert warnings == [] and len(slices) == 10
+    assert (slices[0].bottom, slices[-1].bottom + slices[-1].height) == pytest.approx((0.0, 1.0))
+    for cylinder in slices:  # its middle is on the sphere
+        assert math.hypot(cylinder.radius, cylinder.bottom + cylinder.height / 2 - 0.5) == pytest.approx(0.5)
 
 
 def test_names_are_made_unique(world):
@@ -126,7 +150,7 @@ def test_names_are_made_unique(world):
 
 
 @pytest.mark.parametrize('text, said', [
-    (model(link('<geometry><sphere><radius>1</radius></sphere></geometry>')), 'm/l: <sphere> is left out'),
+    (model(link('<geometry><capsule><radius>1</radius></capsule></geometry>')), 'm/l: <capsule> is left out'),
     (model(link('<geometry><mesh><uri>file://a.dae</uri></mesh></geometry>')),
      'm/l: <mesh> file://a.dae is left out: there is no such file in'),
     (model(link(BOX, '0 0 1 0.3 0 0')), 'm/l: the box is tilted; left out'),

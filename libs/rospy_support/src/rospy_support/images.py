@@ -43,7 +43,8 @@ _BAYER = {f'bayer_{pattern}{bits}': Encoding(kind, 1, getattr(cv2, f'COLOR_BAYER
                                              getattr(cv2, f'COLOR_BAYER_{opencv}2BGR'))
           for bits, kind in ((8, np.uint8), (16, np.uint16))
           for pattern, opencv in (('rggb', 'BG'), ('bggr', 'RG'), ('gbrg', 'GR'), ('grbg', 'GB'))}
-DEPTH = '32FC1'  # [m], float32; to_image makes such images, pixels() does not read them
+DEPTH = '32FC1'  # [m], float32; read by depths(), not by pixels()
+_DEPTHS = {DEPTH: Encoding(np.float32, 1, None, None), '16UC1': _PLAIN['16UC1']}
 ENCODINGS = {**_PLAIN, **_COLOUR, **_BAYER}
 _KINDS = {(np.dtype(np.uint8), 1): 'mono8', (np.dtype(np.uint16), 1): 'mono16', (np.dtype(np.uint8), 3): 'bgr8',
           (np.dtype(np.uint8), 4): 'bgra8'}
@@ -52,9 +53,24 @@ _AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera matrix is that of the ima
 
 def pixels(image):
     """Return the encoded pixels of an Image, without a copy if possible; raise ImageError for unusable data."""
-    encoding = ENCODINGS.get(image.encoding)
+    return _array(image, ENCODINGS)
+
+
+def depths(image):
+    """Return the depths (height, width) float32 [m] of a depth Image; NaN or inf where nothing was measured.
+
+    Millimetres (16UC1) have 0 for that (REP 118). Raise ImageError for other encodings and unusable data.
+    """
+    array = _array(image, _DEPTHS)
+    if array.dtype == np.float32:
+        return array
+    return np.where(array == 0, np.float32(np.nan), array * np.float32(0.001))
+
+
+def _array(image, encodings):
+    encoding = encodings.get(image.encoding)
     if encoding is None:
-        raise ImageError(f'encoding {image.encoding!r} is unknown; the known ones are: {", ".join(sorted(ENCODINGS))}')
+        raise ImageError(f'encoding {image.encoding!r} is unknown; the known ones are: {", ".join(sorted(encodings))}')
     size = f'{image.width}x{image.height}'
     if not image.width or not image.height:
         raise ImageError(f'an image of {size} pixels has no pixels')
@@ -94,7 +110,7 @@ def to_image(array, encoding=None, header=None):
     array = np.asarray(array)
     channels = array.shape[2] if array.ndim == 3 else 1
     encoding = encoding or _KINDS.get((array.dtype, channels))
-    known = Encoding(np.float32, 1, None, None) if encoding == DEPTH else ENCODINGS.get(encoding)
+    known = _DEPTHS[DEPTH] if encoding == DEPTH else ENCODINGS.get(encoding)
     if known is None or array.ndim not in (2, 3) or (array.dtype, channels) != (known.type, known.channels):
         raise ImageError(f'an array of {array.dtype} {array.shape} is not an image in {encoding}')
     image = Image(height=array.shape[0], width=array.shape[1], encoding=encoding,

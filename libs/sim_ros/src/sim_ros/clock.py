@@ -99,8 +99,8 @@ class SimulatorClock:
         else:
             self._use_other_clock()
         self.services = FrameServices(self._call_came, by_name=self._lockstep is not None)
-        rospy.Service('~pause', Trigger, self._pause)
-        rospy.Service('~resume', Trigger, self._resume)
+        rospy.Service('~pause', Trigger, lambda _: self.pause())
+        rospy.Service('~resume', Trigger, lambda _: self.resume())
         rospy.Service('~step', Step, self._step_by_hand)
         rospy.on_shutdown(self._pacer.close)
         registration.on_return(self._restore)
@@ -123,6 +123,19 @@ class SimulatorClock:
             else:
                 self._answer()
                 step()
+
+    def pause(self):
+        """Stop time; return a TriggerResponse when it has stopped. Do not call it in the thread of ``run``."""
+        request = self._pacer.pause()
+        self._wait_until_made(request)
+        if not request.made:
+            return TriggerResponse(False, 'the simulator was resumed in the meantime: '
+                                   + self._time_after(self._pacer.steps))
+        return TriggerResponse(True, self._time_after(request.last))
+
+    def resume(self):
+        """Let time continue; return a TriggerResponse."""
+        return TriggerResponse(True, self._time_after(self._pacer.resume()))
 
     def _step_and_publish(self, step):
         """Make a step, then publish its time; in lockstep, before and after it, wait until all nodes are idle."""
@@ -227,17 +240,6 @@ class SimulatorClock:
                 rospy.delete_param(USE_SIM_TIME)
         except (OSError, KeyError, rosgraph.MasterException):
             pass
-
-    def _pause(self, _):
-        request = self._pacer.pause()
-        self._wait_until_made(request)
-        if not request.made:
-            return TriggerResponse(False, 'the simulator was resumed in the meantime: '
-                                   + self._time_after(self._pacer.steps))
-        return TriggerResponse(True, self._time_after(request.last))
-
-    def _resume(self, _):
-        return TriggerResponse(True, self._time_after(self._pacer.resume()))
 
     def _step_by_hand(self, message):
         if message.steps > MOST_STEPS:

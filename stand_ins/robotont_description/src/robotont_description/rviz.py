@@ -11,10 +11,11 @@ class CannotStart(Exception):
     """rviz cannot be started here; the text says what to do."""
 
 
-def command(prefix, folder, others=(), find=shutil.which, environment=os.environ):
+def command(prefix, folder, others=(), find=shutil.which, environment=os.environ, fixed_frame=None):
     """Return the command line of rviz; raise CannotStart if it is not installed or there is no display.
 
     ``prefix`` is that of the frame names, ``folder`` that of robotont_description; ``others`` are further arguments.
+    rviz shows everything in ``fixed_frame``; default: the odometry's.
     """
     program = find('rviz')
     if program is None:
@@ -24,17 +25,19 @@ def command(prefix, folder, others=(), find=shutil.which, environment=os.environ
         raise CannotStart('rviz needs a display, and DISPLAY is not set. Start it in a terminal on the desktop, or '
                           'leave out rviz:=true')
     config = os.path.join(folder, 'config', 'robotont_description.rviz')
-    return [program, '-d', config, '-f', f'{prefix}{FIXED_FRAME}', *others]
+    return [program, '-d', config, '-f', fixed_frame or f'{prefix}{FIXED_FRAME}', *others]
 
 
 def main(arguments=None):
     """Replace this process by rviz."""
     parser = argparse.ArgumentParser(description='Start rviz with the configuration for a Robotont.')
     parser.add_argument('--prefix', default='', help='prefix of the names of frames, e.g. robot1/')
+    parser.add_argument('-f', '--fixed-frame', help='frame in which everything is shown; default: odom')
     options, others = parser.parse_known_args(arguments)
     import rospkg
     try:
-        words = command(options.prefix, rospkg.RosPack().get_path('robotont_description'), others)
+        words = command(options.prefix, rospkg.RosPack().get_path('robotont_description'), others,
+                        fixed_frame=options.fixed_frame)
     except CannotStart as error:
         sys.exit(f'robotont_rviz: {error}.')
     os.execv(words[0], words)

@@ -3,12 +3,15 @@
 It subscribes to the simulator's ``ground_truth`` and ``world``, and renders only topics with subscribers.
 
 Threading contract: the thread of the subscription to ``ground_truth`` does everything. Its queue holds one message, so
-that a slow machine leaves out images instead of falling behind. Another thread stores the world, in one assignment.
+that a slow machine leaves out images instead of falling behind. Another thread stores the world, in one assignment, and
+a third the poses of panels that move, under ``_arrived``.
 """
+import threading
 
 import cv2
 import numpy as np
 import rospy
+from geometry_msgs.msg import PoseArray
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
@@ -27,6 +30,7 @@ from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
 
 NAME = 'robotont_camera'
+MOVED_WITHIN = 0.2  # [s] of wall time after a pose of the robot, in which the panels' poses at that time come
 SIMULATOR = 'robotont_gazebo'
 PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, 'px'),
                    Integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, 'px'),
@@ -56,6 +60,8 @@ class CameraNode:
                         Publisher('camera/aligned_depth_to_color/image_raw', Image, queue_size=1)]
         self._depth_info = Publisher('camera/depth/camera_info', CameraInfo, queue_size=1)
         self._points = Publisher('camera/depth/points', PointCloud2, queue_size=1)
+        self._arrived, self._moved = threading.Condition(), PoseArray()
+        rospy.Subscriber(f'{SIMULATOR}/moving_panels', PoseArray, self._take_moved, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber(f'{SIMULATOR}/world', String, self._take_world, queue_size=1)
         rospy.Subscriber(f'{SIMULATOR}/ground_truth', Odometry, self._look, queue_size=1, tcp_nodelay=True)
         parameters.log_effective()
@@ -80,10 +86,10 @@ class CameraNode:
                 publisher.publish(self._info)
         if self._plan is None or not (wants_colour or wants_depth or wants_points):
             return
-        renderer, place = self._current_renderer(), camera_place(truth.pose.pose)
+        renderer, place = self._current_renderer(truth.header.stamp), camera_place(truth.pose.pose)
         colour = renderer.render(place) if wants_colour or wants_points else None
         if wants_colour:
-            self._colour.publish(to_image(colour, 'rgb8', self._info.header))
+            self._colour.publish(to_image(cv2.cvtColor(colour, cv2.COLOR_RGB2BGR), 'bgr8', self._info.header))
         if wants_depth or wants_points:
             depth = renderer.depth(place)
             message = to_image(depth, DEPTH, self._info.header)
@@ -92,9 +98,20 @@ class CameraNode:
             if wants_points:
                 self._points.publish(cloud(self._info.header, renderer.camera.points(depth), colour))
 
-    def _current_renderer(self):
+    def _take_moved(self, poses):
+        with self._arrived:
+            self._moved = poses
+            self._arrived.notify_all()
+
+    def _current_renderer(self, stamp):
         plan = self._plan
-        if plan is not self._rendered_plan:
+        moving = plan.moving()
+        if moving:
+            with self._arrived:
+                self._arrived.wait_for(lambda: self._moved.header.stamp >= stamp, MOVED_WITHIN)
+                poses = self._moved.poses
+            plan = plan.with_moved([(pose.position.x, pose.position.y, yaw_of(pose.orientation)) for pose in poses])
+        if moving or plan is not self._rendered_plan:
             self._renderer, self._rendered_plan = Renderer(plan, *self._size, self._fov,
                                                            depth_range=self._depth_range), plan
         return self._renderer

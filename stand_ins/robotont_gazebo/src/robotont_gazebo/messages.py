@@ -1,7 +1,7 @@
 """Convert the state of a RobotWorld to ROS messages."""
 import math
 
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import Pose, PoseArray, TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
@@ -37,12 +37,18 @@ def odometry_variances(distance, noise):
 
 def transforms(stamp, frames, pose, angles):
     """Return a TFMessage of a frames.Frames: the base at a Pose2D in odom, the wheels turned by ``angles`` [rad]."""
-    base = TransformStamped(child_frame_id=frames.footprint)
-    base.header.stamp, base.header.frame_id = stamp, frames.odom
-    base.transform.translation.x, base.transform.translation.y = pose.x, pose.y
-    base.transform.rotation = to_quaternion(0.0, 0.0, pose.yaw)
+    base = base_transform(stamp, frames.odom, frames.footprint, pose)
     return TFMessage([base, *(_wheel(stamp, frames.base, name, *wheel)
                               for name, *wheel in zip(frames.wheels, WHEEL_ANGLES, angles))])
+
+
+def base_transform(stamp, frame, child, pose):
+    """Return the TransformStamped of the frame ``child`` at a Pose2D in ``frame``."""
+    base = TransformStamped(child_frame_id=child)
+    base.header.stamp, base.header.frame_id = stamp, frame
+    base.transform.translation.x, base.transform.translation.y = pose.x, pose.y
+    base.transform.rotation = to_quaternion(0.0, 0.0, pose.yaw)
+    return base
 
 
 def _wheel(stamp, frame, child, place, angle):
@@ -60,6 +66,15 @@ def _wheel(stamp, frame, child, place, angle):
     return message
 
 
+def panel_poses(stamp, panels):
+    """Return a PoseArray of floor_plan.Panels: the middles of their faces, in the frame of the world."""
+    message = PoseArray(poses=[Pose(orientation=to_quaternion(0.0, 0.0, panel.yaw)) for panel in panels])
+    for pose, panel in zip(message.poses, panels):
+        pose.position.x, pose.position.y, pose.position.z = panel.x, panel.y, panel.bottom + panel.size / 2.0
+    message.header.stamp, message.header.frame_id = stamp, 'world'
+    return message
+
+
 def joint_states(stamp, names, angles, speeds):
     """Return a JointState of wheels, angles [rad] and speeds [rad/s]."""
     message = JointState(name=names, position=angles, velocity=speeds)
@@ -72,7 +87,7 @@ def laser_scan(stamp, frame, scanner, ranges):
     increment = (scanner.LAST_ANGLE - scanner.FIRST_ANGLE) / (scanner.RAYS - 1)
     message = LaserScan(angle_min=scanner.FIRST_ANGLE, angle_max=scanner.LAST_ANGLE, angle_increment=increment,
                         scan_time=1.0 / SCAN_RATE, range_min=scanner.NEAREST, range_max=scanner.FARTHEST,
-                        ranges=ranges.tolist())
+                        ranges=ranges.tolist(), intensities=[0.0] * len(ranges))
     message.header.stamp, message.header.frame_id = stamp, frame
     return message
 

@@ -8,7 +8,7 @@ import os
 
 import rospkg
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseArray, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
@@ -19,8 +19,9 @@ from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
 from robotont_gazebo import messages
-from robotont_gazebo.core import worlds
+from robotont_gazebo.core import models, worlds
 from robotont_gazebo.core.frames import LIDAR_X, LIDAR_Z, ahead, frames
+from robotont_gazebo.gazebo_interface import GazeboInterface
 from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
 from rospy_support import parameters, reachability
@@ -82,6 +83,9 @@ class RobotontNode:
         self._joints = LatestPublisher('joint_states', JointState)
         self._plan = Publisher('~world', String, latch=True, queue_size=1)
         self._plan.publish(worlds.to_json(self._world.plan))
+        self._moving = LatestPublisher('~moving_panels', PoseArray) if self._world.plan.moving() else None
+        self._start = self._world.pose, self._world.plan
+        self._gazebo = GazeboInterface(self._clock, self._shared, self._put, self._reset)
         self._clock.services.add('~set_pose', SetPose, self._set_pose)
         self._clock.services.add('~move_marker', MoveMarker, self._move_marker)
         rospy.Subscriber('cmd_vel', Twist, self._command, queue_size=1, tcp_nodelay=True)
@@ -105,6 +109,7 @@ class RobotontNode:
                 rospy.logwarn('No message on %s for %g s: the robot stops. It will do so again without a '
                               'warning. Publish continuously (10 Hz or more), or set ~watchdog.',
                               rospy.resolve_name('cmd_vel'), world.watchdog)
+            self._gazebo.publish()
             if world.steps % ODOMETRY_STEPS == 0:
                 self._publish_motion()
             if self._scanner and world.steps % SCAN_STEPS == 0 and self._scan.wanted():
@@ -129,6 +134,8 @@ class RobotontNode:
             variances = messages.odometry_variances(odometry.distance, odometry.noise)
             self._odometry.publish(messages.odometry(stamp, frame.odom, frame.footprint, odometry.pose,
                                                      odometry.twist, variances))
+        if self._moving is not None and self._moving.wanted():
+            self._moving.publish(messages.panel_poses(stamp, world.plan.at(world.time).moving()))
         if self._truth.wanted():
             self._truth.publish(messages.odometry(stamp, 'world', frame.footprint, world.pose, world.twist))
         if self._joints.wanted():
@@ -145,18 +152,38 @@ class RobotontNode:
                                 rospy.resolve_name('cmd_vel'), refusal)
 
     def _set_pose(self, request):
-        with self._shared.change() as world:
-            world.place(request.x, request.y, request.yaw)
-            self._shared.note('teleport_absolute', request.x, request.y, request.yaw, request=request)
+        with self._shared.change():
+            self._put(models.ROBOT, Pose2D(request.x, request.y, request.yaw), request)
         return SetPoseResponse()
 
     def _move_marker(self, request):
         with self._shared.change() as world:
             world.move_panel(request.name, request.x, request.y, request.yaw)
-            if self._scanner:
-                self._scanner.set_plan(world.plan)
-            self._plan.publish(worlds.to_json(world.plan))
+            self._show_plan()
         return MoveMarkerResponse()
+
+    def _put(self, name, pose, request):
+        """Put a model at a Pose2D; the caller must hold the lock."""
+        models.put(self._world, name, pose)
+        if name == models.ROBOT:
+            self._shared.note('teleport_absolute', *pose, request=request)
+        else:
+            self._show_plan()
+
+    def _reset(self, request):
+        """Put the robot and all panels where they started; the caller must hold the lock."""
+        pose, plan = self._start
+        for panel in plan.panels:
+            if not panel.path:
+                self._world.move_panel(panel.name, panel.x, panel.y, panel.yaw)
+        self._show_plan()
+        self._put(models.ROBOT, pose, request)
+
+    def _show_plan(self):
+        """Let scanner and camera see panels where they are now."""
+        if self._scanner:
+            self._scanner.set_plan(self._world.plan)
+        self._plan.publish(worlds.to_json(self._world.plan))
 
 
 def _read_world(seed):

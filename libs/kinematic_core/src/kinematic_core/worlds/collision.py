@@ -26,7 +26,7 @@ class Obstacles:
 
     def __init__(self, plan: FloorPlan, radius: float, height: float) -> None:
         self.radius = radius
-        self._all = [_obstacle(solid) for solid in plan.solids()
+        self._all = [_obstacle(solid) for solid in plan.bodies()
                      if solid.bottom + solid.height > STEP_HEIGHT and solid.bottom < height]
         self._near: Sequence[_Obstacle] = self._all
         self._near_x, self._near_y = math.inf, math.inf

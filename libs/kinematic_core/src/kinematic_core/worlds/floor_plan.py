@@ -3,10 +3,12 @@
 World frame: x forward, y to the left, z up, the floor at z = 0; metres, radians counter-clockwise (REP 103).
 A plan can be shared between threads; a change makes a new plan.
 """
+import bisect
 import math
-from typing import Any, Iterator, List, NamedTuple, Tuple, Union
+from typing import Any, Iterator, List, NamedTuple, Sequence, Tuple, Union
 
 from kinematic_core.validation import LARGEST_MARKER_ID, InvalidInput, require_sane, shown
+from kinematic_core.worlds.angles import wrap_angle
 
 Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 
@@ -19,8 +21,12 @@ PANEL_BOTTOM = 0.05  # [m]
 PANEL_THICKNESS = 0.01  # [m] behind the face
 LARGEST = 1000.0  # [m] of any coordinate or size of a plan
 MOST_SHAPES = 1000  # of a plan, because all pairs are compared
+MOST_WAYPOINTS = 1000  # of a panel
 LONGEST_NAME = 200  # characters
 TOUCHING = 0.01  # [m] by which shapes may overlap and still count as side by side
+
+
+Waypoint = Tuple[float, float, float, float]  # time [s] from the start, x, y [m], yaw [rad]
 
 
 class Box(NamedTuple):
@@ -64,6 +70,19 @@ class Panel(NamedTuple):
     size: float = PANEL_SIZE  # [m] width and height of the board
     marker_size: float = PANEL_MARKER_SIZE  # [m] width of the marker's black square
     bottom: float = PANEL_BOTTOM  # [m] z of the lower edge
+    path: Tuple[Waypoint, ...] = ()  # it moves along these, straight from one to the next, and then begins again
+
+    def at(self, time: float) -> 'Panel':
+        """Return the panel where it is ``time`` [s] after the start of its world."""
+        if not self.path:
+            return self
+        time = time % self.path[-1][0] if self.path[-1][0] > 0.0 else 0.0
+        after = max(1, bisect.bisect_right([waypoint[0] for waypoint in self.path], time))
+        (start, *old), (end, *new) = self.path[after - 1], self.path[min(after, len(self.path) - 1)]
+        part = (time - start) / (end - start) if end > start else 0.0
+        turn = wrap_angle(new[2] - old[2])  # the shorter way
+        return self._replace(x=old[0] + part * (new[0] - old[0]), y=old[1] + part * (new[1] - old[1]),
+                             yaw=wrap_angle(old[2] + part * turn))
 
     def board(self) -> Box:
         """Return the panel's body."""
@@ -90,8 +109,20 @@ class FloorPlan(NamedTuple):
         return (*self.boxes, *self.cylinders, *self.panels)
 
     def solids(self) -> Tuple[Solid, ...]:
-        """Return everything that stops a robot or a ray: boxes, cylinders, and the boards of the panels."""
+        """Return everything that a camera sees: boxes, cylinders, and the boards of the panels."""
         return (*self.boxes, *self.cylinders, *(panel.board() for panel in self.panels))
+
+    def bodies(self) -> Tuple[Solid, ...]:
+        """Return everything that stops a robot or a laser's ray: all solids but panels that move, as in Gazebo."""
+        return (*self.boxes, *self.cylinders, *(panel.board() for panel in self.panels if not panel.path))
+
+    def moving(self) -> Tuple[Panel, ...]:
+        """Return the panels that move by themselves."""
+        return tuple(panel for panel in self.panels if panel.path)
+
+    def at(self, time: float) -> 'FloorPlan':
+        """Return the plan with all panels where they are ``time`` [s] after the start."""
+        return self._replace(panels=tuple(panel.at(time) for panel in self.panels)) if self.moving() else self
 
     def with_panel(self, name: str, x: float, y: float, yaw: float) -> 'FloorPlan':
         """Return the plan with the panel ``name`` moved to (x, y) [m], yaw [rad]; InvalidInput if there is none."""
@@ -99,8 +130,15 @@ class FloorPlan(NamedTuple):
         if all(panel.name != name for panel in self.panels):
             known = ', '.join(panel.name for panel in self.panels) or 'none'
             raise InvalidInput(f'there is no panel {name!r}; the panels are: {known}')
+        if any(panel.name == name for panel in self.moving()):
+            raise InvalidInput(f'the panel {name!r} moves by itself, along its path')
         return self._replace(panels=tuple(panel._replace(x=x, y=y, yaw=yaw) if panel.name == name else panel
                                           for panel in self.panels))
+
+    def with_moved(self, poses: Sequence[Tuple[float, float, float]]) -> 'FloorPlan':
+        """Return the plan with its ``moving`` panels at these poses (x, y, yaw), in the same order."""
+        placed = {panel.name: panel._replace(x=x, y=y, yaw=yaw) for panel, (x, y, yaw) in zip(self.moving(), poses)}
+        return self._replace(panels=tuple(placed.get(panel.name, panel) for panel in self.panels))
 
     def check(self) -> None:
         """Raise InvalidInput for the first impossible shape; the text names the shape and the field."""
@@ -138,6 +176,8 @@ def _check_shape(shape: Shape) -> None:
                 raise InvalidInput(f'{shown(value)}: a name must have 1 to {LONGEST_NAME} characters')
         elif field == 'colour':
             _check_colour(f'{shape.name}: colour', value)
+        elif field == 'path':
+            _check_path(shape.name, value)
         elif field == 'marker_id':
             if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= LARGEST_MARKER_ID:
                 raise InvalidInput(f'{shape.name}: marker_id is {shown(value)}; it must be a whole number from 0 to '
@@ -148,12 +188,28 @@ def _check_shape(shape: Shape) -> None:
         raise InvalidInput(f'{shape.name}: marker_size is {shape.marker_size:g}; the panel has only {shape.size:g} m')
 
 
+def _check_path(name: str, path: Any) -> None:
+    if not isinstance(path, (tuple, list)) or len(path) > MOST_WAYPOINTS:
+        raise InvalidInput(f'{name}: path is {shown(path)}; it must be a list of at most {MOST_WAYPOINTS} waypoints')
+    last = 0.0
+    for index, waypoint in enumerate(path):
+        where = f'path[{index}]'
+        if not isinstance(waypoint, (tuple, list)) or len(waypoint) != 4:
+            raise InvalidInput(f'{name}: {where} is {shown(waypoint)}; it must be [time, x, y, yaw]')
+        for field, value in zip(('time', 'x', 'y', 'yaw'), waypoint):
+            _check_length(name, f'{where}: {field}', value)
+        if waypoint[0] < last or index == 0 and waypoint[0] != 0.0:
+            raise InvalidInput(f'{name}: {where}: time is {waypoint[0]:g} s; the first must be 0, and each at least '
+                               'that of the one before')
+        last = waypoint[0]
+
+
 def _check_length(name: str, field: str, value: Any) -> None:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < math.inf:
         raise InvalidInput(f'{name}: {field} is {shown(value)}; it must be a finite number')
     if abs(value) > LARGEST:
         raise InvalidInput(f'{name}: {field} is {shown(value)}; it must be at most {LARGEST:g}')
-    if field not in ('x', 'y', 'yaw', 'bottom') and value <= 0.0:
+    if field in ('length', 'width', 'height', 'radius', 'size', 'marker_size') and value <= 0.0:
         raise InvalidInput(f'{name}: {field} is {value:g}; it must be above 0')
     if field == 'bottom' and value < 0.0:
         raise InvalidInput(f'{name}: bottom is {value:g}; it must be at least 0, the floor')

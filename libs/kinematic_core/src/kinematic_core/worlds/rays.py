@@ -20,7 +20,7 @@ class RayCaster:
 
     def __init__(self, plan: FloorPlan, height: float, angles: np.ndarray) -> None:
         """Cut the solids with a plane at ``height`` [m]; ``angles`` (rays,) [rad] count from the heading."""
-        cut = [solid for solid in plan.solids() if solid.bottom < height < solid.bottom + solid.height]
+        cut = [solid for solid in plan.bodies() if solid.bottom < height < solid.bottom + solid.height]
         boxes = [solid for solid in cut if isinstance(solid, Box)]
         rounds = [solid for solid in cut if isinstance(solid, Cylinder)]
         self._boxes = np.array([(box.x, box.y, box.yaw, box.length / 2.0, box.width / 2.0) for box in boxes],

@@ -1,9 +1,10 @@
 """Read a Gazebo world (SDF 1.4 to 1.7) as a floor plan. No ROS.
 
-It reads upright boxes and cylinders of links, static or not (nothing moves here), with nested poses (those in <state>
+It reads upright boxes and cylinders of links, static or not (nothing falls here), with nested poses (those in <state>
 take precedence over those of the models), colours of materials, the colour of the sky, horizontal planes at floor
-level, meshes that are boxes, and the AR panels of robotont_gazebo's models (meshes called Marker<id>.dae). Other
-obstacles and visible things are left out, and a warning names each of them.
+level, spheres as stacks of cylinders, meshes that are boxes, the AR panels of robotont_gazebo's models (meshes called
+Marker<id>.dae), and such panels as actors that move along waypoints. Other obstacles and visible things are left out,
+and a warning names each of them.
 """
 import math
 import os
@@ -17,7 +18,7 @@ from alvar_core import rotations
 from kinematic_core import documents
 from kinematic_core.documents import DocumentError
 from kinematic_core.validation import InvalidInput, shown
-from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder, FloorPlan, Panel, Shape
+from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder, FloorPlan, Panel, Shape, Waypoint
 from robotont_gazebo.core import meshes
 from robotont_gazebo.core.colours import COLOURS
 
@@ -25,6 +26,7 @@ UPRIGHT = 0.02  # [rad] a shape that is tilted less counts as upright, because s
 FLOOR = 0.05  # [m] by which a shape may reach into the floor without a warning
 SILENT = {'sun', 'ground_plane'}  # included models that have no effect here
 MARKER = re.compile(r'Marker(\d+)\.dae$', re.IGNORECASE)
+SLICES = 10  # cylinders that a sphere becomes
 MARKER_MESH = (0.5, 0.35)  # [m] size of such a mesh's board and of its marker at scale 1
 
 
@@ -67,12 +69,14 @@ class _Reader:
             uri = (include.findtext('uri') or '').strip()
             if os.path.basename(uri) not in SILENT:
                 self.warnings.append(f'<include> of {uri or "nothing"} is left out')
-        for tag in ('actor', 'population', 'road', 'heightmap'):
+        for tag in ('population', 'road', 'heightmap'):
             for element in world.findall(tag):
                 self.warnings.append(f'<{tag}> {element.get("name") or ""} is left out')
         states = {model.get('name'): model for model in world.findall('state/model')}
         for model in world.findall('model'):
             self._read_model(model, np.eye(4), model.get('name') or 'model', states.get(model.get('name')))
+        for actor in world.findall('actor'):
+            self._read_actor(actor, actor.get('name') or 'actor')
 
     def plan(self) -> FloorPlan:
         """Return the FloorPlan that was read."""
@@ -100,6 +104,24 @@ class _Reader:
         for include in model.findall('include'):
             self.warnings.append(f'{name}: <include> of {include.findtext("uri")} is left out')
 
+    def _read_actor(self, actor: Element, name: str) -> None:
+        """Read an actor that is a panel; its trajectory becomes the panel's path."""
+        uri = actor.findtext('link/visual/geometry/mesh/uri') or ''
+        marker = MARKER.search(uri)
+        waypoints = actor.findall('script/trajectory/waypoint')
+        if not marker or not waypoints:
+            self.warnings.append(f'<actor> {name} is left out; only panels that move along waypoints are read')
+            return
+        path: List[Waypoint] = []
+        for waypoint in waypoints:
+            time, = _numbers(f'{name}: waypoint: time', waypoint.findtext('time'), 1)
+            x, y, z, _, _, yaw = _numbers(f'{name}: waypoint: pose', waypoint.findtext('pose'), 6)
+            path.append((time - path[0][0] if path else time, x, y, yaw))
+        scale = _numbers(f'{name}: mesh: scale', actor.findtext('link/visual/geometry/mesh/scale') or '1 1 1', 3)
+        board, marker_size = (scale[2] * length for length in MARKER_MESH)
+        self._add(Panel(self._name(name), int(marker.group(1)), path[0][1], path[0][2], path[0][3], board, marker_size,
+                        max(0.0, z), tuple([(0.0, *path[0][1:]), *path[1:]])))
+
     def _read_link(self, link: Element, pose: np.ndarray, name: str) -> None:
         """Read a link's collisions; its visuals give the colour, and the shapes if there are no collisions."""
         visuals = link.findall('visual')
@@ -113,12 +135,13 @@ class _Reader:
                 self._read_geometry(kind, pose @ self._pose(own, part), own, colour)
 
     def _read_geometry(self, geometry: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
-        reader = {'box': self._read_box, 'cylinder': self._read_cylinder, 'plane': self._read_plane,
-                  'mesh': self._read_mesh}.get(geometry.tag)
+        reader = {'box': self._read_box, 'cylinder': self._read_cylinder, 'sphere': self._read_sphere,
+                  'plane': self._read_plane, 'mesh': self._read_mesh}.get(geometry.tag)
         if reader:
             reader(geometry, pose, name, colour)
         elif geometry.tag != 'empty':
-            self.warnings.append(f'{name}: <{geometry.tag}> is left out; only box, cylinder, plane and mesh are read')
+            self.warnings.append(f'{name}: <{geometry.tag}> is left out; only box, cylinder, sphere, plane and mesh '
+                                 'are read')
 
     def _read_box(self, box: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
         self._add_box(_numbers(f'{name}: box: size', box.findtext('size'), 3), pose, name, colour)
@@ -143,6 +166,15 @@ class _Reader:
             return
         self._add(Cylinder(self._name(name), pose[0, 3], pose[1, 3], radius, length,
                            self._bottom(name, pose, length), colour))
+
+    def _read_sphere(self, sphere: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
+        radius, = _numbers(f'{name}: sphere: radius', sphere.findtext('radius'), 1)
+        bottom = self._bottom(name, pose, 2.0 * radius)
+        thickness = 2.0 * radius / SLICES
+        for index in range(SLICES):
+            above = (index + 0.5) * thickness - radius  # the middle of the slice, from that of the sphere
+            self._add(Cylinder(self._name(name), pose[0, 3], pose[1, 3], math.sqrt(radius * radius - above * above),
+                               thickness, bottom + index * thickness, colour))
 
     def _read_plane(self, plane: Element, pose: np.ndarray, name: str, colour: Colour) -> None:
         normal = pose[:3, :3] @ _numbers(f'{name}: plane: normal', plane.findtext('normal') or '0 0 1', 3)

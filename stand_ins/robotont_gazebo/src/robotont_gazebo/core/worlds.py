@@ -133,6 +133,9 @@ def _shape(where: str, kind: Kind, entry: Any) -> Shape:
     missing = [field for field in kind._fields if field not in entry and field not in kind._field_defaults]
     if missing:
         raise InvalidInput(f'{named}: {missing[0]} is missing')
+    if isinstance(entry.get('path'), list):
+        entry = dict(entry, path=tuple(tuple(waypoint) if isinstance(waypoint, list) else waypoint
+                                       for waypoint in entry['path']))
     if 'colour' in entry:
         entry = dict(entry, colour=_colour(f'{named}: colour', entry['colour']))
     return kind(**entry)

@@ -1,0 +1,70 @@
+"""The node depthimage_to_laserscan: a LaserScan for each depth image.
+
+Threading contract: rospy's threads of the two subscriptions; a camera_info is stored in one assignment, and the thread
+of the images makes the scans.
+"""
+import rospy
+from sensor_msgs.msg import CameraInfo, Image, LaserScan
+
+from depthimage_to_laserscan.core.projection import Camera, ScanError, Settings, scan
+from rospy_support import nodes, parameters
+from rospy_support.images import ImageError, depths
+from rospy_support.parameters import Integer, Number, Table, Text
+from rospy_support.throttle import WallThrottle
+from rospy_support.topics import Publisher
+
+NAME = 'depthimage_to_laserscan'
+FARTHEST = 10.0  # [m] the most that the original allows
+REPEAT = 5.0  # [s] between two reports of the same trouble
+PARAMETERS = Table(Integer('~scan_height', 1, 1, 500, 'px'), Number('~scan_time', 0.033, 0.0, 1.0, 's'),
+                   Number('~range_min', 0.45, 0.0, FARTHEST, 'm'), Number('~range_max', FARTHEST, 0.0, FARTHEST, 'm'),
+                   Text('~output_frame_id', 'camera_depth_frame'))
+
+
+class ScanNode:
+    """Publishes ``scan`` while it has subscribers."""
+
+    def __init__(self):
+        """Read the parameters and register everything."""
+        height, self._scan_time, nearest, farthest, self._frame = PARAMETERS.read()
+        self._settings = Settings(height, nearest, farthest)
+        self._throttle = WallThrottle(REPEAT)
+        self._info = None
+        self._scan = Publisher('scan', LaserScan, queue_size=10)
+        rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1)
+        rospy.Subscriber('image', Image, self._take_image, queue_size=1, buff_size=2 ** 24, tcp_nodelay=True)
+        parameters.log_effective()
+
+    def _take_info(self, info):
+        self._info = info
+
+    def _take_image(self, image):
+        if not self._scan.get_num_connections():
+            return
+        info = self._info
+        if info is None:
+            self._throttle.warn('info', 'No message on %s yet; scans begin with it.', rospy.resolve_name('camera_info'))
+            return
+        try:
+            found = scan(depths(image), _camera(info), self._settings)
+        except (ImageError, ScanError) as error:
+            self._throttle.warn('image', 'Ignored an image on %s: %s', rospy.resolve_name('image'), error)
+            return
+        message = LaserScan(angle_min=found.first, angle_max=found.last,
+                            angle_increment=(found.last - found.first) / max(1, len(found.ranges) - 1),
+                            scan_time=self._scan_time, range_min=self._settings.nearest,
+                            range_max=self._settings.farthest, ranges=found.ranges.tolist())
+        message.header.stamp, message.header.frame_id = image.header.stamp, self._frame or image.header.frame_id
+        self._scan.publish(message)
+
+
+def _camera(info):
+    """Return the Camera of a CameraInfo; P is that of rectified images, but some drivers fill in only K."""
+    return Camera(info.P[0], info.P[2], info.P[6]) if info.P[0] else Camera(info.K[0], info.K[2], info.K[5])
+
+
+def main():
+    """Run depthimage_to_laserscan."""
+    nodes.init_node(NAME, PARAMETERS)
+    ScanNode()
+    rospy.spin()

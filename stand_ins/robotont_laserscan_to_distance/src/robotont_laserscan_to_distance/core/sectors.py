@@ -1,0 +1,33 @@
+"""Ranges of a laser scan in three sectors of equally many rays. No ROS."""
+import math
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+
+class Sector(NamedTuple):
+    """The smallest range and the mean of the finite ranges [m]; NaN where there is none."""
+
+    nearest: float
+    mean: float
+
+
+class Sectors(NamedTuple):
+    """A Sector for each third of a scan, which begins at the right."""
+
+    right: Sector
+    center: Sector
+    left: Sector
+
+
+def split(ranges: Sequence[float]) -> Sectors:
+    """Return the Sectors of ranges [m]; NaN does not count, and inf is farther than any obstacle."""
+    third = len(ranges) // 3
+    return Sectors(_sector(ranges[:third]), _sector(ranges[third:2 * third]), _sector(ranges[2 * third:]))
+
+
+def _sector(ranges: Sequence[float]) -> Sector:
+    values = np.asarray(ranges, float)
+    values = values[~np.isnan(values)]
+    finite = values[np.isfinite(values)]
+    return Sector(float(values.min()) if values.size else math.nan, float(finite.mean()) if finite.size else math.nan)

@@ -1,0 +1,16 @@
+"""The node laserscan_to_distance of the older course: the same as in robotont_laserscan_to_distance, other names."""
+from robotont_laserscan_to_distance.core.sectors import split
+from robotont_laserscan_to_distance.node import run
+from robotont_sensors.msg import LaserScanSplit
+
+
+def message_of(scan):
+    """Return the LaserScanSplit of a LaserScan."""
+    right, center, left = split(scan.ranges)
+    return LaserScanSplit(stamp=scan.header.stamp, leftMin=left.nearest, centerMin=center.nearest,
+                          rightMin=right.nearest, leftMean=left.mean, centerMean=center.mean, rightMean=right.mean)
+
+
+def main():
+    """Run laserscan_to_distance."""
+    run(LaserScanSplit, message_of, '/scan', '/scan_to_distance')
