@@ -15,7 +15,7 @@ debian_ros_packages=(
   ros-diagnostic-msgs libdiagnostic-msgs-dev python3-diagnostic-msgs
   python3-tf2-ros python3-tf ros-tf2-msgs libtf2-msgs-dev libtf-dev tf-tools tf2-tools python3-message-filters
   python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev ros-robot-state-publisher
-  joint-state-publisher topic-tools
+  joint-state-publisher libtopic-tools-dev topic-tools
 )
 command_packages=()
 optional_packages=()  # wanted where the system has them: Ubuntu has Chromium only as a snap
