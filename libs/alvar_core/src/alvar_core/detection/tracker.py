@@ -2,9 +2,10 @@
 
 * In every frame, the tracker searches for the markers of the last frame at their expected positions. It reads their
   cells again, so that a swapped, turned or covered marker is reported correctly in the same frame.
-* If a marker is missing, it searches the surroundings in the same frame.
+* If a marker is missing, it searches the surroundings in the same frame, also for one in uneven light.
 * The passes of the search of the whole image (thresholds.PASSES) are spread over ``full_every`` frames; each of them
-  finds most new markers. While no marker is tracked, every frame runs all passes.
+  finds most new markers; one of these frames searches for new markers in uneven light. While no marker is tracked,
+  every frame runs all passes.
 * A caller with time left before the next image calls search_rest(). It runs the passes that update() skipped, and the
   next update() examines what they have found.
 
@@ -99,11 +100,13 @@ class Tracker:
         quads = candidates.candidates(image.smooth, passes, self.detector.buffers, parts)
         if not alone:
             quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
-        found = self.detector.examine(image, quads, parts)
+        found = self.detector.examine(image, quads, parts if alone or phase == 0 else None)
         missing = [t.detection.corners for t in self.tracks
                    if t.missed < thresholds.SEARCHED_FRAMES and not any(d.id == t.detection.id for d in found)]
-        quads = self._near(image, missing)
-        return best_of_overlapping(found + self.detector.examine(image, quads)) if len(quads) else found
+        if not missing:
+            return found
+        quads = np.concatenate([missing, self._near(image, missing)])
+        return best_of_overlapping(found + self.detector.examine(image, quads))
 
     def _expected(self) -> Floats:
         """Return the expected corners (K, 4, 2): the last ones, and those moved on by the last motion."""
