@@ -75,7 +75,7 @@ class ControlTest(TrackerCase):
         self.assertEqual(20.0, client.update_configuration({'marker_size': float('nan')})['marker_size'])
         log.wait(Log.WARN, 'dynamic_reconfigure: marker_size is nan; it must be a finite number; it stays 20.0')
         self.assertEqual(0.1, client.update_configuration({'marker_size': -3.0})['marker_size'])
-        client.update_configuration({'marker_size': 10.0, 'max_track_error': 0.0})
+        client.update_configuration({'marker_size': 10.0, 'max_track_error': 0.0, 'max_new_marker_error': 0.0})
         self.next_with(poses)  # no corner fits without any error
         client.update_configuration({'max_track_error': 0.2, 'max_new_marker_error': 0.0})
         self.assertEqual([], poses.more(3)[-1].markers)

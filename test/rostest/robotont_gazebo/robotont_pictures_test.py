@@ -38,7 +38,7 @@ class PicturesTest(RobotontCase):
         truth = self.collected('~ground_truth', Odometry)
         info = self.message('camera/color/camera_info', CameraInfo)
         image = self.message('camera/color/image_raw', Image)
-        self.assertEqual(('rgb8', 1280, 720), (image.encoding, image.width, image.height))
+        self.assertEqual(('bgr8', 1280, 720), (image.encoding, image.width, image.height))
         self.assertEqual((1280, 720), (info.width, info.height))
         self.assertEqual('camera_depth_optical_frame', image.header.frame_id)
         until(lambda: image.header.stamp in [message.header.stamp for message in truth.messages],
