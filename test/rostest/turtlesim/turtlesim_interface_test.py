@@ -25,6 +25,7 @@ SERVICES = {
     '/turtlesim/pause': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
     '/turtlesim/resume': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
     '/turtlesim/step': ('sim_ros/Step', 'de8674f0ac561dee8f656054462c0f11'),
+    '/turtlesim/get_drawing': ('turtlesim/GetDrawing', '92e985596549eb5927fc523a67ab225a'),
     '/turtlesim/snapshot': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
 }
 
@@ -41,7 +42,7 @@ class InterfaceTest(SimulatorCase):
         """The node's topics: these and no others."""
         self.pose()
         published, subscribed, _ = registered_names('/turtlesim')
-        more = {f'/turtlesim/{topic}' for topic in ('clock_status', 'image_raw', 'image_raw/compressed')}
+        more = {f'/turtlesim/{topic}' for topic in ('clock_status', 'drawing', 'image_raw', 'image_raw/compressed')}
         self.assertEqual({'/rosout', *more, *TOPICS}, published)
         self.assertEqual({COMMAND}, subscribed)
         self.assertIn([COMMAND, 'geometry_msgs/Twist'], rosgraph.Master('/test').getTopicTypes())
