@@ -5,7 +5,7 @@ set -eu
 
 export repo=$1 ws=$2
 shift 2
-export results stress_seconds=240 rostest_seconds=360 grading_seconds=240 page_seconds=900 check_seconds=60
+export results stress_seconds=240 rostest_seconds=360 grading_seconds=240 page_seconds=900 check_seconds=120
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 2))}  # of those that start nodes, and so mostly wait
@@ -30,18 +30,23 @@ end_leftovers() {
   done
 }
 
-# Runs all unit tests that were asked for; the tests of a few files are sooner done by one process.
+# unit_tests REPORT FILE ...: the tests of a few files are sooner done by one process.
 unit_tests() {
-  local files at_once=(-n "$(nproc)" --dist worksteal) few_files=5
-  mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
-  [ ${#files[@]} -ge "$few_files" ] || at_once=()
+  local at_once=(-n "$(nproc)" --dist worksteal) few_files=5
+  [ $# -gt "$few_files" ] || at_once=()
   cd "$repo"
-  python3 -m pytest -q --tb=short ${at_once[@]+"${at_once[@]}"} --junitxml="$results/unit/pytest.xml" "${files[@]}"
+  python3 -m pytest -q --tb=short ${at_once[@]+"${at_once[@]}"} --junitxml="$1" "${@:2}"
+}
+
+all_unit_tests() {
+  local files
+  mapfile -t files < <(sed -n 's/^unit\t//p' "$results/expected.tsv")
+  unit_tests "$results/unit/pytest.xml" "${files[@]}"
 }
 
 case_command() {
   case $1 in
-    unit) unit_tests ;;
+    unit) if [ "$2" = pytest ]; then all_unit_tests; else unit_tests "$3/pytest.xml" "$2"; fi ;;
     rostest) timeout -s INT -k 20 "$rostest_seconds" rostest --results-base-dir "$3/xml" "$repo/$2" ;;
     page) timeout -s INT -k 60 "$page_seconds" python3 "$repo/test/pages/check_page.py" "$2" "$3" ;;
     grading) timeout -s INT -k 20 "$grading_seconds" python3 "$repo/test/check_grading.py" "$2" "$3/files" ;;
@@ -106,7 +111,7 @@ repeat_failed() {
   [ -s "$results/repeated.tsv" ] || return 0
   echo "Once more, one at a time, what failed beside others:"
   while IFS=$'\t' read -r kind name; do
-    mv "$results/$kind/$name" "$results/$kind/$name.beside_others"
+    [ "$kind" = unit ] || mv "$results/$kind/$name" "$results/$kind/$name.beside_others"
   done <"$results/repeated.tsv"
   run_cases 1 <"$results/repeated.tsv"
 }
@@ -119,7 +124,7 @@ fi
 ln -sfn "$results" "$ws/test_results/latest"
 find "$ws/test_results" -mindepth 1 -maxdepth 1 -type d -mtime +2 -exec rm -rf {} +
 trap 'end_leftovers "$results/"' EXIT
-export -f run_case check_types case_command unit_tests end_leftovers
+export -f run_case check_types case_command all_unit_tests unit_tests end_leftovers
 run_all
 repeat_failed
 python3 "$repo/test/summary.py" "$results"

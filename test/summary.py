@@ -6,10 +6,11 @@ usage: summary.py RESULTS
 RESULTS is the folder that run_tests.bash fills:
   expected.tsv              one `KIND<TAB>NAME` a line: what had to run
   unit/pytest.xml           JUnit XML of all cases of kind `unit`, and exit_code and output.txt in unit/pytest/
+  unit/FILE/pytest.xml      JUnit XML of one file of them, run again alone
   rostest/NAME/xml/...      rostest's XML, and exit_code and output.txt beside the folder xml
   KIND/NAME/exit_code       of the other kinds; each is one case, passed when the exit code is 0
   repeated.tsv              what --to-repeat printed: what was run again, alone; the second result counts
-  KIND/NAME.beside_others   the first results of these
+  KIND/NAME.beside_others   the first results of these, but those of kind `unit`
 
 Exit code 0 only when at least one case passed and none failed. A test that left no result has failed.
 """
@@ -20,7 +21,7 @@ from collections import namedtuple
 from pathlib import Path
 
 PASSED, FAILED, SKIPPED = 'passed', 'failed', 'skipped'
-REPEATED_KINDS = ('page', 'rostest', 'grading', 'stress')  # their processes work against the clock
+REPEATED_KINDS = ('page', 'rostest', 'grading', 'stress', 'unit')  # their processes work against the clock
 MOST_REPEATED = 5  # when more have failed, that is no matter of a loaded machine
 TIMEOUT_CODES = (124, 137)  # of timeout(1): the limit was reached, and so it was with SIGKILL
 LAST_LINES = 25
@@ -77,6 +78,9 @@ def unit_cases(results, names):
         text = f'pytest left no results in {report}\n{_last_lines(results / "unit" / "pytest")}'
         return [Case('pytest', FAILED, text)]
     cases = read_junit(report)
+    for kind, name in _listed(results / 'repeated.tsv'):
+        if kind == 'unit':
+            cases = [case for case in cases if not _is_of_file(case, name)] + _cases_of(results, kind, name)
     missing = [name for name in names if not any(_is_of_file(case, name) for case in cases)]
     return cases + [Case(name, FAILED, 'no case of this file ran') for name in missing]
 
@@ -157,15 +161,31 @@ def _listed(path):
 
 
 def _cases_of(results, kind, name):
+    if kind == 'unit':
+        return read_junit(results / 'unit' / name / 'pytest.xml')
     return rostest_cases(results, name) if kind == 'rostest' else [check_case(results, kind, name)]
+
+
+def _first_cases(results, kind, name):
+    """The cases of what was run beside others."""
+    if kind == 'unit':
+        return [case for case in read_junit(results / 'unit' / 'pytest.xml') if _is_of_file(case, name)]
+    again = (kind, name) in _listed(results / 'repeated.tsv')
+    return _cases_of(results, kind, f'{name}.beside_others' if again else name)
+
+
+def _may_pass_alone(results, kind, name):
+    """Whether this worked against the clock; what met its time limit did, whatever its kind."""
+    code = _exit_code(results / kind / ('pytest' if kind == 'unit' else name))
+    return code is not None and (kind in REPEATED_KINDS or code in TIMEOUT_CODES)
 
 
 def to_repeat(results):
     """The (kind, name) of what failed beside others and is to be run again alone; none when that can be no help."""
-    ran = [(kind, name) for kind, name in _listed(results / 'expected.tsv') if kind != 'unit']
+    ran = _listed(results / 'expected.tsv')
     failed = [(kind, name) for kind, name in ran
-              if kind in REPEATED_KINDS and _exit_code(results / kind / name) is not None and
-              any(case.outcome == FAILED for case in _cases_of(results, kind, name))]
+              if _may_pass_alone(results, kind, name) and
+              any(case.outcome == FAILED for case in _first_cases(results, kind, name))]
     return failed if len(ran) > 1 and len(failed) <= MOST_REPEATED else []
 
 
@@ -173,11 +193,11 @@ def repeated_lines(results):
     """What was run again, how that ended, and what the first run said."""
     lines = []
     for kind, name in _listed(results / 'repeated.tsv'):
-        first = f'{name}.beside_others'
+        first = 'pytest' if kind == 'unit' else f'{name}.beside_others'
         failed = any(case.outcome == FAILED for case in _cases_of(results, kind, name))
         lines += [f'REPEATED {name}: failed beside others, {"failed" if failed else "passed"} alone',
                   f'    the first output: {results / kind / first / "output.txt"}']
-        for case in _cases_of(results, kind, first):
+        for case in _first_cases(results, kind, name):
             if case.outcome == FAILED:
                 lines += [f'    {line}' for line in case.message.splitlines()]
     return lines

@@ -184,3 +184,30 @@ def test_a_repeated_grading_shows_its_first_output(tmp_path):
     write_results(tmp_path, {'grade_a': 124}, '{}.beside_others')
     assert summary.repeated_lines(tmp_path)[2:] == ['    exit code 124, stopped at the time limit',
                                                     '    grade_a said this']
+
+
+def test_a_check_is_repeated_only_when_it_met_its_time_limit(tmp_path):
+    write(tmp_path / 'expected.tsv', 'ruff\tcheck\nroslaunch-check\tlaunch/a.launch\nrostest\ta\n')
+    write_results(tmp_path, {'a': 0})
+    write(tmp_path / 'ruff' / 'check' / 'exit_code', '1')
+    write(tmp_path / 'roslaunch-check' / 'launch' / 'a.launch' / 'exit_code', '124')
+    assert summary.to_repeat(tmp_path) == [('roslaunch-check', 'launch/a.launch')]
+
+
+@pytest.mark.parametrize('alone, code, last_line', [
+    (PASSES.replace('"A"', '"unit.test_b"'), 0, '2 passed, 0 failed'),
+    (FAILS.replace('"A"', '"unit.test_b"'), 1, '1 passed, 2 failed'),
+])
+def test_a_file_of_unit_tests_that_failed_beside_others_is_repeated(tmp_path, capsys, alone, code, last_line):
+    write(tmp_path / 'expected.tsv', 'unit\tunit/test_a.py\nunit\tunit/test_b.py\n')
+    write(tmp_path / 'unit' / 'pytest.xml', '<testsuites>' + PASSES.replace('"A"', '"unit.test_a"') +
+          FAILS.replace('"A"', '"unit.test_b.TestB"') + '</testsuites>')
+    write(tmp_path / 'unit' / 'pytest' / 'exit_code', '1')
+    assert summary.to_repeat(tmp_path) == [('unit', 'unit/test_b.py')]
+    write(tmp_path / 'repeated.tsv', 'unit\tunit/test_b.py\n')
+    write(tmp_path / 'unit' / 'unit' / 'test_b.py' / 'pytest.xml', alone)
+    assert summary.main([str(tmp_path)]) == code
+    lines = capsys.readouterr().out.splitlines()
+    begin = lines.index(f'REPEATED unit/test_b.py: failed beside others, {"failed" if code else "passed"} alone')
+    assert lines[begin + 2] == '    1 != 2'
+    assert lines[-1] == last_line
