@@ -57,10 +57,11 @@ def test_names_in_the_source_are_compared_with_the_task_first():
 @pytest.mark.parametrize('trouble, said', [
     ("a.py, line 3: SyntaxError: Missing parentheses in call to 'print'. Did you mean print(...)?",
      'this is Python 2: `2to3 -w FILE` makes it Python 3'),
-    ("TypeError: callback() missing 1 required positional argument: 'pose'", 'without parentheses'),
+    ("TypeError: callback() missing 1 required positional argument: 'pose'", 'too few arguments'),
     ("AttributeError: 'Pose' object has no attribute 'position'", 'Pose has no field position: `rosmsg show Pose`'),
     ("ModuleNotFoundError: No module named 'geometry_msg'", 'there is no module geometry_msg'),
-    ("ImportError: cannot import name 'twist' from 'geometry_msgs.msg' (/opt)", 'start with a capital letter'),
+    ("ImportError: cannot import name 'twist' from 'geometry_msgs.msg' (/opt)",
+     '`from geometry_msgs.msg import Twist`'),
     ("NameError: name 'twsit' is not defined", 'the name twsit is used'),
     ('the program never started a node; does it call rospy.init_node?', 'call rospy.init_node'),
 ])
@@ -83,7 +84,8 @@ def test_a_missing_spin():
 
 
 def test_the_pose_of_another_package():
-    assert 'turtlesim.msg' in hints('print_poses', source='from geometry_msgs.msg import Pose\n')[0]
+    source = "from geometry_msgs.msg import Pose\nrospy.Subscriber('/turtle1/pose', Pose, print)\nrospy.spin()\n"
+    assert 'turtlesim.msg' in hints('print_poses', source=source)[0]
 
 
 def test_a_value_that_stays_in_a_function():
@@ -95,11 +97,51 @@ def test_a_value_that_stays_in_a_function():
 
 @pytest.mark.parametrize('act, said', [
     (lambda turtle: circle(turtle, angular=-0.2), 'a positive angular.z turns to the left'),
-    (lambda turtle: circle(turtle, angular=0.0), 'angular.z is its turn speed'),
+    (lambda turtle: circle(turtle, angular=0.0), 'angular.z is the turn speed'),
     (lambda turtle: circle(turtle, rate=1.0), 'rospy.Rate(10)'),
 ])
 def test_symptoms_of_an_exercise(act, said):
     assert said in hints('publish_circle', act)[0]
+
+
+def test_the_first_symptom_of_a_check_counts():
+    found = hints('set_pen_and_goto_pose', lambda turtle: turtle.pen(0, 0, 255, 1, 0).drive(2.0, 1.0))
+    assert [hint for hint in found if 'blue' in hint or 'width' in hint] == ['the width of the pen has to be 5']
+
+
+@pytest.mark.parametrize('connection, said', [
+    (('/turtle1/pose', 'publishes'), 'rospy.Subscriber instead of rospy.Publisher'),
+    (('/turtle1/cmd_vel', 'subscribes'), 'rospy.Publisher instead of rospy.Subscriber'),
+    (('/turtle1/set_pen', 'serves'), 'rospy.ServiceProxy instead of rospy.Service'),
+    (('/turtle1/set_pen', 'publishes'), '/turtle1/set_pen is a service, and no topic'),
+])
+def test_what_the_simulator_does_already(connection, said):
+    assert said in hints('publish_circle', connections=[connection])[0]
+
+
+def test_who_teleports_is_told_to_drive():
+    assert 'here the turtle has to drive' in hints('square_by_topics', lambda turtle: turtle.teleport(1.0, 1.0))[0]
+
+
+def test_a_program_that_crashed_gets_no_advice_on_what_it_did_not_come_to():
+    found = hints('publish_circle', lambda turtle: turtle.wait(1.0),
+                  trouble='the program ended with exit code 1: StrangeError: what')
+    assert found == ('the program ended with a StrangeError: the last lines of its output say why, and in which line',)
+    found = hints('publish_circle', lambda turtle: turtle.wait(1.0),
+                  trouble="the program ended with exit code 1: NameError: name 'Twist' is not defined")
+    assert found == ('Twist is used, but not imported: `from geometry_msgs.msg import Twist`',)
+
+
+def test_another_turtle_of_the_task_is_no_misspelling():
+    assert not any('did you mean' in hint for hint in hints('follow_turtle', connections=[
+        ('/turtle2/cmd_vel', 'publishes')]))
+
+
+def test_commands_that_come_too_early():
+    def act(turtle):
+        turtle.wait(1.0).observed.exit_code = 0
+    assert 'no command arrived' in hints('square_by_topics', act, source='pub.publish(Twist())\n',
+                                         connections=[('/turtle1/cmd_vel', 'publishes')])[0]
 
 
 def test_who_passes_with_less_than_all_points_gets_hints():

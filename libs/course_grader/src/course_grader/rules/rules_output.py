@@ -89,6 +89,13 @@ def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
     return Result(correct * min(1.0, len(positions) / wanted.lines), asked, seen)
 
 
+def poses_are(observed: Observed, names: Sequence[str], tolerance: float) -> float:
+    """Return the share of the lines with numbers that tell these values of the turtle's pose, in this order."""
+    numbered = [statement for statement in _statements(observed.lines, len(names))
+                if len(statement.numbers) >= len(names)]
+    return sum(_was_there(observed, statement, names, tolerance) for statement in numbered) / max(1, len(numbered))
+
+
 def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
     """Return the Statements of lines: one each, but lines with fewer numbers than ``fields`` are taken together.
 

@@ -1,56 +1,39 @@
 """From what was observed of a program that lost points to advice: which mistake it may be, and what to do. Without ROS.
 
-Symptoms of every exercise are COMMON and what ``_unknown_names``, ``_no_spin`` and ``_local_variable`` find. An
-exercise file lists its own in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold.
+Every exercise has the symptoms of this module, of failures.py, and of the *_mistakes.py. An exercise file lists its own
+in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold. What is surer comes first: a
+program that has crashed is told why, and nothing of what it did not come to do.
 """
-import ast
 import difflib
 import re
 import statistics
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Set
+from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Set
 
-from course_grader.rules import scoring
+from course_grader.rules import failures, output_mistakes, path_mistakes, scoring, source_mistakes
 from course_grader.rules.exercise import Exercise
-from course_grader.rules.judging import ANY, within
+from course_grader.rules.judging import ANY, SHORTCUTS, within
 from course_grader.rules.observation import Command, Observed
 from course_grader.rules.scoring import Reason, Verdict
 
 MOST = 2  # hints: the first ones are the likeliest causes
 LINES = 200  # of the output at either end that are searched
 SIMILAR = 0.75  # of two names, as difflib.SequenceMatcher sees it: /turtle1/cmd_vel and /turtle1/cmdvel have 0.97
-NAME = re.compile(r'/?[A-Za-z]\w*(/\w+)*')  # of a topic or service
 OF_EVERY_NODE = re.compile(r'/rosout|/clock|/tf(_static)?|.*/(get_loggers|set_logger_level)')
-WAITING = re.compile(r'\b(Subscriber|Service|Timer)\(')
-KEPT_ALIVE = re.compile(r'\bspin\(|^\s*while\b', re.MULTILINE)
 DOES = {'publishes': 'publishes {0}, which nobody reads', 'subscribes': 'subscribes to {0}, which nobody publishes',
         'serves': 'offers {0}, which nobody calls', 'uses': 'uses {0}, which does not exist'}
-COMMON = (  # pattern in what it printed, or in why it failed: advice, with {0}, ... for the groups of the pattern
-    (r"Missing parentheses in call to 'print'|multiple exception types must be parenthesized",
-     'this is Python 2: `2to3 -w FILE` makes it Python 3'),
-    (r'(?i)handler returned None|service cannot process request',
-     'the function of a service must return a response: `return TeleportAbsoluteResponse()`'),
-    (r"No module named 'ar_track_alvar\.?\w*'", 'the messages are in ar_track_alvar_msgs.msg'),
-    (r"No module named '([\w.]+)'",
-     'there is no module {0}: check its spelling; messages are in PACKAGE.msg, services in PACKAGE.srv'),
-    (r"cannot import name '([a-z]\w*)' from",
-     'names of messages and services start with a capital letter, as in Twist, and not {0}'),
-    (r"cannot import name '(\w+)' from '([\w.]+)'", '{1} has no {0}: check the spelling, and whether it is a message '
-     '(PACKAGE.msg) or a service (PACKAGE.srv)'),
-    (r'missing \d+ required positional argument', 'hand over the function itself, without parentheses: `callback`, not '
-     '`callback()`'),
-    (r"module 'rospy' has no attribute '(\w+)'", 'rospy has no {0}: check the spelling and the capital letters, as in '
-     'rospy.Publisher'),
-    (r"'_?(\w+)' object has no attribute '(\w+)'", '{0} has no field {1}: `rosmsg show {0}` lists its fields, such as '
-     'pose.x of a turtle or marker.pose.pose.position.x'),
-    (r"name '(\w+)' is not defined",
-     'the name {0} is used, but nothing has it: check its spelling, and where it gets a value'),
-    (r'to have datatype/md5sum \[([\w/]+)/\w+\], but our version has \[([\w/]+)/\w+\]',
-     'both ends of a topic need the same type: one has {0}, the other {1}; the type of the turtle\'s pose is in '
-     'turtlesim.msg'),
-    (r'(?i)init_node', 'call rospy.init_node before everything else of rospy'),
-    (r'unindent does not match|expected an indented block|unexpected indent|TabError',
-     'indent each block by four blanks, and use no tabs'),
-)
+OPPOSITE = {  # what both the program and the simulator do with a name: advice
+    'publishes': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
+    'subscribes': 'the simulator waits for messages on {0}: to send them, use rospy.Publisher instead of '
+                  'rospy.Subscriber',
+    'serves': 'the simulator offers {0} already: to call it, use rospy.ServiceProxy instead of rospy.Service'}
+TAKEN = {  # kind of a shortcut: advice
+    'teleport': 'here the turtle has to drive: publish on its cmd_vel instead of calling a teleport service',
+    'teleport_relative': 'here the turtle has to drive: publish on its cmd_vel instead of calling a teleport service',
+    'fake_pose': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
+    'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
+POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
+CRASHED = re.compile(r'exit code [1-9]|SyntaxError|IndentationError|TabError')
+EXCEPTION = re.compile(r'\b(\w*(?:Error|Exception))\b')
 
 
 class Seen(NamedTuple):
@@ -85,6 +68,8 @@ PREDICATES: Dict[str, Predicate] = {
     'end x': lambda seen, wanted: bool(seen.observed.track) and within(seen.observed.track[-1].x, wanted),
     'end y': lambda seen, wanted: bool(seen.observed.track) and within(seen.observed.track[-1].y, wanted),
 }
+
+
 def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
     """Return a Verdict with its hints: none if nothing is missing, or undecided."""
     if decided.outcome == scoring.UNDECIDED or decided.score >= 100.0:
@@ -93,34 +78,98 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
     texts = [line.text for line in observed.lines]
     said = '\n'.join([*decided.objections, *(call.trouble for call in observed.calls), *texts[:LINES], *texts[-LINES:]])
     seen = Seen(observed, lost, said)
-    found = [*_unknown_names(exercise, observed), *_common(said), *_no_spin(observed), *_local_variable(observed)]
-    for symptom in exercise.symptoms:
-        values = {name: value for name, value in symptom.items() if name != 'hint' and value not in (None, ANY)}
-        if all(PREDICATES[name](seen, value) for name, value in values.items()):
-            found.append(symptom['hint'])
+    program = source_mistakes.program(observed.source)
+    found = [*_common(said, observed), *_unknown_names(exercise, observed, program), *_shortcuts(exercise, observed),
+             *_in_source(program, seen), *_opposite(observed)]
+    if not CRASHED.search(observed.trouble):
+        by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
+        found += [*_early_end(seen), *(hint for hints in by_check.values() for hint in hints)]
+        found += _listed(exercise, seen, {check for check, hints in by_check.items() if hints})
+    else:
+        found = found or [*_unknown_failure(observed.trouble)]
     return decided._replace(hints=tuple(dict.fromkeys(found))[:MOST])
 
 
-def _common(said: str) -> Iterator[str]:
-    for pattern, hint in COMMON:
-        match = re.search(pattern, said)
-        if match:
-            yield hint.format(*match.groups())
-            return
+def _listed(exercise: Exercise, seen: Seen, explained: Set[str]) -> Iterator[str]:
+    """Return the hints of the exercise file, the first one of each check that is not ``explained`` yet."""
+    for symptom in exercise.symptoms:
+        values = {name: value for name, value in symptom.items() if name != 'hint' and value not in (None, ANY)}
+        if values.get('lost') not in explained and all(PREDICATES[name](seen, value) for name, value in values.items()):
+            yield symptom['hint']
+            explained = explained | {values.get('lost', '')} - {''}
 
 
-def _unknown_names(exercise: Exercise, observed: Observed) -> Iterator[str]:
+def _common(said: str, observed: Observed) -> Iterator[str]:
+    hint = failures.advice(said, observed.source)
+    if hint:
+        yield hint
+
+
+def _unknown_failure(trouble: str) -> Iterator[str]:
+    match = EXCEPTION.search(trouble)
+    if match:
+        yield f'the program ended with a {match[1]}: the last lines of its output say why, and in which line'
+
+
+def _shortcuts(exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """What the program did instead of what is asked."""
+    for event in observed.events:
+        if event.kind in TAKEN and SHORTCUTS[event.kind][0] not in exercise.allows:
+            yield TAKEN[event.kind].format(*event.values)
+
+
+def _in_source(program: Optional[source_mistakes.Program], seen: Seen) -> Iterator[str]:
+    """What the source shows, together with the checks that lost points."""
+    if program is None:
+        return
+    if not seen.observed.exit_code and seen.observed.ended_at is not None and source_mistakes.never_spins(program):
+        yield ('the program ended by itself: rospy.spin() in its last line keeps it running, so that its callbacks are '
+               'called')
+    yield from source_mistakes.found(program)
+    if set(POSITIONS) & set(seen.lost):
+        line = source_mistakes.compares_exactly(program)
+        if line is not None:
+            yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
+                   'abs(a - b) < 0.1')
+        if source_mistakes.degrees(program):
+            yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
+
+
+def _opposite(observed: Observed) -> Iterator[str]:
+    """Names with which the program does what the simulator does, as two publishers of a topic do."""
+    for name, role in sorted(observed.connections):
+        others = {other for known, other in observed.others if known == name}
+        alone = {own for known, own in observed.connections if known == name} == {role}
+        if others == {role} and alone and not OF_EVERY_NODE.fullmatch(name):
+            yield OPPOSITE[role].format(name)
+        elif others == {'serves'} and role != 'serves':
+            yield f'{name} is a service, and no topic: call it by rospy.ServiceProxy({name!r}, TYPE)'
+
+
+def _early_end(seen: Seen) -> Iterator[str]:
+    """A program that sends its commands and ends before they arrive."""
+    observed = seen.observed
+    if (not observed.commands and observed.exit_code == 0 and 'publish(' in observed.source
+            and any((name, 'subscribes') in observed.others for name, role in observed.connections
+                    if role == 'publishes')):
+        yield ('no command arrived: a publisher needs a moment to connect, so publish again and again in a loop, with '
+               'rate.sleep()')
+
+
+def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]
+                   ) -> Iterator[str]:
     """Names that the program alone uses and that are like one of the simulator, the grader or the task."""
     asked = {value for scored in exercise.rules for key, value in scored.parameters.items()
              if key in ('topic', 'service')}
     known = asked | {name for name, _ in observed.others if not OF_EVERY_NODE.fullmatch(name)}
     likely = {name for name in known if name.lstrip('/') in exercise.asks}
     used = dict(sorted(observed.connections))
-    used.update((name, 'uses') for name in _names_in(observed.source) if name not in used)
+    used.update((name, 'uses') for name in (source_mistakes.names(program) if program else ()) if name not in used)
     for name, role in used.items():
         if name not in known and not OF_EVERY_NODE.fullmatch(name):
             meant = _meant(name, likely) or _meant(name, known)
-            if meant:
+            space = _space(name)
+            if meant and not (space != _space(meant) and space[-1:].isdigit() and space in exercise.asks):
                 yield f'the program {DOES[role].format(name)}: did you mean {meant}?'
 
 
@@ -132,37 +181,6 @@ def _meant(name: str, known: Set[str]) -> Optional[str]:
     return (*same, *similar, None)[0]
 
 
-def _names_in(source: str) -> List[str]:
-    """Return the names of topics and services that stand in a program as texts; only names with a slash in them."""
-    try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError):
-        return []
-    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
-    return ['/' + text.lstrip('/') for text in texts if '/' in text and NAME.fullmatch(text)]
-
-
-def _no_spin(observed: Observed) -> Iterator[str]:
-    if observed.exit_code == 0 and WAITING.search(observed.source) and not KEPT_ALIVE.search(observed.source):
-        yield ('the program ended by itself: rospy.spin() in its last line keeps it running, so that its callbacks are '
-               'called')
-
-
-def _local_variable(observed: Observed) -> Iterator[str]:
-    """Functions that give a value to a name of the module without ``global``."""
-    try:
-        tree = ast.parse(observed.source)
-    except (SyntaxError, ValueError):
-        return
-
-    def stored(nodes: Iterator[ast.AST]) -> Set[str]:
-        return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    functions = [node for node in tree.body if isinstance(node, ast.FunctionDef)]
-    outside = stored(node for statement in tree.body if isinstance(statement, ast.Assign)
-                     for node in ast.walk(statement))
-    for function in functions:
-        declared = {name for node in ast.walk(function) if isinstance(node, ast.Global) for name in node.names}
-        read = {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
-        for name in sorted(stored(ast.walk(function)) & outside - declared - read):
-            yield (f'{name} in {function.name} is another variable than {name} outside: write `global {name}` in the '
-                   'first line of the function')
+def _space(name: str) -> str:
+    """Return the namespace of a name, such as turtle2 of /turtle2/pose, or ''."""
+    return name.lstrip('/').rpartition('/')[0]

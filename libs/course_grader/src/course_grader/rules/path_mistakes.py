@@ -1,0 +1,140 @@
+"""Mistakes that the path, the commands and the positions of a vehicle show: advice for each. Without ROS."""
+import itertools
+import math
+import statistics
+from types import SimpleNamespace
+from typing import Callable, Container, Dict, Iterator, List, Optional, Sequence, Tuple
+
+from course_grader.rules import fits, rules_driving
+from course_grader.rules.exercise import Exercise
+from course_grader.rules.judging import ANY, within
+from course_grader.rules.observation import Command, Observed
+from kinematic_core.worlds.turtle_world import ARENA_SIZE
+
+SIDES = {'triangle': 3, 'square': 4}
+WALL = 0.01  # [m] from the edge of the arena
+SHORT = 0.3  # [m] a part of a path that is no side
+STRAIGHT = 0.08  # [m] within which a part of a path is straight
+TURNED_WELL = math.radians(3.0)  # a corner within this is not the mistake
+TURNED_AT_ALL = math.radians(15.0)
+EQUAL = 1.08  # times the shortest side, up to which sides are equal
+TURNING = 0.05  # [rad/s] and
+MOVING = 0.02  # [m/s]: from these on a command turns, or drives
+
+
+def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[str, List[str]]:
+    """Return {check: advice} for checks of an exercise that lost points: ``draws``, ``commands`` and ``positions``."""
+    hints: Dict[str, List[str]] = {}
+    for rule in exercise.rules:
+        if rule.name in lost and rule.name in KINDS:
+            wanted = SimpleNamespace(**rule.parameters)
+            hints.setdefault(rule.name, []).extend(KINDS[rule.name](wanted, exercise, observed))
+    return hints
+
+
+def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """Velocities that are mixed up, or in another unit."""
+    if not observed.commands:
+        return
+    linear = statistics.median(command.linear_x for command in observed.commands)
+    angular = statistics.median(command.angular_z for command in observed.commands)
+    if ANY not in (wanted.linear, wanted.angular) and not within(linear, wanted.linear) and within(
+            linear, wanted.angular) and within(angular, wanted.linear):
+        yield 'the two velocities are swapped: linear.x is the speed forward, and angular.z the turn speed'
+    elif wanted.angular != ANY and not within(angular, wanted.angular) and within(
+            math.radians(angular), wanted.angular):
+        yield 'angular.z is in rad/s, and not in degrees: write the number of the task as it is'
+
+
+def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """Positions that are driven to, or not at all."""
+    kinds = rules_driving.WAYS.get(wanted.by)
+    if kinds and not observed.of_kind(*rules_driving.WAYS['teleports']):
+        if observed.commands:
+            yield f'the turtle drives: call /turtle1/{wanted.by} for each position instead of publishing velocities'
+        else:
+            yield f'no call of /turtle1/{wanted.by} arrived: call it once for each position'
+
+
+def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+    path = observed.drawn(pen_down=True)
+    pens = observed.pens()
+    if pens and pens[-1] and pens[-1][-1] and len(path) < len(observed.drawn()):
+        yield 'the pen is off while the turtle moves: the last argument of set_pen, off, has to be 0'
+        return
+    if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
+            abs(command.linear_x) >= MOVING for command in observed.commands):
+        yield 'it never turns: angular.z is the turn speed, and x and y of angular do nothing here'
+    elif wanted.shape in SIDES and exercise.simulator == 'turtlesim' and _at_wall(observed):
+        yield 'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size'
+    elif wanted.shape in SIDES:
+        yield from _polygon(wanted.shape, SIDES[wanted.shape], path, observed)
+
+
+def _at_wall(observed: Observed) -> bool:
+    """Return whether it was driven against a wall."""
+    return bool(observed.commands) and any(
+        min(sample.x, sample.y, ARENA_SIZE - sample.x, ARENA_SIZE - sample.y) <= WALL
+        for sample in observed.track if sample.t >= observed.reset_at())
+
+
+def _polygon(shape: str, sides: int, path: Sequence[Tuple[float, float]], observed: Observed) -> Iterator[str]:
+    if _turns_while_driving(observed.commands):
+        yield ('it drives while it turns, so that the corners are round: publish linear.x = 0 together with angular.z')
+        return
+    corners = fits.corners(path, STRAIGHT)
+    parts = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(corners, corners[1:])
+             if math.dist(a, b) >= SHORT][-2 * sides:]
+    if len(parts) < 2:
+        return
+    turns = [abs(math.remainder(math.atan2(b[1], b[0]) - math.atan2(a[1], a[0]), math.tau))
+             for a, b in zip(parts, parts[1:])]
+    lengths = [math.hypot(*part) for part in parts]
+    turned = _usual([turn for turn in turns if turn > TURNED_AT_ALL], 2 * TURNED_WELL)
+    right = math.tau / sides
+    if len(corners) > sides and _crosses(corners[-sides - 1:-1]):
+        yield ('the corners are visited in the wrong order, so that the sides cross: go around, from neighbour to '
+               'neighbour')
+    elif turned is not None and abs(turned - right) > TURNED_WELL and len(turns) >= sides - 1:
+        yield (f'at its corners it turns by {math.degrees(turned):.0f} degrees; a {shape} needs '
+               f'{math.degrees(right):.0f} degrees, {right:.2f} rad')
+    elif len(parts) >= sides and turned is not None and _two_lengths(lengths[-sides:]):
+        yield (f'its sides are {min(lengths[-sides:]):.1f} m and {max(lengths[-sides:]):.1f} m long: those of a '
+               f'{shape} have the same length')
+
+
+def _two_lengths(lengths: Sequence[float]) -> bool:
+    """Return whether the sides are equal in pairs, as those of a rectangle."""
+    low, high = min(lengths), max(lengths)
+    return high > EQUAL * low and all(min(length - low, high - length) < 0.1 * (high - low) for length in lengths)
+
+
+def _usual(values: Sequence[float], apart: float) -> Optional[float]:
+    """Return the median of values that are nearly equal, or None."""
+    if len(values) < 2:
+        return None
+    median = statistics.median(values)
+    near = sum(abs(value - median) <= apart for value in values)
+    return median if near >= 0.7 * len(values) else None
+
+
+def _turns_while_driving(commands: Sequence[Command]) -> bool:
+    """Return whether it turns, and never on the spot."""
+    turning = [command for command in commands if abs(command.angular_z) >= TURNING]
+    driving = [command for command in commands if abs(command.linear_x) >= MOVING]
+    return bool(turning) and len(driving) > len(turning) and all(
+        abs(command.linear_x) >= MOVING for command in turning)
+
+
+def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
+    """Return whether four corners are those of a square, visited across it."""
+    if len(corners) != 4:
+        return False
+    every = sorted(math.dist(a, b) for a, b in itertools.combinations(corners, 2))
+    side, diagonal = every[0], every[-1]
+    square = every[3] <= EQUAL * side and every[4] * EQUAL >= diagonal and abs(diagonal / side - math.sqrt(2)) < 0.15
+    return square and max(math.dist(a, b) for a, b in zip(corners, corners[1:])) > 1.2 * side
+
+
+KINDS: Dict[str, Callable[[SimpleNamespace, Exercise, Observed], Iterator[str]]] = {
+    'draws': _drawn, 'commands': _commanded, 'positions': _teleported}

@@ -1,0 +1,124 @@
+"""course_grader.rules.failures: what Python says about a beginner's mistake leads to the right advice."""
+import re
+
+import pytest
+
+from course_grader.rules import failures
+
+TWIST = '''
+class Vector3:
+    __slots__ = ['x', 'y', 'z']
+class Twist:
+    __slots__ = ['linear', 'angular']
+    def __init__(self):
+        self.linear = Vector3()
+'''
+
+
+def said_by(source):
+    """Return the last line of the traceback of a program."""
+    try:
+        exec(compile(source, 'program.py', 'exec'), {'__name__': '__main__'})
+    except Exception as error:
+        return f'{type(error).__name__}: {error}'
+    raise AssertionError('the program should fail')
+
+
+@pytest.mark.parametrize('source, advice', [
+    ("print 'hello'\n", 'this is Python 2'),
+    ("name = raw_input()\n", 'this is Python 2'),
+    ("import ConfigParser\n", 'this is Python 2'),
+    ("try:\n    pass\nexcept ValueError, e:\n    pass\n", 'this is Python 2'),
+    ("if True:\nprint('a')\n", 'four blanks'),
+    ("def f():\n    a = 1\n  b = 2\n", 'four blanks'),
+    ("if True:\n    a = 1\n\tb = 2\n", 'four blanks'),
+    ("a = 1\nreturn a\n", 'four blanks'),
+    ("print((1, 2)\n", 'bracket'),
+    ("a = [1, 2)\n", 'bracket'),
+    ("print(‘hello’)\n", 'copied from a document'),
+    ("if 1 = 2:\n    pass\n", '== compares'),
+    ("a = 'hello\n", 'quotation mark'),
+    ("a = 1 2\n", 'cannot read that line'),
+    ("x = math.pi\n", '`import math`'),
+    ("m = Twist()\n", '`from geometry_msgs.msg import Twist`'),
+    ("p = Pose()\n", '`from turtlesim.msg import Pose`'),
+    ("a = atan2(1, 2)\n", '`from math import atan2`'),
+    ("while true:\n    pass\n", 'True instead of true'),
+    ("class A:\n    def f():\n        self.x = 1\nA.f()\n", 'self as its first parameter'),
+    ("speed = 1\nprint(sped)\n", 'the name sped is used'),
+    ("import geometry_msg\n", 'there is no module geometry_msg'),
+    ("from math import PI\n", 'from math import pi'),
+    ("from math import tangent\n", 'math has no tangent'),
+    ("def f(message):\n    pass\nf()\n", 'too few arguments'),
+    ("def f():\n    pass\nf(1)\n", 'too many arguments'),
+    ("class A:\n    def f(message):\n        pass\nA().f(1)\n", 'self as its first parameter'),
+    ("class A:\n    def __init__(self, a):\n        pass\nA()\n", '__init__'),
+    ("print(1.0 < '10')\n", 'text is used as a number'),
+    ("print(1.0 - '10')\n", 'text is used as a number'),
+    ("print('x = ' + 1.0)\n", 'cannot be joined by +'),
+    ("print(None < 10)\n", 'still None'),
+    ("a = None\nprint(a.x)\n", 'still None'),
+    ("print(len < 10)\n", 'with parentheses'),
+    ("def now():\n    pass\nnow.to_sec()\n", 'with parentheses'),
+    (TWIST + "print(Twist() < 10)\n", 'whole message'),
+    (TWIST + "Twist().linear < 1\n", 'whole message'),
+    (TWIST.replace('Twist:', 'Twists:') + "class A:\n    pass\nfor a in A():\n    pass\n", 'A is no list'),
+    ("x = 1.0\nx()\n", 'as if it were a function'),
+    ("import time\ntime()\n", 'a module cannot be called'),
+    ("None()\n", 'hand over the function itself'),
+    ("x = 0.5\nx.x = 1\n", 'message.linear.x = 0.5'),
+    ("m = [1]\nm.id\n", 'for marker in message.markers'),
+    ("(0.1).to_sec()\n", 'rospy.Duration'),
+    ("x = 1\ndef f():\n    x += 1\nf()\n", '`global x`'),
+    ("float('1 2')\n", 'one number and nothing else'),
+    ("[][0]\n", 'fewer elements'),
+    ("{}['speed']\n", 'has the name speed'),
+    ("1 / 0\n", 'divided by 0'),
+    ("def f():\n    f()\nf()\n", 'without end'),
+    ("print('%d %d' % 1)\n", 'do not fit'),
+    ("print('%d' % 'a')\n", 'do not fit'),
+    ("print('{} {}'.format(1))\n", 'do not fit'),
+    ("import struct\nstruct.pack('<d', 'a')\n", 'wrong type'),
+    ("class A:\n    def f(self):\n        print(self.x)\n        self.x = 1\nA().f()\n", 'before it has a value'),
+    ("class A:\n    def f(self):\n        print(self.x)\nA().f()\n", 'give self.x a value'),
+    ("class A:\n    def f(self):\n        self.g()\ndef g():\n    pass\nA().f()\n", 'outside of the class A'),
+    ("open('/no/such/file')\n", 'no files but its own'),
+])
+def test_what_python_says(source, advice):
+    said = said_by(source)
+    assert advice in (failures.advice(said, source) or ''), said
+
+
+@pytest.mark.parametrize('said, source, advice', [
+    ("EOFError: EOF when reading a line; input() does not work here", '', 'nobody types'),
+    ("rospy.exceptions.ROSInitException: time is not initialized. Have you called init_node()?", '', 'rospy.init_node'),
+    ("ValueError: namespaces are not allowed in node names", '', 'letters, digits'),
+    ("TypeError: Invalid number of arguments, args should be ['x', 'y', 'theta'] args are(1,)", '',
+     "'x', 'y', 'theta'"),
+    ("rospy.service.ServiceException: service [/turtle1/set_pens] unavailable", '', 'no service /turtle1/set_pens'),
+    ("service handler returned None", '', 'must return a response'),
+    ("AttributeError: '_Pose' object has no attribute 'X'", '', 'Pose has no field X'),
+    ("AttributeError: type object 'Twist' has no attribute 'linear'", '', 'message = Twist()'),
+    ("TypeError: callback() missing 1 required positional argument: 'pose'",
+     "rospy.Subscriber('/turtle1/pose', Pose, callback())", 'without parentheses'),
+    ("TypeError: callback() missing 1 required positional argument: 'pose'",
+     "rospy.Subscriber('/turtle1/pose', Pose, callback)", 'one argument'),
+    ("AttributeError: module 'rospy' has no attribute 'publisher'", '', 'rospy has no publisher'),
+    ("topic types do not match: [Client wants topic /turtle1/pose to have datatype/md5sum [geometry_msgs/Pose/e4], but "
+     "our version has [turtlesim/Pose/86]", '', 'one has geometry_msgs/Pose, the other turtlesim/Pose'),
+])
+def test_what_ros_says(said, source, advice):
+    assert advice in failures.advice(said, source)
+
+
+@pytest.mark.parametrize('said', [
+    '', 'x: 1.0 y: 2.0', '[INFO] [1.0]: No AR markers detected.', 'shutdown request: user request',
+    'speed < 10, error 0.1', 'rospy.init_node', 'usage of the pen'])
+def test_usual_output_is_no_failure(said):
+    assert failures.advice(said, '') is None
+
+
+def test_each_advice_is_one_sentence():
+    for pattern, given in failures.FAILURES:
+        re.compile(pattern)
+        assert callable(given) or not given.endswith('.'), given
