@@ -13,9 +13,6 @@ all_cases() (
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
   find test/data/submissions -type f -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
-  # A launch file may say that it cannot be checked, and why: <!-- no roslaunch-check: ... -->
-  find . -name '.?*' -prune -o -name '*.launch' -printf '%P\n' | sort | xargs -d '\n' grep -L '<!-- no roslaunch-check:' |
-    sed 's/^/roslaunch-check\t/'
   for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do
     printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"
   done

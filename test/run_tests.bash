@@ -9,7 +9,7 @@ export results stress_seconds=240 rostest_seconds=600 grading_seconds=240 page_s
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 2))}  # of those that start nodes, and so mostly wait
-computing='^(unit|ruff|mypy|catkin_lint|roslaunch-check)'  # kinds that only compute
+computing='^(unit|ruff|mypy|catkin_lint)'  # kinds that only compute
 . "$repo/test/cases.bash"
 
 # Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
@@ -54,7 +54,6 @@ case_command() {
       PYTHONPATH="$repo/bench:$PYTHONPATH" timeout -s INT -k 20 "$stress_seconds" python3 "$repo/stress/stress.py" \
         "$2" --small --seed 1 --json "$3/figures.json"
       ;;
-    roslaunch-check) timeout "$check_seconds" rosrun roslaunch roslaunch-check -o "$3/roslaunch-check.xml" "$repo/$2" ;;
     catkin_lint)
       # The root package holds the stand-ins' scripts too, which the stand-ins install themselves.
       if [ "$2" = . ]; then set -- "$@" --ignore uninstalled_script; fi
@@ -74,6 +73,9 @@ check_types() {
   MYPYPATH=$(printf '%s:' libs/*/src stand_ins/*/src)src mypy --cache-dir "$ws/mypy_cache"
 }
 
+# Of the output of `times`, the user and system time of the children.
+cpu_seconds() { awk -F '[ms ]+' 'NR == 2 { print 60 * $1 + $2 + 60 * $3 + $4 }'; }
+
 run_case() {
   local dir=$results/$1/$2 start=$SECONDS code=0 verdict=ok
   mkdir -p "$dir"
@@ -82,7 +84,8 @@ run_case() {
   [ "$1" != rostest ] || TURTLE_ROBOTONT_CASE='' end_leftovers "$dir/" >>"$dir/output.txt"
   echo "$code" >"$dir/exit_code"
   [ "$code" = 0 ] || verdict=FAILED
-  printf '%-6s %3d s  %s %s\n' "$verdict" $((SECONDS - start)) "$1" "$2"
+  times >"$dir/times"
+  printf '%-6s %3d s, CPU %3.0f s  %s %s\n' "$verdict" $((SECONDS - start)) "$(cpu_seconds <"$dir/times")" "$1" "$2"
 }
 
 # run_cases JOBS [COMMAND ...]: reads `KIND<TAB>NAME` lines and runs these cases, JOBS at a time, each by the COMMAND.
@@ -124,7 +127,7 @@ fi
 ln -sfn "$results" "$ws/test_results/latest"
 find "$ws/test_results" -mindepth 1 -maxdepth 1 -type d -mtime +2 -exec rm -rf {} +
 trap 'end_leftovers "$results/"' EXIT
-export -f run_case check_types case_command all_unit_tests unit_tests end_leftovers
+export -f run_case cpu_seconds check_types case_command all_unit_tests unit_tests end_leftovers
 run_all
 repeat_failed
 python3 "$repo/test/summary.py" "$results"

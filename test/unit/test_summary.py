@@ -187,11 +187,11 @@ def test_a_repeated_grading_shows_its_first_output(tmp_path):
 
 
 def test_a_check_is_repeated_only_when_it_met_its_time_limit(tmp_path):
-    write(tmp_path / 'expected.tsv', 'ruff\tcheck\nroslaunch-check\tlaunch/a.launch\nrostest\ta\n')
+    write(tmp_path / 'expected.tsv', 'ruff\tcheck\ncatkin_lint\tlibs/a\nrostest\ta\n')
     write_results(tmp_path, {'a': 0})
     write(tmp_path / 'ruff' / 'check' / 'exit_code', '1')
-    write(tmp_path / 'roslaunch-check' / 'launch' / 'a.launch' / 'exit_code', '124')
-    assert summary.to_repeat(tmp_path) == [('roslaunch-check', 'launch/a.launch')]
+    write(tmp_path / 'catkin_lint' / 'libs' / 'a' / 'exit_code', '124')
+    assert summary.to_repeat(tmp_path) == [('catkin_lint', 'libs/a')]
 
 
 @pytest.mark.parametrize('alone, code, last_line', [
