@@ -22,7 +22,7 @@ from pathlib import Path
 
 PASSED, FAILED, SKIPPED = 'passed', 'failed', 'skipped'
 REPEATED_KINDS = ('page', 'rostest', 'grading', 'stress', 'unit')  # their processes work against the clock
-MOST_REPEATED = 5  # when more have failed, that is no matter of a loaded machine
+MOST_REPEATED = 10  # when more have failed, that is no matter of a loaded machine
 TIMEOUT_CODES = (124, 137)  # of timeout(1): the limit was reached, and so it was with SIGKILL
 LAST_LINES = 25
 UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)*', re.MULTILINE)

@@ -143,8 +143,8 @@ def write_results(results, codes, folder='{}'):
     ({'a': 0, 'b': 0, 'grade_c': 0}, ''),
     ({'a': 0, 'b': 1, 'grade_c': 124}, 'rostest\tb\ngrading\tgrade_c\n'),
     ({'b': 1}, ''),  # nothing was beside it
-    ({**dict.fromkeys('abcde', 1), 'f': 0}, ''.join(f'rostest\t{name}\n' for name in 'abcde')),
-    (dict.fromkeys('abcdef', 1), ''),  # so many: no matter of load
+    ({**dict.fromkeys('abcdefghij', 1), 'k': 0}, ''.join(f'rostest\t{name}\n' for name in 'abcdefghij')),
+    (dict.fromkeys('abcdefghijk', 1), ''),  # so many: no matter of load
 ])
 def test_what_is_repeated(tmp_path, capsys, codes, expected):
     write(tmp_path / 'expected.tsv', ''.join(f'{"grading" if name.startswith("grade") else "rostest"}\t{name}\n'
