@@ -73,9 +73,6 @@ check_types() {
   MYPYPATH=$(printf '%s:' libs/*/src stand_ins/*/src)src mypy --cache-dir "$ws/mypy_cache"
 }
 
-# Of the output of `times`, the user and system time of the children.
-cpu_seconds() { awk -F '[ms ]+' 'NR == 2 { print 60 * $1 + $2 + 60 * $3 + $4 }'; }
-
 run_case() {
   local dir=$results/$1/$2 start=$SECONDS code=0 verdict=ok
   mkdir -p "$dir"
@@ -84,8 +81,7 @@ run_case() {
   [ "$1" != rostest ] || TURTLE_ROBOTONT_CASE='' end_leftovers "$dir/" >>"$dir/output.txt"
   echo "$code" >"$dir/exit_code"
   [ "$code" = 0 ] || verdict=FAILED
-  times >"$dir/times"
-  printf '%-6s %3d s, CPU %3.0f s  %s %s\n' "$verdict" $((SECONDS - start)) "$(cpu_seconds <"$dir/times")" "$1" "$2"
+  printf '%-6s %3d s  %s %s\n' "$verdict" $((SECONDS - start)) "$1" "$2"
 }
 
 # run_cases JOBS [COMMAND ...]: reads `KIND<TAB>NAME` lines and runs these cases, JOBS at a time, each by the COMMAND.
@@ -127,7 +123,7 @@ fi
 ln -sfn "$results" "$ws/test_results/latest"
 find "$ws/test_results" -mindepth 1 -maxdepth 1 -type d -mtime +2 -exec rm -rf {} +
 trap 'end_leftovers "$results/"' EXIT
-export -f run_case cpu_seconds check_types case_command all_unit_tests unit_tests end_leftovers
+export -f run_case check_types case_command all_unit_tests unit_tests end_leftovers
 run_all
 repeat_failed
 python3 "$repo/test/summary.py" "$results"
