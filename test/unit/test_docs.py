@@ -5,6 +5,7 @@ import pathlib
 import re
 
 import pytest
+import yaml
 
 from course_grader.rules import exercise, reference
 
@@ -12,13 +13,14 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
          *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'integrations' / 'README.md']
 README = REPOSITORY / 'README.md'
+COURSE_NEXT = REPOSITORY / 'docs' / 'course_next.md'
 MOST_LINES, LONGEST_LINE = 130, 120  # of README.md
 LONGEST_PROSE = 120  # [columns] of other pages, but for tables and code
 MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.svg', 'index.html', 'codes.csv',
                    'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
                    'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/'}
 OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames', 'view_frames.py'}
-OF_THE_READER = {'publisher.py', 'my.launch', '...', *OF_DEBIAN}
+OF_THE_READER = {'publisher.py', 'my.launch', 'bang_bang.py', 'posts.yaml', '...', *OF_DEBIAN}
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
 NUMBERED = list(REPOSITORY.glob('stand_ins/rospy_tutorials/[0-9]*'))
 NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'), *NUMBERED)
@@ -128,6 +130,21 @@ def test_exercises_of_the_course_exist():
     lines = re.findall(r'^\* \*\*Exercises?:\*\* (.*)', text, re.MULTILINE)
     named = set(re.findall(r'`(\w+)`', ' '.join(lines)))
     assert len(named) >= 14 and named <= EXERCISES
+
+
+def test_programs_of_the_course_are_right_samples():
+    """./run test grading/ grades them; a program that imports rospy is one of them, without the line of the test."""
+    samples = {re.sub(r'# expected: passed\n', '', text_of(path)) for path in
+               REPOSITORY.glob('test/data/submissions/*/right_*.py')}
+    programs = re.findall(r'^```python\n(.*?)^```$', text_of(COURSE_NEXT), re.MULTILINE | re.DOTALL)
+    rospy = [program for program in programs if 'import rospy' in program]
+    assert len(rospy) >= 5 and [program for program in rospy if program not in samples] == []
+
+
+def test_worlds_of_the_course_are_those_of_exercises():
+    worlds = re.findall(r'^```yaml\n(.*?)^```$', text_of(COURSE_NEXT), re.MULTILINE | re.DOTALL)
+    graded = [exercise.load(path).world for path in REPOSITORY.glob('exercises/*.yaml')]
+    assert worlds and all(yaml.safe_load(world) in graded for world in worlds)
 
 
 @pytest.mark.parametrize('section', reference.SECTIONS)

@@ -63,6 +63,7 @@ HOG = 1.3  # cores that a program may use while the simulation cannot keep up; a
 FLOODED = 0.5  # share of the time for which it gets a core that a thread of a simulator runs; by itself, a twentieth
 LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
 MASTER_LOG = 'master.txt'
+WORLD = 'world.yaml'
 LAG = 0.1  # [s] of simulated time by which a recording may be behind
 SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit
 
@@ -198,8 +199,9 @@ class Attempt:
                 os.remove(old)
         self._master.setParam('/use_sim_time', True)
         try:
-            simulator, self._steering = forked.start_simulator(self.exercise.simulator, self._simulator_arguments(),
-                                               os.path.join(box.folder, 'simulator.txt'))
+            arguments = self._simulator_arguments(box.environment['TMPDIR'])
+            simulator, self._steering = forked.start_simulator(self.exercise.simulator, arguments,
+                                                               os.path.join(box.folder, 'simulator.txt'))
         except ImportError as error:
             raise AttemptError(f'the simulator for {self.exercise.simulator} is missing ({error}): type ./run build. '
                                'Where ROS has a package of that name itself, its simulator takes the place of the one '
@@ -207,13 +209,18 @@ class Attempt:
         box.keep(simulator)
         return simulator
 
-    def _simulator_arguments(self):
-        """Return the private parameters of the exercise's simulator."""
+    def _simulator_arguments(self, folder):
+        """Return the private parameters of the exercise's simulator; ``folder``: for a file of its world."""
         start = random_stimuli.start(self.exercise, self._job.seed)
         common = ['_rate:=1', '_clock:=true', '_paused:=true', f'_lockstep:={str(self._policy.lockstep).lower()}',
                   f'_record:={json.dumps(self._record, ensure_ascii=False)}']  # YAML: a folder may be called "Team #1"
         if self.exercise.simulator == 'turtlesim':
             return [*common, '_window:=false', f'_start:=[{start["x"]:.4f}, {start["y"]:.4f}, {start["theta"]:.4f}]']
+        if self.exercise.world:
+            path = os.path.join(folder, WORLD)
+            with open(path, 'w', encoding='utf-8') as file:
+                json.dump(self.exercise.world, file)  # JSON is YAML, too
+            common.append(f'_world:={path}')
         return [*common, '_model:=robotont_gazebo_basic', f'_x:={start["x"]:.4f}', f'_y:={start["y"]:.4f}',
                 f'_yaw:={start["theta"]:.4f}']
 

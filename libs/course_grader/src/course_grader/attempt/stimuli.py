@@ -1,23 +1,35 @@
-"""What the grader does while a student's node is observed: drives the turtle, calls services, shows markers.
+"""What the grader does while a student's node is observed: drives the turtle, calls services, is a robot's sensor.
 
 They follow simulated time. What they do is drawn before anything begins (rules/random_stimuli.py).
 
 Threads: each stimulus has its own, which only appends to lists.
 """
+import itertools
 import threading
 
 import rosgraph
 import roslib.message
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
+from nav_msgs.msg import Odometry
 
 from course_grader.rules import random_stimuli
-from course_grader.rules.observation import Call, ShownMarkers
+from course_grader.rules.observation import Call, Sensed, ShownMarkers
+from kinematic_core.timing.pacing import BEGIN
+from kinematic_core.worlds.planar import Pose2D
+from rospy_support.rospy_internals import caller
+from rospy_support.rotations import yaw_of
 
 DRIVE_RATE = 10.0  # [Hz]
 TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_frequency)
 ANSWER_TIME = 5.0  # [s] in which a service must answer
 POLL = 0.05  # [s]
+ROBOT = '/robotont_gazebo'  # the simulator
+TRUTH = f'{ROBOT}/ground_truth'  # 30 Hz
+DISTANCES_EVERY, MARKERS_EVERY = 3, 4  # poses of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
+SPLITS = {  # types of what is published of three sectors: names of left, centre and right
+    'robotont_laserscan_to_distance/LaserScanSplit': ('{}_min', '{}_mean'),
+    'robotont_sensors/LaserScanSplit': ('{}Min', '{}Mean')}
 
 
 class Stimuli:
@@ -25,7 +37,7 @@ class Stimuli:
 
     def __init__(self, exercise, seed, zero, observed, steering):
         """``observed``: the Observed that takes what was done; ``steering``: forked.Steering of the turtle."""
-        self._zero, self._observed, self._steering = zero, observed, steering
+        self._zero, self._observed, self._steering, self._world = zero, observed, steering, exercise.world
         self._threads = [threading.Thread(target=self._do, args=(what, values, drawn), name=what, daemon=True)
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
@@ -96,6 +108,70 @@ class Stimuli:
             for _ in range(repeats):
                 publisher.publish(_message(markers))
                 rate.sleep()
+
+    def _distances(self, values, _):
+        from course_grader.rules import robot_sensors  # the original robotont_gazebo has no such modules
+        kind = self._type_of(values['topic'], values['for'])
+        message_class = roslib.message.get_message_class(kind)
+        publisher = rospy.Publisher(values['topic'], message_class, queue_size=10)
+        sensor = robot_sensors.DistanceSensor(self._plan())
+
+        def tell(stamp, pose):
+            sectors = sensor.look(pose)
+            self._note(stamp, 'ahead', sectors.center.nearest)
+            publisher.publish(_split_message(message_class, SPLITS[kind], stamp, sectors))
+        self._sense(values, DISTANCES_EVERY, tell)
+
+    def _type_of(self, topic, longest):
+        """Return which of SPLITS a program subscribes to at a topic; wait for it up to ``longest`` [s]."""
+        while self._now() < longest:
+            found = dict(rosgraph.Master(rospy.get_name()).getTopicTypes()).get(topic)
+            if found:
+                return found if found in SPLITS else next(iter(SPLITS))
+            rospy.sleep(POLL)
+        return next(iter(SPLITS))
+
+    def _tracker(self, values, _):
+        from course_grader.rules import robot_sensors
+        plan, publisher = self._plan(), rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
+
+        def tell(stamp, pose):
+            found = robot_sensors.markers(plan, stamp.to_sec() - BEGIN / 1e9, pose)
+            for x, y, _ in found.values():
+                self._note(stamp, 'marker ahead', x)
+                self._note(stamp, 'marker left', y)
+            publisher.publish(_message({number: at for number, at in found.items() if robot_sensors.in_view(at)}))
+        self._sense(values, MARKERS_EVERY, tell)
+
+    def _plan(self):
+        from robotont_gazebo.core import worlds
+        return worlds.parse(self._world)
+
+    def _note(self, stamp, what, value):
+        self._observed.sensed.append(Sensed(stamp.to_sec() - self._zero + self._observed.start, what, value))
+
+    def _sense(self, values, every, tell):
+        """Call ``tell(stamp, Pose2D)`` at each ``every``-th pose of the robot, and wait until the stimulus is over."""
+        count = itertools.count()
+
+        def take(truth):
+            if caller(truth) == ROBOT and next(count) % every == 0:
+                at = truth.pose.pose
+                tell(truth.header.stamp, Pose2D(at.position.x, at.position.y, yaw_of(at.orientation)))
+        rospy.Subscriber(TRUTH, Odometry, take, queue_size=10, tcp_nodelay=True)
+        rospy.sleep(max(0.0, values['for'] - self._now()))
+
+
+def _split_message(message_class, names, stamp, sectors):
+    """Return a message of one of SPLITS."""
+    fields = {pattern.format(side): value for side in ('left', 'center', 'right')
+              for pattern, value in zip(names, getattr(sectors, side))}
+    message = message_class(**fields)
+    if hasattr(message, 'header'):
+        message.header.stamp = stamp
+    else:
+        message.stamp = stamp
+    return message
 
 
 def _message(markers):

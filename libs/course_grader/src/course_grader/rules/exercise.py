@@ -16,7 +16,7 @@ from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
 from kinematic_core import documents
-from kinematic_core.validation import shown
+from kinematic_core.validation import InvalidInput, shown
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 
 SIMULATORS = ('turtlesim', 'robotont')
@@ -42,11 +42,21 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
         'topic': Parameter('name', '/ar_pose_marker', 'where'),
         'rate': Parameter('rate', 2.0, 'how often they change'),
         'most': Parameter('integer', 3, 'the highest number of markers at once; each number up to it is shown')},
+    'distances': {
+        'for': Parameter('time', ..., 'how long the program is watched at least'),
+        'topic': Parameter('name', '/scan_to_distance', 'where')},
+    'tracker': {
+        'for': Parameter('time', ..., 'how long the program is watched at least'),
+        'topic': Parameter('name', '/ar_pose_marker', 'where')},
 }
 MEANINGS = {  # of the stimuli
     'drive': 'The grader drives the turtle with velocities that change every 2 s.',
     'call': 'The grader calls a service and waits up to 5 s for each answer.',
-    'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second.'}
+    'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second.',
+    'distances': 'The grader publishes what is left, ahead and right of the camera of the robot, 10 messages a second, '
+                 'as LaserScanSplit of robotont_laserscan_to_distance or robotont_sensors, as the program asks.',
+    'tracker': 'The grader publishes the markers of the world that the camera of the robot sees, 7.5 messages a '
+               'second: x ahead, y to the left.'}
 KEYS: Parameters = {
     'title': Parameter('text', ..., 'one line'),
     'asks': Parameter('text', '', 'the task, for the report'),
@@ -54,6 +64,7 @@ KEYS: Parameters = {
     'time': Parameter('time', ..., 'the longest time for which the program is observed, in simulated time'),
     'pass': Parameter('number', 80.0, 'the score that passes, 0 to 100'),
     'start': Parameter('mapping', {}, 'where the turtle or robot starts, drawn by the seed'),
+    'world': Parameter('mapping', {}, 'what stands around the robot, with the keys of a world file of robotont_gazebo'),
     'allows': Parameter('list', [], f'which of {", ".join(ALLOWED)} are allowed; the others are shortcuts'),
     'stimuli': Parameter('list', [], 'what the grader does meanwhile'),
     'checks': Parameter('list', ..., 'what counts'),
@@ -77,6 +88,9 @@ OF_A_SYMPTOM: Parameters = {
     'end x': Parameter('span length', ANY, 'where the turtle or robot is at the end'),
     'end y': Parameter('span length', ANY, 'the same for y'),
 }
+
+
+NEEDS = {'turtlesim': ('drive',), 'robotont': ('distances', 'tracker')}  # simulator: stimuli
 
 
 class ExerciseError(ValueError):
@@ -109,6 +123,7 @@ class Exercise(NamedTuple):
     stimuli: List[Stimulus]
     rules: List[ScoredRule]
     symptoms: List[Dict[str, Any]] = []  # {'hint': advice, predicate: value or None}, see symptoms.py
+    world: Dict[str, Any] = {}  # what stands around the robot, as in a world file
 
 
 def load(path: documents.Path) -> Exercise:
@@ -131,6 +146,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     problems: List[str] = []
     values = _fields(content, KEYS, 'the exercise', problems)
     start = _start(values, problems)
+    problems += _wrong_world(values)
     rules = [_rule(entry, number, problems) for number, entry in enumerate(values.get('checks', ()), 1)]
     points = sum(made.points for made in rules if made)
     if 'checks' in values and all(rules) and abs(points - 100.0) > 1e-6:
@@ -147,7 +163,7 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     if not problems:
         made = Exercise(name, values['title'], values['asks'].strip(), values['simulator'], values['time'],
                         values['pass'], start, tuple(values['allows']), [one for one in stimuli if one],
-                        [one for one in rules if one], symptoms)
+                        [one for one in rules if one], symptoms, values['world'])
         problems = list(_contradictions(made))
         if not problems:
             return made
@@ -161,6 +177,23 @@ def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
         if not 0.0 <= limits.get(axis, (0.0,))[0] <= limits.get(axis, (0.0,))[-1] <= ARENA_SIZE:
             problems.append(f'start: {axis} is {values["start"][axis]}; the arena allows 0 to {ARENA_SIZE:.4f} m')
     return limits
+
+
+def _wrong_world(values: Dict[str, Any]) -> List[str]:
+    """Return what is wrong with the world, as texts."""
+    if not values.get('world'):
+        return []
+    if values.get('simulator') != 'robotont':
+        return ['world needs simulator: robotont']
+    try:
+        from robotont_gazebo.core import worlds  # missing where the original is installed
+    except ImportError:
+        return []
+    try:
+        worlds.parse(values['world'])
+    except InvalidInput as error:
+        return [f'world: {error}']
+    return []
 
 
 def _rule(entry: Any, number: int, problems: List[str]) -> Optional[ScoredRule]:
@@ -206,8 +239,9 @@ def _contradictions(made: Exercise) -> Iterator[str]:
         where, end = f'stimulus {number} ({what})', values.get('after', 0.0) + values.get('for', 0.0)
         if end > made.time or (what == 'call' and end >= made.time):
             yield f'{where} lasts until {end:g} s, longer than the time of the exercise, {made.time:g} s'
-        if what == 'drive' and made.simulator != 'turtlesim':
-            yield f'{where} needs simulator: turtlesim'
+        for simulator, kinds in NEEDS.items():
+            if what in kinds and made.simulator != simulator:
+                yield f'{where} needs simulator: {simulator}'
 
 
 def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
@@ -219,6 +253,10 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
     if rule.name == 'answers' and values['service'] not in {
             others['service'] for what, others in made.stimuli if what == 'call'}:
         yield f'needs a stimulus {{do: call, service: {values["service"]}, ...}}: nobody calls that service'
+    if rule.name == 'keeps':
+        needed = 'distances' if values['what'] == 'ahead' else 'tracker'
+        if needed not in dict(made.stimuli):
+            yield f'needs a stimulus {{do: {needed}, ...}}: nothing tells the program how far it is'
     if rule.name in ('prints_markers', 'prints_no_marker'):
         most = max((int(show['for'] * show['rate']) for what, show in made.stimuli if what == 'markers'), default=0)
         if most < (2 if rule.name == 'prints_no_marker' else 1):  # the second is the first that is empty

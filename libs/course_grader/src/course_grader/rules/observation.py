@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
+QUANTITIES = {'ahead': 'the distance ahead', 'marker ahead': 'the marker is ahead',
+              'marker left': 'the marker is to the left'}  # of Sensed, by the name of each
 DRIVEN = 1e-3  # [m] a step may be longer than its velocity says: rounding of float32
 
 
@@ -77,6 +79,14 @@ class Transform(NamedTuple):
     y: float
 
 
+class Sensed(NamedTuple):
+    """What a sensor of the robot told: one of QUANTITIES, and its value [m], NaN where there is none."""
+
+    t: float
+    what: str
+    value: float
+
+
 @dataclass
 class Observed:
     """Everything that judging.py may look at."""
@@ -91,6 +101,7 @@ class Observed:
     parameters: Dict[str, Any] = field(default_factory=dict)  # of those that checks ask for, the last values
     transforms: List[Transform] = field(default_factory=list)
     turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those that checks ask for
+    sensed: List[Sensed] = field(default_factory=list)
     others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
     source: str = ''  # of the program, as far as it is Python
     start: float = 0.0

@@ -34,7 +34,8 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
     """Return what is drawn for each of the exercise's stimuli: velocities, requests, or {id: position} of markers."""
     numbers = random.Random(seed)
     draws: Dict[str, Callable[[Mapping[str, Any], random.Random], List[Any]]] = {
-        'drive': _velocities, 'call': _requests, 'markers': _markers}
+        'drive': _velocities, 'call': _requests, 'markers': _markers,
+        'distances': lambda values, numbers: [], 'tracker': lambda values, numbers: []}
     return [draws[what](values, numbers) for what, values in exercise.stimuli]
 
 

@@ -4,7 +4,7 @@ from typing import Any, Dict, Mapping
 
 from course_grader.rules import fits, rules_driving, rules_output, rules_state
 from course_grader.rules.judging import ANY, Parameter, Result, Rule
-from course_grader.rules.observation import Observed
+from course_grader.rules.observation import QUANTITIES, Observed
 
 RULES: Dict[str, Rule] = {
     'draws': Rule(rules_driving.draws, {
@@ -16,7 +16,8 @@ RULES: Dict[str, Rule] = {
         'linear': Parameter('span speed', ANY, 'linear.x'),
         'sideways': Parameter('span speed', ANY, 'linear.y'),
         'angular': Parameter('span turn speed', ANY, 'angular.z, positive to the left'),
-        'turning': Parameter('span turn speed', ANY, 'angular.z to either side, without its sign')}),
+        'turning': Parameter('span turn speed', ANY, 'angular.z to either side, without its sign'),
+        'pace': Parameter('span speed', ANY, 'linear.x forward or backward, without its sign')}),
     'moves': Rule(rules_driving.moves, {'length': Parameter('length', ..., 'the distance')}),
     'stops': Rule(rules_driving.stops, {
         'x': Parameter('coordinate', None, 'where to stop'),
@@ -24,6 +25,16 @@ RULES: Dict[str, Rule] = {
         'tolerance': Parameter('length', 0.05, 'full points within this distance'),
         'rest': Parameter('time or 0', 1.0, 'how long it has to stand still'),
         'size': Parameter('length', 1.0, 'no points beyond this distance; less than half outside of the tolerance')}),
+    'passes': Rule(rules_driving.passes, {
+        'x': Parameter('coordinate', ..., 'the point'),
+        'y': Parameter('coordinate', ..., 'the point'),
+        'tolerance': Parameter('length', 0.1, 'how far from it the path may be')}),
+    'keeps': Rule(rules_state.keeps, {
+        'what': Parameter(tuple(QUANTITIES), ...,
+                          'ahead: the distance of stimulus distances; marker ahead, marker left: where the marker is'),
+        'value': Parameter('coordinate', ..., 'what it should be'),
+        'tolerance': Parameter('length', 0.1, 'how far off it may be'),
+        'last': Parameter('time', 5.0, 'how long at the end; the share of that time counts')}),
     'positions': Rule(rules_driving.positions, {
         'count': Parameter('integer', ..., 'how many'),
         'apart': Parameter('length', 0.5, 'positions closer than this count as one'),

@@ -64,7 +64,8 @@ def _unfinished(observed: Observed) -> str:
 def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
     """Velocity commands come at a rate with these velocities; the share of such commands counts."""
     every = (('linear.x', wanted.linear, 'm/s'), ('linear.y', wanted.sideways, 'm/s'),
-             ('angular.z', wanted.angular, 'rad/s'), ('|angular.z|', wanted.turning, 'rad/s'))
+             ('angular.z', wanted.angular, 'rad/s'), ('|angular.z|', wanted.turning, 'rad/s'),
+             ('|linear.x|', wanted.pace, 'm/s'))
     parts = [part for part in every if part[1] != ANY]
     asked = ', '.join([f'{name} {written(span, unit)}' for name, span, unit in parts]
                       + ([written(wanted.rate, 'Hz')] if wanted.rate != ANY else []))
@@ -73,7 +74,8 @@ def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
         return Result(0.0, f'velocity commands: {asked}', f'{len(given)} commands')
     values: Dict[str, Callable[[Command], float]] = {
         'linear.x': lambda command: command.linear_x, 'linear.y': lambda command: command.linear_y,
-        'angular.z': lambda command: command.angular_z, '|angular.z|': lambda command: abs(command.angular_z)}
+        'angular.z': lambda command: command.angular_z, '|angular.z|': lambda command: abs(command.angular_z),
+        '|linear.x|': lambda command: abs(command.linear_x)}
     right = [all(within(values[name](command), span) for name, span, _ in parts) for command in given]
     rate = 1.0 / max(period([command.t for command in given]), 1e-6)
     share = sum(right) / len(right) * nearness(rate, wanted.rate)
@@ -102,6 +104,15 @@ def stops(observed: Observed, wanted: SimpleNamespace) -> Result:
     miss = max((abs(getattr(last, axis) - value) for axis, value in goals.items()), default=0.0)
     share = 1.0 if miss <= wanted.tolerance else MISSED * max(0.0, 1.0 - miss / wanted.size)
     return Result(share, asked, f'it stopped at x = {last.x:.3f}, y = {last.y:.3f}')
+
+
+def passes(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """It drives past a point."""
+    asked = f'the path leads past x = {wanted.x:g}, y = {wanted.y:g}, within {wanted.tolerance:g} m'
+    apart = min((math.hypot(x - wanted.x, y - wanted.y) for x, y in observed.drawn()), default=math.inf)
+    length = fits.path_length(observed.drawn())
+    seen = _path_text(observed, f'that comes as near as {apart:.2f} m') if length else 'it did not move'
+    return Result(float(apart <= wanted.tolerance), asked, seen)
 
 
 def positions(observed: Observed, wanted: SimpleNamespace) -> Result:

@@ -1,11 +1,11 @@
-"""The rules that look at parameters, transforms and other turtles than turtle1; see judging.py for their form."""
+"""The rules that look at parameters, transforms, sensors and other turtles than turtle1; see judging.py."""
 import bisect
 import math
 from types import SimpleNamespace
 from typing import List
 
 from course_grader.rules.judging import ANY, Result, nearness, period, written
-from course_grader.rules.observation import Observed, Transform
+from course_grader.rules.observation import QUANTITIES, Observed, Transform
 
 NEAR = 0.3  # [s] at most between a transform and the pose that it tells
 JUMP = 0.5  # [m] between two poses of a turtle; one that is driven, however late its poses come, moves less
@@ -55,6 +55,20 @@ def _was_there(observed: Observed, times: List[float], one: Transform, tolerance
     """Return whether the vehicle was at the position of a transform at about that time."""
     near = slice(bisect.bisect_left(times, one.t - NEAR), bisect.bisect_right(times, one.t + NEAR))
     return any(math.hypot(sample.x - one.x, sample.y - one.y) <= tolerance for sample in observed.track[near])
+
+
+def keeps(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """It keeps a distance, or a marker at its place, until the end."""
+    what = QUANTITIES[wanted.what]
+    asked = f'{what} by {wanted.value:g} m, within {wanted.tolerance:g} m, for the last {wanted.last:g} s'
+    values = [(one.t, one.value) for one in observed.sensed if one.what == wanted.what]
+    late = [value for t, value in values if t >= values[-1][0] - wanted.last]
+    if not late:
+        return Result(0.0, asked, 'the program subscribes to no sensor')
+    near = sum(abs(value - wanted.value) <= wanted.tolerance for value in late)
+    known = [value for value in late if not math.isnan(value)]
+    between = f'{min(known):.2f} to {max(known):.2f} m' if known else 'unknown, as it is too near'
+    return Result(near / len(late), asked, f'{what} by {between}; {near / len(late):.0%} of the time within')
 
 
 def spawns(observed: Observed, wanted: SimpleNamespace) -> Result:

@@ -1,0 +1,51 @@
+"""What the depth camera and the marker tracker of a Robotont tell of a world. Without ROS, and without an image.
+
+The camera is that of robotont_gazebo, and its scan that of robotont_laserscan_to_distance: robots here are graded
+faster than images can be rendered.
+"""
+import math
+from typing import Dict, Tuple
+
+import numpy as np
+
+from kinematic_core.worlds.floor_plan import FloorPlan
+from kinematic_core.worlds.planar import Pose2D
+from kinematic_core.worlds.rays import RayCaster
+from robotont_gazebo.core.camera import DEPTH_NEAR, HORIZONTAL_FOV
+from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
+from robotont_laserscan_to_distance.core.sectors import Sectors, split
+
+RAYS = 181  # half a degree apart
+LOWEST_SLOPE = 100.0 / 640.0  # of the scan: 200 rows of an image with a focal length of 640 px
+FLOOR = CAMERA_Z / LOWEST_SLOPE  # [m] depth at which the lowest row shows the floor: farther, nothing else is seen
+NEAREST_MARKER = 0.2  # [m] ahead
+
+
+class DistanceSensor:
+    """The message LaserScanSplit: the nearest range and the mean of three sectors of 30 degrees each."""
+
+    def __init__(self, plan: FloorPlan) -> None:
+        half = HORIZONTAL_FOV / 2.0
+        angles = np.linspace(-half, half, RAYS)  # from the right to the left
+        self._cosines = np.cos(angles)
+        self._caster = RayCaster(plan, CAMERA_Z, angles)
+
+    def look(self, pose: Pose2D) -> Sectors:
+        """Return the Sectors [m] for a robot at ``pose``: NaN for what is nearer than the camera can see."""
+        ranges = self._caster.ranges(*ahead(pose, CAMERA_X), pose.yaw)
+        depths = np.minimum(ranges * self._cosines, FLOOR)
+        depths[depths <= DEPTH_NEAR] = np.nan
+        return split((depths / self._cosines).tolist())
+
+
+def markers(plan: FloorPlan, time: float, pose: Pose2D) -> Dict[int, Tuple[float, float, float]]:
+    """Return {id: (ahead, left, up) [m] of the camera} of all markers, ``time`` [s] after the start of the world."""
+    x, y = ahead(pose, CAMERA_X)
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    return {panel.marker_id: (cos * (panel.x - x) + sin * (panel.y - y), cos * (panel.y - y) - sin * (panel.x - x),
+                              panel.bottom + panel.size / 2.0 - CAMERA_Z) for panel in plan.at(time).panels}
+
+
+def in_view(position: Tuple[float, float, float]) -> bool:
+    """Return whether the camera sees what is at (ahead, left, up) [m] of it."""
+    return position[0] > NEAREST_MARKER and abs(position[1]) < position[0] * math.tan(HORIZONTAL_FOV / 2.0)
