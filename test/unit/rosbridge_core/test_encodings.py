@@ -2,12 +2,14 @@
 import base64
 import json
 import math
+import time
 
 import cbor2
 import cv2
 import numpy as np
 import pytest
 
+from rosbridge_core import encodings
 from rosbridge_core.encodings import MOST_OPEN, Defragmenter, Message, fragments, from_png, to_json, to_png
 from rosbridge_core.operations import Refused
 from unit_support.messages import Point, message_class
@@ -116,10 +118,13 @@ def part(name='a', number=0, total=2, data='x'):
     ([part(total=10**9)], '"total" is 1000000000'),
     ([part(), part(total=3, number=1)], '"total" is 3, but was 2'),
     ([part(data='x' * 101)], 'more than 100 characters'),
-    ([part(name, total=30) for name in 'abcd'], 'more than 100 characters'),
-    ([part(str(name)) for name in range(MOST_OPEN + 1)], f'{MOST_OPEN} messages are incomplete|more than 100'),
+    ([part(name, data='x' * 30) for name in 'abcd'], 'more than 100 characters'),
+    ([part(str(name)) for name in range(MOST_OPEN + 1)], f'{MOST_OPEN} messages are incomplete'),
+    ([part(number=number, total=100, data='') for number in range(6)], 'or 5 fragments'),
 ])
-def test_fragments_are_bounded(parts, said):
+def test_fragments_are_bounded(parts, said, monkeypatch):
+    if '5 fragments' in said:
+        monkeypatch.setattr(encodings, 'MOST_PARTS', 5)
     together = Defragmenter(100, 600)
     with pytest.raises(Refused, match=said):
         for one in parts:
@@ -131,8 +136,25 @@ def test_incomplete_messages_are_forgotten():
     together = Defragmenter(10, 5.0, lambda: now[0])
     assert together.add(part(data='1234')) is None
     now[0] = 6.0
-    assert together.add(part('b', data='1234')) is None  # 2 x (4 + 2) characters would be too many
-    assert together.add(part('b', 1, data='5')) == '12345'
+    assert together.add(part('b', data='123456')) is None  # 4 + 6 + 1 characters would be too many
+    assert together.add(part('b', 1, data='7')) == '1234567'
+
+
+def test_a_message_never_becomes_a_million_fragments():
+    text = 'x' * 10 * encodings.MOST_FRAGMENTS
+    parts = [json.loads(one) for one in fragments(text, 1, 'name')]
+    assert len(parts) == encodings.MOST_FRAGMENTS
+    assert ''.join(one['data'] for one in parts) == text
+
+
+def test_many_small_fragments_take_no_longer_each():
+    """In order, so that looking for the missing one at each would take the square of the time."""
+    together, count = Defragmenter(10**6, 600), encodings.MOST_PARTS
+    start = time.process_time()
+    for number in range(count):
+        last = together.add(part(number=number, total=count))
+    assert last == 'x' * count
+    assert time.process_time() - start < 2.0  # 0.05 s; the square took 4 s
 
 
 def test_repeated_fragment_counts_once():

@@ -55,6 +55,8 @@ def test_messages_come_in_any_pieces(step):
     (masked(0x09, b''), 1002, 'control'), (masked(0x81, b'\xff'), 1007, 'UTF-8'),
     (masked(0x81, b'x' * 1001), 1009, '1000 bytes'), (b'\x81\xff' + b'\x7f' * 8, 1009, '1000 bytes'),
     (masked(0x01, b'x' * 600) + masked(0x80, b'x' * 600), 1009, '1000 bytes'),
+    (masked(0x88, b'\x03'), 1002, "close frame begins with '03'"),
+    (masked(0x88, b'\x03\xee'), 1002, 'close frame'), (masked(0x88, b'\0\0'), 1002, 'close frame'),
 ])
 def test_broken_frame_is_named(data, code, said):
     with pytest.raises(Broken, match=said) as caught:

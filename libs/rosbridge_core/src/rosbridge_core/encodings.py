@@ -5,7 +5,7 @@ import json
 import math
 import struct
 import time
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, Optional, Tuple, Union
 
 import cbor2
 import cv2
@@ -17,6 +17,8 @@ from rosbridge_core.operations import Operation, Refused
 Frame = Union[str, bytes]  # a text frame, or a binary one
 LONG = 4096  # characters
 MOST_OPEN = 32  # messages of which a client has sent only some fragments
+MOST_PARTS = 20_000  # fragments of them; each takes memory beside its characters
+MOST_FRAGMENTS = 1000  # of a message to a client; more would keep the server from its other clients
 PNG_HEADER = struct.Struct('>8s4x4sII')  # signature, length of the first chunk, IHDR, width, height
 _dump: Callable[[Any], str] = json.JSONEncoder(separators=(',', ':'), allow_nan=False).encode
 to_cbor: Callable[[Any], bytes] = cbor2.dumps
@@ -105,10 +107,14 @@ def from_png(text: str, most: int) -> str:
 
 
 def fragments(frame: Frame, size: Optional[int], name: str) -> Iterator[Frame]:
-    """Yield the frames that a client gets, whose ``data`` have at most ``size`` characters; binary ones stay whole."""
+    """Yield the frames that a client gets, whose ``data`` have at most ``size`` characters; binary ones stay whole.
+
+    A message that would have more than MOST_FRAGMENTS is cut into so many.
+    """
     if size is None or isinstance(frame, bytes) or len(frame) <= size:
         yield frame
         return
+    size = max(size, -(-len(frame) // MOST_FRAGMENTS))
     total = -(-len(frame) // size)
     for number in range(total):
         yield to_json({'op': 'fragment', 'id': name, 'data': frame[number * size:(number + 1) * size], 'num': number,
@@ -121,8 +127,8 @@ class Defragmenter:
     def __init__(self, most: int, timeout: float, clock: Callable[[], float] = time.monotonic) -> None:
         """``most`` [characters] of all messages that are incomplete; ``timeout`` [s] for a message to be complete."""
         self._most, self._timeout, self._clock = most, timeout, clock
-        self._open: Dict[Any, Tuple[float, List[Optional[str]]]] = {}
-        self._size = 0
+        self._open: Dict[Any, Tuple[float, int, Dict[int, str]]] = {}  # start, total, parts
+        self._size = self._parts = 0
 
     def add(self, fragment: Operation) -> Optional[str]:
         """Return the whole message once its last fragment is there; raise Refused."""
@@ -133,34 +139,34 @@ class Defragmenter:
         if name not in self._open and len(self._open) >= MOST_OPEN:
             raise Refused(f'fragment: {MOST_OPEN} messages are incomplete already')
         if name not in self._open:
-            self._size += total
-            self._refuse_if_large(name)
-            self._open[name] = self._clock(), [None] * total
-        parts = self._open[name][1]
-        if len(parts) != total:
+            self._open[name] = self._clock(), total, {}
+        _, first_total, parts = self._open[name]
+        if total != first_total:
             self._forget(name)
-            raise Refused(f'fragment: "total" is {total}, but was {len(parts)} in an earlier fragment of {name!r}')
-        if parts[number] is None:
+            raise Refused(f'fragment: "total" is {total}, but was {first_total} in an earlier fragment of {name!r}')
+        if number not in parts:
             parts[number] = fragment['data']
             self._size += len(fragment['data'])
+            self._parts += 1
             self._refuse_if_large(name)
-        if any(part is None for part in parts):
+        if len(parts) < total:
             return None
         self._forget(name)
-        return ''.join(part or '' for part in parts)
+        return ''.join(parts[number] for number in range(total))
 
     def _refuse_if_large(self, name: Any) -> None:
-        if self._size > self._most:
+        if self._size > self._most or self._parts > MOST_PARTS:
             self._open.clear()
-            self._size = 0
-            raise Refused(f'fragment: incomplete messages have more than {self._most} characters with {name!r}; all '
-                          'are dropped')
+            self._size = self._parts = 0
+            raise Refused(f'fragment: incomplete messages have more than {self._most} characters or {MOST_PARTS} '
+                          f'fragments with {name!r}; all are dropped')
 
     def _forget(self, name: Any) -> None:
-        parts = self._open.pop(name)[1]
-        self._size -= len(parts) + sum(len(part or '') for part in parts)
+        parts = self._open.pop(name)[2].values()
+        self._size -= sum(map(len, parts))
+        self._parts -= len(parts)
 
     def _forget_old(self) -> None:
         oldest = self._clock() - self._timeout
-        for name in [name for name, (start, _) in self._open.items() if start < oldest]:
+        for name in [name for name, (start, *_) in self._open.items() if start < oldest]:
             self._forget(name)

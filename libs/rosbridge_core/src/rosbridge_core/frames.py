@@ -50,6 +50,13 @@ def unmasked(mask: bytes, data: bytes) -> bytes:
     return (int.from_bytes(data, 'little') ^ int.from_bytes(key, 'little')).to_bytes(length, 'little')
 
 
+def _closes(payload: bytes) -> bool:
+    """Return whether the payload of a close frame is empty, or begins with a code that may be sent."""
+    code = int.from_bytes(payload[:2], 'big')
+    return not payload or len(payload) >= 2 and (1000 <= code <= 1014 and code not in (1004, 1005, 1006)
+                                                 or 3000 <= code <= 4999)
+
+
 class Reader:
     """Takes the bytes of one client."""
 
@@ -107,6 +114,9 @@ class Reader:
 
     def _take(self, first: int, payload: bytes) -> Optional[Tuple[int, Union[str, bytes]]]:
         opcode = first & 15
+        if opcode == CLOSE and not _closes(payload):
+            raise Broken(PROTOCOL, f'a close frame begins with {payload[:2].hex()!r}; it must have a code of RFC 6455, '
+                                   'as 03e8 (1000)')
         if opcode in (CLOSE, PING, PONG):
             return opcode, payload
         if opcode not in (CONTINUATION, TEXT, BINARY) or (opcode == CONTINUATION) != (self._opcode is not None):
