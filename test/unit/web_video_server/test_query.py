@@ -28,7 +28,8 @@ def test_query_is_read(fields, query):
     ({'topic': '/a', 'type': 'gif'}, 'must be one of mjpeg, ros_compressed, png'),
     ({'topic': '/a', 'quality': '0'}, 'quality=0 must be a whole number from 1 to 100'),
     ({'topic': '/a', 'width': '99999'}, 'width=99999 must be'),
-    ({'topic': '/a', 'height': '1e3'}, 'height=1e3 must be'),
+    ({'topic': '/a', 'height': '1e3'}, 'height=1e3 must be'), ({'topic': 'x' * 1001}, 'at most 1000 characters'),
+    ({'topic': '/a', 'width': '\u0661'}, 'must be a whole number'), ({'topic': '/\u00e4'}, 'needs the topic'),
 ])
 def test_wrong_query_is_refused(fields, said):
     with pytest.raises(InvalidQuery, match=said):

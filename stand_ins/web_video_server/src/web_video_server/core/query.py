@@ -8,7 +8,7 @@ import numpy as np
 KINDS = 'mjpeg', 'ros_compressed', 'png'
 MISSING_KINDS = 'vp8', 'vp9', 'h264'  # of the original, for which Debian's OpenCV has no encoder that streams
 LARGEST = 4096  # [px] of a side
-NAME = re.compile(r'/?[A-Za-z][\w/]*')
+NAME = re.compile(r'/?[A-Za-z][A-Za-z0-9_/]{0,999}')
 
 
 class InvalidQuery(ValueError):
@@ -30,7 +30,8 @@ def read(get: Callable[[str], Optional[str]], default_kind: str) -> Query:
     """Return the query whose fields ``get`` returns as texts, or None; raise InvalidQuery."""
     topic = get('topic') or ''
     if not NAME.fullmatch(topic):
-        raise InvalidQuery(f'the address needs the topic of an image, as ?topic=/image_raw; it has {topic[:99]!r}')
+        raise InvalidQuery('the address needs the topic of an image, at most 1000 characters, as ?topic=/image_raw; it '
+                           f'has {topic[:99]!r}')
     kind = get('type') or default_kind
     if kind in MISSING_KINDS:
         raise InvalidQuery(f'type={kind} is missing here; use one of {", ".join(KINDS)}')
@@ -44,7 +45,7 @@ def read(get: Callable[[str], Optional[str]], default_kind: str) -> Query:
 def _number(name: str, text: Optional[str], default: int, low: int, high: int) -> int:
     if text is None or text == '-1':  # the original's word for the default
         return default
-    if not re.fullmatch(r'\d{1,6}', text) or not low <= int(text) <= high:
+    if not re.fullmatch('[0-9]{1,6}', text) or not low <= int(text) <= high:
         raise InvalidQuery(f'{name}={text[:40]} must be a whole number from {low} to {high}')
     return int(text)
 
