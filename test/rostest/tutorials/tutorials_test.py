@@ -164,6 +164,13 @@ class TutorialsTest(CourseCase):
         client.send_goal(FibonacciGoal(47))
         self.assertIn('order is 47; it must be 0 to 46', self.ended_as(client, Status.ABORTED))
 
+    def test_fibonacci_in_c_has_its_name_whatever_the_node_is_called(self):
+        self.program('actionlib_tutorials', 'fibonacci_server', '__name:=fibonacci_server')
+        client = self.client('fibonacci', FibonacciAction)
+        client.send_goal(FibonacciGoal(1))
+        self.ended_as(client, Status.SUCCEEDED)
+        self.assertEqual((0, 1, 1), client.get_result().sequence)
+
     def test_averaging(self):
         """One number more than the goal says; NaN is left out; a mean below 5 aborts."""
         server = self.program('actionlib_tutorials', 'averaging_server')

@@ -30,13 +30,13 @@ class Preempted(Exception):
     """The client has cancelled the goal, or another goal has come."""
 
 
-def serve(action, execute):
-    """Serve an action with the node's name, and return its SimpleActionServer.
+def serve(action, execute, name=None):
+    """Serve an action under a name, by default that of the node, and return its SimpleActionServer.
 
     ``execute(goal, server)`` returns the result of the goal. It raises Refused to abort the goal, and Preempted when
     ``check`` has said so.
     """
-    name = rospy.get_name()
+    name = rospy.resolve_name(name) if name else rospy.get_name()
 
     def run(goal):
         try:

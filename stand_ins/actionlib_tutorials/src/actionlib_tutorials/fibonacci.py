@@ -19,8 +19,8 @@ ORDER, CLASS_ORDER = 20, 10  # of the clients' goals
 PATIENCE = 30.0  # [s] of the client that was written in C++
 
 
-def serve(extra):
-    """Serve the action; the sequence has ``extra`` numbers more than the order of the goal."""
+def serve(extra, name=None):
+    """Serve the action; the sequence has ``extra`` numbers more than the order of the goal; ``name``: of actions."""
     def execute(goal, server):
         longest = LONGEST - extra
         if not 0 <= goal.order <= longest:
@@ -34,7 +34,7 @@ def serve(extra):
             server.publish_feedback(FibonacciFeedback(sequence))
             pause(server)
         return FibonacciResult(sequence)
-    actions.serve(FibonacciAction, execute)
+    actions.serve(FibonacciAction, execute, name)
     rospy.spin()
 
 
@@ -59,9 +59,9 @@ def main():
 
 
 def main_cpp():
-    """Run the server that was written in C++: an order of 5 gives 7 numbers."""
+    """Run the server that was written in C++: an order of 5 gives 7 numbers, and the action never has another name."""
     nodes.init_node(ACTION, PARAMETERS)
-    serve(extra=2)
+    serve(extra=2, name=ACTION)
 
 
 def client():
