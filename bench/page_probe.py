@@ -15,7 +15,7 @@ from turtlesim.msg import Drawing
 from turtlesim.srv import Spawn
 
 from rostest_support.browser import MISSING, Browser
-from turtlesim_probe import COME_UP, Silent, await_true, clock, say
+from turtlesim_probe import COME_UP, await_true, clock, run_task, say
 
 ARENA = 11.0  # [m]
 STROKES = 10000  # before the page is opened; each turtle draws one a step
@@ -80,15 +80,7 @@ def main():
     if MISSING:
         print(MISSING, file=sys.stderr)
         return 1
-    rospy.init_node('page_probe', disable_rosout=True, disable_signals=True)
-    try:
-        TASKS[options.task](options)
-    except (Silent, AssertionError, rospy.ROSException) as error:
-        print(f'{options.task}: {error}', file=sys.stderr)
-        return 1
-    finally:
-        rospy.signal_shutdown('done')
-    return 0
+    return run_task(TASKS, options)
 
 
 if __name__ == '__main__':

@@ -1,17 +1,12 @@
-"""Client of a rosbridge server with a WebSocket of its own, which costs less time than what is measured.
+"""Client of a rosbridge server.
 
 `rosbridge_probe.py round_trip | rate | memory | zero | pages | images | poses`; every answer is one line of JSON.
 """
 
 import argparse
-import base64
-import gc
 import json
-import os
 import random
 import select
-import socket
-import struct
 import sys
 import threading
 import time
@@ -21,7 +16,8 @@ from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import Image
 
 from figures import rate_in_window, stratified_phases
-from turtlesim_probe import COME_UP, Silent, await_true, clock, say
+from turtlesim_probe import COME_UP, Silent, await_true, clock, run_task, say
+from websocket_client import WebSocket, masked
 
 PORT = '/rosbridge_websocket/actual_port'
 ECHO = '/bench/echo'
@@ -47,96 +43,16 @@ POSE = {'header': {'frame_id': 'map'}, 'pose': {'position': {'x': 1.5, 'y': -2.5
 ZERO = {part: dict.fromkeys('xyz', 0.0) for part in ('linear', 'angular')}
 
 
-class Page:
-    """A connection to the server: what a browser sends and receives, without the browser."""
-
-    def __init__(self):
-        self.socket = connected()
-        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        key = base64.b64encode(os.urandom(16)).decode()
-        self.socket.sendall(f'GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
-                            f'Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n'.encode())
-        self._data = bytearray()
-        while b'\r\n\r\n' not in self._data:
-            self._read()
-        head, _, rest = bytes(self._data).partition(b'\r\n\r\n')
-        if b' 101 ' not in head.split(b'\r\n')[0]:
-            raise Silent(f'the server refused the connection: {head[:200]!r}')
-        self._data = bytearray(rest)
-        self._chunk = memoryview(bytearray(1 << 20))
-
-    def fileno(self):
-        """Return the socket's, for select."""
-        return self.socket.fileno()
-
-    def _read(self):
-        data = self.socket.recv(1 << 16)
-        if not data:
-            raise Silent('the server closed a connection')
-        self._data += data
-
-    def send(self, **operation):
-        """Send an operation."""
-        self.socket.sendall(masked(operation))
-
-    def frames(self):
-        """Read what is there; yield the payload of each frame that is complete."""
-        size = self.socket.recv_into(self._chunk)
-        if not size:
-            raise Silent('the server closed a connection')
-        self._data += self._chunk[:size]
-        begin = 0
-        while len(self._data) - begin >= 2:
-            opcode, length, head = self._data[begin] & 15, self._data[begin + 1] & 127, 2
-            if length >= 126:
-                head = 4 if length == 126 else 10
-                if len(self._data) - begin < head:
-                    break
-                length = int.from_bytes(self._data[begin + 2:begin + head], 'big')
-            if len(self._data) - begin < head + length:
-                break
-            payload = bytes(self._data[begin + head:begin + head + length])
-            begin += head + length
-            if opcode == 9:
-                self.socket.sendall(_frame(10, payload))
-            elif opcode in (1, 2):
-                yield payload
-            elif opcode == 8:
-                raise Silent(f'the server closed a connection: {payload!r}')
-        del self._data[:begin]
-
-    def subscribe(self, topic, kind, **options):
-        """Subscribe to a topic."""
-        self.send(op='subscribe', topic=topic, type=kind, **options)
-
-    def advertise(self, topic, kind):
-        """Advertise a topic."""
-        self.send(op='advertise', topic=topic, type=kind)
-
-
 def connected():
     """Return a connection to the server, once it listens; the master may still have the port of an earlier one."""
     deadline = clock() + COME_UP
     while True:
         try:
-            return socket.create_connection(('127.0.0.1', rospy.get_param(PORT)), COME_UP)
+            return WebSocket(('127.0.0.1', rospy.get_param(PORT)), COME_UP)
         except (OSError, KeyError):
             if clock() > deadline:
                 raise
         time.sleep(0.05)
-
-
-def masked(operation):
-    """Return the frame of an operation."""
-    return _frame(1, json.dumps(operation, separators=(',', ':')).encode())
-
-
-def _frame(opcode, payload):
-    """Return a client's frame, whose mask is zero: XOR changes nothing."""
-    length = len(payload)
-    head = struct.pack('!BB', 128 | opcode, 128 | length) if length < 126 else \
-        struct.pack('!BBH', 128 | opcode, 254, length)
-    return head + bytes(4) + payload
 
 
 def text(number, size=100):
@@ -153,7 +69,7 @@ def number_of(frame):
 
 def echoing():
     """Return a Page that gets back what it publishes."""
-    page = Page()
+    page = connected()
     page.advertise(ECHO, 'std_msgs/String')
     page.subscribe(ECHO, 'std_msgs/String', queue_length=1000)
     deadline = clock() + COME_UP
@@ -268,7 +184,7 @@ def offered(page, hertz, seconds):
 
 def memory(options):
     """Deliver options.count messages among SUBSCRIBERS pages, in two steps: say ``warm`` after a tenth."""
-    pages = [Page() for _ in range(SUBSCRIBERS)]
+    pages = [connected() for _ in range(SUBSCRIBERS)]
     for page in pages:
         page.subscribe(ECHO, 'std_msgs/String', queue_length=1000)
     sender = echoing()
@@ -313,7 +229,7 @@ class Stopped:
 def zero(options):
     """Report the time [s] until a zero velocity arrives that is sent behind a flood of other messages."""
     stopped = Stopped()
-    page = Page()
+    page = connected()
     page.advertise(FLOOD, 'geometry_msgs/PoseStamped')
     page.advertise(VELOCITY, 'geometry_msgs/Twist')
 
@@ -346,7 +262,7 @@ def zero(options):
 
 def pages(options):
     """Let options.count pages get poses; report each page's rate [Hz] and how late [s] poses are."""
-    opened = [Page() for _ in range(options.count)]
+    opened = [connected() for _ in range(options.count)]
     for page in opened:
         page.subscribe(POSES, 'geometry_msgs/PointStamped', throttle_rate=int(1000 / PAGE_RATE))
     came = {page: 0 for page in opened}
@@ -409,16 +325,7 @@ def main():
     parser.add_argument('--count', type=int, default=100, help='samples, messages or pages')
     parser.add_argument('--images', action='store_true', help='subscribe to images, too')
     options = parser.parse_args()
-    gc.disable()
-    rospy.init_node('bench_probe', anonymous=True, disable_rosout=True, disable_signals=True)
-    try:
-        TASKS[options.task](options)
-    except (Silent, OSError, rospy.ROSException) as error:
-        print(f'{options.task}: {error}', file=sys.stderr)
-        return 1
-    finally:
-        rospy.signal_shutdown('done')
-    return 0
+    return run_task(TASKS, options)
 
 
 if __name__ == '__main__':

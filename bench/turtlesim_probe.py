@@ -242,19 +242,24 @@ def parse(arguments, tasks, services):
     return parser.parse_args(arguments)
 
 
-def main(tasks=TASKS, services=SERVICES):
-    """Run the task that the command line names; ``tasks`` {name: function(options)}."""
-    options = parse(sys.argv[1:], tasks, services)
+def run_task(tasks, options):
+    """Run ``tasks[options.task](options)`` in a node of its own; return the exit code of a probe."""
     gc.disable()
     rospy.init_node('bench_probe', anonymous=True, disable_rosout=True, disable_signals=True)
     try:
         tasks[options.task](options)
-    except (Silent, OSError, rospy.ROSException, rospy.ServiceException) as error:
+    except (Silent, AssertionError, OSError, rospy.ROSException, rospy.ServiceException) as error:
         print(f'{options.task}: {error}', file=sys.stderr)
         return 1
     finally:
         rospy.signal_shutdown('done')
     return 0
+
+
+def main(tasks=TASKS, services=SERVICES):
+    """Run the task that the command line names; ``tasks`` {name: function(options)}."""
+    options = parse(sys.argv[1:], tasks, services)
+    return run_task(tasks, options)
 
 
 if __name__ == '__main__':

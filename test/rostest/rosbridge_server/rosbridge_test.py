@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """rosbridge_websocket from outside: the protocol between a WebSocket client and nodes of ROS, and what is refused."""
 import asyncio
-import contextlib
 import http.client
 import json
 import math
@@ -68,10 +67,6 @@ class Client:
         """Return the response of a service."""
         self.send(op='call_service', service=service, args=arguments)
         return self.next('service_response')
-
-    @property
-    def close_code(self):
-        return self._connection.close_code, self._connection.close_reason
 
     def close(self):
         """Close the connection."""
@@ -230,25 +225,6 @@ class RosbridgeTest(SimulatorCase):
         velocities.next(lambda twist: twist.linear.x == 0.0, 'the zero velocity')
         until(lambda: flooded.messages, 'the other messages')
 
-    def test_bad_messages_disturb_nobody(self):
-        good, bad = self.client(), self.client()
-        good.send(op='subscribe', topic='/turtle1/pose')
-        for frame in ('', 'nonsense', '[' * 100000, '{"op": "fly"}', '{"op": "publish"}', b'\xff', b'\0' * 1000, '5',
-                      '{"op": "subscribe", "topic": "no spaces"}', '{"op": "advertise", "topic": "/a", "type": "a"}',
-                      '{"op": "publish", "topic": "/turtle1/cmd_vel", "msg": {"linear": 5}}'):
-            bad.send(frame)
-            self.assertEqual('error', bad.next('status')['level'], frame[:50])
-        self.assertTrue(bad.call('/rosapi/get_time')['result'])
-        good.next('publish')
-
-    def test_large_message_closes_with_a_reason(self):
-        client = self.client()
-        with contextlib.suppress(tornado.websocket.WebSocketClosedError):
-            client.send('x' * 100_000_000)
-        self.assertIsNone(client.next())
-        self.assertEqual(1009, client.close_code[0])
-        self.assertTrue(self.client().call('/rosapi/get_time')['result'])
-
     def test_client_that_reads_nothing_delays_nobody(self):
         publisher = rospy.Publisher('/images', Image, queue_size=1)
         raw = socket.create_connection(('localhost', self.port))
@@ -266,18 +242,7 @@ class RosbridgeTest(SimulatorCase):
             publisher.publish(image)
             self.assertEqual(640, good.next('publish')['msg']['width'])
 
-    def test_client_limit(self):
-        clients = [self.client() for _ in range(20)]
-        sockets = []
-        for _ in range(100):  # half-open: they say nothing
-            sockets.append(socket.create_connection(('localhost', self.port)))
-            self.addCleanup(sockets[-1].close)
-        self.assertTrue(clients[0].call('/rosapi/get_time')['result'])
-        with self.assertRaisesRegex(tornado.httpclient.HTTPClientError, '503'):
-            for _ in range(20):
-                self.client()
-
-    def test_foreign_pages_and_paths_are_refused(self):
+    def test_foreign_pages_are_refused(self):
         for headers in ({'Origin': 'http://evil.example'}, {'Origin': 'null'}, {'Host': 'evil.example'}):
             with self.assertRaisesRegex(tornado.httpclient.HTTPClientError, '403'):
                 self.client(**headers)
@@ -287,9 +252,6 @@ class RosbridgeTest(SimulatorCase):
         for origin in ('file://', 'http://localhost:8000', f'http://localhost:{self.port}'):
             self.assertTrue(self.client(Origin=origin).call('/rosapi/get_time')['result'])
         self.assertEqual((200, b'\x89PNG'), (lambda page: (page[0], page[1][:4]))(self.page('/4_square.png')))
-        for path in ('/../course.md', '/%2e%2e/course.md', '/..%2fcourse.md', '//etc/passwd', '/%2fetc/passwd', '/no',
-                     '/'):
-            self.assertIn(self.page(path)[0], (403, 404), path)
 
 
 if __name__ == '__main__':
