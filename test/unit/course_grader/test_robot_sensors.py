@@ -7,12 +7,15 @@ import yaml
 
 from course_grader.rules import exercise, robot_sensors, scoring
 from course_grader.rules.observation import Observed, Sample, Sensed
+from depthimage_to_laserscan.core import projection
 from kinematic_core.worlds.planar import Pose2D
-from robotont_gazebo.core import worlds
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z
+from robotont_gazebo.core import camera, worlds
+from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
+from robotont_gazebo.core.renderer import Renderer
+from robotont_laserscan_to_distance.core.sectors import split
 
 BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
-MILLIMETRE = 1e-3  # [m]
+MILLIMETRE, CENTIMETRE = 1e-3, 1e-2  # [m]
 ROBOT = {'title': 'T', 'time': '10 s', 'simulator': 'robotont'}
 DISTANCES, TRACKER = {'do': 'distances', 'for': '5 s'}, {'do': 'tracker', 'for': '5 s'}
 AHEAD = {'check': 'keeps', 'what': 'ahead', 'value': '0.5 m'}
@@ -48,6 +51,20 @@ def test_posts_to_the_left_and_right():
     assert sectors.left.nearest == pytest.approx(math.hypot(1.0, 0.5) - 0.1, abs=MILLIMETRE)
     assert sectors.right.nearest == pytest.approx(math.hypot(1.0, 0.6) - 0.1, abs=MILLIMETRE)
     assert sectors.left.mean < sectors.right.mean
+
+
+@pytest.mark.parametrize('pose', [Pose2D(0.2, 0.1, 0.1), Pose2D(0.6, -0.2, -0.2), Pose2D(0.95, 0.0, 0.0)])
+def test_it_tells_what_the_depth_image_tells(pose):
+    """The whole chain of robotont_laserscan_to_distance: image, scan of 200 rows, sectors."""
+    post = {'name': 'post', 'x': 1.2, 'y': 0.7, 'radius': 0.1, 'height': 0.5}
+    plan = worlds.parse({'boxes': [BOX], 'cylinders': [post]})
+    size = camera.PinholeCamera()
+    image = Renderer(plan, size.width, size.height).depth((*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw))
+    fx, _, cx, _, _, cy, *_ = size.matrix()
+    scan = projection.scan(image, projection.Camera(fx, cx, cy), projection.Settings(200, 0.2, 6.0))
+    seen, told = split(scan.ranges), robot_sensors.DistanceSensor(plan).look(pose)
+    for side in ('left', 'center', 'right'):
+        assert getattr(told, side) == pytest.approx(getattr(seen, side), abs=2.0 * CENTIMETRE, nan_ok=True), side
 
 
 @pytest.mark.parametrize('pose, position, seen', [

@@ -10,7 +10,7 @@ from tf2_msgs.msg import TFMessage
 
 from course_grader.attempt import state
 from course_grader.rules import exercise, scoring
-from course_grader.rules.observation import Observed, Transform
+from course_grader.rules.observation import Command, Goal, Observed, Sample, Transform
 from unit_support.graded_turtle import GradedTurtle
 
 
@@ -105,3 +105,60 @@ def test_an_exercise_without_such_checks_subscribes_to_nothing(monkeypatch):
     monkeypatch.setattr(rosgraph, 'Master', lambda _: types.SimpleNamespace(getParam=lambda name: pytest.fail(name)))
     content = {**CONTENT, 'checks': [{'check': 'runs', 'points': 100}]}
     state.StateReader(exercise.parse(content), Observed(), set(), 0.0).read()
+
+
+GOALS = {'do': 'goals', 'action': '/fibonacci'}
+DRIVE = {'do': 'drive', 'for': '4 s'}
+FIVE = Goal(0.0, '/fibonacci', 5, False, 'SUCCEEDED', 4, (0, 1, 1, 2, 3, 5))  # 4 of 6 numbers are computed
+CANCELLED = Goal(9.0, '/fibonacci', 40, True, 'PREEMPTED', 2, (0, 1, 1, 2))
+
+
+def judged_with(stimulus, observed, **check):
+    content = {'title': 'T', 'time': '10 s', 'stimuli': [stimulus], 'checks': [{'points': 100, **check}]}
+    reason, = scoring.decide(exercise.parse(content), observed).reasons
+    return reason
+
+
+@pytest.mark.parametrize('goals, points, said', [
+    ([FIVE, CANCELLED], 100, '2 of 2 goals'),
+    ([FIVE._replace(state='ABORTED'), CANCELLED], 24.5, '1 of 2 goals; the goal of order 5 is ABORTED'),
+    ([FIVE._replace(result=(0, 1, 1, 2, 3))], 0, 'order 5 is [0, 1, 1, 2, 3], expected [0, 1, 1, 2, 3, 5]'),
+    ([FIVE._replace(feedback=3)], 0, '3 messages of feedback for 4 numbers'),
+    ([CANCELLED._replace(state='SUCCEEDED')], 0, 'the cancelled goal is SUCCEEDED, not PREEMPTED'),
+    ([FIVE._replace(action='/other')], 0, 'the program never offered it'),
+])
+def test_goals_of_an_action(goals, points, said):
+    reason = judged_with(GOALS, Observed(goals=goals), check='reaches', action='/fibonacci')
+    assert reason.points == pytest.approx(points) and said in reason.seen
+
+
+def repeated(turn=0.5, speed=0.5, seconds=4.0):
+    """Return what was Observed of an arc that the grader drove for 4 s, and one that the program drove after it."""
+    turtle = GradedTurtle().drive(4.0, 0.5, 0.5).drive(1.0)
+    turtle.observed.commands.clear()  # those were the grader's
+    return turtle.drive(seconds, speed, turn).drive(0.5).observed
+
+
+@pytest.mark.parametrize('observed, passes', [
+    (repeated(), True), (repeated(turn=0.25, speed=0.25, seconds=8.0), True),  # the same path, slowly
+    (repeated(turn=-0.5), False), (repeated(seconds=3.0), False), (repeated(speed=0.0), False),
+])
+def test_a_path_that_is_driven_again(observed, passes):
+    assert (judged_with(DRIVE, observed, check='repeats').points >= 100) == passes
+
+
+def test_nothing_is_driven_again():
+    idle = Observed(track=[Sample(0.0, 1.0, 1.0, 0.0)])
+    assert judged_with(DRIVE, idle, check='repeats').seen == 'it sent no command'
+    still = Observed(track=[Sample(0.1 * tick, 1.0, 1.0, 0.0) for tick in range(9)], commands=[Command(0.4, 0, 0, 0)])
+    assert judged_with(DRIVE, still, check='repeats').seen == 'it did not move'
+
+
+@pytest.mark.parametrize('check, said', [
+    ({'check': 'repeats'}, 'check 1 (repeats) needs a stimulus {do: drive'),
+    ({'check': 'reaches', 'action': '/fibonacci'}, 'check 1 (reaches) needs a stimulus {do: goals, action: /fibonacci'),
+])
+def test_checks_that_need_a_stimulus(check, said):
+    with pytest.raises(exercise.ExerciseError) as error:
+        judged(Observed(), **check)
+    assert str(error.value).startswith(said)

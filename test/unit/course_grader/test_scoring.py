@@ -213,6 +213,8 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('robot_forward', lambda turtle: robot(turtle, linear=-0.2), 'linear.x -0.20 m/s'),
     ('robot_forward', lambda turtle: robot(turtle, angular=0.5), 'angular.z 0.50 rad/s'),
     ('robot_forward', lambda turtle: turtle.wait(10.0), '0 commands'),
+    ('fibonacci_server', lambda turtle: turtle.wait(10.0), 'the program never offered it'),
+    ('record_and_play', lambda turtle: turtle.wait(10.0), 'it sent no command'),
     ('bang_bang', lambda turtle: turtle.wait(10.0), 'the program subscribes to no sensor'),
     ('p_controller', lambda turtle: turtle.wait(10.0), '0 commands'),
     ('between_posts', lambda turtle: turtle.drive(10.0, 0.2), 'that comes as near as'),

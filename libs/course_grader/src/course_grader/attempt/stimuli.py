@@ -7,14 +7,17 @@ Threads: each stimulus has its own, which only appends to lists.
 import itertools
 import threading
 
+import actionlib
 import rosgraph
 import roslib.message
 import rospy
+from actionlib_msgs.msg import GoalStatus
+from actionlib_tutorials.msg import FibonacciAction, FibonacciGoal
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
 from nav_msgs.msg import Odometry
 
 from course_grader.rules import random_stimuli
-from course_grader.rules.observation import Call, Sensed, ShownMarkers
+from course_grader.rules.observation import Call, Goal, Sensed, ShownMarkers
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.worlds.planar import Pose2D
 from rospy_support.rospy_internals import caller
@@ -23,6 +26,9 @@ from rospy_support.rotations import yaw_of
 DRIVE_RATE = 10.0  # [Hz]
 TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_frequency)
 ANSWER_TIME = 5.0  # [s] in which a service must answer
+GOAL_TIME, CANCEL_AFTER, CANCEL_TIME = 10.0, 1.0, 2.0  # [s] for a result; until a goal is cancelled; for its end
+LONG_ORDER = 40  # of the goal that is cancelled
+UNFINISHED = GoalStatus.PENDING, GoalStatus.ACTIVE
 POLL = 0.05  # [s]
 ROBOT = '/robotont_gazebo'  # the simulator
 TRUTH = f'{ROBOT}/ground_truth'  # 30 Hz
@@ -96,6 +102,28 @@ class Stimuli:
             rospy.sleep(POLL)
         trouble = answer[0] if answer else f'{service} did not answer within {ANSWER_TIME:g} s'
         return Call(start, service, request, not trouble, trouble)
+
+    def _goals(self, values, orders):
+        rospy.sleep(max(0.0, values['after'] - self._now()))
+        client = actionlib.SimpleActionClient(values['action'], FibonacciAction)
+        if not client.wait_for_server(rospy.Duration(ANSWER_TIME)):
+            return  # never offered: there is no Goal
+        for order, cancelled in (*((order, False) for order in orders), (LONG_ORDER, True)):
+            start, feedback = self._now(), []
+            client.send_goal(FibonacciGoal(order), feedback_cb=feedback.append)
+            self._wait_for_result(client, CANCEL_AFTER if cancelled else GOAL_TIME)
+            if cancelled:
+                client.cancel_goal()
+                self._wait_for_result(client, CANCEL_TIME)
+            result = client.get_result()
+            self._observed.goals.append(Goal(
+                start + self._observed.start, values['action'], order, cancelled,
+                GoalStatus.to_string(client.get_state()), len(feedback), tuple(result.sequence) if result else ()))
+
+    def _wait_for_result(self, client, longest):
+        end = self._now() + longest
+        while self._now() < end and client.get_state() in UNFINISHED:
+            rospy.sleep(POLL)
 
     def _markers(self, values, shows):
         publisher = rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)

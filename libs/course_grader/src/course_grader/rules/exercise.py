@@ -42,6 +42,10 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
         'topic': Parameter('name', '/ar_pose_marker', 'where'),
         'rate': Parameter('rate', 2.0, 'how often they change'),
         'most': Parameter('integer', 3, 'the highest number of markers at once; each number up to it is shown')},
+    'goals': {
+        'action': Parameter('name', ..., 'its name'),
+        'times': Parameter(tuple(range(1, 6)), 2, 'how many goals, besides the one that is cancelled'),
+        'after': Parameter('time or 0', 0.0, 'when they start')},
     'distances': {
         'for': Parameter('time', ..., 'how long the program is watched at least'),
         'topic': Parameter('name', '/scan_to_distance', 'where')},
@@ -53,6 +57,8 @@ MEANINGS = {  # of the stimuli
     'drive': 'The grader drives the turtle with velocities that change every 2 s.',
     'call': 'The grader calls a service and waits up to 5 s for each answer.',
     'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second.',
+    'goals': 'The grader sends goals of actionlib_tutorials/FibonacciAction, waits up to 10 s for each result, and '
+             'cancels the last goal after 1 s.',
     'distances': 'The grader publishes what is left, ahead and right of the camera of the robot, 10 messages a second, '
                  'as LaserScanSplit of robotont_laserscan_to_distance or robotont_sensors, as the program asks.',
     'tracker': 'The grader publishes the markers of the world that the camera of the robot sees, 7.5 messages a '
@@ -250,13 +256,7 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
     by_teleports = rule.name == 'positions' and values['by'] == 'teleports'
     if rule.name == 'stops' and values['x'] is None and values['y'] is None:
         yield 'lacks the key x or y: where to stop'
-    if rule.name == 'answers' and values['service'] not in {
-            others['service'] for what, others in made.stimuli if what == 'call'}:
-        yield f'needs a stimulus {{do: call, service: {values["service"]}, ...}}: nobody calls that service'
-    if rule.name == 'keeps':
-        needed = 'distances' if values['what'] == 'ahead' else 'tracker'
-        if needed not in dict(made.stimuli):
-            yield f'needs a stimulus {{do: {needed}, ...}}: nothing tells the program how far it is'
+    yield from _missing_stimulus(rule, made)
     if rule.name in ('prints_markers', 'prints_no_marker'):
         most = max((int(show['for'] * show['rate']) for what, show in made.stimuli if what == 'markers'), default=0)
         if most < (2 if rule.name == 'prints_no_marker' else 1):  # the second is the first that is empty
@@ -265,6 +265,23 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
         yield 'needs the line: allows: [teleport]'
     if (by_teleports or rule.name == 'pen') and made.simulator != 'turtlesim':
         yield 'needs simulator: turtlesim'
+
+
+def _missing_stimulus(rule: ScoredRule, made: Exercise) -> Iterator[str]:
+    """Return the stimulus that a check needs and the exercise lacks, as a text."""
+    values, done = rule.parameters, dict(made.stimuli)
+    if rule.name == 'answers' and values['service'] not in {
+            others['service'] for what, others in made.stimuli if what == 'call'}:
+        yield f'needs a stimulus {{do: call, service: {values["service"]}, ...}}: nobody calls that service'
+    if rule.name == 'reaches' and values['action'] not in {
+            others['action'] for what, others in made.stimuli if what == 'goals'}:
+        yield f'needs a stimulus {{do: goals, action: {values["action"]}, ...}}: nobody sends goals to that action'
+    if rule.name == 'repeats' and 'drive' not in done:
+        yield 'needs a stimulus {do: drive, ...}: there is nothing to repeat'
+    if rule.name == 'keeps':
+        needed = 'distances' if values['what'] == 'ahead' else 'tracker'
+        if needed not in done:
+            yield f'needs a stimulus {{do: {needed}, ...}}: nothing tells the program how far it is'
 
 
 def _is_mapping(value: Any, where: str, problems: List[str]) -> bool:

@@ -87,6 +87,18 @@ class Sensed(NamedTuple):
     value: float
 
 
+class Goal(NamedTuple):
+    """A goal of the grader for an action of the program, the Fibonacci numbers: what was asked, and what came."""
+
+    t: float
+    action: str
+    order: int
+    cancelled: bool
+    state: str  # at the end, as in actionlib_msgs/GoalStatus: SUCCEEDED, PREEMPTED, ACTIVE, ...
+    feedback: int  # messages
+    result: Tuple[int, ...]
+
+
 @dataclass
 class Observed:
     """Everything that judging.py may look at."""
@@ -102,6 +114,7 @@ class Observed:
     transforms: List[Transform] = field(default_factory=list)
     turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those that checks ask for
     sensed: List[Sensed] = field(default_factory=list)
+    goals: List[Goal] = field(default_factory=list)
     others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
     source: str = ''  # of the program, as far as it is Python
     start: float = 0.0

@@ -14,6 +14,7 @@ from course_grader.rules.judging import Span
 Position = Tuple[float, float, float]
 
 LEG = 2.0  # [s] for which a drawn velocity lasts
+ORDERS = range(3, 8)  # of Fibonacci numbers
 IDS = range(20, 200)  # of markers; counters and indices of a program are smaller
 REACH: Tuple[Span, Span, Span] = ((-0.8, 0.8), (-0.5, 0.5), (0.4, 3.0))  # [m] where markers are shown: x, y, z
 APART = 0.06  # [m] at least between x of a marker and y or z of one beside it: they may be printed with one decimal
@@ -34,7 +35,7 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
     """Return what is drawn for each of the exercise's stimuli: velocities, requests, or {id: position} of markers."""
     numbers = random.Random(seed)
     draws: Dict[str, Callable[[Mapping[str, Any], random.Random], List[Any]]] = {
-        'drive': _velocities, 'call': _requests, 'markers': _markers,
+        'drive': _velocities, 'call': _requests, 'markers': _markers, 'goals': _orders,
         'distances': lambda values, numbers: [], 'tracker': lambda values, numbers: []}
     return [draws[what](values, numbers) for what, values in exercise.stimuli]
 
@@ -42,6 +43,11 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
 def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[float, float]]:
     return [(numbers.uniform(*values['linear']), numbers.uniform(*values['angular']))
             for _ in range(int(values['for'] / LEG) + 1)]
+
+
+def _orders(values: Mapping[str, Any], numbers: random.Random) -> List[int]:
+    """Return different orders of Fibonacci numbers."""
+    return numbers.sample(ORDERS, values['times'])
 
 
 def _requests(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[float, ...]]:

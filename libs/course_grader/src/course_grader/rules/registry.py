@@ -29,6 +29,8 @@ RULES: Dict[str, Rule] = {
         'x': Parameter('coordinate', ..., 'the point'),
         'y': Parameter('coordinate', ..., 'the point'),
         'tolerance': Parameter('length', 0.1, 'how far from it the path may be')}),
+    'repeats': Rule(rules_driving.repeats, {
+        'tolerance': Parameter('length', 0.1, 'how far the second path may be from the first')}),
     'keeps': Rule(rules_state.keeps, {
         'what': Parameter(tuple(QUANTITIES), ...,
                           'ahead: the distance of stimulus distances; marker ahead, marker left: where the marker is'),
@@ -56,6 +58,8 @@ RULES: Dict[str, Rule] = {
         'service': Parameter('name', ..., 'name of the service, which a stimulus calls'),
         'prints': Parameter(('request', 'nothing'), 'nothing', 'request: the numbers of each request must be printed'),
         'tolerance': Parameter('length', 0.01, 'how far off a printed number may be')}),
+    'reaches': Rule(rules_output.reaches, {
+        'action': Parameter('name', ..., 'name of the action, to which a stimulus sends goals')}),
     'prints_markers': Rule(rules_output.prints_markers, {
         'what': Parameter(('id', 'x'), ..., 'the id, or x of the position'),
         'tolerance': Parameter('length', 0.005, 'how far off x may be')}),

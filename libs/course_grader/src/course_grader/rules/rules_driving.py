@@ -9,7 +9,7 @@ import numpy as np
 from alvar_core.arrays import Floats
 from course_grader.rules import fits
 from course_grader.rules.judging import ANY, MISSED, Result, counted, nearness, period, within, written
-from course_grader.rules.observation import Command, Observed
+from course_grader.rules.observation import Command, Observed, Sample
 from kinematic_core.worlds.turtle_world import PEN_COLOUR, PEN_WIDTH
 
 OPEN, CLOSED = 0.5, 0.95  # shares of an outline: no shape yet, and closed; three sides of four lie between
@@ -113,6 +113,33 @@ def passes(observed: Observed, wanted: SimpleNamespace) -> Result:
     length = fits.path_length(observed.drawn())
     seen = _path_text(observed, f'that comes as near as {apart:.2f} m') if length else 'it did not move'
     return Result(float(apart <= wanted.tolerance), asked, seen)
+
+
+def repeats(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """It drives again what the grader drove before its first command, from where that ended."""
+    asked = f'the path that the grader drove, once more, within {wanted.tolerance:g} m'
+    if not observed.commands:
+        return Result(0.0, asked, 'it sent no command')
+    moment = observed.commands[0].t
+    paths = [_from_its_start([sample for sample in observed.track if (sample.t <= moment) == first])
+             for first in (True, False)]
+    if not all(map(len, paths)):
+        return Result(0.0, asked, 'it did not move')
+    length = fits.path_length([(x, y) for x, y in paths[1]])
+    apart = float(np.hypot(*(paths[0] - paths[1]).T).max())
+    share = 1.0 if apart <= wanted.tolerance else MISSED * max(0.0, 1.0 - apart)
+    return Result(share, asked, f'a path of {length:.2f} m that is up to {apart:.2f} m off')
+
+
+def _from_its_start(track: Sequence[Sample]) -> Floats:
+    """Return points at equal distances along a path, as seen from the pose at its start; none without length."""
+    even = fits.resample([(sample.x, sample.y) for sample in track])
+    if not len(even):
+        return even
+    start = track[0]
+    cos, sin = math.cos(start.theta), math.sin(start.theta)
+    turned: Floats = (even - (start.x, start.y)) @ np.array([[cos, -sin], [sin, cos]])
+    return turned
 
 
 def positions(observed: Observed, wanted: SimpleNamespace) -> Result:

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
 
 from course_grader.rules.judging import Judge, Result, counted
-from course_grader.rules.observation import Call, Observed, OutputLine
+from course_grader.rules.observation import Call, Goal, Observed, OutputLine
 from course_grader.rules.quantities import NUMBER
 
 EARLY = 0.1  # [s] a line may seem to come before what it tells of
@@ -156,6 +156,32 @@ def answers(observed: Observed, wanted: SimpleNamespace) -> Result:
         share = counted(0.5 * (len(good) + len(printed)), len(calls))
         return Result(share, asked, f'{seen}; {len(printed)} requests printed')
     return Result(counted(len(good), len(calls)), asked, seen)
+
+
+def reaches(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """It serves the action Fibonacci: results, feedback on the way, and goals that are cancelled."""
+    goals = [goal for goal in observed.goals if goal.action == wanted.action]
+    asked = f'{wanted.action} reaches its goals, with feedback, and ends one that is cancelled'
+    if not goals:
+        return Result(0.0, asked, 'the program never offered it')
+    wrong = [text for text in map(_missed, goals) if text]
+    seen = f'{len(goals) - len(wrong)} of {len(goals)} goals' + (f'; {wrong[0]}' if wrong else '')
+    return Result(counted(len(goals) - len(wrong), len(goals)), asked, seen)
+
+
+def _missed(goal: Goal) -> str:
+    """Return what is wrong with what came of a goal, or ''."""
+    if goal.cancelled:
+        return '' if goal.state == 'PREEMPTED' else f'the cancelled goal is {goal.state}, not PREEMPTED'
+    if goal.state != 'SUCCEEDED':
+        return f'the goal of order {goal.order} is {goal.state}'
+    numbers = [0, 1]
+    while len(numbers) <= goal.order:
+        numbers.append(numbers[-1] + numbers[-2])
+    if list(goal.result) != numbers:
+        return f'the result of order {goal.order} is {str(list(goal.result)):.80}, expected {numbers}'
+    least = goal.order - 1  # numbers that are computed
+    return '' if goal.feedback >= least else f'{goal.feedback} messages of feedback for {least} numbers'
 
 
 def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bool:
