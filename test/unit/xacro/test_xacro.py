@@ -1,11 +1,16 @@
 """xacro as rosrun and launch files start it: macros, arguments, and packages that rospack knows."""
+import os
 import pathlib
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-SCRIPTS = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'xacro' / 'scripts'
+from robotont_description.urdf import describe
+
+STAND_INS = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins'
+SCRIPTS = STAND_INS / 'xacro' / 'scripts'
 ROBOT = '''<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
   <xacro:arg name="wheels" default="2"/>
   <xacro:include filename="$(find {package})/urdf/wheel.xacro"/>
@@ -45,3 +50,18 @@ def test_a_package_that_does_not_exist_is_named(package_path):
     done = run('xacro', package_path, 'wheel_part')
     assert done.returncode != 0
     assert b"there is no package 'wheel_part' on the ROS_PACKAGE_PATH" in done.stderr
+
+
+def content(element):
+    """Return an XML element as nested tuples, without blanks, comments and the order of its parts."""
+    return element.tag, sorted(element.attrib.items()), sorted(map(content, element))
+
+
+@pytest.mark.parametrize('model, prefix', [('robotont_gazebo_nuc', ''), ('robotont_gazebo_lidar', 'robot1/')])
+def test_files_of_the_robotont_are_the_urdf_of_the_launch_files(model, prefix, monkeypatch):
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(STAND_INS))
+    file = os.path.join(STAND_INS, 'robotont_gazebo', 'urdf', f'{model}.urdf.xacro')
+    done = subprocess.run([sys.executable, str(SCRIPTS / 'xacro'), file, f'prefix:={prefix}'], stdout=subprocess.PIPE,
+                          check=True, timeout=60.0)
+    told = describe(model, prefix, STAND_INS / 'robotont_description' / 'urdf')
+    assert content(ElementTree.fromstring(done.stdout)) == content(ElementTree.fromstring(told))
