@@ -10,7 +10,7 @@ from tf2_msgs.msg import TFMessage
 
 from course_grader.attempt import state
 from course_grader.rules import exercise, scoring
-from course_grader.rules.observation import Command, Goal, Observed, Sample, Transform
+from course_grader.rules.observation import Command, Event, Goal, Observed, Sample, Transform
 from unit_support.graded_turtle import GradedTurtle
 
 
@@ -36,11 +36,22 @@ def test_a_parameter_that_is_set_or_not():
     assert (reason.points, reason.asked, reason.seen) == (0, 'the parameter /speed is set', 'it is not set')
 
 
-def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1'):
+@pytest.mark.parametrize('events, points, seen', [
+    ([], 0, '/clear was not called'), ([(255, 255, 0)], 100, 'it is (255, 255, 0)'),
+    ([(255, 255, 0), (69, 86, 255)], 0, 'it is (69, 86, 255)'),  # cleared again after other parameters were set
+    ([(69, 86, 255), (255, 255, 0)], 100, 'it is (255, 255, 0)')])
+def test_the_background(events, points, seen):
+    observed = Observed(events=[Event(1.0, 'clear', values) for values in events])
+    reason = judged(observed, check='background', colour=[255, 255, 0])
+    assert (reason.points, reason.seen) == (points, seen)
+
+
+def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', turned=0.0):
     """Return what was Observed of a turtle that drives, and of its transforms."""
     turtle = GradedTurtle().drive(seconds, linear=0.5)
     samples = turtle.observed.track[::max(1, round(1.0 / rate / 0.016))]
-    turtle.observed.transforms = [Transform(sample.t, parent, child, sample.x + off, sample.y) for sample in samples]
+    turtle.observed.transforms = [
+        Transform(sample.t, parent, child, sample.x + off, sample.y, sample.theta + turned) for sample in samples]
     return turtle.observed
 
 
@@ -48,7 +59,9 @@ def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1'):
     (broadcast(), {}, 100), (broadcast(), {'at': 'the vehicle', 'rate': '8 to 12 Hz'}, 100),
     (broadcast(), {'parent': '/world'}, 100),  # tf knows no /
     (broadcast(off=0.3), {'at': 'the vehicle'}, 0),  # 0.3 m off: at 0.5 m/s it was never there within 0.3 s and 5 cm
-    (broadcast(child='turtle2'), {}, 0), (broadcast(parent='turtle1', child='world'), {}, 0),
+    (broadcast(turned=0.3), {'at': 'the vehicle'}, 0), (broadcast(turned=math.tau), {'at': 'the vehicle'}, 100),
+    (broadcast(turned=0.3), {}, 100), (broadcast(child='turtle2'), {}, 0),
+    (broadcast(parent='turtle1', child='world'), {}, 0),
     (broadcast(rate=1000.0), {'rate': 'at least 20 Hz'}, 100),
 ])
 def test_transforms(observed, check, points):
@@ -94,10 +107,11 @@ def test_parameters_and_transforms_are_read(monkeypatch):
     message = TFMessage([TransformStamped()])
     message.transforms[0].header.frame_id, message.transforms[0].child_frame_id = '/world', 'turtle1'
     message.transforms[0].transform.translation.x = math.pi
+    message.transforms[0].transform.rotation.z = message.transforms[0].transform.rotation.w = math.sqrt(0.5)
     for node in ('/turtlesim', '/student'):
         message._connection_header = {'callerid': node}
         subscribed['/tf'](message)
-    assert observed.transforms == [Transform(5.0, 'world', 'turtle1', math.pi, 0.0)]
+    assert observed.transforms == [Transform(5.0, 'world', 'turtle1', math.pi, 0.0, pytest.approx(math.pi / 2))]
 
 
 def test_an_exercise_without_such_checks_subscribes_to_nothing(monkeypatch):

@@ -60,6 +60,14 @@ def serve(turtle, answered=True, printed=True, words='Service => x: {} y: {} the
     return turtle.drive(3.0, linear=0.6)
 
 
+def start(turtle, early=False):
+    """Offer a service that starts to drive, and be called after 3 s."""
+    if early:
+        turtle.drive(3.0, 0.5, 0.2)
+    turtle.wait(0.0 if early else 3.0).observed.calls.append(Call(turtle.t, '/turtle_command', (), True))
+    return turtle.drive(12.0, 0.5, 0.2)
+
+
 def show(turtle, say):
     """Show markers and none in turn; ``say(id, x)`` and ``say(None, None)`` return the line that is printed."""
     turtle.observed.connections.add(('/ar_pose_marker', 'subscribes'))
@@ -134,6 +142,7 @@ def with_comma(pose):
 
 
 RIGHT = {
+    'command_server': [start],
     'publish_circle': [circle, lambda turtle: circle(turtle.drive(1.0, 1.0).reset())],
     'print_poses': [lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, say=words),
                     lambda turtle: subscribed(turtle).drive(10.0, 0.6, 0.5, rate=62.0, say=logged),
@@ -176,6 +185,8 @@ WRONG = [  # exercise, what is done, a part of the reasons
     ('publish_circle', lambda turtle: circle(turtle, rate=7.0), '7.0 Hz'),
     ('set_pen_and_goto_pose', lambda turtle: serve(turtle.pen(0, 0, 255, 5, 0), words='{}'), '0 requests printed'),
     ('publish_circle', lambda turtle: turtle.wait(30.0), '0 commands'),
+    ('command_server', lambda turtle: start(turtle, early=True), 'commands before the call'),
+    ('command_server', lambda turtle: turtle.drive(12.0, 0.5, 0.2), 'commands before the call'),
     ('publish_circle', lambda turtle: circle(turtle, angular=-0.2), 'angular.z -0.20 rad/s'),
     ('publish_circle', lambda turtle: circle(turtle, seconds=10.0), 'of the path lies on a circle'),
     ('publish_circle', lambda turtle: circle(turtle, linear=2.0, angular=0.8), 'linear.x 2.00 m/s'),

@@ -5,7 +5,7 @@ from std_srvs.srv import Empty
 
 rospy.init_node('parameter_config')
 rospy.wait_for_service('/clear')
-for name in ('background_r', 'background_g', 'background_b'):
-    rospy.set_param('/turtlesim/' + name, 255)
+for name, value in (('background_r', 255), ('background_g', 255), ('background_b', 0)):
+    rospy.set_param('/turtlesim/' + name, value)
 rospy.ServiceProxy('/clear', Empty)()
 rospy.loginfo('done')

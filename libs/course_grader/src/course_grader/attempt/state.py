@@ -3,6 +3,7 @@
 Threads: rospy's callbacks only append to a list.
 """
 import contextlib
+import math
 import xmlrpc.client
 
 import rosgraph
@@ -43,6 +44,8 @@ class StateReader:
             return
         now = rospy.get_time() - self._zero
         for one in message.transforms:
-            at = one.transform.translation
+            at, turned = one.transform.translation, one.transform.rotation
+            yaw = math.atan2(2.0 * (turned.w * turned.z + turned.x * turned.y),
+                             1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z))
             self._observed.transforms.append(
-                Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y))
+                Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y, yaw))

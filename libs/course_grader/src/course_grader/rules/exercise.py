@@ -56,7 +56,8 @@ STIMULI: Dict[str, Parameters] = {  # what the grader can do
 MEANINGS = {  # of the stimuli
     'drive': 'The grader drives the turtle with velocities that change every 2 s.',
     'call': 'The grader calls a service and waits up to 5 s for each answer.',
-    'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second.',
+    'markers': 'The grader shows markers with different ids, and every other time none, in 8 messages a second '
+               'with a pause before each change.',
     'goals': 'The grader sends goals of actionlib_tutorials/FibonacciAction, waits up to 10 s for each result, and '
              'cancels the last goal after 1 s.',
     'distances': 'The grader publishes what is left, ahead and right of the camera of the robot, 10 messages a second, '
@@ -263,7 +264,7 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
             yield 'needs a stimulus {do: markers, ...} of two messages: the first shows markers, the second none'
     if by_teleports and 'teleport' not in made.allows:
         yield 'needs the line: allows: [teleport]'
-    if (by_teleports or rule.name == 'pen') and made.simulator != 'turtlesim':
+    if (by_teleports or rule.name in ('pen', 'background')) and made.simulator != 'turtlesim':
         yield 'needs simulator: turtlesim'
 
 

@@ -70,13 +70,14 @@ class ShownMarkers(NamedTuple):
 
 
 class Transform(NamedTuple):
-    """A transform that a node of the program broadcast: frames without a leading /, and the translation [m]."""
+    """A transform that a node of the program broadcast: frames without a leading /, translation [m] and yaw [rad]."""
 
     t: float
     parent: str
     child: str
     x: float
     y: float
+    theta: float
 
 
 class Sensed(NamedTuple):

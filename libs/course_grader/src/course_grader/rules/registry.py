@@ -17,7 +17,8 @@ RULES: Dict[str, Rule] = {
         'sideways': Parameter('span speed', ANY, 'linear.y'),
         'angular': Parameter('span turn speed', ANY, 'angular.z, positive to the left'),
         'turning': Parameter('span turn speed', ANY, 'angular.z to either side, without its sign'),
-        'pace': Parameter('span speed', ANY, 'linear.x forward or backward, without its sign')}),
+        'pace': Parameter('span speed', ANY, 'linear.x forward or backward, without its sign'),
+        'after': Parameter('name', '', 'the service that the grader calls, before which there may be no command')}),
     'moves': Rule(rules_driving.moves, {'length': Parameter('length', ..., 'the distance')}),
     'stops': Rule(rules_driving.stops, {
         'x': Parameter('coordinate', None, 'where to stop'),
@@ -72,11 +73,13 @@ RULES: Dict[str, Rule] = {
     'parameter': Rule(rules_state.parameter, {
         'name': Parameter('name', ..., 'full name of the parameter'),
         'value': Parameter('value', None, 'a number, a text, true or false')}),
+    'background': Rule(rules_state.background, {
+        'colour': Parameter('colour', ..., '`[red, green, blue]`, 0 to 255 each')}),
     'transform': Rule(rules_state.transform, {
         'parent': Parameter('text', ..., 'the frame that it starts from'),
         'child': Parameter('text', ..., 'the frame that it leads to'),
         'rate': Parameter('span rate', ANY, 'transforms per second'),
-        'at': Parameter(('the vehicle', 'any'), 'any', 'the vehicle: it has to be at the position of turtle or robot'),
+        'at': Parameter(('the vehicle', 'any'), 'any', 'the vehicle: its position and heading are asked'),
         'tolerance': Parameter('length', 0.05, 'how far off that position may be')}),
     'spawns': Rule(rules_state.spawns, {
         'turtle': Parameter('text', ..., 'its name'),

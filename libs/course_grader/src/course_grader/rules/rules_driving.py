@@ -70,6 +70,12 @@ def commands(observed: Observed, wanted: SimpleNamespace) -> Result:
     asked = ', '.join([f'{name} {written(span, unit)}' for name, span, unit in parts]
                       + ([written(wanted.rate, 'Hz')] if wanted.rate != ANY else []))
     given = observed.commands
+    if wanted.after:
+        called = min((call.t for call in observed.calls if call.service == wanted.after), default=math.inf)
+        early = sum(command.t < called for command in given)
+        asked += f', after {wanted.after} was called'
+        if early:
+            return Result(0.0, f'velocity commands: {asked}', f'{early} of {len(given)} commands before the call')
     if len(given) < 2:
         return Result(0.0, f'velocity commands: {asked}', f'{len(given)} commands')
     values: Dict[str, Callable[[Command], float]] = {

@@ -8,6 +8,7 @@ from course_grader.rules.judging import ANY, Result, nearness, period, written
 from course_grader.rules.observation import QUANTITIES, Observed, Transform
 
 NEAR = 0.3  # [s] at most between a transform and the pose that it tells
+TURNED = 0.15  # [rad] between the heading of a transform and that of the vehicle; in NEAR it turns less than 0.3
 JUMP = 0.5  # [m] between two poses of a turtle; one that is driven, however late its poses come, moves less
 STAY = 1.0  # [s] at the end for which a turtle has to be beside turtle1
 
@@ -19,6 +20,16 @@ def parameter(observed: Observed, wanted: SimpleNamespace) -> Result:
         return Result(0.0, asked, 'it is not set')
     value = observed.parameters[wanted.name]
     return Result(float(wanted.value is None or _equal(value, wanted.value)), asked, f'it is {value!r:.80}')
+
+
+def background(observed: Observed, wanted: SimpleNamespace) -> Result:
+    """The background has a colour, which it takes from the parameters when /clear is called."""
+    asked = 'the background in the colour ({}, {}, {}) after /clear'.format(*wanted.colour)
+    cleared = [event.values for event in observed.of_kind('clear', 'reset')]
+    if not cleared:
+        return Result(0.0, asked, '/clear was not called')
+    shown = tuple(int(value) for value in cleared[-1])
+    return Result(float(shown == tuple(wanted.colour)), asked, f'it is {shown}')
 
 
 def _equal(value: object, wanted: object) -> bool:
@@ -34,7 +45,7 @@ def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It broadcasts the transform between two frames."""
     parent, child = wanted.parent.lstrip('/'), wanted.child.lstrip('/')
     asked = f'transforms from {parent} to {child}'
-    asked += ' at the position of the turtle or robot' if wanted.at == 'the vehicle' else ''
+    asked += ' at the position and heading of the turtle or robot' if wanted.at == 'the vehicle' else ''
     asked += '' if wanted.rate == ANY else f', {written(wanted.rate, "Hz")}'
     given = [one for one in observed.transforms if (one.parent, one.child) == (parent, child)]
     if not given:
@@ -44,17 +55,20 @@ def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
     if wanted.at == 'the vehicle':
         times = [sample.t for sample in observed.track]
         right = sum(_was_there(observed, times, one, wanted.tolerance) for one in given)
-        share, seen = right / len(given), f'{seen}, {right} at its position'
+        turned = sum(_was_there(observed, times, one, wanted.tolerance, TURNED) for one in given)
+        share, seen = turned / len(given), f'{seen}, {right} at its position, {turned} with its heading'
     if wanted.rate != ANY:
         rate = 1.0 / max(period([one.t for one in given]), 1e-6) if len(given) > 1 else 0.0
         share, seen = share * (nearness(rate, wanted.rate) if rate else 0.0), f'{seen}, {rate:.1f} Hz'
     return Result(share, asked, seen)
 
 
-def _was_there(observed: Observed, times: List[float], one: Transform, tolerance: float) -> bool:
-    """Return whether the vehicle was at the position of a transform at about that time."""
+def _was_there(observed: Observed, times: List[float], one: Transform, tolerance: float, turned: float = math.inf
+               ) -> bool:
+    """Return whether the vehicle was at the position of a transform at about that time, within ``turned`` [rad]."""
     near = slice(bisect.bisect_left(times, one.t - NEAR), bisect.bisect_right(times, one.t + NEAR))
-    return any(math.hypot(sample.x - one.x, sample.y - one.y) <= tolerance for sample in observed.track[near])
+    return any(math.hypot(sample.x - one.x, sample.y - one.y) <= tolerance
+               and abs(math.remainder(sample.theta - one.theta, math.tau)) <= turned for sample in observed.track[near])
 
 
 def keeps(observed: Observed, wanted: SimpleNamespace) -> Result:

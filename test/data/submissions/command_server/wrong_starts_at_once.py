@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-# expected: failed: required check failed
+# expected: failed: before the call
 import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Trigger, TriggerResponse
 
-driving = False
+driving = True
 
 
 def command(request):
@@ -15,7 +15,7 @@ def command(request):
 
 rospy.init_node('turtle_command_server')
 publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
-rospy.Service('turtle/command', Trigger, command)
+rospy.Service('/turtle_command', Trigger, command)
 rate = rospy.Rate(10)
 while not rospy.is_shutdown():
     if driving:

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-# expected: failed: required check failed
+# expected: failed: background_b is 0; it is 255
 import rospy
 from std_srvs.srv import Empty
 
 rospy.init_node('parameter_config')
 rospy.wait_for_service('/clear')
-rospy.set_param('/turtlesim/background_r', 255)
+for name, value in (('background_r', 255), ('background_g', 255)):
+    rospy.set_param('/turtlesim/' + name, value)
 rospy.ServiceProxy('/clear', Empty)()
 rospy.loginfo('done')
