@@ -1,8 +1,9 @@
 """The bench of the grader's hints: how many mistakes of beginners get the right advice.
 
 The programs of test/data/wrong_programs.yaml are right samples of test/data/submissions with one mistake each; they
-were written before any symptom was, and half of them are held out. Those of test/data/unseen_programs.yaml are whole
-programs in other styles; they were written later, from the tasks' texts alone. See suite_turtlesim for what a suite is.
+were written before any symptom was. Those of unseen_programs.yaml are whole programs in other styles, written from the
+tasks' texts alone; symptoms were written for them after they were counted. Those of held_out_programs.yaml were written
+and counted after that. See suite_turtlesim for what a suite is.
 """
 
 import json
@@ -20,17 +21,17 @@ from suite_turtlesim import Measurement
 
 NEEDS_NODE = False
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
-UNSEEN = REPOSITORY / 'test' / 'data' / 'unseen_programs.yaml'
+WHOLE = {'unseen': 'unseen_programs.yaml', 'held_out_whole': 'held_out_programs.yaml'}  # in the same folder
 FULL, QUICK = None, 6  # programs of each half
-KINDS = {'open': 'mistakes that symptoms were written for', 'held_out': 'mistakes that were held out',
-         'unseen': 'whole programs that were held out'}
+KINDS = {'open': 'mistakes that symptoms were written for', 'held_out': 'mistakes that once were held out',
+         'unseen': 'whole programs that once were held out', 'held_out_whole': 'whole programs that are held out'}
 
 
 def programs(kind):
     """Return [(exercise, text of the program, pattern of the right hint)]."""
-    if kind == 'unseen':
+    if kind in WHOLE:
         return [(entry['exercise'], entry['program'], entry['hint'])
-                for entry in yaml.safe_load(UNSEEN.read_text(encoding='utf-8'))]
+                for entry in yaml.safe_load((PROGRAMS.parent / WHOLE[kind]).read_text(encoding='utf-8'))]
     found = []
     for entry in yaml.safe_load(PROGRAMS.read_text(encoding='utf-8'))[kind]:
         text = (SAMPLES / entry['of']).read_text(encoding='utf-8')
