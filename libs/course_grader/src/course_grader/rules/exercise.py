@@ -239,7 +239,7 @@ def _named(entry: Any, key: str, where: str, allowed: Iterable[str], problems: L
 
 
 def _contradictions(made: Exercise) -> Iterator[str]:
-    """Return what can never be fulfilled, as texts."""
+    """Yield texts on what no program can fulfil."""
     for number, rule in enumerate(made.rules, 1):
         yield from (f'check {number} ({rule.name}) {text}' for text in _missing(rule, made))
     for number, (what, values) in enumerate(made.stimuli, 1):
@@ -252,7 +252,7 @@ def _contradictions(made: Exercise) -> Iterator[str]:
 
 
 def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
-    """Return what a check needs and the exercise lacks, as texts."""
+    """Yield texts on what a check needs and the exercise lacks."""
     values = rule.parameters
     by_teleports = rule.name == 'positions' and values['by'] == 'teleports'
     if rule.name == 'stops' and values['x'] is None and values['y'] is None:

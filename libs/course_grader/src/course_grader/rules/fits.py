@@ -64,7 +64,7 @@ def resample(path: ArrayLike, samples: int = SAMPLES) -> Floats:
 
 
 def fit(path: ArrayLike, shape: str, tolerance: float) -> Fit:
-    """Return the Fit of a path to 'circle', 'square' or 'triangle'; ``tolerance`` [m] still is on the outline."""
+    """Return the Fit of a path to 'circle', 'square' or 'triangle'; within ``tolerance`` [m] a point is on it."""
     even = resample(path, 2 * SAMPLES)
     best = NO_FIT
     for share in APPROACHES:

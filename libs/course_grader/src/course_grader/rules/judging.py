@@ -54,7 +54,7 @@ class Rule(NamedTuple):
 
 
 def shortcuts(observed: Observed, allowed: Container[str]) -> List[str]:
-    """Return the texts of what no node may do, except the kinds that are ``allowed``; each kind once."""
+    """Return a text for each kind of shortcut that was taken and is not ``allowed``."""
     texts: Dict[str, str] = {}
     for event in observed.events:
         permission, text = SHORTCUTS.get(event.kind, ('', ''))
@@ -76,7 +76,7 @@ def within(value: float, span: Span) -> bool:
 
 
 def nearness(value: float, span: Span) -> float:
-    """Return 1 inside a span of positive numbers, outside less than half, the less the farther away."""
+    """Return 1 inside a span of positive numbers; outside less than half, falling with the distance."""
     low, high = span
     if within(value, span):
         return 1.0

@@ -33,7 +33,7 @@ class Command(NamedTuple):
 
 
 class Event(NamedTuple):
-    """Something else that was done to the simulator: its kind, the values, the node that did it.
+    """Something else that a node did to the simulator: kind, values, node.
 
     Kinds: teleport (absolute), teleport_relative, pen, clear, reset, spawn, kill, fake_pose (somebody else published
     poses), fake_clock.
@@ -102,7 +102,7 @@ class Goal(NamedTuple):
 
 @dataclass
 class Observed:
-    """Everything that judging.py may look at."""
+    """All that the rules may look at."""
 
     track: List[Sample] = field(default_factory=list)  # one a tick
     commands: List[Command] = field(default_factory=list)

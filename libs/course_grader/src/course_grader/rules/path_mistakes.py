@@ -33,7 +33,7 @@ def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[
 
 
 def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """Velocities that are mixed up, or in another unit."""
+    """Velocities that are swapped, or in degrees."""
     if not observed.commands:
         return
     linear = statistics.median(command.linear_x for command in observed.commands)
@@ -47,7 +47,7 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
 
 
 def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """Positions that are driven to, or not at all."""
+    """Positions to which the turtle drives, or never goes."""
     kinds = rules_driving.WAYS.get(wanted.by)
     if kinds and not observed.of_kind(*rules_driving.WAYS['teleports']):
         if observed.commands:

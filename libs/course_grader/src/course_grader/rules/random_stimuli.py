@@ -32,7 +32,7 @@ def start(exercise: Exercise, seed: int) -> Dict[str, float]:
 
 
 def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
-    """Return what is drawn for each of the exercise's stimuli: velocities, requests, or {id: position} of markers."""
+    """Draw values for each stimulus of an exercise: velocities, requests, or {id: position} of markers."""
     numbers = random.Random(seed)
     draws: Dict[str, Callable[[Mapping[str, Any], random.Random], List[Any]]] = {
         'drive': _velocities, 'call': _requests, 'markers': _markers, 'goals': _orders,
@@ -59,7 +59,7 @@ def _requests(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[f
 
 
 def _apart(limits: Span, count: int, numbers: random.Random) -> List[float]:
-    """Return ``count`` numbers of a span in random order, one of each of as many sections."""
+    """Return ``count`` numbers in random order, one from each of as many sections of a span."""
     low, high = limits
     size = (high - low) / max(1, count)
     drawn = [low + size * (section + 0.5 + MIDDLE * (numbers.random() - 0.5)) for section in range(count)]

@@ -19,7 +19,7 @@ WAYS = {'teleports': ('teleport', 'teleport_relative'), 'teleport_absolute': ('t
 
 
 class ScoredRule(Protocol):
-    """What is used here of a rule of an exercise: its name and parameters."""
+    """The part of an exercise's rule that is used here."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -56,7 +56,7 @@ def _closed(found: fits.Fit) -> float:
 
 
 def _unfinished(observed: Observed) -> str:
-    """Return words for a path that was not finished in time."""
+    """Return words on a path that was not finished in time, or ''."""
     going_on = observed.timed_out and observed.exit_code is None and observed.standstill() < MOVING
     return f'; it was still moving when the time was over, after {observed.seconds:.0f} s' if going_on else ''
 
@@ -174,7 +174,7 @@ def _visited(observed: Observed, wanted: SimpleNamespace
 
 
 def counted_parts(rules: Sequence[ScoredRule], observed: Observed) -> List[Floats]:
-    """Return what counted for the rules of an exercise, to draw it: parts of the path, or points, each (n, 2) [m]."""
+    """Return what counted, to draw it: parts of the path, or points, each of shape (n, 2) [m]."""
     parts: List[Floats] = []
     for rule in rules:
         wanted = SimpleNamespace(**rule.parameters)

@@ -29,7 +29,7 @@ DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 
 
 class PrintedNumber(NamedTuple):
-    """A number that was printed, half of its last digit if it has decimals (so far it may be rounded), and its label.
+    """A printed number, by how much it may be rounded (half of its last decimal), and its label.
 
     ``label``: x, y or theta, if that word alone stands between the number before and this one; else ''.
     """
@@ -97,7 +97,7 @@ def poses_are(observed: Observed, names: Sequence[str], tolerance: float) -> flo
 
 
 def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
-    """Return the Statements of lines: one each, but lines with fewer numbers than ``fields`` are taken together.
+    """Group lines into Statements: one per line, but lines with fewer numbers than ``fields`` are joined.
 
     Lines belong together if they come at the same time, until a label repeats, as in ``x: 1``, ``y: 2``.
     """
@@ -123,7 +123,7 @@ def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
 
 
 def _heading(text: str) -> List[str]:
-    """Return the labels of the columns in the heading of a table, such as ``y | x | speed``; [] if it is none."""
+    """Return the column labels of a table's heading, such as ``y | x | speed``; [] if a line is no heading."""
     words = re.findall(r'[^\W\d]+', text.lower())
     return words if {'x', 'y'} <= set(words) else []
 
@@ -185,7 +185,7 @@ def _missed(goal: Goal) -> str:
 
 
 def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bool:
-    """Return whether as many lines in a row as a request has numbers, or fewer, hold them after the call."""
+    """Return whether all numbers of a request stand in a few consecutive lines after the call."""
     after = [numbers_in(line.text) for line in lines if line.t >= call.t - EARLY]
     rows = [list(itertools.chain.from_iterable(after[start:start + len(call.request)])) for start in range(len(after))]
     return any(all(any(number.is_near(value, tolerance) for number in numbers) for value in call.request)

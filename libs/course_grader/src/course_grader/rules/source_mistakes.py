@@ -118,7 +118,7 @@ def _returns_a_function(one: Program, name: str) -> bool:
 
 
 def _wrong_type(one: Program) -> Iterator[str]:
-    """A topic or service of the simulators that gets another type than its own."""
+    """A topic or service of a simulator with a wrong type."""
     modules = {alias.asname or alias.name: node.module or '' for node in one.nodes if isinstance(node, ast.ImportFrom)
                for alias in node.names}
     for call in _calls(one.nodes, 'Publisher', 'Subscriber', 'ServiceProxy', 'wait_for_message'):
@@ -143,7 +143,7 @@ def _no_callback(one: Program) -> Iterator[str]:
 
 
 def _proxy_with_a_function(one: Program) -> Iterator[str]:
-    """A service that should be offered, and is called instead."""
+    """A service that is called where it should be offered."""
     own = {function.name for function in _functions(one)}
     for call in _calls(one.nodes, 'ServiceProxy'):
         if any(_last(argument) in own for argument in call.args[2:]):
@@ -161,7 +161,7 @@ def _wrong_main(one: Program) -> Iterator[str]:
 
 
 def _never_called(one: Program) -> Iterator[str]:
-    """Functions, methods and classes that do the work, and that nothing uses."""
+    """Functions, methods and classes that would do the work, but that nothing uses."""
     for node in one.tree.body:
         if isinstance(node, ast.ClassDef) and not node.bases and not node.decorator_list and node.name not in one.read \
                 and any(_calls(list(ast.walk(node)), *WORKS)):
@@ -180,7 +180,7 @@ def _never_called(one: Program) -> Iterator[str]:
 
 
 def _bare(owner: ast.ClassDef) -> bool:
-    """Return whether a class has no bases, that could call its methods."""
+    """Return whether a class has no base class but object; another one could call its methods."""
     return not [base for base in owner.bases if _last(base) != 'object']
 
 
@@ -215,7 +215,7 @@ def _handler_without_return(one: Program) -> Iterator[str]:
 
 
 def _after_spin(one: Program) -> Iterator[str]:
-    """Work that stands behind rospy.spin()."""
+    """Work after rospy.spin()."""
     for node in one.nodes:
         for block in (getattr(node, 'body', None), getattr(node, 'orelse', None)):
             if not isinstance(block, list):
@@ -235,7 +235,7 @@ def _no_publish(one: Program) -> Iterator[str]:
 
 
 def _proxy_not_called(one: Program) -> Iterator[str]:
-    """A proxy of a service that is made, and not called."""
+    """A ServiceProxy that is never called."""
     for node in one.nodes:
         if not isinstance(node, ast.Assign) or not any(node.value is call and len(call.args) <= 2
                                                        for call in _calls(one.nodes, 'ServiceProxy')):
@@ -251,7 +251,7 @@ def _proxy_not_called(one: Program) -> Iterator[str]:
 
 
 def _no_init_node(one: Program) -> Iterator[str]:
-    """A program that uses rospy, and is no node."""
+    """A program that uses rospy without init_node."""
     if any(_calls(one.nodes, *MAKES)) and 'init_node' not in one.source and 'rospy' in one.read:
         yield 'call rospy.init_node before everything else of rospy'
 
