@@ -83,6 +83,7 @@ OF_A_CHECK: Parameters = {
 OF_A_SYMPTOM: Parameters = {
     'hint': Parameter('text', ..., 'the advice, one sentence'),
     'lost': Parameter('check', None, 'the check that lost points'),
+    'kept': Parameter('check', None, 'the check that lost no points'),
     'seen': Parameter('pattern', None, 'found in what the report says of a check that lost points'),
     'prints': Parameter('pattern', None, 'found in what the program printed, or in why it failed'),
     'source': Parameter('pattern', None, 'found in the Python source of the program'),

@@ -59,6 +59,7 @@ def _names(role: str) -> Predicate:
 
 PREDICATES: Dict[str, Predicate] = {
     'lost': lambda seen, wanted: wanted in seen.lost,
+    'kept': lambda seen, wanted: wanted not in seen.lost,
     'seen': lambda seen, wanted: any(re.search(wanted, reason.seen) for reason in seen.lost.values()),
     'prints': lambda seen, wanted: bool(re.search(wanted, seen.said)),
     'source': lambda seen, wanted: bool(re.search(wanted, seen.observed.source)),
