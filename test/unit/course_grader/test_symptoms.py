@@ -83,6 +83,14 @@ def test_a_missing_spin():
         'print_poses', act, source="rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.spin()\n"))
 
 
+def test_a_program_that_has_to_end_needs_no_spin():
+    def act(turtle):
+        turtle.observed.exit_code, turtle.observed.ended_at = 0, 5.0
+    source = "rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.sleep(5)\n"
+    assert not any('rospy.spin() in' in hint for hint in hints('background_by_parameters', act, source=source))
+    assert 'rospy.spin()' in hints('print_poses', act, source=source)[0]
+
+
 def test_the_pose_of_another_package():
     source = "from geometry_msgs.msg import Pose\nrospy.Subscriber('/turtle1/pose', Pose, print)\nrospy.spin()\n"
     assert 'turtlesim.msg' in hints('print_poses', source=source)[0]

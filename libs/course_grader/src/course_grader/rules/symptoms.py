@@ -81,7 +81,7 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
     seen = Seen(observed, lost, said)
     program = source_mistakes.program(observed.source)
     found = [*_common(said, observed), *_unknown_names(exercise, observed, program), *_shortcuts(exercise, observed),
-             *_in_source(program, seen), *_opposite(observed)]
+             *_no_spin(exercise, observed, program), *_in_source(program, seen), *_opposite(observed)]
     if not CRASHED.search(observed.trouble):
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         found += [*_early_end(seen), *(hint for hints in by_check.values() for hint in hints)]
@@ -119,13 +119,19 @@ def _shortcuts(exercise: Exercise, observed: Observed) -> Iterator[str]:
             yield TAKEN[event.kind].format(*event.values)
 
 
+def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]) -> Iterator[str]:
+    """A program that ends although the task does not ask it to; one that sleeps may mean to."""
+    until = {rule.parameters['until'] for rule in exercise.rules if rule.name == 'runs'}
+    if (program and observed.exit_code == 0 and source_mistakes.never_spins(program)
+            and (until == {'the end'} or not until and 'sleep' not in program.read)):
+        yield ('the program ended by itself: rospy.spin() in its last line keeps it running, so that its callbacks are '
+               'called')
+
+
 def _in_source(program: Optional[source_mistakes.Program], seen: Seen) -> Iterator[str]:
     """What the source shows, together with the checks that lost points."""
     if program is None:
         return
-    if not seen.observed.exit_code and seen.observed.ended_at is not None and source_mistakes.never_spins(program):
-        yield ('the program ended by itself: rospy.spin() in its last line keeps it running, so that its callbacks are '
-               'called')
     yield from source_mistakes.found(program)
     if set(POSITIONS) & set(seen.lost):
         line = source_mistakes.compares_exactly(program)
