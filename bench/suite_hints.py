@@ -3,7 +3,8 @@
 The programs of test/data/wrong_programs.yaml are right samples of test/data/submissions with one mistake each; they
 were written before any symptom was. Those of unseen_programs.yaml are whole programs in other styles, written from the
 tasks' texts alone; symptoms were written for them after they were counted. Those of held_out_programs.yaml were written
-and counted after that. See suite_turtlesim for what a suite is.
+and counted after that; docs/measurements.md says what was mended after their count. See suite_turtlesim for what a
+suite is.
 """
 
 import json
@@ -24,7 +25,7 @@ PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
 WHOLE = {'unseen': 'unseen_programs.yaml', 'held_out_whole': 'held_out_programs.yaml'}  # in the same folder
 FULL, QUICK = None, 6  # programs of each half
 KINDS = {'open': 'mistakes that symptoms were written for', 'held_out': 'mistakes that once were held out',
-         'unseen': 'whole programs that once were held out', 'held_out_whole': 'whole programs that are held out'}
+         'unseen': 'whole programs that once were held out', 'held_out_whole': 'whole programs of all exercises'}
 
 
 def programs(kind):

@@ -140,6 +140,11 @@ def test_a_program_that_crashed_gets_no_advice_on_what_it_did_not_come_to():
     assert found == ('Twist is used, but not imported: `from geometry_msgs.msg import Twist`',)
 
 
+def test_a_sure_cause_stands_alone():
+    found = hints('publish_circle', lambda turtle: turtle.wait(1.0), connections=[('/turtle/cmd_vel', 'publishes')])
+    assert len(found) == 1 and 'did you mean' in found[0]
+
+
 def test_another_turtle_of_the_task_is_no_misspelling():
     assert not any('did you mean' in hint for hint in hints('follow_turtle', connections=[
         ('/turtle2/cmd_vel', 'publishes')]))

@@ -87,6 +87,9 @@ def _no_attribute(match: Match[str], source: str) -> str:
     if re.search(rf'\bclass\s+{kind}\b', source):
         return _not_in_class(kind, name, source)
     kind = kind.lstrip('_')
+    service = re.fullmatch(r'(\w+)(Request|Response)', kind)
+    if service:
+        return f'{kind} has no field {name}: `rossrv show {service[1]}` lists its fields'
     if kind[:1].isupper():
         return (f'{kind} has no field {name}: `rosmsg show {kind}` lists its fields, such as pose.x of a turtle or '
                 'marker.pose.pose.position.x')

@@ -187,7 +187,8 @@ def _bare(owner: ast.ClassDef) -> bool:
 def _values_of_a_type(one: Program) -> Iterator[str]:
     """``Pose.x``, where Pose is the type."""
     types = {alias.asname or alias.name for node in one.nodes if isinstance(node, ast.ImportFrom)
-             and (node.module or '').endswith('.msg') for alias in node.names}
+             and (node.module or '').endswith('.msg') for alias in node.names
+             if alias.name[:1].isupper()}
     for node in one.nodes:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in types \
                 and node.attr[:1].islower() and not node.attr.startswith(('serialize', 'deserialize')):

@@ -2,12 +2,12 @@
 
 Every exercise has the symptoms of this module, of failures.py, and of the *_mistakes.py. An exercise file lists its own
 in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold. What is surer comes first: a
-program that has crashed is told why, and nothing of what it did not come to do.
+program that has crashed is told why, and a mistake that is sure stands alone: the rest is its effect.
 """
 import difflib
 import re
 import statistics
-from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, Set
+from typing import Any, Callable, Container, Dict, Iterator, NamedTuple, Optional, Set
 
 from course_grader.rules import failures, output_mistakes, path_mistakes, scoring, source_mistakes
 from course_grader.rules.exercise import Exercise
@@ -81,13 +81,15 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
     seen = Seen(observed, lost, said)
     program = source_mistakes.program(observed.source)
     found = [*_common(said, observed), *_unknown_names(exercise, observed, program), *_shortcuts(exercise, observed),
-             *_no_spin(exercise, observed, program), *_in_source(program, seen), *_opposite(observed)]
-    if not CRASHED.search(observed.trouble):
-        by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
-        found += [*_early_end(seen), *(hint for hints in by_check.values() for hint in hints)]
-        found += _listed(exercise, seen, {check for check, hints in by_check.items() if hints})
-    else:
+             *_no_spin(exercise, observed, program), *(source_mistakes.found(program) if program else ()),
+             *_opposite(observed)]
+    if CRASHED.search(observed.trouble):
         found = found or [*_unknown_failure(observed.trouble)]
+    elif not found:  # else what was seen is only the effect of that
+        by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
+        explained = {check for check, hints in by_check.items() if hints}
+        found = [*_suspected(program, lost), *_early_end(seen),
+                 *(hint for hints in by_check.values() for hint in hints), *_listed(exercise, seen, explained)]
     return decided._replace(hints=tuple(dict.fromkeys(found))[:MOST])
 
 
@@ -128,18 +130,16 @@ def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mi
                'called')
 
 
-def _in_source(program: Optional[source_mistakes.Program], seen: Seen) -> Iterator[str]:
-    """What the source shows, together with the checks that lost points."""
-    if program is None:
+def _suspected(program: Optional[source_mistakes.Program], lost: Container[str]) -> Iterator[str]:
+    """What the source shows that may be a mistake, where a vehicle is not where it should be."""
+    if program is None or not any(check in lost for check in POSITIONS):
         return
-    yield from source_mistakes.found(program)
-    if set(POSITIONS) & set(seen.lost):
-        line = source_mistakes.compares_exactly(program)
-        if line is not None:
-            yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
-                   'abs(a - b) < 0.1')
-        if source_mistakes.degrees(program):
-            yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
+    line = source_mistakes.compares_exactly(program)
+    if line is not None:
+        yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
+               'abs(a - b) < 0.1')
+    if source_mistakes.degrees(program):
+        yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
 
 
 def _opposite(observed: Observed) -> Iterator[str]:
