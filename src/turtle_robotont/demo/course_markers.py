@@ -176,12 +176,12 @@ def world_plan(text):
     return worlds.parse_json(text)
 
 
-def map_of(plan, track):
+def map_of(plan, track, title='AR maze'):
     """Return the map with the path of the robot, BGR."""
     from robotont_gazebo.core import overhead
     last = track[-1]
     path = overhead.Path([(pose.x, pose.y) for pose in track], label='the path of the robot')
-    return cv2.cvtColor(overhead.draw_map(plan, [path], [(last.x, last.y, last.theta)], 'AR maze'), cv2.COLOR_RGB2BGR)
+    return cv2.cvtColor(overhead.draw_map(plan, [path], [(last.x, last.y, last.theta)], title), cv2.COLOR_RGB2BGR)
 
 
 def sheet(pictures):
