@@ -120,6 +120,18 @@ def test_a_process_with_the_number_of_another_is_not_ended(start):
     assert not process.runs()
 
 
+def test_who_has_ended_but_was_not_reaped_is_not_waited_for(start):
+    process = start('')
+    identity = psutil.Process(process.pid)
+    until(lambda: gone(process.pid))  # it stays a zombie until poll() or wait()
+    looks = []
+    processes.end(lambda: looks.append(1) or {identity}, ((signal.SIGKILL, SOON),))
+    assert len(looks) == 1
+    assert processes.runs(psutil.Process()) and not processes.runs(identity)
+    process.stop()
+    assert not processes.runs(identity)
+
+
 def test_tree_and_descendants(start):
     process = start(PARENT + 'time.sleep(60)')
     child = int(first_line(process))

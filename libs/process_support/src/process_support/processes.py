@@ -122,6 +122,13 @@ def related(mark: str, root: psutil.Process, kept: Collection[int] = ()) -> Set[
     return found - {psutil.Process()}
 
 
+def runs(process: psutil.Process) -> bool:
+    """Return whether a process has not ended; a zombie has, though nobody has taken its exit code yet."""
+    with contextlib.suppress(psutil.Error):
+        return bool(process.is_running() and process.status() != psutil.STATUS_ZOMBIE)
+    return False
+
+
 def group(leader: psutil.Process) -> Set[psutil.Process]:
     """Return the running processes of the process group that ``leader`` started, even if ``leader`` has ended.
 
@@ -130,7 +137,7 @@ def group(leader: psutil.Process) -> Set[psutil.Process]:
     found = set()
     for process in _all():
         with contextlib.suppress(psutil.Error, OSError):
-            if os.getpgid(process.pid) == leader.pid and process.status() != psutil.STATUS_ZOMBIE:
+            if os.getpgid(process.pid) == leader.pid and runs(process):
                 found.add(process)
                 if process.pid == leader.pid and process != leader:
                     return set()
@@ -138,12 +145,12 @@ def group(leader: psutil.Process) -> Set[psutil.Process]:
 
 
 def end(find: Callable[[], Set[psutil.Process]], stages: Stages = END_STAGES) -> None:
-    """End all processes that ``find()`` returns, including those that start in the meantime."""
+    """End all processes that ``find()`` returns, including those that start in the meantime; a zombie has ended."""
     for number, patience in stages:
         deadline = time.monotonic() + patience
         signalled: Set[psutil.Process] = set()
         while True:
-            alive = find()
+            alive = set(filter(runs, find()))
             if not alive or time.monotonic() >= deadline:
                 break
             for process in alive - signalled:

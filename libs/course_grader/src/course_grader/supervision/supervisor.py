@@ -189,7 +189,7 @@ class Supervisor:
         finally:
             receiver.close()
             if not done:  # else it has ended all that it started
-                processes.end(lambda: _living(child) | processes.related(f'{sandbox.MARK}={job.mark}', child),
+                processes.end(lambda: {child} | processes.related(f'{sandbox.MARK}={job.mark}', child),
                               processes.KILL)
                 sandbox.remove_folders(job.output)
         if isinstance(got, OSError):
@@ -201,24 +201,13 @@ class Supervisor:
         self.stop()
         self._starter.close()
         processes.end(lambda: {process for child in set(psutil.Process().children()) - self._kept
-                               for process in processes.tree(child) if _runs(process)}, processes.KILL)
+                               for process in processes.tree(child)}, processes.KILL)
 
     def __enter__(self) -> 'Supervisor':
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _runs(process: psutil.Process) -> bool:
-    """Return whether a process has not ended; an orphan that has is a zombie of this process as long as this lives."""
-    with contextlib.suppress(psutil.Error):
-        return bool(process.status() != psutil.STATUS_ZOMBIE)
-    return False
-
-
-def _living(process: psutil.Process) -> Set[psutil.Process]:
-    return {process} if process.is_running() else set()
 
 
 def _be_an_attempt(attempt: ModuleType, job: Job) -> Union[Attempted, OSError]:
