@@ -2,24 +2,14 @@
 import concurrent.futures
 import os
 import signal
-import time
 
 import pytest
 
+from course_grader.supervision import warm_start
 from course_grader.supervision.warm_start import WarmStart
+from unit_support.warm_work import work
 
 DEADLINE = 10.0  # [s] for what takes well under one
-
-
-def work(module, argument):
-    """Do what the argument says; the module is json."""
-    if argument == 'crash':
-        raise RuntimeError('as asked')
-    if argument == 'kill':
-        os.kill(os.getpid(), signal.SIGKILL)
-    if argument == 'sleep':
-        time.sleep(1000.0)
-    return module.dumps([argument, os.getpid(), os.getsid(0)])
 
 
 @pytest.fixture
@@ -61,3 +51,19 @@ def test_all_end_with_the_server():
         assert process.is_running() and not receiver.poll(0)
         warm.close()
         process.wait(DEADLINE)
+
+
+@pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGSTOP])
+def test_a_server_that_is_ended_or_stopped_is_replaced(warm, monkeypatch, number):
+    assert result(warm, 'before') == 'before'
+    monkeypatch.setattr(warm_start, 'LONGEST_IMPORT', DEADLINE if number == signal.SIGKILL else 1.0)
+    os.kill(warm._server.pid, number)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:  # it has several threads when the next server starts
+        assert list(pool.map(lambda text: result(warm, text), range(4))) == list(range(4))
+
+
+def test_where_no_server_lives_that_is_said(monkeypatch):
+    warm = WarmStart('no_such_module', work)
+    with pytest.raises(ChildProcessError, match='was ended or stopped again and again'):
+        warm.start('never')
+    warm.close()

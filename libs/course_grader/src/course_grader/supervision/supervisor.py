@@ -14,7 +14,7 @@ import threading
 import time
 import uuid
 from types import ModuleType
-from typing import Callable, Container, NamedTuple, Optional, Set, Union
+from typing import Callable, Container, Iterable, NamedTuple, Optional, Set, Union
 
 import psutil
 
@@ -96,7 +96,11 @@ def final(got: Attempted, busy: str) -> Attempted:
 
 def remove_results(folder: str) -> None:
     """Remove what an earlier grading has written into a folder."""
-    for name in RESULTS:
+    _remove(folder, RESULTS)
+
+
+def _remove(folder: str, names: Iterable[str]) -> None:
+    for name in names:
         with contextlib.suppress(FileNotFoundError):
             os.remove(os.path.join(folder, name))
 
@@ -167,10 +171,11 @@ class Supervisor:
     def _attempt(self, job: Job, deadline: float, limit: float) -> Attempted:
         """Let a child grade once; return what it found, or why it found nothing."""
         job = job._replace(mark=uuid.uuid4().hex)
-        for name in (RECORD, RECORD + ACTIVE):
-            with contextlib.suppress(FileNotFoundError):
-                os.remove(os.path.join(job.output, name))
-        child, receiver = self._starter.start(job)
+        _remove(job.output, (RECORD, RECORD + ACTIVE))
+        try:
+            child, receiver = self._starter.start(job)
+        except ChildProcessError as error:
+            return undecided(str(error))
         done, looked = False, time.monotonic()
         try:
             while not receiver.poll(POLL):

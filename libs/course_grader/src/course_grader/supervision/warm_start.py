@@ -1,7 +1,8 @@
 """Starts processes that need a slow import, at the cost of a fork: a server imports once, and forks on request.
 
 As multiprocessing's forkserver, without its socket in the temporary folder, whose name may be too long for one, and
-without starting Python anew: the server is a fork of this process.
+without starting Python anew: the server is a fork of this process. Should a program end or stop the server, which it
+can where nothing isolates it, another one takes its place.
 
 Threading contract: a WarmStart is made while the process has one thread; ``start`` may then come from any.
 """
@@ -16,6 +17,7 @@ import threading
 import traceback
 from multiprocessing import reduction
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any, Callable, Tuple
 
@@ -23,33 +25,59 @@ import psutil
 
 from process_support import processes
 
+SERVERS = 3  # that one process is tried with
+LONGEST_IMPORT = 60.0  # [s] of wall time, on a loaded machine, until a server answers; one that does not was stopped
+
 
 class WarmStart:
     """Calls ``run(module, argument)`` in processes that have imported ``module``; what it returns is sent back."""
 
     def __init__(self, module: str, run: Callable[[ModuleType, Any], object]) -> None:
         """Start the server; it imports while the caller goes on."""
-        context = multiprocessing.get_context('fork')
-        self._lock = threading.Lock()
-        self._requests, theirs = context.Pipe()
-        self._server = context.Process(target=_serve, args=(module, run, theirs, self._requests, os.getpid()))
+        self._module, self._run, self._lock = module, run, threading.Lock()
+        self._start_server(multiprocessing.get_context('fork').Process)
+
+    def _start_server(self, kind: Callable[..., BaseProcess]) -> None:
+        self._requests, theirs = multiprocessing.Pipe()
+        self._server = kind(target=_serve, args=(self._module, self._run, theirs, self._requests, os.getpid()))
         self._server.start()
+        self._identity = psutil.Process(self._server.pid)
         theirs.close()
 
     def start(self, argument: object) -> Tuple[psutil.Process, Connection]:
-        """Fork a process; return it and the end of a pipe that receives its result, or is closed without one."""
+        """Fork a process; return it and the end of a pipe that receives its result, or is closed without one.
+
+        Raise OSError where no server answers.
+        """
         receiver, sender = multiprocessing.Pipe(duplex=False)
         with sender, self._lock:
-            self._requests.send(argument)
-            reduction.send_handle(self._requests, sender.fileno(), self._server.pid)
-            started = psutil.Process(self._requests.recv())
-            self._requests.send(None)  # from now on its number may become another process's
-        return started, receiver
+            for _ in range(SERVERS):
+                with contextlib.suppress(EOFError, OSError, psutil.Error):
+                    return self._fork(argument, sender), receiver
+                self._end_server()
+                # anew, because by now this process may have several threads
+                self._start_server(multiprocessing.get_context('spawn').Process)
+        receiver.close()
+        raise ChildProcessError('the process that starts gradings was ended or stopped again and again')
+
+    def _fork(self, argument: object, sender: Connection) -> psutil.Process:
+        self._requests.send(argument)
+        reduction.send_handle(self._requests, sender.fileno(), self._identity.pid)
+        if not self._requests.poll(LONGEST_IMPORT):
+            raise TimeoutError
+        started = psutil.Process(self._requests.recv())
+        self._requests.send(None)  # from now on its number may become another process's
+        return started
+
+    def _end_server(self) -> None:
+        processes.end(lambda: {self._identity}, processes.KILL)
+        self._requests.close()
+        self._server.join()
 
     def close(self) -> None:
         """End the server; the processes that it has forked end with it."""
-        self._requests.close()
-        self._server.join()
+        with self._lock:
+            self._end_server()
 
 
 def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Connection, other_end: Connection,
