@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed
+# expected: failed: processes and threads at a time
 # exercise: stop_at_x
 """Starts processes until it may not, and keeps them busy."""
 import os

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from course_grader.isolation import sandbox
+from course_grader.isolation import confinement, limits, sandbox
 from process_support import processes
 
 DEADLINE = 10.0  # [s] for what takes well under one
@@ -117,6 +117,23 @@ print('no end', end='', flush=True)
         student.drain()
     assert [line.text for line in student.lines] == ['x: 0', 'x: 1', 'x: 2', 'y: 1', 'no end']
     assert [line.t for line in student.lines] == [0, 1, 2, 3, 4]
+
+
+def test_who_starts_too_many_processes_is_ended_with_all_of_them(tmp_path):
+    program = write(tmp_path, """
+import os, time
+for _ in range(30):
+    if os.fork() == 0:
+        os.write(1, b'%d\\n' % os.getpid())
+        break
+time.sleep(1000)
+""")
+    few = confinement.Isolation(limits=limits.Limits(processes=20))
+    with sandbox.Sandbox(tmp_path / 'box', os.environ, isolation=few) as box:
+        student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
+        until(lambda: student.exit_code() is not None)
+        assert student.trouble() == 'the program met a limit: processes and threads at a time: 20 (--max-processes)'
+        until(lambda: not any(alive(int(line.text)) for line in student.lines))  # before the sandbox is closed
 
 
 def test_a_traceback_is_explained(tmp_path):

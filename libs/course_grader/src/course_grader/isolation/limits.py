@@ -13,6 +13,7 @@ PERIOD = 0.5  # [s] of wall time between two looks of a Meter; lockstep takes a 
 OWN_COUNT = (5, 14)  # since this Linux the number of processes is counted in each user namespace of its own
 TICKS = os.sysconf('SC_CLK_TCK')  # a second
 PAGE = os.sysconf('SC_PAGE_SIZE')  # [bytes]
+HEADROOM = 32  # processes that the kernel allows beyond the limit: a Meter has to see that the program met it
 CPU_ALLOWANCE = 30.0  # [s] of processor time beyond that of the exercise, for imports
 
 
@@ -70,7 +71,7 @@ def starter(limits: Limits, counted: bool) -> List[str]:
     line = ['choom', '-n', '1000', '--', 'prlimit', '--core=0', f'--fsize={limits.file_size * MEGABYTE}',
             f'--data={limits.memory * MEGABYTE}']
     return [*line, *([f'--cpu={limits.cpu}'] if limits.cpu else []),
-            *([f'--nproc={limits.processes}'] if counted else [])]
+            *([f'--nproc={limits.processes + HEADROOM}'] if counted else [])]
 
 
 class Meter:
@@ -86,11 +87,12 @@ class Meter:
     def look(self) -> str:
         """Return which limit the program has met, or ''."""
         numbers = self._find()
+        if sum(map(_threads, numbers)) >= self._limits.processes:  # all else takes long where they are many
+            return reason('processes', self._limits.processes)
         times = {number: _cpu_times(number) for number in numbers}
         self._cpu.update({number: own for number, (own, _) in times.items()})
         self._with_children = max(self._with_children, sum(own + ended for own, ended in times.values()))
-        used = {'processes': sum(map(_threads, numbers)), 'memory': _memory(numbers, self._limits.memory),
-                'cpu': self.cpu(), 'disk': self._disk(numbers)}
+        used = {'memory': _memory(numbers, self._limits.memory), 'cpu': self.cpu(), 'disk': self._disk(numbers)}
         limits = self._limits._asdict()
         return next((reason(name, limits[name]) for name, value in used.items() if 0 < limits[name] <= value), '')
 

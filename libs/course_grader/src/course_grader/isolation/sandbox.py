@@ -11,7 +11,6 @@ import os
 import re
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -34,6 +33,7 @@ SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop afte
 POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
 FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp'}  # of the grader itself: variable: folder
 PROGRAM = 'program'  # folder of the program, where it has no file system of its own
+URGENT = -10  # nice value of the thread that looks at the limits
 CHUNK = 65536  # [bytes] read at once
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
 END_STAGES = processes.KILL  # what a program says or does when it is asked to end does not count
@@ -117,7 +117,17 @@ class Sandbox:
         finally:
             os.close(sender)
         self._started.append(process)
-        return Program(process, receiver, inside, isolation.limits, self._program)
+        return Program(process, receiver, inside, isolation.limits, self._program,
+                       lambda: self._end_program(psutil.Process(process.pid)))
+
+    def _end_program(self, first: psutil.Process) -> None:
+        """End all processes of a program at once, however many there are; ``first`` was started here."""
+        if self._isolation.level == levels.NAMESPACE:
+            first.kill()  # with it ends all that is inside
+        elif self._user:
+            confinement.end_user(self._user.number)
+        else:
+            processes.end(lambda: processes.related(f'{MARK}={self._mark}', first, self._kept()), processes.KILL)
 
     def keep(self, process: Started) -> None:
         """Take in a child that was started elsewhere: its exit code is left to ``poll()``."""
@@ -139,8 +149,11 @@ class Sandbox:
 
     def _alive(self) -> Set[psutil.Process]:
         """Return the processes to end: those with the mark, and all that descend from this one."""
-        kept = {process.pid for process in (*self._started, self._guardian)}
-        return processes.related(f'{MARK}={self._mark}', psutil.Process(), kept) - {self._guardian}
+        return processes.related(f'{MARK}={self._mark}', psutil.Process(), self._kept()) - {self._guardian}
+
+    def _kept(self) -> Set[int]:
+        """Return the numbers of the children whose exit codes are asked for elsewhere."""
+        return {process.pid for process in (*self._started, self._guardian)}
 
     def __enter__(self) -> 'Sandbox':
         return self
@@ -162,9 +175,12 @@ class Program:
     """An isolated command that was started."""
 
     def __init__(self, process: 'subprocess.Popen[bytes]', report: int, inside: bool, most: limits.Limits,
-                 folder: str) -> None:
-        """``report``: where bubblewrap says, ``inside`` a namespace, that it has begun; ``folder``: what it writes."""
-        self.process, self._inside, self._folder = process, inside, folder
+                 folder: str, end: Callable[[], object]) -> None:
+        """``report``: where bubblewrap says, ``inside`` a namespace, that it has begun; ``folder``: what it writes.
+
+        ``end()`` ends all its processes.
+        """
+        self.process, self._inside, self._folder, self._end = process, inside, folder, end
         self._report, self._said = report, b''
         self._meter = limits.Meter(most, self.ids, confinement.disk_used if inside else self._disk_used)
         self._most, self._met = most, ''
@@ -203,10 +219,13 @@ class Program:
         return self._met or (limits.reason(name, self._most._asdict()[name]) if name else '')
 
     def _watch(self) -> None:
+        with contextlib.suppress(OSError):  # which takes root; beside hundreds of busy processes it would come late
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), URGENT)
         while self.process.poll() is None:
             self._met = self._meter.look()
             if self._met:
-                self.process.send_signal(signal.SIGKILL)  # with it ends all that is inside
+                with contextlib.suppress(psutil.Error):
+                    self._end()
                 return
             time.sleep(limits.PERIOD)
 
