@@ -297,18 +297,19 @@ make_venv() {
 # our_packages SRC: the packages of this repository that belong into a src folder, as `name folder`; the others on file
 # descriptor 2, with the reason.
 our_packages() {
-  local dir pkg
+  local dir pkg own=""
+  [ ! -d "$1" ] || own=$'\n'$(own_packages "$1" || true)$'\n'
   echo "turtle_robotont $repo"
-  for dir in "$repo"/libs/*/ "$repo"/stand_ins/*/; do
-    pkg=$(basename "$dir")
+  for dir in "$repo"/libs/* "$repo"/stand_ins/*; do
+    pkg=${dir##*/}
     if [ ! -f "$dir/package.xml" ]; then
       continue
     elif [ -f "${ros_dir:-/usr}/share/$pkg/package.xml" ]; then
       say "Left out: the stand-in $pkg, because ${ros_dir:-/usr} has the real one."
-    elif [ -d "$1" ] && own_packages "$1" | grep -qFx "$pkg"; then
+    elif [[ $own == *$'\n'"$pkg"$'\n'* ]]; then
       say "Left out: the stand-in $pkg, because $1/$pkg is your own package."
     else
-      echo "$pkg ${dir%/}"
+      echo "$pkg $dir"
     fi
   done
 }
