@@ -31,4 +31,4 @@ def grading(name, folder='none'):
     """Return the Grading of a verdict; ``folder`` may hold a path.png."""
     hostile = name.startswith('hostile')
     return Grading(STOP, [HOSTILE if hostile else 'stop.py'], VERDICTS[name], 12.3456, str(folder),
-                   [f'  note: {HOSTILE}'] if hostile else [])
+                   [f'  note: {HOSTILE}'] if hostile else [], 'uid')

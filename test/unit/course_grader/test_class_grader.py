@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from course_grader.classes import grade_all
+from course_grader.isolation import levels
 
 # An attempt that does what the file it is to grade says
 ATTEMPT = r'''
@@ -84,8 +85,10 @@ def test_a_class_gets_its_table(tmp_path):
         'anna: x', '0', 'ben: x', '1')  # the verdict; the check has all its points
     assert ben.find('testcase[@name="verdict"]/failure').get('message') == 'it did not move'
     grades = list(csv.reader((tmp_path / 'out' / 'grades.csv').read_text().splitlines()))
-    assert grades == [['student', 'exercise', 'score', 'verdict', 'reason'], ['anna', 'x', '100', 'passed', ''],
-                      ['ben', 'x', '12.5', 'failed', 'it did not move']]
+    level = levels.decide(levels.machine())
+    assert grades == [['student', 'exercise', 'score', 'verdict', 'reason', 'isolation'],
+                      ['anna', 'x', '100', 'passed', '', level],
+                      ['ben', 'x', '12.5', 'failed', 'it did not move', level]]
     page = (tmp_path / 'out' / 'index.html').read_text()
     assert '<td>a &lt;square&gt;</td><td>it &amp; more, seed 5</td>' in page
 

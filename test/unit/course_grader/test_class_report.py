@@ -1,13 +1,14 @@
 """course_grader.formats: the tables of a class, in files and in a terminal."""
 import csv
 import io
+from xml.etree import ElementTree
 
 import pytest
 
 from course_grader.classes import grade_all
 from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_report, terminal
+from course_grader.formats import class_page, class_report, terminal
 from course_grader.formats.class_report import Class
 from course_grader.rules import scoring
 
@@ -35,6 +36,22 @@ def test_the_best_attempt_is_in_the_table(attempts, score):
                for number, (outcome, points) in enumerate(attempts)]
     assert class_report.cells(Class('', ['anna'], ['x'], results))[1][1] == score
     assert len(list(csv.reader(io.StringIO(class_report.as_rows(results))))) == len(attempts) + 1
+
+
+def test_the_level_of_isolation_is_in_every_table():
+    results = [graded('anna', 'x', 90.0)._replace(isolation='namespace'), graded('ben', 'x', 90.0),
+               *(graded('carl', name, 90.0)._replace(isolation='none') for name in 'xy')]
+    rows = list(csv.DictReader(io.StringIO(class_report.as_rows(results))))
+    assert [row['isolation'] for row in rows] == ['namespace', '', 'none', 'none']
+    suites = ElementTree.fromstring(class_report.as_junit(results))
+    assert [[one.get('value') for one in suite.iter('property')] for suite in suites] == [
+        ['namespace'], [], ['none'], ['none']]
+    a_class = Class('', ['anna', 'ben', 'carl'], ['x', 'y'], results)
+    page = class_page.of_class(a_class, class_report.cells(a_class), '.')
+    assert '<p>Isolation: namespace 1, none 2</p>' in page
+    assert '<p class="warning">2 of 4: NO ISOLATION: the programs can read and change everything' in page
+    alone = Class('', ['anna'], ['x'], results[:1])
+    assert 'class="warning"' not in class_page.of_class(alone, class_report.cells(alone), '.')
 
 
 WIDE = [['student', *(f'exercise_{letter}' for letter in 'abcdefghijkl'), 'mean'],

@@ -199,12 +199,14 @@ def test_junit_has_a_testcase_for_each_check(place, verdict):
     stdout = written('junit', verdict, place).stdout
     suites = ElementTree.fromstring(stdout)
     suite, = suites
-    found = [[tag for tag in ('failure', 'error', 'skipped') if case.find(tag) is not None] for case in suite]
+    cases = suite.findall('testcase')
+    assert [(one.get('name'), one.get('value')) for one in suite[0]] == [('isolation', 'uid')]
+    found = [[tag for tag in ('failure', 'error', 'skipped') if case.find(tag) is not None] for case in cases]
     assert [''.join(tags) for tags in found] == CASES[verdict]
     for tag, key in (('failure', 'failures'), ('error', 'errors'), ('skipped', 'skipped')):
         assert suite.get(key) == str(CASES[verdict].count(tag)) and suites.get(key) in (suite.get(key), None)
-    assert suite.get('tests') == suites.get('tests') == str(len(suite))
-    names = [case.get('name') for case in suite]
+    assert suite.get('tests') == suites.get('tests') == str(len(cases))
+    names = [case.get('name') for case in cases]
     assert names[0] == 'verdict' and len(set(names)) == len(names)
     assert not re.search('[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]', stdout)
 
@@ -216,6 +218,7 @@ def test_csv_is_a_row_without_formulas(place, verdict):
     undecided = decided.outcome == 'undecided'
     assert (row['exercise'], row['verdict']) == ('stop_at_x', decided.outcome)
     assert row['score'] == ('' if undecided else f'{decided.score:g}')
+    assert row['isolation'] == 'uid'
     assert bool(row['reason']) == (decided.outcome != 'passed')
     assert not any(re.match(r'\s*[=+@-]', value) for value in row.values())
 

@@ -72,7 +72,7 @@ def _main(arguments):
         notes = [*(f'  note: {remark}' for remark in (*got.remarks, *filter(None, [warning]))),
                  f'  seed {seed}; {files} are in {folder}']
         written = systems.rendered(form, systems.Grading(chosen, job.command, got.verdict, got.observed.seconds, folder,
-                                                         notes), place)
+                                                         notes, isolation.level), place)
         systems.write(written)
     except KeyboardInterrupt:
         say('./run grade: interrupted; all its processes have ended', sys.stderr)

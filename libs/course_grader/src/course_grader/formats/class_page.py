@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from course_grader.formats import harmless, systems
+from course_grader.isolation import levels
 from course_grader.rules import scoring
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ summary .why { color: var(--soft) } details[open] > summary .why { display: none
 .body { display: flex; flex-wrap: wrap; gap: .5rem 1.5rem; padding: .5rem 0 .5rem 1rem }
 .words { flex: 1 1 22rem; min-width: 0; overflow-wrap: anywhere }
 .hint { background: var(--hint); border-left: 4px solid var(--link); padding: .4rem .7rem }
+.warning { background: var(--undecided); border-left: 4px solid var(--bad); padding: .4rem .7rem }
 .checks { border-collapse: collapse; width: 100% } .checks th, .checks td { text-align: left; vertical-align: top;
   padding: .2rem .6rem .2rem 0; border-top: 1px solid var(--line) } .checks td:first-child { white-space: nowrap }
 .lost td:first-child { color: var(--bad); font-weight: 600 }
@@ -130,6 +132,7 @@ def of_class(graded: 'Class', rows: Sequence[Sequence[str]], folder: str) -> str
     results = graded.results
     _add(body, 'p', f'{len(results)} submissions: ' + ', '.join(
         f'{sum(one.outcome == outcome for one in results)} {outcome}' for outcome in OUTCOMES))
+    _isolation(body, results)
     if any(weight != 1.0 for weight in graded.weights.values()):
         _add(body, 'p', 'Weights in the mean: ' + ', '.join(
             f'{exercise} {graded.weights.get(exercise, 1.0):g}' for exercise in graded.exercises))
@@ -172,6 +175,17 @@ def _page(title: str, script: str) -> 'tuple[Element, Element]':
 
 def _text(page: Element) -> str:
     return '<!DOCTYPE html>\n' + ElementTree.tostring(page, encoding='unicode', method='html') + '\n'
+
+
+def _isolation(body: Element, results: Sequence['Graded']) -> None:
+    """Add how many programs ran at each level, with a warning about those that nothing, or little, held back."""
+    counted = [(level, sum(one.isolation == level for one in results)) for level in levels.LEVELS]
+    shown = [(level, number) for level, number in counted if number]
+    if shown:
+        _add(body, 'p', 'Isolation: ' + ', '.join(f'{level} {number}' for level, number in shown))
+    for level, number in shown:
+        if level != levels.NAMESPACE:
+            _add(body, 'p', f'{number} of {len(results)}: {levels.warning(level)}', **{'class': 'warning'})
 
 
 def _form(body: Element, exercises: Sequence[str]) -> None:

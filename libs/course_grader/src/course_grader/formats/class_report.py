@@ -93,14 +93,15 @@ def as_rows(results: Sequence[Graded]) -> str:
     return systems.table([COLUMNS, *(
         [one.submission.student, one.submission.exercise,
          '' if one.outcome == scoring.UNDECIDED else f'{one.score:g}', one.outcome,
-         systems.first_reason(one.verdict)] for one in results)])
+         systems.first_reason(one.verdict), one.isolation] for one in results)])
 
 
 def as_junit(results: Sequence[Graded]) -> str:
     """Return JUnit XML: a testsuite for each submission."""
     return junit.document([
         junit.Suite(': '.join(filter(None, (one.submission.student, one.submission.exercise, one.submission.attempt))),
-                    f'{one.submission.exercise}.{one.submission.student}', one.verdict, one.seconds)
+                    f'{one.submission.exercise}.{one.submission.student}', one.verdict, one.seconds,
+                    one.isolation)
         for one in results])
 
 

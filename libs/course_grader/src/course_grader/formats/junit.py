@@ -15,12 +15,16 @@ TAGS = {scoring.FAILED: 'failure', scoring.UNDECIDED: 'error'}
 
 
 class Suite(NamedTuple):
-    """What becomes a testsuite: its name, the class name of its testcases, how it came out, and the time [s]."""
+    """What becomes a testsuite: its name, the class name of its testcases, how it came out, and the time [s].
+
+    ``isolation``: the level at which the program ran, or ''.
+    """
 
     name: str
     classname: str
     decided: Verdict
     seconds: float
+    isolation: str = ''
 
 
 def document(suites: Sequence[Suite]) -> str:
@@ -36,6 +40,9 @@ def document(suites: Sequence[Suite]) -> str:
 def _add(root: ElementTree.Element, suite: Suite) -> None:
     decided = suite.decided
     element = ElementTree.SubElement(root, 'testsuite', name=harmless.plain(suite.name), time=f'{suite.seconds:.3f}')
+    if suite.isolation:
+        ElementTree.SubElement(ElementTree.SubElement(element, 'properties'), 'property', name='isolation',
+                               value=suite.isolation)
     first = _case(element, suite, VERDICT, suite.seconds)
     said = f'{decided.outcome}, {decided.score:g} of 100'
     _judge(first, TAGS.get(decided.outcome, ''), (*decided.objections, said)[0], '\n'.join(decided.objections))

@@ -38,7 +38,8 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code, 'isolation': isolation}
     write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
-    suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided, observed.seconds)
+    suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided, observed.seconds,
+                        isolation)
     write_whole(os.path.join(folder, 'junit.xml'), junit.document([suite]))
     said = ''.join(f'{line.t - observed.start:8.2f}  {line.text}\n' for line in observed.lines)
     write_whole(os.path.join(folder, 'output.txt'), said)

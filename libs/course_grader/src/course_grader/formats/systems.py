@@ -23,21 +23,25 @@ from kinematic_core.files import write_whole
 TEXT = 'text'  # the format for people
 HIGHEST = 100  # score
 PICTURE = 'path.png'  # in the folder of a grading
-COLUMNS = 'program', 'exercise', 'score', 'verdict', 'reason'
+COLUMNS = 'program', 'exercise', 'score', 'verdict', 'reason', 'isolation'
 CLASSROOM50_SCHEMA = 'classroom50/result/v1'
 CLASSROOM50_NAMES = ('CLASSROOM', 'ASSIGNMENT', 'SUBMISSION_TAG', 'COMMIT_URL', 'RELEASE_URL')  # its runner sets them
 VPL_NAMES = ('VPL_GRADEMIN', 'VPL_GRADEMAX')
 
 
 class Grading(NamedTuple):
-    """One grading: what was asked, which command was graded, how it came out, and the folder with its files."""
+    """One grading: what was asked, which command was graded, how it came out, and the folder with its files.
+
+    ``notes`` are lines for the end of the text; ``isolation`` is the level at which the program ran.
+    """
 
     exercise: Exercise
     command: Sequence[str]
     decided: Verdict
     seconds: float
     folder: str
-    notes: Sequence[str] = ()  # lines for the end of the text
+    notes: Sequence[str] = ()
+    isolation: str = ''
 
 
 class Place(NamedTuple):
@@ -177,7 +181,7 @@ def autolab(grading: Grading, place: Place) -> Written:
 def as_junit(grading: Grading, place: Place) -> Written:
     """JUnit XML, and nothing else, on standard output."""
     name = ' '.join(grading.command) or grading.exercise.name
-    suite = junit.Suite(name, grading.exercise.name, grading.decided, grading.seconds)
+    suite = junit.Suite(name, grading.exercise.name, grading.decided, grading.seconds, grading.isolation)
     return Written(junit.document([suite]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
 
@@ -185,7 +189,8 @@ def as_csv(grading: Grading, place: Place) -> Written:
     """A heading and a row, and nothing else, on standard output."""
     decided = grading.decided
     score = '' if _undecided(grading) else f'{decided.score:g}'
-    row = [' '.join(grading.command), grading.exercise.name, score, decided.outcome, first_reason(decided)]
+    row = [' '.join(grading.command), grading.exercise.name, score, decided.outcome, first_reason(decided),
+           grading.isolation]
     return Written(table([COLUMNS, row]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[decided.outcome])
 
 

@@ -31,6 +31,9 @@ class Machine(NamedTuple):
     uid: str = ''
 
 
+CAPABLE = Machine()
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose a level."""
     group = parser.add_argument_group('isolation of a program; default: the strongest level that this machine can have')
@@ -56,7 +59,7 @@ def decide(machine: Machine, wanted: Optional[str] = None, required: str = NONE)
     return level
 
 
-def warning(level: str, machine: Machine) -> str:
+def warning(level: str, machine: Machine = CAPABLE) -> str:
     """Return what must be said about a level; '' about the strongest one."""
     if level == NAMESPACE:
         return ''
