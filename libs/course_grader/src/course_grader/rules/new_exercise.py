@@ -17,6 +17,10 @@ pass: 80  # the score from 0 to 100 that passes
 # Where the turtle starts. Each grading draws it from these spans, so that no program can know it.
 start: {x: 3 to 5 m, y: 2 to 9 m, theta: 0 deg}
 
+# What stands around the Robotont, as in the world files of robotont_gazebo:
+# world:
+#   boxes: [{name: box, x: 2.4, y: 0.0, yaw: 0.0, length: 1.0, width: 1.0, height: 1.0, colour: grey}]
+
 # Shortcuts that are allowed: teleport, reset, kill. By default none is.
 allows: []
 

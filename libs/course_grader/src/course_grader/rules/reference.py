@@ -60,7 +60,8 @@ def text() -> str:
     for section, (_, entries) in SECTIONS.items():
         parts.append(f'{section.upper()}\n' + '-' * len(section))
         for entry in entries:
-            parts += [f'{entry.name}\n  {entry.meaning}', _table(entry.parameters)]
+            meaning = textwrap.fill(entry.meaning, WIDTH, initial_indent='  ', subsequent_indent='  ')
+            parts += [f'{entry.name}\n{meaning}', _table(entry.parameters)]
     return '\n\n'.join(filter(None, parts))
 
 
