@@ -1,4 +1,4 @@
-// Pause, resume, step and time of a simulator (sim_ros), for the panels of all simulators.
+// Pause, resume, step, rate and time of a simulator (sim_ros), for the panels of all simulators.
 
 import {el} from './dom.js';
 
@@ -12,9 +12,16 @@ export class SimulationCard {
     const step = el('button', {type: 'button', on: {click: () => {
       if (this._steps.reportValidity()) call('step', {steps: Number(this._steps.value)});
     }}}, 'Step');
+    this._rate = el('input', {type: 'number', min: 0.01, max: 1000, step: 'any', value: 1, class: 'short', on: {change: async () => {
+      if (!this._rate.reportValidity()) return;
+      const answer = await call('set_rate', {rate: Number(this._rate.value)});
+      this._note.textContent = answer?.warning ?? '';
+    }}});
+    this._note = el('p', {class: 'muted small', role: 'status'});
     this._time = el('p', {class: 'muted small'});
     this.element = el('details', {class: 'card', open: wide()}, el('summary', {}, 'Simulation'), el('div', {class: 'stack'},
-      el('div', {class: 'row'}, this._pause, step, this._steps), el('div', {class: 'row'}, more), this._time));
+      el('div', {class: 'row'}, this._pause, step, this._steps, el('label', {class: 'check'}, 'Rate', this._rate)),
+      el('div', {class: 'row'}, more), this._time, this._note));
     this._end = () => {};
   }
 
@@ -29,6 +36,7 @@ export class SimulationCard {
     this._clock = clock;
     this._pause.textContent = clock.paused ? 'Resume' : 'Pause';
     this.badge.hidden = !clock.paused;
+    if (document.activeElement !== this._rate) this._rate.value = clock.rate ?? '';  // null: as fast as possible
     const rate = clock.rate === null ? 'as fast as possible' : clock.rate === 1 ? 'real time' : `${clock.rate} times real time`;
     this._time.textContent = clock.paused ? `Paused at ${Number(clock.time).toFixed(2)} s, step ${clock.steps}`
       : `Time runs: ${rate}${clock.lockstep ? ', in lockstep' : ''}`;

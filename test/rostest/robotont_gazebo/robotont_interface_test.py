@@ -11,7 +11,7 @@ from rostest_support.common import DEADLINE, median_rate, registered_names, run,
 from rostest_support.robotont import RobotontCase
 
 ALWAYS = {'odom', '/tf', 'joint_states', '~ground_truth', '~world', '~clock_status', '/rosout'}
-SERVICES = {'~set_pose', '~move_marker', '~pause', '~resume', '~step', '~get_loggers', '~set_logger_level'}
+SERVICES = {'~set_pose', '~move_marker', '~pause', '~resume', '~step', '~set_rate', '~get_loggers', '~set_logger_level'}
 GAZEBO_SERVICES = {f'gazebo/{name}' for name in (
     'set_model_state', 'get_model_state', 'get_world_properties', 'reset_world', 'reset_simulation', 'pause_physics',
     'unpause_physics')}

@@ -4,8 +4,11 @@
 import rosgraph
 import rospy
 import rosservice
+from sim_ros.msg import ClockStatus
+from sim_ros.srv import SetRate
+from std_srvs.srv import Trigger
 
-from rostest_support.common import MIDDLE, SimulatorCase, registered_names, run, until
+from rostest_support.common import MIDDLE, Collected, SimulatorCase, proxy, registered_names, run, until
 
 TOPICS = {  # name: (type, md5 sum)
     '/turtle1/pose': ('turtlesim/Pose', '863b248d5016ca62ea2e895ae5265cf9'),
@@ -25,6 +28,7 @@ SERVICES = {
     '/turtlesim/pause': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
     '/turtlesim/resume': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
     '/turtlesim/step': ('sim_ros/Step', 'de8674f0ac561dee8f656054462c0f11'),
+    '/turtlesim/set_rate': ('sim_ros/SetRate', 'ff713bc82a0b54697232d420c256e891'),
     '/turtlesim/get_drawing': ('turtlesim/GetDrawing', '92e985596549eb5927fc523a67ab225a'),
     '/turtlesim/snapshot': ('std_srvs/Trigger', '937c9679a518e3a18d831e57125ea522'),
 }
@@ -64,6 +68,23 @@ class InterfaceTest(SimulatorCase):
         pose = self.pose()
         self.assert_pose(pose, MIDDLE, MIDDLE, 0.0, tolerance=0.0)
         self.assertEqual((0.0, 0.0), (pose.linear_velocity, pose.angular_velocity))
+
+    def test_turtlesim_clock_status(self):
+        """Also without /clock, and when a step is due at the moment of the change."""
+        self.addCleanup(lambda: set_rate(1.0))
+        changes = [proxy(f'/turtlesim/{name}', kind) for name, kind in (('pause', Trigger), ('resume', Trigger))]
+        set_rate = proxy('/turtlesim/set_rate', SetRate)
+        status = Collected('/turtlesim/clock_status', ClockStatus)
+
+        def follows(**fields):
+            until(lambda: status.messages and all(getattr(status.messages[-1], name) == value
+                                                  for name, value in fields.items()), fields)
+        for number in range(5):
+            for paused, change in zip((True, False), changes):
+                change()
+                follows(paused=paused)
+            self.assertIn('other nodes use wall time', set_rate(0.5 + number).warning)
+            follows(rate=0.5 + number)
 
 
 if __name__ == '__main__':

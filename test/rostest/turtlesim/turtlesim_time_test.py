@@ -17,7 +17,7 @@ import rospy
 from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Clock
 from sim_ros.msg import ClockStatus
-from sim_ros.srv import Step
+from sim_ros.srv import SetRate, Step
 from std_srvs.srv import Trigger
 
 from rospy_support.topics import LatestPublisher
@@ -131,6 +131,11 @@ class TimeTest(SimulatorCase):
         until(lambda: math.isclose(poses.messages[-1].x, pose.x + 0.16, abs_tol=1e-5), '10 steps of 16 mm')
         self.assertTrue(proxy('/turtlesim/resume', Trigger)().success)
         poses.next(lambda later: later.x > pose.x + 0.3)
+        self.assertEqual('', proxy('/turtlesim/set_rate', SetRate)(5.0).warning)
+        self.assertEqual(5.0, self.status(lambda status: status.rate != 1.0).rate)
+        for rate in (0.0, -1.0, math.nan, math.inf, 1001.0):
+            with self.assertRaisesRegex(rospy.ServiceException, 'it must be 0.01 to 1000'):
+                proxy('/turtlesim/set_rate', SetRate)(rate)
 
     def test_turtlesim_repeats(self):
         """The same seed, the same commands at the same ticks: ten recordings are the same bytes, on a busy machine."""

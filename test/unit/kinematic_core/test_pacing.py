@@ -132,6 +132,31 @@ def test_a_pause_is_not_made_up_for(wall):
     assert paced.steps in (5, 6)
 
 
+@pytest.mark.parametrize('paused', [False, True])
+def test_another_rate_counts_from_now(wall, paused):
+    """Three steps late, in a pause or not: none is caught up, and the next ones come at the new rate."""
+    paced = pacer(wall)
+    times(wall, paced, 3)
+    wall.now += 3 * STEP
+    if paused:
+        paced.pause()
+    paced.set_rate(0.5, False)
+    assert paced.rate == 0.5
+    wall.now += paused * 7.0
+    begin = wall.now
+    if paused:
+        paced.resume()
+    assert times(wall, paced, 3) == pytest.approx([begin + 2 * STEP * number for number in (1, 2, 3)])
+
+
+def test_a_faster_rate_ends_the_wait(wall):
+    """A step is due in 100 s; after 0.1 s it is due in 0.1 s."""
+    paced = pacer(wall, STEP / 100.0)
+    assert paced.wait() is None
+    paced.set_rate(STEP / 0.1, False)
+    assert times(wall, paced, 1) == pytest.approx([100.0 + 0.1 + 0.1])
+
+
 def test_a_pause_during_the_sleep_holds_the_step(wall):
     paced = Pacer(STEP, monotonic=wall.monotonic, sleep=lambda seconds: paced.pause())
     assert paced.wait() is None

@@ -15,8 +15,8 @@ returns, so that a node that waits for a time finds everything that belongs to i
 for simulated time in the thread that calls ``run``. Random numbers come from ``seeded_random()``.
 
 Private parameters: ``~rate``, ``~clock``, ``~paused``, ``~lockstep``, ``~lockstep_wait``; services ``~pause``,
-``~resume`` (std_srvs/Trigger), ``~step`` (sim_ros/Step); topic ``~clock_status`` (sim_ros/ClockStatus,
-latched).
+``~resume`` (std_srvs/Trigger), ``~step`` (sim_ros/Step), ``~set_rate`` (sim_ros/SetRate); topic ``~clock_status``
+(sim_ros/ClockStatus, latched).
 
 Lockstep (see sim_ros.lockstep): no step starts before every node of this machine that follows /clock is idle. A node
 that waits in wall time (time.sleep; rospy.wait_for_message polls) counts as idle.
@@ -25,8 +25,8 @@ that waits in wall time (time.sleep; rospy.wait_for_message polls) counts as idl
 time. A launch file should set it first. When the simulator ends, it deletes the parameter if it or a launch file has
 set it.
 
-Threading contract: ``run`` is called in one thread, which also answers ``services``; ~pause, ~resume and ~step run in
-rospy's threads.
+Threading contract: ``run`` is called in one thread, which also answers ``services``; ~pause, ~resume, ~step and
+~set_rate run in rospy's threads.
 """
 import math
 import random
@@ -46,12 +46,13 @@ from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
 from sim_ros.frame_services import MASTER_TIMEOUT, FrameServices
 from sim_ros.lockstep import Lockstep
-from sim_ros.srv import Step, StepResponse
+from sim_ros.srv import SetRate, SetRateResponse, Step, StepResponse
 from sim_ros.status_reporter import StatusReporter
 from sim_ros.subscriber_backlog import LagMonitor
 
 REAL_TIME = 1.0  # simulated seconds per second of wall time
-PARAMETERS = Table(Number('~rate', REAL_TIME, 0.01, 1000.0, infinite='max'),
+SLOWEST, FASTEST = 0.01, 1000.0
+PARAMETERS = Table(Number('~rate', REAL_TIME, SLOWEST, FASTEST, infinite='max'),
                    Boolean('~clock', Computed('true where `~rate` is not 1')), Boolean('~paused', False),
                    Boolean('~lockstep', Computed('true where `~rate` is max')),
                    Number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s'))
@@ -87,7 +88,7 @@ class SimulatorClock:
         if lockstep and not self._publishes:
             raise parameters.ParameterError(f'parameter {rospy.resolve_name("~lockstep")} is true, but without /clock '
                                             'no node follows the steps; set ~clock to true as well')
-        self._pacer = Pacer(step, rate, bounded=self._publishes and rate > REAL_TIME, paused=paused)
+        self._pacer = Pacer(step, rate, bounded=self._bounded(rate), paused=paused)
         self._throttle = WallThrottle(WARNING_PERIOD)
         self._status = StatusReporter(self._pacer, lockstep, self._publishes, self._throttle)
         self._clock = None  # the publisher of /clock
@@ -102,6 +103,7 @@ class SimulatorClock:
         rospy.Service('~pause', Trigger, lambda _: self.pause())
         rospy.Service('~resume', Trigger, lambda _: self.resume())
         rospy.Service('~step', Step, self._step_by_hand)
+        rospy.Service('~set_rate', SetRate, self._set_rate)
         rospy.on_shutdown(self._pacer.close)
         registration.on_return(self._restore)
 
@@ -123,6 +125,7 @@ class SimulatorClock:
             else:
                 self._answer()
                 step()
+                self._report()
 
     def pause(self):
         """Stop time; return a TriggerResponse when it has stopped. Do not call it in the thread of ``run``."""
@@ -249,6 +252,18 @@ class SimulatorClock:
         if not request.made:
             raise rospy.ServiceException('the simulator was resumed in the meantime')
         return StepResponse(request.last, self._pacer.nanoseconds_after(request.last) / 1e9)
+
+    def _set_rate(self, message):
+        if not SLOWEST <= message.rate <= FASTEST:
+            raise rospy.ServiceException(f'rate is {message.rate:g}; it must be {SLOWEST:g} to {FASTEST:g}')
+        self._pacer.set_rate(message.rate, self._bounded(message.rate))
+        return SetRateResponse('' if self._publishes or message.rate == REAL_TIME else
+                               'other nodes use wall time: only the simulator runs at another rate. For a rate of all '
+                               'nodes, start it with _clock:=true')
+
+    def _bounded(self, rate):
+        """Return whether nodes that follow /clock might not keep up with late steps."""
+        return self._publishes and rate > REAL_TIME
 
     def _wait_until_made(self, request):
         """Wait until the requested steps are made, or dropped because of a resume; ServiceException at the shutdown."""

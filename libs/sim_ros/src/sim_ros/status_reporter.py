@@ -20,14 +20,14 @@ class StatusReporter:
         self._throttle = throttle
         self._publisher = Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
         self._next = 0.0  # [s, monotonic] when the next message is due if nothing changes
-        self._reported = None  # (paused, whether a step was late) of the last message
+        self._reported = None  # (paused, rate, whether a step was late) of the last message
         self._since = time.monotonic()  # [s] of the last message
         self._steps = 0  # steps at the last message
 
     def report(self, late, busy):
         """Publish the status if it is due; ``late`` and ``busy``: late_steps and busy of ClockStatus."""
         now, pacer = time.monotonic(), self._pacer
-        state = pacer.paused, late > 0
+        state = pacer.paused, pacer.rate, late > 0
         changed = state != self._reported
         if not changed and not (self._periodic and now >= self._next):
             return

@@ -63,12 +63,11 @@ class Pacer:
         ``monotonic`` [s] is the wall clock; ``sleep`` waits in it, until something has changed or so many seconds
         have passed.
         """
-        self.step, self.bounded = step, bounded
+        self.step = step
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
         self._monotonic = monotonic
         self._sleep: Callable[[float], object] = sleep or self._changed.wait
-        self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
         self._steps = 0  # steps started so far
         self._stepping = False  # whether the last of them is still being made
         self._requested = 0  # requested steps that are not yet made
@@ -78,8 +77,19 @@ class Pacer:
         self._last = -math.inf  # [s] wall time of the last one
         self._paused = paused
         self._paused_at = math.nan  # [s] wall time of the start of the pause, if there is one
+        self._set_pace(rate, bounded)
+
+    def set_rate(self, rate: float, bounded: bool) -> None:
+        """Make steps at a rate from now on, in one of the two policies; what is late is not caught up."""
+        with self._lock:
+            self._set_pace(rate, bounded)
+            self._due = (self._paused_at if self._paused else self._monotonic()) + self._period
+            self.wake()
+
+    def _set_pace(self, rate: float, bounded: bool) -> None:
         self._rate, self._period = rate, self.step / rate  # [s] of wall time; 0 at math.inf
-        self._closest = self._period / (FASTER_BOUNDED if self.bounded else FASTER)
+        self._closest = self._period / (FASTER_BOUNDED if bounded else FASTER)
+        self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
 
     @property
     def rate(self) -> float:
