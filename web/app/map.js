@@ -10,9 +10,11 @@ const EMPTY = 3;          // [m] shown around the robot in an empty world
 const MOST = 20000;       // points of a path
 const NEAR = 0.01;        // [m] between two points of a path
 const ZOOM = 1.25;
+const REACH = 14;         // [px] around a panel in which it is taken
 
 export class WorldMap {
-  constructor(label, onPlace) {
+  // `onPlace` gets the pose where the robot is put, `onMove` a panel {name, x, y, yaw} that has been dragged.
+  constructor(label, onPlace, onMove) {
     this.ground = el('canvas', {role: 'img', 'aria-label': label});
     this.over = el('canvas', {'aria-hidden': 'true'});
     this.element = el('div', {class: 'map', tabIndex: 0}, this.ground, this.over);
@@ -20,6 +22,8 @@ export class WorldMap {
     this.frames = 0;
     this.placing = false;
     this._onPlace = onPlace;
+    this._onMove = onMove;
+    this._moved = null;     // the panel that is dragged
     this.clear();
     this.draw = inNextFrame(() => this._draw());
     this._view = null;      // {x, y, scale [px/m]}: the middle; null: everything
@@ -215,6 +219,7 @@ export class WorldMap {
 
   _drawOver(context) {
     const accent = cssColour('--accent');
+    if (this._moved) this._drawPanel(context, this._moved);
     if (!this.robot) return;
     const drift = this.odometry && Math.hypot(this.odometry.x - this.robot.x, this.odometry.y - this.robot.y) > 0.02;
     if (drift) this._drawPath(context, this.odometryPath, cssColour('--series-2'), [6, 6]);
@@ -297,12 +302,17 @@ export class WorldMap {
       if (event.button || start) return;
       map.setPointerCapture(event.pointerId);
       start = {...this.position(event), id: event.pointerId, yaw: this.robot?.yaw ?? 0};
+      start.panel = this.placing ? null : this._panelAt(start);
       if (this.placing) this._aim(start, event);
     });
     map.addEventListener('pointermove', (event) => {
       if (event.pointerId !== start?.id) return;
       if (this.placing) {
         this._aim(start, event);
+      } else if (start.panel) {
+        const {x, y} = this.position(event);
+        this._moved = {...start.panel, x: start.panel.x + x - start.x, y: start.panel.y + y - start.y};
+        this.draw();
       } else {
         const now = this.position(event);
         const {x, y, scale} = this._place();
@@ -313,12 +323,20 @@ export class WorldMap {
     const end = (event) => {
       if (event.pointerId !== start?.id) return;
       start = null;
-      if (this.mark && event.type === 'pointerup') this._onPlace(this.mark);
-      this.mark = null;
+      if (event.type === 'pointerup') {
+        if (this.mark) this._onPlace(this.mark);
+        if (this._moved) this._onMove(this._moved);
+      }
+      this.mark = this._moved = null;
       this.draw();
     };
     map.addEventListener('pointerup', end);
     map.addEventListener('pointercancel', end);
+  }
+
+  _panelAt({x, y}) {
+    const reach = REACH / this._place().scale;
+    return this.world?.panels?.find((panel) => Math.hypot(panel.x - x, panel.y - y) < Math.max(reach, panel.size / 2)) ?? null;
   }
 
   _aim(start, event) {

@@ -25,6 +25,7 @@ export default {
     'Drive with the arrow keys or W, A, S, D; Q and E drive sideways, Space stops. On a phone, use both round sticks at once.',
     'The map shows the robot, its path, what the laser scanner measures and the markers that the tracker sees (green). If the '
       + 'odometry differs from the true pose, it is shown in orange.',
+    'Drag a marker (red) to put it somewhere else.',
     'Drag the map to move it, use the wheel or the buttons to zoom. After “Place the robot”, click where it should be, and drag '
       + 'to where it should look.',
   ],
@@ -46,7 +47,7 @@ class RobotPanel {
     this._images = '';
     this._shown = 0;
     this._frames = new Frames(context.ros);
-    this._map = new WorldMap('The world of the Robotont from above', (pose) => this._place(pose));
+    this._map = new WorldMap('The world of the Robotont from above', (pose) => this._place(pose), (panel) => this._move(panel));
     this._driver = new Driver(context.ros, () => (this._robot ? `${this._robot}cmd_vel` : ''),
       {linear: 0.5, angular: 1.5}, (held) => this._driving(held));
     this._endKeys = context.keys ? driveByKeys(this._driver, {sideways: true}) : () => {};
@@ -291,9 +292,12 @@ class RobotPanel {
   }
 
   _place({x, y, yaw}) {
-    const [rx, ry, rz] = [x, y, yaw].map((value) => Math.round(value * 100) / 100);
     this._setPlacing(false);
-    this._caller.call(`${this._robot}robotont_gazebo/set_pose`, {x: rx, y: ry, yaw: rz});
+    this._caller.call(`${this._robot}robotont_gazebo/set_pose`, {x: round(x), y: round(y), yaw: round(yaw)});
+  }
+
+  _move({name, x, y, yaw}) {
+    this._caller.call(`${this._robot}robotont_gazebo/move_marker`, {name, x: round(x), y: round(y), yaw: round(yaw, 1e4)});
   }
 
   _driving({x, y, turn}) {
@@ -302,6 +306,10 @@ class RobotPanel {
     this._caller.show(`rostopic pub -r 10 ${this._robot}cmd_vel geometry_msgs/Twist '{linear: {x: ${(x * linear).toFixed(1)}, `
       + `y: ${(y * linear).toFixed(1)}}, angular: {z: ${(turn * angular).toFixed(1)}}}'`);
   }
+}
+
+function round(value, parts = 100) {
+  return Math.round(value * parts) / parts;
 }
 
 // Return the world in a text of JSON; an empty one if it is none.

@@ -9,7 +9,10 @@ import numpy as np
 import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist
-from robotont_gazebo.srv import SetPose
+from robotont_gazebo.srv import MoveMarker, SetPose
+from sim_ros.msg import ClockStatus
+from sim_ros.srv import SetRate
+from std_msgs.msg import String
 
 from rospy_support import own_master
 from rospy_support.ports import free_port
@@ -32,6 +35,26 @@ NAMELESS = '''[...document.querySelectorAll('button, select, input, a, summary, 
     one.textContent.trim() || one.alt !== undefined && one.alt !== null && one.tagName === 'IMG' ||
     one.labels?.length && one.labels[0].textContent.trim())).map(one => one.outerHTML)'''
 WIDE = '[...document.querySelectorAll("main, main *")].some(one => one.getBoundingClientRect().right > innerWidth + 1)'
+RATE = '''(() => {
+    const label = [...document.querySelectorAll("label")].find(one => one.textContent === "Rate");
+    const input = label.querySelector("input");
+    input.value = 0.5;
+    input.dispatchEvent(new Event("change"));
+})()'''
+
+# the panel's map, which its class tells with its next picture
+CATCH_MAP = '''(async () => {
+    const {WorldMap} = await import("/app/map.js");
+    const draw = WorldMap.prototype._draw;
+    WorldMap.prototype._draw = function () { window.shownMap = this; draw.call(this); };
+})()'''
+PLACE_OF_MARKER = '''(() => {
+    const {x, y, scale} = shownMap._place();
+    const box = shownMap.element.getBoundingClientRect();
+    const panel = shownMap.world.panels.find(one => one.name === "marker3");
+    const [right, down] = [box.x + box.width / 2, box.y + box.height / 2];
+    return JSON.stringify([right + (panel.x - x) * scale, down - (panel.y - y) * scale, scale]);
+})()'''
 
 
 class PageCase(unittest.TestCase):
@@ -168,6 +191,12 @@ class PageTest(PageCase, SimulatorCase):
         self.page.until(lambda: 'Paused' in self.text('.arena .badge'), 'a sign of the pause')
         self.press('Resume')
         self.page.until(lambda: not self.page.find('.arena .badge')[0].is_displayed(), 'no sign')
+        self.page.evaluate(RATE)
+        poses.next(lambda pose: pose.linear_velocity == 0.0)
+        Collected('/turtlesim/clock_status', ClockStatus).index(lambda status: status.rate == 0.5, 'half the rate', 0)
+        self.page.until(lambda: '0.5 times real time' in self.text('#panel'), 'the rate')
+        self.page.until(lambda: 'other nodes use wall time' in self.text('#panel'), 'what to know about it')
+        proxy('/turtlesim/set_rate', SetRate)(1.0)
         self.press('Spawn')  # the tool above the canvas, which comes first
         x, y = self.middle('.arena')
         for kind in ('mousePressed', 'mouseReleased'):
@@ -179,6 +208,29 @@ class PageTest(PageCase, SimulatorCase):
         self.press('Reset')
         poses.next(lambda pose: True)
         until(lambda: self.turtles() == {'turtle1'}, 'one turtle again')
+
+    def test_marker_is_dragged(self):
+        """Where it is let go is its new place; the map shows it there, and stays where it was."""
+        before = self.marker()
+        self.show('robot')
+        self.page.evaluate(CATCH_MAP)
+        self.page.until(lambda: self.page.evaluate('window.shownMap?.world?.panels.length'), 'the markers')
+        x, y, scale = json.loads(self.page.evaluate(PLACE_OF_MARKER))
+        for kind, way in (('mousePressed', 0), ('mouseMoved', 30), ('mouseMoved', 60), ('mouseReleased', 60)):
+            self.page.devtools('Input.dispatchMouseEvent', type=kind, x=x + way, y=y, button='left', buttons=1,
+                               clickCount=1)
+        until(lambda: self.marker() != before, 'the marker in another place')
+        after = self.marker()
+        self.assertAlmostEqual(before['x'] + 60 / scale, after['x'], delta=2 / scale + 0.01)
+        self.assertAlmostEqual(before['y'], after['y'], delta=0.01)
+        self.assertAlmostEqual(before['yaw'], after['yaw'], delta=1e-3)
+        self.page.until(lambda: 'move_marker' in self.text('.command-now code'), 'the command')
+        proxy('/robotont_gazebo/move_marker', MoveMarker)('marker3', before['x'], before['y'], before['yaw'])
+
+    def marker(self):
+        """Return marker 3 of the simulated world."""
+        world = json.loads(Collected('/robotont_gazebo/world', String).some(0, 1)[0].data)
+        return next(one for one in world['panels'] if one['name'] == 'marker3')
 
     def test_robot_is_driven_by_two_fingers(self):
         proxy('/robotont_gazebo/set_pose', SetPose)(-2.0, 0.0, 0.0)
@@ -210,12 +262,14 @@ class PageTest(PageCase, SimulatorCase):
         self.call('turtle1/set_pen', *PEN, 3, 0)
         self.driver()(x=3.0, turn=2.0)
         for panel in ('turtle', 'robot'):
+            self.show(panel)
+            self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
             for width, height, touch in ((390, 844, True), (820, 1100, True), (1440, 900, False)):
+                self.page.resize(width, height, touch)
                 for dark in (False, True):
-                    self.show(panel, width, height, touch, dark)
-                    self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
+                    self.page.prefer(dark)
                     self.page.screenshot(f'{panel}_{width}_{"dark" if dark else "light"}')
-                    self.assertFalse(self.page.evaluate(WIDE), f'{panel} at {width} px is too wide')
+                self.assertFalse(self.page.evaluate(WIDE), f'{panel} at {width} px is too wide')
 
 
 class MasterTest(PageCase):
