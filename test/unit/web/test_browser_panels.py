@@ -160,3 +160,73 @@ def test_every_step_of_the_course_is_read_and_has_a_rule(page):
     assert len(commands) == len([line for block in blocks for line in block.splitlines() if line.strip()])
     assert not [command for command in commands if '# terminal' in command]
     assert sorted(map(int, value(page, 'course_rules', 'm.RULES'))) == [step['number'] for step in steps]
+
+
+def node(*publishing, reads=(), serves=()):
+    return {'publishing': publishing, 'subscribing': reads, 'services': serves}
+
+
+TYPES_OF_TOPICS = {'/turtle1/pose': 'turtlesim/Pose', '/turtle1/cmd_vel': 'geometry_msgs/Twist',
+                   '/odom': 'nav_msgs/Odometry', '/cmd_vel': 'geometry_msgs/Twist',
+                   '/ar_pose_marker': 'ar_track_alvar_msgs/AlvarMarkers'}
+SIMULATORS = {'/turtlesim': node('/turtle1/pose', reads=['/turtle1/cmd_vel']),
+              '/robotont_gazebo': node('/odom', reads=['/cmd_vel']), '/ar_track_alvar': node('/ar_pose_marker')}
+PUBLISHER, READER = node('/turtle1/cmd_vel'), node(reads=['/turtle1/pose'])
+STEERING = node('/turtle1/cmd_vel', reads=['/turtle1/pose'])
+ROBOT_STEERING = node('/cmd_vel', reads=['/odom'])
+TO_TEN = [(6 + 0.5 * step, 5.5, 1.0) for step in range(9)] + [(10.0, 5.5, 0.0)]
+SQUARE = [(x, y, 1.0) for x, y in ((5, 5), (5.5, 5), (6, 5), (6, 5.5), (6, 6), (5.5, 6), (5, 6), (5, 5.5), (5, 5.02))]
+JUMPS = [(1 + 4 * (step % 2), 1 + 2 * step, 0.0) for step in range(5)]
+
+
+@pytest.mark.parametrize('program, drives, steps', [
+    (('/velocity_publisher', PUBLISHER), [], [1]),
+    (('/mine', PUBLISHER), [], [1, 8]),
+    (('/velocity_publisher_1234_5678', PUBLISHER), [], [1]),  # anonymous
+    (('/teleop_turtle', PUBLISHER), [], [1]),
+    (('/browser', STEERING), TO_TEN + SQUARE, []),  # the page itself
+    (('/reader', READER), [], [2]),
+    (('/stop_at_x', STEERING), TO_TEN, [1, 2, 3]),
+    (('/stop_at_x', STEERING), TO_TEN[:-1], [1, 2]),  # it has not stopped
+    (('/stop_at_x', STEERING), TO_TEN[-2:], [1, 2]),  # it was put there
+    (('/teleop_turtle', PUBLISHER), TO_TEN, [1]),  # somebody has driven it by keys
+    (('/drive_shape', STEERING), SQUARE, [1, 2, 4]),
+    (('/drive_shape', STEERING), SQUARE[:-2], [1, 2]),  # not back yet
+    (('/drive_shape', STEERING), SQUARE[:2] * 9, [1, 2]),  # to and fro
+    (('/velocity_publisher', PUBLISHER), SQUARE, [1]),  # in a circle, without looking at the pose
+    (('/goto_pose_server', node(serves=['/turtle1/gotoPose'])), [], [6]),
+    (('/tour', READER), JUMPS, [2, 7]),
+    (('/tour', READER), JUMPS[:4], [2]),
+    (('/tracker_reader', node(reads=['/ar_pose_marker'])), [], [9]),
+    (('/robot', node('/cmd_vel')), [(0.05 * step, 0, 0.5) for step in range(4)], [10]),
+    (('/robot', node('/cmd_vel')), [(0, 0, 0.0)] * 4, []),  # it stands
+    (('/robot', ROBOT_STEERING), SQUARE, [10, 11]),
+    (('/robot', ROBOT_STEERING), SQUARE[:-2], [10]),
+    (('/follower', node('/cmd_vel', reads=['/ar_pose_marker'])), [], [9, 12]),
+])
+def test_a_step_of_the_course_is_seen(page, program, drives, steps):
+    """A program beside the simulators, and what its vehicle does: (x, y [m], speed [m/s]) each second."""
+    robot = '/cmd_vel' in program[1]['publishing']
+    assert watched(page, {**SIMULATORS, program[0]: program[1]}, TYPES_OF_TOPICS, drives, robot) == steps
+
+
+def test_a_second_turtle_is_seen(page):
+    assert watched(page, SIMULATORS, {**TYPES_OF_TOPICS, '/leo/pose': 'turtlesim/Pose'}) == [5]
+
+
+def watched(page, nodes, types, drives=(), robot=False):
+    """Return the steps that are marked done; the course has a program velocity_publisher and the like."""
+    programs = ['velocity_publisher', 'stop_at_x', 'drive_shape', 'goto_pose_server']
+    return value(page, 'course_rules', f'''(() => {{
+        const done = new Set();
+        const watcher = new m.Watcher(new Set({json.dumps(programs)}), (number) => done.add(number));
+        const map = (values) => new Map(Object.entries(values));
+        watcher.look({{nodes: map({json.dumps(nodes)}), types: map({json.dumps(types)})}});
+        for (const [index, [x, y, speed]] of {json.dumps(drives)}.entries()) {{
+            const twist = {{twist: {{linear: {{x: speed, y: 0}}}}}};
+            const odometry = {{pose: {{pose: {{position: {{x, y}}}}}}, twist}};
+            if ({json.dumps(robot)}) watcher.pose("/odom", "nav_msgs/Odometry", odometry, index);
+            else watcher.pose("/turtle1/pose", "turtlesim/Pose", {{x, y, linear_velocity: speed}}, index);
+        }}
+        return [...done].sort((a, b) => a - b);
+    }})()''')

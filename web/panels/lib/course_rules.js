@@ -17,7 +17,7 @@ export const RULES = {
   4: ['a node that also reads the pose has driven a turtle along a path that ends where it began', ['turtle', 'plot']],
   5: ['there is a second turtle', ['services', 'turtle']],
   6: ['a node offers the service gotoPose', ['services', 'turtle']],
-  7: ['a node has put a turtle to four positions', ['turtle', 'console']],
+  7: ['a turtle is put to four positions while a program runs', ['turtle', 'console']],
   8: ['a node that is none of the course publishes velocities for a turtle', ['nodes', 'graph']],
   9: ['a node subscribes to the markers that the tracker finds', ['image', 'topics']],
   10: ['a node publishes velocities for the robot, and it moves', ['robot', 'plot']],
@@ -82,7 +82,7 @@ export class Watcher {
       if (path.closed(1)) this._done(11);
       return;
     }
-    if (path.driven > 0.5 && Math.abs(x - 10) < 0.1 && speed < STOPPED) this._done(3);
+    if (path.owned > 0.5 && Math.abs(x - 10) < 0.1 && speed < STOPPED) this._done(3);
     if (path.closed(3)) this._done(4);
     if (path.jumps >= 4 && this._others.length) this._done(7);
   }
@@ -96,8 +96,8 @@ export class Path {
     this._last = null;
     this._start = null;
     this._driver = '';
-    this._far = 0;
-    this._owned = 0; // m, by the driver
+    this._area = 0; // m^2 that is driven around; to and fro is nothing
+    this.owned = 0; // m, by the driver, which reads poses
   }
 
   take(x, y, speed, time, driver) {
@@ -106,24 +106,24 @@ export class Path {
     if (driver !== this._driver || !this._start) {
       this._driver = driver;
       this._start = {x, y};
-      this._owned = this._far = this.driven = 0;
+      this.owned = this._area = this.driven = 0;
     }
     if (!last) return;
     const step = Math.hypot(x - last.x, y - last.y);
     if (step > JUMP + 2 * Math.max(speed, last.speed) * (time - last.time)) {
       this.jumps += 1;
       this._start = {x, y};
-      this._owned = this._far = this.driven = 0;
+      this.owned = this._area = this.driven = 0;
       return;
     }
     this.driven += step;
-    if (driver) this._owned += step;
-    this._far = Math.max(this._far, Math.hypot(x - this._start.x, y - this._start.y));
+    if (driver) this.owned += step;
+    this._area += ((last.x - this._start.x) * (y - this._start.y) - (x - this._start.x) * (last.y - this._start.y)) / 2;
   }
 
-  // Return whether the driver has come back to the start after at least `length` [m].
+  // Return whether the driver has come back to the start after at least `length` [m], around something.
   closed(length) {
-    return this._owned >= length && this._far >= length / 8
+    return this.owned >= length && Math.abs(this._area) >= (length / 8) ** 2
       && Math.hypot(this._last.x - this._start.x, this._last.y - this._start.y) < NEAR;
   }
 }
