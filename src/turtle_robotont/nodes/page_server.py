@@ -25,7 +25,7 @@ from rosbridge_core import web
 from rosbridge_core.session import Settings
 from rospy_support import nodes
 from rospy_support.master import Master, NoMaster
-from rospy_support.panels import open_page
+from rospy_support.panels import open_page, running_address
 from rospy_support.servers import Report
 
 try:
@@ -185,16 +185,30 @@ def options_of(arguments):
                         help='also open the page, with $BROWSER or xdg-open')
     options = parser.parse_args(arguments)
     if not 0 <= options.port <= 65535:
-        parser.error(f'argument --port: {options.port} is no port; it must be 0 to 65535')
+        parser.error(f'argument --port: {options.port} is not a port; it must be 0 to 65535')
     if not os.path.isfile(os.path.join(options.folder, 'index.html')):
         parser.error(f'argument --folder: {options.folder} has no index.html')
     options.folder = os.path.realpath(options.folder)
     return options
 
 
+def _is_served_already(options, port=None):
+    """Return whether another server has the page of this master, which is said; ``port``: of this one."""
+    address = running_address()
+    if not address or address == f'http://localhost:{port}/':
+        return False
+    _say(f'The page is at {address} already: open that in a browser. This second server ends now. To start one with '
+         'other options, end the first one: rosnode kill /browser')
+    if options.open == 'true':
+        open_page(address)
+    return True
+
+
 def main():
     """Serve until shutdown."""
     options = options_of(rospy.myargv()[1:])
+    if _is_served_already(options):
+        return
     server = PageServer(options)
     server.start()
     _say(f'Open {server.address} in a browser.')
@@ -204,6 +218,8 @@ def main():
         if rospy.is_shutdown():
             return
         time.sleep(LOOK)
+    if _is_served_already(options, server.port):
+        return
     nodes.init_node('browser')
     rospy.set_param('~actual_port', server.port)
     server.ready.set()

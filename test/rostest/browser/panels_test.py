@@ -92,7 +92,8 @@ class PanelsTest(SimulatorCase):
         for panel in PANELS:
             self.open(panel)
             self.browser.until(lambda: len(self.text()) > 60, f'{panel} says something')
-            self.assertLessEqual(self.browser.evaluate('document.querySelector("main").scrollWidth'), 360, panel)
+            self.browser.until(lambda: self.browser.evaluate('document.querySelector("main").scrollWidth') <= 360,
+                               f'{panel} fits, once its style sheet has come')
             nameless = self.browser.evaluate('''[...document.querySelectorAll("main :is(button, input, select, a)")]
                 .filter((one) => !(one.textContent || one.ariaLabel || one.labels?.length))
                 .map((one) => one.outerHTML)''')
@@ -278,6 +279,13 @@ class PanelsTest(SimulatorCase):
             word = {'rqt': 'Ellipses', 'rqt_image_view': '500 x 500', 'rqt_console': 'Debug', 'rqt_graph': 'Ellipses',
                     'rqt_topic': '/turtle1/cmd_vel'}.get(command[0], '/turtle1/pose/y')
             self.until_content(word)
+
+    def test_a_second_server_says_where_the_first_is(self):
+        """Else the master would end the first one, because both nodes have one name."""
+        second = subprocess.run(['rosrun', 'turtle_robotont', 'browser.py', '--port=0'], stdout=subprocess.PIPE,
+                                text=True, timeout=DEADLINE, check=True)
+        self.assertIn(f'The page is at {self.address} already', second.stdout)
+        self.assertIn('/browser', str(rosgraph.Master('/test').getSystemState()[2]))
 
     def test_rqt_starts_a_server_where_none_runs(self):
         program, address = self.rqt('rqt_graph', ROS_MASTER_URI='http://localhost:1')
