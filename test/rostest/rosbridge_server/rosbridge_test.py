@@ -183,6 +183,9 @@ class RosbridgeTest(SimulatorCase):
         self.assertEqual('turtlesim/Pose', dict(zip(values['topics'], values['types']))['/turtle1/pose'])
         self.assertIn('/turtlesim', client.call('/rosapi/nodes')['values']['nodes'])
         self.assertIn('/spawn', client.call('/rosapi/services_for_type', type='turtlesim/Spawn')['values']['services'])
+        for wanted in ('/spawn', 'turtlesim/Spawn'):
+            providers = client.call('/rosapi/service_providers', service=wanted)['values']['providers']
+            self.assertEqual(['/turtlesim'], providers, wanted)
         publishers = client.call('/rosapi/publishers', topic='/turtle1/pose')['values']['publishers']
         self.assertEqual(['/turtlesim'], publishers)
         self.assertIn('float32 x', client.call('/rosapi/topics_and_raw_types')['values']['typedefs_full_text'][

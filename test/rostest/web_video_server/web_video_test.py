@@ -59,6 +59,15 @@ class WebVideoTest(SimulatorCase):
             self.assertEqual((200, content), (answer.status, answer.getheader('Content-Type')))
             self.assert_green(answer.read(), green)
 
+    def test_images_are_compressed_here_where_nobody_else_does(self):
+        """As in the Robotont's own page, which asks for ros_compressed from a camera that may not have it."""
+        raw = rospy.Publisher('/raw_only', Image, latch=True, queue_size=1)
+        raw.publish(to_image(plain(150), 'bgr8'))
+        self.addCleanup(raw.unregister)
+        answer = self.get('/snapshot?topic=/raw_only&type=ros_compressed')
+        self.assertEqual((200, 'image/jpeg'), (answer.status, answer.getheader('Content-Type')))
+        self.assert_green(answer.read(), 150)
+
     def test_stream_shows_the_newest_image(self):
         streams = [self.get(f'/stream?topic={TOPIC}') for _ in range(3)]
         for green in (200, 60):
@@ -78,7 +87,8 @@ class WebVideoTest(SimulatorCase):
         broken = rospy.Publisher('/broken', Image, latch=True, queue_size=1)
         broken.publish(Image(width=9, height=9, encoding='nonsense'))
         for path, status, said in (
-                ('/stream', 400, 'needs the topic'), (f'/stream?topic={TOPIC}&type=vp9', 400, 'type=vp9 is missing'),
+                ('/stream', 400, 'needs the topic'),
+                (f'/stream?topic={TOPIC}&type=vp9', 400, 'type=vp9 is not supported'),
                 ('/nope', 404, 'there are /, /stream'),
                 ('/snapshot?topic=/broken', 415, "encoding 'nonsense' is unknown")):
             answer = self.get(path)

@@ -24,7 +24,7 @@ def test_query_is_read(fields, query):
 
 @pytest.mark.parametrize('fields, said', [
     ({}, 'needs the topic of an image'), ({'topic': '/a b'}, "it has '/a b'"), ({'topic': '../etc'}, 'needs the topic'),
-    ({'topic': '/a', 'type': 'vp8'}, 'type=vp8 is missing here; use one of mjpeg'),
+    ({'topic': '/a', 'type': 'vp8'}, 'type=vp8 is not supported here; use one of mjpeg'),
     ({'topic': '/a', 'type': 'gif'}, 'must be one of mjpeg, ros_compressed, png'),
     ({'topic': '/a', 'quality': '0'}, 'quality=0 must be a whole number from 1 to 100'),
     ({'topic': '/a', 'width': '99999'}, 'width=99999 must be'),

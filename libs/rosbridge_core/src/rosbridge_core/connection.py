@@ -113,7 +113,7 @@ class WebSocket(Guarded):
         headers = self.request.headers
         key = headers.get('Sec-WebSocket-Key')
         if not key or 'upgrade' not in headers.get('Connection', '').lower():
-            self.refuse(400, 'this is no handshake of a WebSocket: Connection: Upgrade or Sec-WebSocket-Key is missing')
+            self.refuse(400, 'this is not a WebSocket handshake: Connection: Upgrade or Sec-WebSocket-Key is missing')
             return
         if headers.get('Sec-WebSocket-Version') not in ('7', '8', '13'):
             self.refuse(426, 'the WebSocket must have version 13')

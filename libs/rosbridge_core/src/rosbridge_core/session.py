@@ -141,7 +141,7 @@ class Session:
             name = check(operation)
             if name in ('fragment', 'png'):
                 if depth > 1:
-                    raise Refused(f'{name}: fragments and images may be nested twice at most')
+                    raise Refused(f'{name}: fragments and images may be nested at most twice')
                 inner = self._parts.add(operation) if name == 'fragment' else \
                     from_png(operation['data'], self.settings.largest)
                 return self._rate.pause() if inner is None else self._take(inner, depth + 1)
@@ -282,7 +282,7 @@ class Session:
 
     def _call_service(self, operation: Operation) -> None:
         if len(self._calls) >= MOST_CALLS:
-            raise Refused(f'{MOST_CALLS} calls of services are unanswered already; this one is not made')
+            raise Refused(f'{MOST_CALLS} service calls are still unanswered; this one is not made')
         self._keep(self._called(operation))
 
     async def _called(self, operation: Operation) -> None:

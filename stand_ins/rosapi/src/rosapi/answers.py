@@ -97,8 +97,10 @@ class Answers:
         return srv.ServiceTypeResponse(self._type_of(request.service))
 
     def _service_providers(self, request):
-        return srv.ServiceProvidersResponse([node for name, nodes in _master().getSystemState()[2]
-                                             if self._type_of(name) == request.service for node in nodes])
+        wanted, services = request.service, _master().getSystemState()[2]
+        by_name = wanted.startswith('/')  # as ros-mcp-server asks; the original knows types only
+        return srv.ServiceProvidersResponse([node for name, nodes in services for node in nodes
+                                             if wanted == (name if by_name else self._type_of(name))])
 
     def _service_node(self, request):
         return srv.ServiceNodeResponse(rosservice.get_service_node(request.service) or '')

@@ -73,7 +73,7 @@ class Services:
     async def call(self, name, arguments, kind):
         """Return the answer of a service as a dict."""
         if self._calls >= MOST_CALLS:
-            raise Refused(f'{MOST_CALLS} calls of services are unanswered already; {name} is not called')
+            raise Refused(f'{MOST_CALLS} service calls are still unanswered; {name} is not called')
         self._calls += 1
         done = self._loop.create_future()
 

@@ -251,7 +251,7 @@ class Topics:
 
 def _type_of_slow(name):
     if not rosgraph.names.is_legal_name(name):
-        raise Refused(f'{name!r} is no name of a topic: it must have only letters, digits, _ and /')
+        raise Refused(f'{name!r} is not a valid topic name: it may contain only letters, digits, _ and /')
     try:
         return rostopic.get_topic_type(name)[0] or ''
     except (rostopic.ROSTopicException, OSError) as error:

@@ -53,7 +53,7 @@ class Page(Guarded):
         try:
             yield source
         finally:
-            await self.settings['sources'].close(wanted)
+            await self.settings['sources'].close(source)
 
 
 class Index(Page):

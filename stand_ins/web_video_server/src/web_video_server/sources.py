@@ -7,6 +7,7 @@ import asyncio
 import threading
 
 import numpy as np
+import rosgraph
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
@@ -59,7 +60,7 @@ class Source:
 
 
 def _data(message, query):
-    if query.kind == 'ros_compressed':
+    if isinstance(message, CompressedImage):
         return bytes(message.data)
     if message.encoding == images.DEPTH:
         return encoded(depth_picture(_distances(message)), query)
@@ -83,19 +84,27 @@ class Sources:
 
     async def open(self, query):
         """Return the Source for a query; call ``close`` once for it."""
-        key = query.topic, query.kind == 'ros_compressed'
+        key = query.topic, (query.kind == 'ros_compressed'
+                            and await self._loop.run_in_executor(None, _is_compressed, query.topic))
         async with self._lock:
             if key not in self._sources:
                 self._sources[key] = await self._loop.run_in_executor(None, Source, *key, self._loop)
             self._sources[key].viewers += 1
             return self._sources[key]
 
-    async def close(self, query):
+    async def close(self, source):
         """Unsubscribe if nobody else wants the topic."""
-        key = query.topic, query.kind == 'ros_compressed'
         async with self._lock:
-            source = self._sources[key]
             source.viewers -= 1
             if not source.viewers:
-                del self._sources[key]
+                self._sources = {key: one for key, one in self._sources.items() if one is not source}
                 await self._loop.run_in_executor(None, source.close)
+
+
+def _is_compressed(topic):
+    """Return whether somebody publishes the compressed images of a topic; where nobody does, they are made here."""
+    try:
+        published = {name for name, _ in rosgraph.Master(rospy.get_name()).getPublishedTopics('')}
+    except (rosgraph.MasterException, OSError):
+        return True
+    return topic + COMPRESSED in published or topic not in published

@@ -34,7 +34,7 @@ def read(get: Callable[[str], Optional[str]], default_kind: str) -> Query:
                            f'has {topic[:99]!r}')
     kind = get('type') or default_kind
     if kind in MISSING_KINDS:
-        raise InvalidQuery(f'type={kind} is missing here; use one of {", ".join(KINDS)}')
+        raise InvalidQuery(f'type={kind} is not supported here; use one of {", ".join(KINDS)}')
     if kind not in KINDS:
         raise InvalidQuery(f'type={kind[:40]} is unknown; it must be one of {", ".join(KINDS)}')
     quality = _number('quality', get('quality'), 95, 1, 100)
