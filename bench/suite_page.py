@@ -3,9 +3,10 @@
 There is no peer: the original has no page. The form of a suite: suite_turtlesim.py.
 """
 
+import os
 from dataclasses import dataclass
 
-from figures import Figure, Target, median, p95
+from figures import Figure, Target, intervals, mean_rate, median, p95, p99
 from rospy_support.ports import free_port
 from session import answer, find_node
 from suite_turtlesim import Measurement
@@ -40,11 +41,24 @@ def turtles(subject, scale):
             'size': [found['size'] / 1e3]}
 
 
-MEASUREMENTS = {'turtles': Measurement(turtles, f'the canvas with {TURTLES} turtles')}
+def panels(subject, scale):
+    """Measure turtlesim while all panels are open; simulator, server and Chromium share one core."""
+    port, core = free_port(), ['taskset', '--cpu-list', str(max(os.sched_getaffinity(0)))]
+    with subject.other([*core, *find_node('turtlesim', 'turtlesim_node')]) as simulator, \
+            subject.start('node of ours', [*core, *subject.command, f'--port={port}']) as node, \
+            subject.probe('page_probe.py', 'panels', '--port', port, '--seconds', 2.0 * scale.window) as probe:
+        stamps = answer(probe, COME_UP + 2.0 * scale.window, [node, simulator])['stamps']
+    return {'poses': [mean_rate(stamps)], 'gaps': [1e3 * gap for gap in intervals(stamps)]}
+
+
+MEASUREMENTS = {'turtles': Measurement(turtles, f'the canvas with {TURTLES} turtles'),
+                'panels': Measurement(panels, 'turtlesim while all panels are open')}
 FIGURES = (
     Figure('first picture after the address was entered', 'first', 'ms', median, Target('below', 1000.0)),
     Figure(f'time between frames, {TURTLES} turtles draw, median', 'frames', 'ms', median, Target('below', 17.0)),
     Figure(f'time between frames, {TURTLES} turtles draw, p95', 'frames', 'ms', p95, Target('below', 25.0)),
     Figure('messages with all poses and strokes', 'drawing', 'Hz', median, Target('at_most', 60.5)),
+    Figure('poses of turtlesim with all panels open, all on one core', 'poses', 'Hz', median, Target('at_least', 62.0)),
+    Figure('time between two of them, p99', 'gaps', 'ms', p99),
     Figure('files that were loaded', 'size', 'kB', median, Target('below', 500.0)),
 )
