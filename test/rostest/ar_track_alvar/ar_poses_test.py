@@ -113,8 +113,8 @@ class PosesTest(TrackerCase):
 
     def test_ar_launch_file(self):
         """pr2_indiv_no_kinect.launch: markers of 5 cm instead of 10, so all is half as far."""
-        self.tracker = '/ar_track_alvar'
-        poses = self.collected()
+        self.tracker = '/single/ar_track_alvar'
+        poses = self.collected('/single/ar_pose_marker')
         self.camera(topic='/cam/image', info_topic='/cam/info').show(*PLACED.values())
         for marker in self.next_with(poses, *PLACED).markers:
             self.assert_pose(marker.pose.pose, PLACED[marker.id].rotation, PLACED[marker.id].position / 2)

@@ -2,7 +2,13 @@
 import pytest
 from rospy.client import load_command_line_node_params
 
-from ar_track_alvar.core.command_line import UsageError, bundle_arguments, depth_bundle_arguments, ros_arguments
+from ar_track_alvar.core.command_line import (
+    UsageError,
+    bundle_arguments,
+    depth_bundle_arguments,
+    ros_arguments,
+    training_arguments,
+)
 
 SHORT = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', '/map']
 
@@ -48,6 +54,14 @@ def test_the_median_filter_comes_before_the_bundle_files_of_a_depth_camera():
 def test_what_is_not_the_form_of_a_depth_camera_is_refused(words, said):
     with pytest.raises(UsageError, match=said):
         depth_bundle_arguments(words)
+
+
+def test_the_number_of_markers_comes_before_all_others_of_training():
+    assert load_command_line_node_params(training_arguments(['8', *SHORT])) == {
+        'nof_markers': 8, 'marker_size': 4.4, 'max_new_marker_error': 0.08, 'max_track_error': 0.2,
+        'output_frame': '/map'}
+    with pytest.raises(UsageError, match='6 arguments are given; 7 are needed'):
+        training_arguments(SHORT)
 
 
 @pytest.mark.parametrize('words, said', [

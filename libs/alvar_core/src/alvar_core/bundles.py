@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
-from typing import Mapping, NoReturn
+from typing import Iterable, Mapping, NoReturn
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -173,12 +173,17 @@ class _Reader:
         return value
 
 
-def xml(corners: Mapping[code.Value, ArrayLike]) -> str:
-    """Return the text of a bundle file from ``corners`` {id: (4, 3)} [m], in the order of Bundle.corners."""
-    lines = ['<?xml version="1.0" encoding="UTF-8" standalone="no" ?>', f'<multimarker markers="{len(corners)}">']
-    for index, place in corners.items():
-        points = np.round(np.asarray(place, float)[FROM_FILE] / METRES, 6) + 0.0  # no -0
-        lines += [f'    <marker index="{index}" status="1">',
+def xml(corners: Mapping[code.Value, ArrayLike], unknown: Iterable[code.Value] = ()) -> str:
+    """Return the text of a bundle file from ``corners`` {id: (4, 3)} [m], in the order of Bundle.corners.
+
+    The markers ``unknown`` follow with status 0, as the original's training writes those that it has not placed.
+    """
+    markers = [(index, 1, np.asarray(place, float)[FROM_FILE]) for index, place in corners.items()]
+    markers += [(index, 0, np.zeros((4, 3))) for index in unknown]
+    lines = ['<?xml version="1.0" encoding="UTF-8" standalone="no" ?>', f'<multimarker markers="{len(markers)}">']
+    for index, status, place in markers:
+        points = np.round(place / METRES, 6) + 0.0  # no -0
+        lines += [f'    <marker index="{index}" status="{status}">',
                   *(f'        <corner x="{x:.10g}" y="{y:.10g}" z="{z:.10g}" />' for x, y, z in points),
                   '    </marker>']
     return '\n'.join(lines + ['</multimarker>', ''])

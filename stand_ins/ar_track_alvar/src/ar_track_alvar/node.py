@@ -100,11 +100,15 @@ class MarkerNode:
         """Return the width [m] of a marker's black square."""
         return self._sizes.get(marker_id, self.settings.marker_size / 100.0)
 
+    def wait(self):
+        """Occupy the main thread until shutdown."""
+        rospy.spin()
+
     def run(self):
         """Work until shutdown."""
         worker = threading.Thread(target=self._work, name='markers', daemon=True)
         worker.start()
-        rospy.spin()
+        self.wait()
         with self._condition:
             self._condition.notify()
         worker.join(2.0)

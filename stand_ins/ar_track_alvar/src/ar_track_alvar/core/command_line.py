@@ -11,6 +11,7 @@ BUNDLE_USAGE = f'{USAGE[:USAGE.index(" [")]} BUNDLE_FILE...'
 DEPTH_EXAMPLE = ('_marker_size:=10 _output_frame:=camera camera_image:=/camera/depth_registered/points '
                  'camera_info:=/camera/rgb/camera_info')
 DEPTH_BUNDLE_USAGE = f'{USAGE[:USAGE.index(" [")]} MEDIAN_FILTER_SIZE BUNDLE_FILE...'.replace('IMAGE', 'CLOUD')
+TRAINING_USAGE = f'NUMBER_OF_MARKERS {USAGE[:USAGE.index(" [")]}'
 NEEDED = ('_marker_size', '_max_new_marker_error', '_max_track_error', 'camera_image', 'camera_info', '_output_frame')
 OPTIONAL = ('_max_frequency', '_marker_resolution', '_marker_margin')
 
@@ -43,6 +44,13 @@ def depth_bundle_arguments(words: Sequence[str]) -> List[str]:
         raise UsageError(f'{len(words)} arguments are given; at least {place + 2} are needed')
     return bundle_arguments([*words[:place], *words[place + 1:]]) + [
         f'_med_filt_size:={_value("_med_filt_size", words[place])}']
+
+
+def training_arguments(words: Sequence[str]) -> List[str]:
+    """Return the same for the form with the number of markers before all others."""
+    if len(words) != len(NEEDED) + 1:
+        raise UsageError(f'{len(words)} arguments are given; {len(NEEDED) + 1} are needed')
+    return [f'_nof_markers:={_value("_nof_markers", words[0])}', *ros_arguments(words[1:])]
 
 
 def _value(name: str, word: str) -> Union[int, str]:
