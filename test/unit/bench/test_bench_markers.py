@@ -4,6 +4,7 @@ import json
 import cv2
 import numpy as np
 import pytest
+import rospy
 
 import bench
 import suite_markers
@@ -13,6 +14,8 @@ from alvar_core.camera import default_camera
 from aruco_baseline import ArucoBaseline
 from figures import OURS
 from processes import BenchError
+from rospy_support import images
+from rostest_support import markers
 from rostest_support.marker_scenes import Placed, Scene, image_of
 
 
@@ -96,3 +99,53 @@ def test_suites_have_what_the_bench_needs():
     for suite in (suite_markers, suite_turtlesim):
         assert suite.FIGURES and suite.FULL and suite.QUICK
         assert all(callable(measurement.run) for measurement in suite.MEASUREMENTS.values())
+
+
+def bag_of(path, images, infos, **topics):
+    """Write a bag of messages, each with the time of its number [s]; return its path."""
+    rosbag = pytest.importorskip('rosbag')
+    with rosbag.Bag(str(path), 'w') as bag:
+        for topic, messages in (('/cam/image', images), ('/cam/info', infos), *topics.items()):
+            for number, message in enumerate(messages):
+                bag.write(topic, message, rospy.Time(1 + number))
+    return str(path)
+
+
+def test_bag_shows_how_steadily_markers_are_found(tmp_path):
+    """Marker 42 moves evenly, and is covered in the third of five images; 7 is in one image only."""
+    rng, shown = np.random.default_rng(1), []
+    for number in range(5):
+        moving = Placed(42, 0.1, rotations.facing(0.5, 0.7, 0.3), np.array([0.01 * number, 0.0, 0.6]))
+        rare = Placed(7, 0.05, rotations.facing(0.2, 0.7, 0.3), np.array([-0.2, 0.1, 0.6]))
+        visible = ([moving] if number != 2 else []) + ([rare] if number == 4 else [])
+        shown.append(images.to_image(image_of(rng, markers.CAMERA, visible, Scene())))
+    bag = bag_of(tmp_path / 'a.bag', shown, [markers.camera_info()])
+    lines = suite_markers.of_bag(bag).splitlines()
+    assert lines[0] == f'{bag}: 5 images; scatter from image to image, median / 95th'
+    rows = {line.split()[0]: line.split()[1:] for line in lines[2:]}
+    assert rows['42'][:4] == ['80.0', '%', 'of', '5'] and rows['7'][:2] == ['1', 'images']
+    assert rows['42'][4] == '-'  # no three neighbouring images
+    steady = bag_of(tmp_path / 'b.bag', [shown[0]] * 4, [markers.camera_info()])
+    assert suite_markers.of_bag(steady).splitlines()[2].split()[1:8] == '100.0 % of 4 0.00 / 0.00'.split()
+
+
+@pytest.mark.parametrize('count, topics, said', [
+    (0, {}, 'exactly one of each is needed'), (1, {'/other': 1}, 'exactly one of each is needed')])
+def test_bag_without_one_image_topic_is_refused(tmp_path, count, topics, said):
+    picture = images.to_image(np.zeros((480, 640), np.uint8))
+    bag = bag_of(tmp_path / 'a.bag', [picture] * count, [markers.camera_info()],
+                 **{name: [picture] * number for name, number in topics.items()})
+    with pytest.raises(BenchError, match=said):
+        suite_markers.of_bag(bag)
+
+
+def test_what_is_no_bag_or_has_no_calibration_is_refused(tmp_path):
+    (tmp_path / 'text.bag').write_text('no bag')
+    for name, said in (('text.bag', 'cannot be read as a bag'), ('missing.bag', 'cannot be read as a bag')):
+        with pytest.raises(BenchError, match=said):
+            suite_markers.of_bag(str(tmp_path / name))
+    info = markers.camera_info()
+    info.K = [0.0] * 9
+    bag = bag_of(tmp_path / 'a.bag', [images.to_image(np.zeros((480, 640), np.uint8))], [info])
+    with pytest.raises(BenchError, match='fx and fy must be above 0'):
+        suite_markers.of_bag(bag)
