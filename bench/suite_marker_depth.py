@@ -1,9 +1,9 @@
 """The bench of poses from image and points: their errors beside those of the image alone and of the points alone.
 
-A marker of 10 cm is rendered in bright and in dim light, at several distances and tilts. The points have the noise of a
-Kinect or RealSense: a standard deviation that grows with the square of the distance and is shared by neighbouring
-pixels, an error of scale and one of the calibration between the two cameras. No node is needed. See
-suite_turtlesim for what a suite is.
+A marker of 10 cm is rendered at several distances and tilts, in sets that differ in light and in the noise of the
+points. Points have the noise of a Kinect or RealSense: a standard deviation that grows with the square of the distance
+and is shared by neighbouring pixels, an error of scale and one of the calibration between the two cameras. No node is
+needed. See suite_turtlesim for what a suite is.
 """
 import itertools
 import time
@@ -15,17 +15,20 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import depth
 from alvar_core.detection.detector import Detector
-from figures import Figure, p95
+from figures import Figure, Target, median, p95
 from rostest_support.marker_scenes import Placed, Scene, image_of
 from suite_turtlesim import Measurement
 
 NEEDS_NODE = False
 SIZE = 0.1  # [m] of the marker
 DISTANCES, TILTS = (0.5, 1.0, 2.0), (0.0, 15.0, 40.0)  # [m], [degrees]
-LIGHT = {'bright': (2.0, 0.6, 160.0), 'dim': (8.0, 1.4, 60.0)}  # noise [greys], blur [px], white minus black [greys]
+SETS = {  # noise [greys], blur [px], white minus black [greys]; standard deviation [m] of a depth at 1 m
+    'bright': (2.0, 0.6, 160.0, 0.002), 'bright, coarse points': (2.0, 0.6, 160.0, 0.005),
+    'noisy': (5.0, 0.8, 120.0, 0.002), 'dim': (8.0, 1.4, 60.0, 0.002), 'dim, fine points': (8.0, 1.4, 60.0, 0.001)}
 FULL, QUICK = 5, 1  # markers at each distance and tilt
-NOISE, SMOOTH = 0.002, 1.2  # [m] of a depth at 1 m; [px] over which errors are shared
+SMOOTH = 1.2  # [px] over which errors of depths are shared
 SCALE_ERROR, SHIFT = 0.005, 0.3  # of the depth; [px] between image and points
+NEVER_WORSE = 1.05  # times the error of the image alone
 WALL = 4.0  # [m] behind the markers
 HEIGHT, WIDTH = 480, 640
 CAMERA = default_camera(WIDTH, HEIGHT)
@@ -34,9 +37,9 @@ SOURCES = {'image': 'image alone', 'points': 'points alone', 'both': 'both'}
 
 
 class Points:
-    """The points of a depth camera that sees a Placed marker before a wall; see depth.Points."""
+    """The points of a depth camera with ``noise`` [m at 1 m] that sees a marker before a wall; see depth.Points."""
 
-    def __init__(self, rng, marker):
+    def __init__(self, rng, marker, noise):
         rays = np.concatenate([CAMERA.to_rays(GRID), np.ones((HEIGHT, WIDTH, 1))], -1)
         seen = np.concatenate([CAMERA.to_rays(GRID + rng.normal(0, SHIFT, 2)), np.ones((HEIGHT, WIDTH, 1))], -1)
         normal = marker.rotation[:, 2]
@@ -44,7 +47,7 @@ class Points:
         local = (seen * z[..., None] - marker.position) @ marker.rotation
         z = np.where((np.abs(local[..., :2]).max(-1) < 0.65 * marker.size) & (z > 0), z, WALL)
         errors = cv2.GaussianBlur(rng.normal(size=z.shape), (0, 0), SMOOTH)
-        z = z * rng.normal(1, SCALE_ERROR) + errors / errors.std() * NOISE * z * z
+        z = z * rng.normal(1, SCALE_ERROR) + errors / errors.std() * noise * z * z
         self._points = (rays * z[..., None]).astype(np.float32)
 
     def window(self, top, bottom, left, right):
@@ -56,14 +59,16 @@ def poses(_subject, scale):
     """Return the errors of the poses by source and distance, and the time that points take for each marker."""
     cv2.setNumThreads(1)
     rng, detector, samples = np.random.default_rng(14), Detector(SIZE), {}
-    for name, (noise, blur, contrast) in LIGHT.items():
+    for name, (noise, blur, contrast, of_points) in SETS.items():
         for distance, tilt in itertools.product(DISTANCES, TILTS * scale):
             marker = _marker(rng, distance, np.radians(tilt), contrast)
             image = image_of(rng, CAMERA, [marker], Scene(width=WIDTH, height=HEIGHT, noise=noise, blur=blur))
             found = [each for each in detector.detect(image, CAMERA) if each.id == marker.id]
             samples.setdefault(f'found_{name}', []).append(100.0 * bool(found))
             if found:
-                _measure(samples, found[0], marker, Points(rng, marker), name, distance)
+                _measure(samples, found[0], marker, Points(rng, marker, of_points), name, distance)
+    for name in SETS:
+        samples[f'gain_{name}'] = [p95(samples[f'both_{name}_rotation']) / p95(samples[f'image_{name}_rotation'])]
     return {key: [float(np.mean(values))] if key.startswith('found') else values for key, values in samples.items()}
 
 
@@ -75,16 +80,16 @@ def _marker(rng, distance, tilt, contrast):
     return marker
 
 
-def _measure(samples, detection, marker, points, light, distance):
+def _measure(samples, detection, marker, points, name, distance):
     begun = time.thread_time()
-    plane = depth.plane_on(points, detection.corners, (HEIGHT, WIDTH), NOISE)
+    plane = depth.plane_on(points, detection.corners, (HEIGHT, WIDTH), SETS[name][3])
     both = depth.measured(detection, SIZE, CAMERA, plane).detection
     samples.setdefault('cpu', []).append(1e3 * (time.thread_time() - begun))
     found = {'image': (detection.rotation, detection.position), 'both': (both.rotation, both.position)}
     if isinstance(plane, depth.Plane):
         found['points'] = depth.pose_on(plane, CAMERA.to_rays(CAMERA.to_ideal(detection.corners)))[:2]
     for source, (rotation, position) in found.items():
-        for key in (f'{source}_{light}', f'{source}_{light}_{distance}'):
+        for key in (f'{source}_{name}', f'{source}_{name}_{distance}'):
             samples.setdefault(f'{key}_position', []).append(
                 100.0 * float(np.linalg.norm(position - marker.position)) / distance)
             samples.setdefault(f'{key}_rotation', []).append(
@@ -95,7 +100,7 @@ MEASUREMENTS = {'poses': Measurement(poses, 'errors of poses from image, points 
 
 
 def _figures():
-    for light in LIGHT:
+    for light in SETS:
         yield Figure(f'{light}: markers found', f'found_{light}', '%')
         for (kind, unit), (key, words) in itertools.product((('position', '%'), ('rotation', 'degrees')),
                                                             SOURCES.items()):
@@ -104,6 +109,8 @@ def _figures():
             for distance in DISTANCES:
                 name = f'{light}: {kind} error, {words}, {distance:g} m'
                 yield Figure(name, f'{key}_{light}_{distance}_{kind}', unit)
+        yield Figure(f'{light}: rotation error, 95th, both against image', f'gain_{light}', 'times', median,
+                     Target('below', NEVER_WORSE))
 
 
 FIGURES = (*_figures(), Figure('CPU of the points, a marker', 'cpu', 'ms'))

@@ -39,6 +39,8 @@ STARTS, FITS = 40, 5  # planes through three points, of which the best is improv
 OUTLIER = 4.5  # standard deviations (Tukey's weights)
 LEAST_INCIDENCE = 0.1  # cosine of the angle at which the plane is seen: flatter ones are no measurement
 MAX_SURPLUS = 60.0  # chi2 that the plane may add: beyond, image and points contradict each other
+SAG_RMS = 0.298  # rms of the distances of a parabola from the nearest plane, as a share of its height
+FLAT_CHI2, SEEN_CHI2 = 16.0, 50.0  # of a curved surface: points on a flat one (3 parameters); expected, if it is bent
 STEPS, SETTLED = 12, 1e-9  # of the fit of a pose; relative change of chi2
 
 NO_DEPTH, NO_PLANE, BENT = 'no depth', 'no plane', 'bent'
@@ -53,10 +55,16 @@ class Points(Protocol):
 
 
 class Plane(NamedTuple):
-    """A plane: ``q`` (3,) [1/m] with its ``information`` (3, 3) [m^2], the inverse covariance."""
+    """A plane: ``q`` (3,) [1/m] with its ``information`` (3, 3) [m^2], the inverse covariance.
+
+    ``curved`` is chi2 by which a curved surface would fit better (3 more parameters); ``sharpness`` [1/m] is the square
+    root of chi2 for points that are off by 1 m: what is smaller than a few times its inverse is not seen.
+    """
 
     q: Floats
     information: Floats
+    curved: float = 0.0
+    sharpness: float = 0.0
 
 
 class Observation(NamedTuple):
@@ -120,7 +128,18 @@ def plane_on(points: Points, corners: Floats, shape: tuple[int, ...], noise: flo
         return NO_PLANE
     independent = valid.sum() / len(rays) / CORRELATED / spread ** 2
     covariance = np.linalg.pinv(normal * independent) + _systematic(q, middle)
-    return Plane(q, np.linalg.inv(covariance))
+    depths = sigma * chosen[:, 2] ** 2  # [m] standard deviations
+    return Plane(q, np.linalg.inv(covariance), independent * _curved(rays, (inverse - rays @ q) / sigma, weights),
+                 math.sqrt(independent * float((weights / depths ** 2).sum())))
+
+
+def _curved(rays: Floats, residual: Floats, weights: Floats) -> float:
+    """Return by how much a quadratic surface reduces the sum of the squared residuals (N,) of a plane."""
+    x, y = ((rays[:, :2] - rays[:, :2].mean(0)) / rays[:, :2].std(0)).T
+    root = np.sqrt(weights)
+    matrix = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y], 1) * root[:, None]
+    left = root * residual - matrix @ np.linalg.lstsq(matrix, root * residual, rcond=None)[0]
+    return max(0.0, float(weights @ residual ** 2 - left @ left))
 
 
 def points_on(points: Points, corners: Floats, shape: tuple[int, ...]) -> Floats:
@@ -175,13 +194,22 @@ def _systematic(q: Floats, middle: Floats) -> Floats:
 def measured(detection: Detection, size: float, camera: Camera, plane: Plane | str) -> Measured:
     """Return a Detection of a marker, ``size`` [m] wide, with the pose that fits image and plane.
 
-    Where they agree, the pose is not doubtful.
+    Where they agree, the pose is not doubtful. The corners count the less, the worse they fit a square.
     """
-    if isinstance(plane, str) or detection.bend:
-        return Measured(detection, plane if isinstance(plane, str) else BENT)
+    if isinstance(plane, str):
+        return Measured(detection, plane)
+    if detection.bend and not _disproved(detection.bend, size, plane):
+        return Measured(detection, BENT)
     observation = observed(detection, drawing.object_corners(size), camera, plane)
-    alone = observation._replace(plane=None)
     starts = detection.solutions or [Solution(detection.rotation, detection.position, detection.error, 0.0)]
+    if detection.bend:  # the poses of a cylinder are not those of a square
+        starts = [*pose.solve(observation.corners[None], [size], camera, observation.information[None])[0], *starts]
+    misfit = min(_chi2([observation._replace(plane=None)], each.rotation, each.position, camera) for each in starts)
+    if not misfit < math.inf:
+        return _by_points(detection, observation, plane, camera)
+    worse = max(1.0, misfit / pose.DEGREES_OF_FREEDOM)
+    observation = observation._replace(information=observation.information / worse)
+    alone = observation._replace(plane=None)
     found = sorted((fitted([observation], each.rotation, each.position, camera) for each in starts),
                    key=lambda s: s.chi2)
     best = found[0]
@@ -190,7 +218,14 @@ def measured(detection: Detection, size: float, camera: Camera, plane: Plane | s
         return _by_points(detection, observation, plane, camera)
     share, ambiguous = pose.ambiguity(found, pose.DEGREES_OF_FREEDOM + 3)
     return Measured(replace(detection, rotation=best.rotation, position=best.position, error=best.error,
-                            solutions=found, ambiguity=share, ambiguous=ambiguous, doubtful=False), BOTH, plane)
+                            solutions=found[:2], ambiguity=share, ambiguous=ambiguous, doubtful=False, bend=0.0,
+                            information=observation.information), BOTH, plane)
+
+
+def _disproved(bend: float, size: float, plane: Plane) -> bool:
+    """Return whether a paper that turns by ``bend`` [rad] over ``size`` [m] would be seen in the points, and is not."""
+    sag = size * abs(bend) / 8 * SAG_RMS
+    return plane.curved < FLAT_CHI2 and (sag * plane.sharpness) ** 2 > SEEN_CHI2
 
 
 def observed(detection: Detection, points: Floats, camera: Camera, plane: Plane | None) -> Observation:
