@@ -41,6 +41,7 @@ LEAST_INCIDENCE = 0.1  # cosine of the angle at which the plane is seen: flatter
 MAX_SURPLUS = 60.0  # chi2 that the plane may add: beyond, image and points contradict each other
 SAG_RMS = 0.298  # rms of the distances of a parabola from the nearest plane, as a share of its height
 FLAT_CHI2, SEEN_CHI2 = 16.0, 50.0  # of a curved surface: points on a flat one (3 parameters); expected, if it is bent
+LEAST_MISFIT = 0.1  # of the expected one: it has only two degrees of freedom
 STEPS, SETTLED = 12, 1e-9  # of the fit of a pose; relative change of chi2
 
 NO_DEPTH, NO_PLANE, BENT = 'no depth', 'no plane', 'bent'
@@ -194,7 +195,7 @@ def _systematic(q: Floats, middle: Floats) -> Floats:
 def measured(detection: Detection, size: float, camera: Camera, plane: Plane | str) -> Measured:
     """Return a Detection of a marker, ``size`` [m] wide, with the pose that fits image and plane.
 
-    Where they agree, the pose is not doubtful. The corners count the less, the worse they fit a square.
+    Where they agree, the pose is not doubtful. The corners count the more, the better they fit a square.
     """
     if isinstance(plane, str):
         return Measured(detection, plane)
@@ -207,8 +208,8 @@ def measured(detection: Detection, size: float, camera: Camera, plane: Plane | s
     misfit = min(_chi2([observation._replace(plane=None)], each.rotation, each.position, camera) for each in starts)
     if not misfit < math.inf:
         return _by_points(detection, observation, plane, camera)
-    worse = max(1.0, misfit / pose.DEGREES_OF_FREEDOM)
-    observation = observation._replace(information=observation.information / worse)
+    observation = observation._replace(
+        information=_rated(observation.information, misfit / pose.DEGREES_OF_FREEDOM))
     alone = observation._replace(plane=None)
     found = sorted((fitted([observation], each.rotation, each.position, camera) for each in starts),
                    key=lambda s: s.chi2)
@@ -220,6 +221,20 @@ def measured(detection: Detection, size: float, camera: Camera, plane: Plane | s
     return Measured(replace(detection, rotation=best.rotation, position=best.position, error=best.error,
                             solutions=found[:2], ambiguity=share, ambiguous=ambiguous, doubtful=False, bend=0.0,
                             information=observation.information), BOTH, plane)
+
+
+def _rated(information: Floats, misfit: float) -> Floats:
+    """Return the information of corners whose chi2 as a square is ``misfit`` times the expected one.
+
+    Those that fit badly count less. The detector never trusts corners more than to CORNER_MODEL_ERROR; of those that
+    fit well, this part of their errors is smaller.
+    """
+    if misfit >= 1:
+        return information / misfit
+    covariance = np.linalg.inv(information)
+    spare = min(thresholds.CORNER_MODEL_ERROR ** 2, float(np.linalg.eigvalsh(covariance)[0]))
+    rated: Floats = np.linalg.inv(covariance - np.eye(8) * spare * (1 - max(misfit, LEAST_MISFIT)))
+    return rated
 
 
 def _disproved(bend: float, size: float, plane: Plane) -> bool:
