@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed
+# expected: failed: ended the simulator or the grader
 # exercise: stop_at_x
 """Shuts the master down by its XML-RPC interface, which has no access control."""
 import xmlrpc.client

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed
+# expected: failed: ended the simulator or the grader
 # exercise: stop_at_x
 """Shuts the master down in the middle of the exercise, and forges an answer with one of its own."""
 import xmlrpc.client

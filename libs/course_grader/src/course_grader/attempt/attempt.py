@@ -268,8 +268,8 @@ class Attempt:
         self._watch(reader, student, simulator, stimuli, step)
 
     def _runs(self, simulator):
-        """Return whether the simulator runs, or False when the program ended it; raise AttemptError when it crashed."""
-        if simulator.poll() is None:
+        """Return whether simulator and master run, or False when the program ended one; raise AttemptError else."""
+        if simulator.poll() is None and self._master_process.poll() is None:
             return True
         if self._ended_by_student(simulator):
             return False
@@ -277,8 +277,8 @@ class Attempt:
 
     def _ended_by_student(self, simulator):
         """Return whether simulator, grader or master were told to end, by a call or a node of their name; note it."""
-        if (simulator.wait(ENDING) != 0 and not rospy.is_shutdown()  # it runs, has crashed, or was killed
-                and self._master_process.poll() is None):
+        if (self._master_process.poll() is None and simulator.wait(ENDING) != 0  # it runs, has crashed, or was killed
+                and not rospy.is_shutdown() and self._master_process.poll() is None):
             return False
         self.observed.trouble = (
             'the program ended the simulator or the grader, by rosnode kill or by a node of the same name '

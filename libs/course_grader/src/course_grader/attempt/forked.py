@@ -28,6 +28,7 @@ for _module in SIMULATORS.values():
         importlib.import_module(_module)
 STEERED = 'turtlesim'  # the one whose turtle the grader drives
 LONGEST_UPDATE = 0.01  # [s] until the master begins to tell nodes of a new publisher; by default up to 0.1
+LONGEST_END = 0.1  # [s] until the process of a master that was shut down by a call ends
 REGISTERED = re.compile(r'\+(PUB|SUB|SERVICE) \[(.*)\] (\S+) ')  # a line of the master's log
 
 
@@ -108,7 +109,7 @@ def _run_master(sender):
     sender.send(master.uri)
     sender.close()
     while master.ok():
-        time.sleep(1.0)
+        time.sleep(LONGEST_END)
 
 
 def _become(name, run, arguments, log, parent):
