@@ -19,6 +19,7 @@ from markers_cli import detection_record
 from processes import BenchError
 
 PER_CLASS = 24  # photos of each class, in each half
+LOOK_ALIKE_PHOTOS = 7  # for each photo of another class: 2016 squares
 OFF, GOOD = 5.0, 2.0  # degrees: a pose that is to be flagged, one that is not
 PEER_FAMILY = 'AprilTag 36h11'
 PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')
@@ -47,7 +48,7 @@ def scores(tools, half, count):
     """Return {tool: {class: ClassScore}} of ``tools``, {name: function (image, camera) that returns detections}."""
     out = {tool: {} for tool in tools}
     for name in (*KINDS, LOOK_ALIKES):
-        for number in range(count):
+        for number in range(count * (LOOK_ALIKE_PHOTOS if name == LOOK_ALIKES else 1)):
             shot = marker_classes.photo(name, half, number)
             for tool, detect in tools.items():
                 score = out[tool].setdefault(name, ClassScore())

@@ -55,6 +55,14 @@ def test_square_is_found_from_parts_of_its_sides():
     assert len(broken_outlines.squares(parts[:2])) == 0
 
 
+def test_parts_are_kept_that_are_dark_on_their_right():
+    image = np.full((60, 60), 100, np.uint8)
+    image[30:] = 40
+    edge = np.array([[10, 29.5], [50, 29.5]])  # to the right in the image: dark on the right
+    parts = np.array([edge, edge[::-1], edge - [0, 15]])
+    assert broken_outlines.distinct_parts(image, parts).tolist() == [edge.tolist()]
+
+
 def scored(name, count, half=marker_classes.DEVELOPMENT):
     detector, score = Detector(marker_classes.SIZE), ClassScore()
     for number in range(count):
@@ -75,6 +83,18 @@ def test_markers_in_a_shadow_are_found_and_exact(name):
 def test_markers_behind_blinds_are_often_found():
     score = scored('blinds', 6)
     assert score.recall >= 50 and score.wrong == score.false == 0
+
+
+@pytest.mark.parametrize('number', [1, 9])
+def test_marker_with_a_thin_margin_on_a_dark_table_is_found(number):
+    shot = marker_classes.photo('thin margin', marker_classes.DEVELOPMENT, number)
+    found = Detector(marker_classes.SIZE).detect(shot.image, shot.camera)
+    assert [each.id for each in found] == [shot.frame['markers'][0]['id']]
+
+
+def test_most_markers_of_13_to_20_px_are_found():
+    score = scored('13 to 20 px', 10)
+    assert score.recall >= 70 and score.wrong == score.false == 0
 
 
 def test_no_look_alike_is_a_marker():

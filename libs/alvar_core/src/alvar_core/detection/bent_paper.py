@@ -14,10 +14,10 @@ from alvar_core import drawing
 from alvar_core.arrays import Bools, Floats, Image
 from alvar_core.camera import Camera
 from alvar_core.detection import thresholds
-from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, Model, edge_points
+from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, EdgePoints, Model, edge_points
 
 PLACES = np.array([-0.3, 0.0, 0.3])
-SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-2, 1e-2])
+SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-2, 1e-2])  # of the parameters of a cylinder
 
 
 class Sheet(NamedTuple):
@@ -39,24 +39,21 @@ class Sheet(NamedTuple):
     doubtful: bool
 
 
-def cylinder(camera: Camera, cells: int, axis: float) -> Model:
-    """Return the Model of a bent marker: rotation vector, position [widths], bend [rad], change of the axis [rad].
+def cylinder(camera: Camera, cells: int) -> Model:
+    """Return the Model of a bent marker: rotation vector, position [widths], bend [rad], axis [rad].
 
-    The paper is straight along the direction at ``axis`` + pi / 2 [rad] to the marker's x axis. Without the last
-    parameter the axis stays.
+    The paper is straight along the direction at axis + pi / 2 to the marker's x axis.
     """
     def model(theta: Floats, points: Floats) -> Floats:
         s, t = points[:, 0] / cells, -points[:, 1] / cells
-        out = np.empty((len(theta), len(points), 2))
-        for b, row in enumerate(theta):
-            angle = axis + (row[7] if len(row) > 7 else 0.0)
-            c, n = np.cos(angle), np.sin(angle)
-            arc, v = s * c + t * n, t * c - s * n
-            u = arc * np.sinc(row[6] * arc / np.pi)
-            z = -0.5 * row[6] * (arc * np.sinc(row[6] * arc / (2 * np.pi))) ** 2
-            place = np.stack([u * c - v * n, u * n + v * c, z], 1) @ cv2.Rodrigues(row[:3])[0].T + row[3:6]
-            out[b] = place[:, :2] / place[:, 2:] * camera.focal + camera.centre
-        return out
+        c, n, bend = np.cos(theta[:, 7:]), np.sin(theta[:, 7:]), theta[:, 6:7]
+        arc, v = s * c + t * n, t * c - s * n
+        u = arc * np.sinc(bend * arc / np.pi)
+        z = -0.5 * bend * (arc * np.sinc(bend * arc / (2 * np.pi))) ** 2
+        turns = np.array([cv2.Rodrigues(row)[0] for row in theta[:, :3]])
+        place = np.stack([u * c - v * n, u * n + v * c, z], 2) @ turns.transpose(0, 2, 1) + theta[:, None, 3:6]
+        seen: Floats = place[..., :2] / place[..., 2:] * camera.focal + camera.centre
+        return seen
     return model
 
 
@@ -74,37 +71,41 @@ class BentPaper:
         ``black`` (n, n) are its upright cells, ``poses`` (rotation, position [m]) those of a flat marker there,
         ``size`` [m] its width, ``reach`` [px] half the width that is read across an edge.
         """
-        points = edge_points(black, PLACES)
-        found: list[tuple[float, float, EdgeFit]] = []
+        points, model = edge_points(black, PLACES), cylinder(camera, self.cells)
+        axes = np.arange(thresholds.BEND_AXES) * np.pi / thresholds.BEND_AXES
+        found: list[EdgeFit] = []
         for rotation, position in poses:
-            start = np.concatenate([cv2.Rodrigues(rotation)[0][:, 0], position / size, [0.0]])
-            for axis in np.arange(thresholds.BEND_AXES) * np.pi / thresholds.BEND_AXES:
-                fit = self._aligner.fit(grey, camera, cylinder(camera, self.cells, axis), start, points, SCALE[:7],
-                                        reach, thresholds.BEND_STEPS)
-                if fit is not None:
-                    found.append((fit.cost, axis, fit))
+            start = [*cv2.Rodrigues(rotation)[0][:, 0], *position / size]
+            starts = np.array([[*start, bend, axis] for bend in thresholds.BEND_STARTS for axis in axes])
+            # the axis is free at the end only: of flat paper it has none
+            fits = self._fits(grey, camera, model, starts, points, SCALE[:7], reach)[:thresholds.BEND_FREED]
+            if fits:
+                starts = np.array([each.parameters for each in fits])
+                found += self._fits(grey, camera, model, starts, points, SCALE, reach)
+        found = sorted((each for each in found if each.parameters[5] > 0), key=lambda each: each.cost)
         if not found:
             return None
-        found.sort(key=lambda each: each[0])
-        _, axis, first = found[0]
-        fit = self._aligner.fit(grey, camera, cylinder(camera, self.cells, axis), np.append(first.parameters, 0.0),
-                                points, SCALE, reach, thresholds.BEND_STEPS)
-        if fit is None or not fit.parameters[5] > 0:
-            return None
-        return self._sheet(camera, axis, fit, self._sure(fit, found), size)
+        fit = found[0]
+        return self._sheet(model, fit, self._sure(fit, found), size)
 
-    def _sure(self, best: EdgeFit, found: Sequence[tuple[float, float, EdgeFit]]) -> bool:
+    def _fits(self, grey: Image, camera: Camera, model: Model, starts: Floats, points: EdgePoints, scale: Floats,
+              reach: float) -> list[EdgeFit]:
+        """Return the fits from all starts that have one, best first."""
+        fits = self._aligner.fit(grey, camera, model, starts, points, scale, reach, thresholds.BEND_STEPS)
+        return sorted((each for each in fits if each is not None), key=lambda each: each.cost)
+
+    def _sure(self, best: EdgeFit, found: Sequence[EdgeFit]) -> bool:
         """Return whether no fit with another rotation is nearly as good."""
         here = cv2.Rodrigues(best.parameters[:3])[0]
-        for cost, _, fit in found:
+        for fit in found:
             turn = np.arccos(np.clip((np.trace(here.T @ cv2.Rodrigues(fit.parameters[:3])[0]) - 1) / 2, -1, 1))
-            if turn > thresholds.BEND_OTHER_TURN and cost < thresholds.BEND_OTHER_COST * best.cost:
+            if turn > thresholds.BEND_OTHER_TURN and fit.cost < thresholds.BEND_OTHER_COST * best.cost:
                 return False
         return True
 
-    def _sheet(self, camera: Camera, axis: float, fit: EdgeFit, sure: bool, size: float) -> Sheet:
+    def _sheet(self, model: Model, fit: EdgeFit, sure: bool, size: float) -> Sheet:
         theta = fit.parameters
-        corners = cylinder(camera, self.cells, axis)(theta[None], self._square)[0]
+        corners = model(theta[None], self._square)[0]
         turn_error = float(np.sqrt(np.trace(fit.covariance[:3, :3])))
         doubtful = (fit.error > thresholds.MAX_BENT_ERROR or turn_error > thresholds.MAX_BENT_TURN
                     or fit.seen < thresholds.MIN_BENT_SEEN)

@@ -13,6 +13,8 @@ import numpy as np
 from alvar_core.arrays import Floats, Image, Integers
 from alvar_core.detection import thresholds
 
+PART_PLACES = np.array([0.2, 0.5, 0.8])  # along a part, where it is read
+
 
 def straight_parts(outlines: Sequence[Image], shrink: float) -> Floats:
     """Return the straight parts (N, 2, 2) [px of the full image] of outlines, the dark side on their right."""
@@ -29,8 +31,27 @@ def straight_parts(outlines: Sequence[Image], shrink: float) -> Floats:
     return (np.stack([points[after[long]], points[long]], 1) + 0.5) * shrink - 0.5
 
 
+def distinct_parts(smooth: Image, parts: Floats) -> Floats:
+    """Return those straight parts (N, 2, 2) that are dark on their right, compared with their left."""
+    step = parts[:, 1] - parts[:, 0]
+    left = np.stack([step[:, 1], -step[:, 0]], 1) * (thresholds.PART_SIDE / np.hypot(*step.T))[:, None]
+    along = parts[:, None, 0] + PART_PLACES[:, None] * step[:, None]
+    places = np.concatenate([along - left[:, None], along + left[:, None]], 1).astype(np.float32)
+    grey = cv2.remap(smooth, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    black, white = grey.astype(np.float32).reshape(len(parts), 2, -1).transpose(1, 0, 2)
+    contrast = np.median((white - black) / (white + black + thresholds.DARK_GREY), 1)
+    found: Floats = parts[contrast > thresholds.MIN_LOCAL_CONTRAST]
+    return found
+
+
 def _cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def _crossed(a: Floats, b: Floats) -> Floats:
+    """Return the cross product of each of ``a`` (N, 2) with each of ``b`` (K, 2)."""
+    product: Floats = np.stack([-a[:, 1], a[:, 0]], 1) @ b.T
+    return product
 
 
 def squares(parts: Floats) -> Floats:
@@ -60,10 +81,11 @@ def _longest_by_direction(step: Floats, length: Floats) -> Integers:
 
 def _joined(start: Floats, along: Floats, length: Floats) -> tuple[Floats, Floats, Floats]:
     """Add the parts that follow when parts of one line are joined across gaps."""
-    gap = start[None] - start[:, None]
-    begin = (gap * along[:, None]).sum(2)
-    end = begin + length[None]
-    off = np.abs(_cross(along[:, None], gap + 0.5 * (length[:, None] * along)[None]))
+    begin = along @ start.T
+    begin -= begin.diagonal()[:, None].copy()
+    end = begin + length
+    off = _crossed(along, start + 0.5 * length[:, None] * along)
+    off = np.abs(off - _cross(along, start)[:, None])
     near = np.maximum(begin, 0) - np.minimum(end, length[:, None]) < thresholds.JOINED_GAP * np.maximum(
         length[:, None], length[None])
     one = near & (off < thresholds.JOINED_OFF) & (along @ along.T > thresholds.JOINED_TURN)
@@ -76,11 +98,10 @@ def _joined(start: Floats, along: Floats, length: Floats) -> tuple[Floats, Float
 
 def _corners(start: Floats, along: Floats, length: Floats) -> tuple[Integers, Integers, Floats]:
     """Return the parts before and after each corner, and its place."""
-    turn = _cross(along[:, None], along[None])
-    gap = start[None] - start[:, None]
+    turn, at = _crossed(along, along), _cross(start, along)
     with np.errstate(divide='ignore', invalid='ignore'):
-        before = _cross(gap, along[None]) / turn  # from the start of the first part to the corner
-        after = _cross(gap, along[:, None]) / turn  # from the start of the second part
+        before = (at - _crossed(start, along)) / turn  # from the start of the first part to the corner
+        after = -(at[:, None] + _crossed(along, start)) / turn  # from the start of the second part
     reach = thresholds.CORNER_GAP * np.maximum(length[:, None], length[None]) + 2
     spare = thresholds.CORNER_SPARE * length + 3
     good = ((turn > thresholds.MIN_TURN) & (before > (length - spare)[:, None]) & (before < length[:, None] + reach)
@@ -99,12 +120,11 @@ def _meeting(p: Floats, u: Floats, q: Floats, v: Floats) -> Floats:
 
 def _facing(start: Floats, along: Floats, length: Floats, first: Integers, second: Integers, corner: Floats) -> Floats:
     """Return the quads of corners that face each other."""
-    parallel = along @ along.T < -thresholds.MIN_OPPOSITE
-    a, b = np.nonzero(np.triu(parallel[first][:, first] & parallel[second][:, second], 1))
+    before, after = along[first], along[second]
+    facing = (before @ before.T < -thresholds.MIN_OPPOSITE) & (after @ after.T < -thresholds.MIN_OPPOSITE)
+    facing &= corner @ after.T > (corner * after).sum(1)  # each lies ahead of the other
+    a, b = np.nonzero(np.triu(facing & facing.T, 1))
     i, j, k, m = first[a], second[a], first[b], second[b]
-    ahead = ((corner[b] - corner[a]) * along[j]).sum(1) > 0
-    ahead &= ((corner[a] - corner[b]) * along[m]).sum(1) > 0
-    a, b, i, j, k, m = (each[ahead] for each in (a, b, i, j, k, m))
     quads = np.stack([_meeting(start[m], along[m], start[i], along[i]), corner[a],
                       _meeting(start[j], along[j], start[k], along[k]), corner[b]], 1)
     sides = np.stack([i, j, k, m], 1)

@@ -145,7 +145,26 @@ class Detector:
         chosen = candidates.distinct(quads, rank, near)[:thresholds.MAX_ALIGNED]
         if not chosen:
             return []
-        return best_of_overlapping(self._align(image, quads[chosen], match, chosen))
+        found = best_of_overlapping(self._align(image, quads[chosen], match, chosen))
+        well = (match.fit[chosen] > thresholds.WELL_READ_FIT) & (match.gap[chosen] > thresholds.WELL_READ_GAP)
+        return found + self._well_read(image, quads, match, np.array(chosen)[well].tolist(), found)
+
+    def _well_read(self, image: PreparedImage, quads: Floats, match: CoarseMatch, which: Sequence[int],
+                   known: Sequence[Detection]) -> list[Detection]:
+        """Return the Detections of quads that were well read, though their greys do not fit: of thin margins."""
+        found: list[Detection] = []
+        for k in which:
+            centre, side = quads[k].mean(0).tolist(), float(homography.mean_side(quads[k:k + 1])[0])
+            if self._uneven is None or any(math.dist(each.centre, centre) < thresholds.OVERLAP * side
+                                           for each in (*known, *found)):
+                continue
+            one = self._uneven.aligned(image, quads[k], int(match.word[k]))
+            if one is None or one.word != match.word[k] or one.fit < thresholds.THIN_MARGIN_FIT \
+                    or one.gap < thresholds.CLEAR.surplus * (thresholds.BEST_FIT - one.fit):
+                continue
+            more = self._of_edges(image, one)
+            found += [more] if more else []
+        return found
 
     def _measure_bent(self, image: PreparedImage, found: Sequence[Detection]) -> None:
         """Change the Detections of markers whose sides are bows: measure them as bent paper."""

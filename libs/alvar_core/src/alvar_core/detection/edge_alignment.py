@@ -31,15 +31,21 @@ class EdgePoints:
 class EdgeFit:
     """The result of a fit.
 
-    ``parameters`` (n,), their ``covariance`` (n, n); ``error`` [px]: typical residual of the edges; ``seen``: share of
-    the points that are edges and agree; ``cost`` [px^2]: sum of the squared residuals, each at most 1.
+    ``parameters`` (n,), their ``covariance`` (n, n); ``error`` [px]: typical residual of the edges; ``agrees`` (P,):
+    which points are edges where the model has them, ``seen``: their share; ``cost`` [px^2]: sum of the squared
+    residuals, each at most 1.
     """
 
     parameters: Floats
     covariance: Floats
     error: float
-    seen: float
+    agrees: Bools
     cost: float
+
+    @property
+    def seen(self) -> float:
+        """Return the share of the points that are edges and agree."""
+        return float(self.agrees.mean())
 
 
 def edge_points(black: Bools, places: Floats) -> EdgePoints:
@@ -70,70 +76,83 @@ class EdgeAligner:
         self._ends[:3, 0] = self._ends[-3:, 1] = 1 / 3
         self._ends[:, 2] = 1 / len(self.ACROSS)
 
-    def fit(self, grey: Image, camera: Camera, model: Model, start: Floats, points: EdgePoints, scale: Floats,
-            reach: float, steps: int) -> EdgeFit | None:
-        """Return the EdgeFit of a model from ``start`` (n,); None if too few edges are seen.
+    def fit(self, grey: Image, camera: Camera, model: Model, starts: Floats, points: EdgePoints, scale: Floats,
+            reach: float, steps: int) -> list[EdgeFit | None]:
+        """Return the EdgeFit of a model from each of ``starts`` (K, n); None if too few edges are seen.
 
-        ``scale`` (n,): small changes of the parameters; ``reach`` [px]: half the width that is read across an edge.
+        ``scale`` (m,): small changes of the first m parameters, the others stay; ``reach`` [px]: half the width that is
+        read across an edge.
         """
-        theta = start.astype(np.float64)
-        count = len(theta)
-        moves = np.concatenate([np.zeros((1, count)), np.diag(scale)])
-        tip = points.middle + 0.05 * points.outward
-        normal = np.eye(count)
-        error, seen, cost = 0.0, 0.0, 0.0
+        theta = starts.astype(np.float64)
+        count, free = len(theta), len(scale)
+        moves = np.zeros((free + 1, theta.shape[1]))
+        moves[1:, :free] = np.diag(scale)
+        beside = np.concatenate([points.middle + 0.05 * points.outward,
+                                 points.middle + 0.05 * points.outward[:, ::-1] * [1, -1]])
+        seen_enough = np.ones(count, bool)
+        ridge = 1e-9 * np.eye(free)
         for step in range(steps):
-            at = model(theta + moves, points.middle)
-            across = model(theta[None], tip)[0] - at[0]
+            at = model((theta[:, None] + moves).reshape(-1, theta.shape[1]), points.middle)
+            at = at.reshape(count, free + 1, -1, 2)
+            here, changes = at[:, 0], at[:, 1:] - at[:, :1]
+            across, side = (model(theta, beside).reshape(count, 2, -1, 2) - at[:, :1]).transpose(1, 0, 2, 3)
             # the gradient of the edge is at a right angle to it in the image
-            side = model(theta[None], points.middle + 0.05 * points.outward[:, ::-1] * [1, -1])[0] - at[0]
-            direction = np.stack([-side[:, 1], side[:, 0]], 1)
-            direction *= np.sign((direction * across).sum(1))[:, None]
-            direction /= np.sqrt((direction * direction).sum(1))[:, None] + 1e-12
-            width = reach * (1.6 if step == 0 else 1.0)
-            offset, good = self._offsets(grey, camera, at[0], direction, width)
-            jacobian = np.einsum('bpc,pc->pb', at[1:] - at[0], direction)
-            error, weight = self._weights(offset, good, theta, step)
-            if weight is None:
-                return None
+            direction = side[..., ::-1] * [-1, 1]
+            length = np.sqrt((side * side).sum(2)) + 1e-12
+            direction *= (np.sign((direction * across).sum(2)) / length)[..., None]
+            offset, good = self._offsets(grey, camera, here, direction, reach * (1.6 if step == 0 else 1.0))
+            seen_enough &= good.sum(1) >= 3 * free
+            if not seen_enough.any():
+                return [None] * count
+            jacobian = (changes * direction[:, None]).sum(3)
+            error, weight = _weights(offset, good)
             for _ in range(3):
                 weighted = jacobian * weight[:, None]
-                normal = jacobian.T @ weighted
-                change = np.linalg.solve(normal + 1e-9 * np.eye(count) * np.trace(normal), weighted.T @ offset)
-                residual = offset - jacobian @ change
-                error, weight = self._weights(residual, good, theta, step)
-                if weight is None:
-                    return None
-            theta = theta + change * scale
-            seen = float((weight > 0.1).mean())
-            cost = float(np.where(good, np.minimum(residual ** 2, 1.0), 1.0).sum())
-        covariance = np.linalg.inv(normal + 1e-9 * np.eye(count) * np.trace(normal)) * max(error, 0.03) ** 2
-        return EdgeFit(theta, covariance * np.outer(scale, scale), error, seen, cost)
-
-    def _weights(self, residual: Floats, good: Bools, theta: Floats, step: int) -> tuple[float, Floats | None]:
-        if good.sum() < 3 * len(theta):
-            return 0.0, None
-        size = np.abs(residual)
-        error = 1.4826 * float(np.median(size[good]))
-        limit = thresholds.EDGE_OUTLIER * max(error, thresholds.MIN_EDGE_OUTLIER / 3)
-        return error, good * np.maximum(1 - (size / limit) ** 2, 0) ** 2
+                normal = weighted @ jacobian.transpose(0, 2, 1)
+                normal += ridge * (np.trace(normal, axis1=1, axis2=2) + 1e-9)[:, None, None]
+                change = np.linalg.solve(normal, weighted @ offset[..., None])
+                moved = (change.transpose(0, 2, 1) @ jacobian)[:, 0]
+                residual = offset - moved
+                error, weight = _weights(residual, good)
+            theta[:, :free] += change[..., 0] * scale
+            if step and np.abs(moved[seen_enough]).max() < thresholds.EDGES_SETTLED:
+                break
+        covariance = np.linalg.inv(normal) * (np.maximum(error, 0.03) ** 2)[:, None, None] * np.outer(scale, scale)
+        agrees = good & (weight > 0.1)
+        cost = np.where(good, np.minimum(residual ** 2, 1.0), 1.0).sum(1)
+        return [EdgeFit(theta[k], covariance[k], float(error[k]), agrees[k], float(cost[k])) if seen_enough[k]
+                else None for k in range(count)]
 
     def _offsets(self, grey: Image, camera: Camera, at: Floats, direction: Floats,
                  reach: float) -> tuple[Floats, Bools]:
         """Return how far [px] the edges lie beyond the points, and which are edges."""
-        where = at[:, None] + (reach * self.ACROSS)[:, None] * direction[:, None]
-        x, y = camera.to_real(where[..., 0], where[..., 1])
-        read = cv2.remap(grey, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR,
-                         borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
-        black, white, mean = (read @ self._ends).T
+        where = at[..., None, :] + (reach * self.ACROSS)[:, None] * direction[..., None, :]
+        x, y = (each.astype(np.float32) for each in camera.to_real(where[..., 0], where[..., 1]))
+        flat = len(x), -1
+        read = cv2.remap(grey, x.reshape(flat), y.reshape(flat), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        black, white, mean = np.moveaxis(read.reshape(x.shape).astype(np.float32) @ self._ends, -1, 0)
         step = white - black
         contrast = step / (white + black + thresholds.DARK_GREY)
         good = (contrast > thresholds.MIN_LOCAL_CONTRAST) & (step > thresholds.MIN_LOCAL_STEP)
-        inside = (x[:, 0] > 0) & (y[:, 0] > 0) & (x[:, 0] < grey.shape[1] - 1) & (y[:, 0] < grey.shape[0] - 1)
-        inside &= (x[:, -1] > 0) & (y[:, -1] > 0) & (x[:, -1] < grey.shape[1] - 1) & (y[:, -1] < grey.shape[0] - 1)
+        ends = slice(None, None, len(self.ACROSS) - 1)
+        for place, size in ((x[..., ends], grey.shape[1]), (y[..., ends], grey.shape[0])):
+            good &= ((place > 0) & (place < size - 1)).all(-1)
         share = (mean - black) / np.where(good, step, 1.0)
         offset = reach * (1 - 2 * share) * len(self.ACROSS) / (len(self.ACROSS) - 1)
-        return offset.astype(np.float64), good & inside
+        return np.where(good, offset, 0.0).astype(np.float64), good
+
+
+def _weights(residual: Floats, good: Bools) -> tuple[Floats, Floats]:
+    """Return the typical size (K,) [px] of residuals (K, P), and their weights: what is far off does not count."""
+    size = np.where(good, np.abs(residual), np.inf)
+    middle = np.minimum(good.sum(1) // 2, size.shape[1] - 1)
+    if len(size) == 1:
+        error = 1.4826 * np.partition(size, middle[0], 1)[:, middle[0]]
+    else:
+        error = 1.4826 * np.sort(size, 1)[np.arange(len(size)), middle]
+    size /= (thresholds.EDGE_OUTLIER * np.maximum(error, thresholds.MIN_EDGE_OUTLIER / 3))[:, None]
+    np.minimum(size, 1, out=size)
+    return error, (1 - size * size) ** 2
 
 
 def of_homography(h: Floats) -> Model:

@@ -72,7 +72,8 @@ class EdgeRefiner:
     def bow(self, pyramid: Pyramid, camera: Camera, h: Floats) -> Floats:
         """Return the height [px] of the second largest bow of a side, (M,), of markers at ``h`` (M, 3, 3).
 
-        Bent paper makes bows of at least two sides, something that covers a part of one makes one.
+        Bent paper makes bows of at least two sides, something that covers a part of one, or a crease, makes one: if the
+        largest is much larger, it counts by thresholds.BOW_OF_ONE.
         """
         corners = homography.apply(h, self._square)
         px = np.sqrt(homography.area(corners))[:, None] / (2 * self._half)
@@ -80,7 +81,8 @@ class EdgeRefiner:
         offset, enough = self._offsets(pyramid, camera, h, across)
         curve = self._t ** 2 - (self._t ** 2).mean()
         height = self._half ** 2 * (enough * offset) @ curve / np.maximum(enough @ curve ** 2, 1e-9)
-        bow: Floats = np.sort(np.abs(height * px), 1)[:, -2]
+        bows = np.sort(np.abs(height * px), 1)
+        bow: Floats = np.maximum(bows[:, -2], thresholds.BOW_OF_ONE * bows[:, -1])
         return bow
 
     def _once(self, pyramid: Pyramid, camera: Camera, h: Floats, across: Floats,

@@ -46,7 +46,7 @@ PASSES = (
     Pass(2, 21, 15),  # markers that something thin touches
     Pass(4, 9, 4),  # large and faint markers in noise
 )
-MIN_OUTLINE_SIDE = 8  # px of the shrunk image
+MIN_OUTLINE_SIDE = 6  # px of the shrunk image
 MIN_FILLED = 0.12  # share of the outline's box that the outline encloses
 MAX_ASPECT = 4.0  # longest to shortest side
 POLYGON_TOLERANCE = 0.03  # of the box's width and height: how far the polygon may be off the outline
@@ -100,7 +100,7 @@ CELL_RIDGE = 0.02  # of the mean diagonal, of the equations for cells read one b
 # Sensitivity: 10 % lower gains no marker and adds no false one; 10 % higher loses markers where fit, surplus and detail
 # are asked: CLEAR.fit 7 of 95 hard ones, UNLIKE.fit 4, COVERED.fit 3. BEST_FIT is the end of a scale, not to be tuned:
 # below 1 nearly nothing is accepted.
-MIN_MARKER_AREA = 200.0  # px^2
+MIN_MARKER_AREA = 140.0  # px^2
 MIN_LIKENESS = 0.65  # correlation of the image with the drawn marker
 MAX_BLUR = 0.85  # cells
 CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)  # likeness above CLEAR_LIKENESS, below it
@@ -136,6 +136,7 @@ MIN_EDGE_SEEN = 0.6  # share of each side
 MIN_PART = 8.0  # px of the shrunk image: shorter straight parts of outlines do not count
 MIN_BROKEN_OUTLINE = 20  # px of the shrunk image: length of an outline
 PART_TOLERANCE = 1.5  # px of the shrunk image
+PART_SIDE = 2.0  # px to each side of a part, where black and white are read: a lower contrast is no edge
 DIRECTIONS, MAX_PARTS = 24, 6  # of the parts; longest parts of each direction
 MAX_CORNERS, MAX_BROKEN = 80, 30  # in one image
 JOINED_GAP, JOINED_OFF, JOINED_TURN = 1.5, 2.0, 0.996  # of the longer part, px, cosine: parts of one line
@@ -162,19 +163,25 @@ EVEN_KEPT = 0.87  # share of the samples that agree with the drawing: more needs
 LOCAL_REACH = 0.42  # cells: what is read across an edge, at most
 MAX_LOCAL_REACH = 2.3  # px
 LOCAL_STEPS = 4
+EDGES_SETTLED = 0.02  # px: a step that moves no edge further is the last
 MIN_SEEN_EDGES = 0.6  # share of the edges that are seen and agree
 LOCAL_FIT, LOCAL_GAP, LOCAL_SURPLUS = 0.72, 0.035, 0.25  # of the aligned marker: accepted; as of a Demand
 LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
+THIN_MARGIN_FIT, THIN_MARGIN_RIM = 0.85, 0.9  # of the code, share of the edges of the rim: accepted if thin
+WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look at the edges if the greys do not fit
 
 # -- Bent paper (bent_paper.py, detector.py)
 # Sensitivity: not measured. Sides of flat markers have bows of up to 0.18 px, bent ones (20 cm) of 0.5 to 1.6 px.
 BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder
 MAX_BOW = 1.0  # px: doubtful if no cylinder fits
+BOW_OF_ONE = 0.5  # how much the largest bow counts beside the second largest, of what covers a part of one side
 MIN_BENT_SIDE = 36.0  # px
 MIN_BEND = 0.06  # rad over the marker's width: less is flat
-MAX_BENT_ERROR, MAX_BENT_TURN = 0.25, 0.035  # px of the edges, rad of the rotation's error: more is doubtful
+MAX_BENT_ERROR, MAX_BENT_TURN = 0.06, 0.035  # px of the edges, rad of the rotation's error: more is doubtful
 MIN_BENT_SEEN = 0.7  # share of the edges that agree with the cylinder: less is doubtful
 BEND_AXES, BEND_STEPS = 4, 4  # directions of the axis that are tried; steps of each
+BEND_STARTS = (-0.4, 0.4)  # rad, from which each is tried: from flat paper a fit may stay flat
+BEND_FREED = 2  # best ones of each pose, whose axis is then fitted, too
 BEND_OTHER_TURN, BEND_OTHER_COST = 0.15, 1.3  # rad, of the cost: another pose as good makes a pose doubtful
 
 # -- Errors of corners, poses (pose.py, detector.py)

@@ -8,7 +8,7 @@ import numpy as np
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
 from alvar_core.detection.detection import Detection
-from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, edge_points
+from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, EdgePoints, edge_points
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import black_cells
@@ -38,6 +38,7 @@ class UnevenLight:
         self.half = self.decoder.half
         self.margin, half = margin, self.half
         self._scale = 1e-3 / np.array([1 / half, 1, 1, 1 / half, 1, 1, half, half])  # of equal moves of the corners
+        self._points: dict[int, EdgePoints] = {}  # of the code words seen so far
         self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
 
     def find(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats],
@@ -46,8 +47,11 @@ class UnevenLight:
 
         Markers that are ``known`` are not searched for again.
         """
-        shown = [broken_outlines.squares(each[_free(each.mean(1), known)]) for each in parts]
-        quads = np.concatenate([quads, *shown])
+        for each in parts:
+            free = each[_free(each.mean(1), known)]
+            if len(free):
+                free = broken_outlines.distinct_parts(image.smooth, free)
+            quads = np.concatenate([quads, broken_outlines.squares(free)])
         quads = quads[_free(quads.mean(1), known)]
         if not len(quads):
             return []
@@ -87,21 +91,25 @@ class UnevenLight:
         else:
             return None
         surplus = again.gap[0] / (thresholds.BEST_FIT - again.fit[0])
-        shown = (again.plain[0] > thresholds.LOCAL_PLAIN and again.rim[0] > thresholds.LOCAL_RIM
-                 and result.seen > thresholds.MIN_SEEN_EDGES)
+        # a rim of which each edge agrees may have a thin margin: what is beyond is darker again
+        outer = np.abs(self._edges(word).middle).max(1) == self.half
+        rim = again.rim[0] > thresholds.LOCAL_RIM or (again.fit[0] > thresholds.THIN_MARGIN_FIT
+                                                      and result.agrees[outer].mean() > thresholds.THIN_MARGIN_RIM)
+        shown = again.plain[0] > thresholds.LOCAL_PLAIN and rim and result.seen > thresholds.MIN_SEEN_EDGES
         good = (again.fit[0] > thresholds.LOCAL_FIT and again.gap[0] > thresholds.LOCAL_GAP
                 and surplus > thresholds.LOCAL_SURPLUS and shown)
         if not good:
             return None
         corners = homography.apply(h[None], self._square)[0]
-        moves = [homography.apply(edge_alignment.changed(h, step)[None], self._square)[0] - corners
-                 for step in np.eye(8) * 1e-5]
-        jacobian = np.stack(moves, -1).reshape(8, 8) / 1e-5
+        moves = homography.apply(h @ homography.small(np.eye(8) * 1e-5), self._square) - corners
+        jacobian = moves.reshape(8, 8).T / 1e-5
         covariance = jacobian @ result.covariance @ jacobian.T + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
         return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance)
 
-    def _black(self, word: int) -> Bools:
-        return black_cells(self.decoder.words[word], self.margin)
+    def _edges(self, word: int) -> EdgePoints:
+        if word not in self._points:
+            self._points[word] = edge_points(black_cells(self.decoder.words[word], self.margin), PLACES)
+        return self._points[word]
 
     def _real(self, image: PreparedImage, h: Floats) -> Floats:
         if not image.camera.distorted:
@@ -115,12 +123,11 @@ class UnevenLight:
         corners = homography.apply(h[None], self._square)
         cell = float(homography.mean_side(corners)[0]) / (2 * self.half)
         reach = min(thresholds.LOCAL_REACH * cell, thresholds.MAX_LOCAL_REACH)
-        result = self.aligner.fit(image.grey, image.camera, edge_alignment.of_homography(h), np.zeros(8),
-                                  edge_points(self._black(word), PLACES), self._scale, reach, thresholds.LOCAL_STEPS)
+        result = self.aligner.fit(image.grey, image.camera, edge_alignment.of_homography(h), np.zeros((1, 8)),
+                                  self._edges(word), self._scale, reach, thresholds.LOCAL_STEPS)[0]
         if result is None:
             return None
         return edge_alignment.changed(h, result.parameters), result
-
 
 
 def _free(points: Floats, known: Sequence[Detection]) -> Bools:
