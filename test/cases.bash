@@ -11,7 +11,7 @@ all_cases() (
   printf 'page\t%s\n' docs/course.md README.md
   printf 'stress\t%s\n' fuzz clients master storms system web soak
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
-  find test/data/submissions -type f -printf 'grading\t%p\n' | sort
+  find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
   for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do
     printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"

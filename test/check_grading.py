@@ -1,12 +1,13 @@
-"""Grades one of the sample submissions and checks verdict, reasons, and that nothing is left behind.
+"""Grades the sample submissions of an exercise and checks verdicts, reasons, and that nothing is left behind.
 
-usage: check_grading.py SUBMISSION FOLDER     such as test/data/submissions/stop_at_x/right_if_else.py
+usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at_x
        check_grading.py same_ten_times FOLDER
        check_grading.py red_team_LEVEL FOLDER        the quick ones of check_red_team.py
 
-The submission's first lines say what has to come out: `# expected: passed`, or `# expected: failed: TEXT`, where TEXT
-is a part of the reasons. same_ten_times grades one submission ten times, four at once, by ./run grade --all, and wants
-ten equal verdicts. FOLDER takes all files. Exit code 0 when all is as it should be, else a text says what is not.
+A sample's first lines say what has to come out: `# expected: passed`, or `# expected: failed: TEXT`, where TEXT is a
+part of the reasons. They are graded as a class; those that want another isolation, each by itself. same_ten_times
+grades one submission ten times, four at once, by ./run grade --all, and wants ten equal verdicts. FOLDER takes all
+files. Exit code 0 when all is as it should be, else a text says what is not.
 """
 import csv
 import json
@@ -28,8 +29,9 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 GRADER = [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py')]
 MARK = 'TURTLE_ROBOTONT_CHECK'
 SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
-TIMEOUT = 150  # [s]; the grader's own limits are shorter
+TIMEOUT = 500  # [s]; the grader's own limits are shorter
 GRADED = {'result.json', 'junit.xml', 'output.txt'}
+OF_A_CLASS = {'submission.json'}
 OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv',
                 'path.png', 'path.svg'}  # without a path there is no picture
 REPEATED, TIMES, AT_ONCE = 'square_by_topics/right_four_positions.py', 10, 4
@@ -72,32 +74,52 @@ def run(arguments, folder):
     return done.returncode, done.stdout.decode('utf-8', 'replace'), left
 
 
-def check_submission(path, folder):
-    """Return what is wrong with the grading of a sample."""
-    outcome, text = expectation(path)
-    _, found, _ = submissions.find_flat(str(path.parent), path.parent.name)
-    command = next(submission.command for submission in found if submission.student == path.stem)
-    code, said, left = run([path.parent.name, '--seed', str(SEED), '--output', str(folder / 'out'),
-                            *isolation(path), '--', *command], folder)
+def check_samples(path, folder):
+    """Return what is wrong with the gradings of the samples of an exercise."""
+    _, found, _ = submissions.find_flat(str(path), path.name)
+    alone = [sample for sample in found if isolation(Path(sample.program))]
+    together = [sample for sample in found if sample not in alone]
+    code, said, left = run(['--all', str(path), '--exercise', path.name, '--seed', str(SEED), '--jobs', '1', '--output',
+                            str(folder / 'class'), *(f'--only={sample.student}' for sample in together)], folder)
     print(said)
-    if not (folder / 'out' / 'result.json').is_file():
-        return [f'there is no result.json; exit code {code}']
-    result = json.loads((folder / 'out' / 'result.json').read_text(encoding='utf-8'))
+    wrong = [f'{name} was left behind' for name in left]
+    wanted = max(EXIT_CODES[expectation(Path(sample.program))[0]] for sample in together)
+    if code != wanted:
+        wrong.append(f'the exit code of the class is {code}, expected is {wanted}')
+    for sample in together:
+        wrong += check_result(Path(sample.program), folder / 'class' / sample.student / path.name)
+    for sample in alone:
+        out = folder / sample.student
+        code, said, left = run([path.name, '--seed', str(SEED), '--output', str(out), *isolation(Path(sample.program)),
+                                '--', *sample.command], out.parent / f'{out.name}_places')
+        print(said)
+        wrong += [f'{sample.student}: {name} was left behind' for name in left]
+        wrong += check_result(Path(sample.program), out, code)
+    return wrong
+
+
+def check_result(program, folder, code=None):
+    """Return what is wrong with what a grading has written, and with its exit code where it has one of its own."""
+    outcome, text = expectation(program)
+    if not (folder / 'result.json').is_file():
+        return [f'{program.name}: there is no result.json; exit code {code}']
+    result = json.loads((folder / 'result.json').read_text(encoding='utf-8'))
     reasons = ' '.join([*result['objections'],
                         *(f'{reason["asked"]}; {reason["seen"]}' for reason in result['reasons'])])
-    wrong = [f'{name} was left behind' for name in left]
-    wrong += [f'{name} is in the output folder' for name in
-              set(os.listdir(folder / 'out')) - GRADED - OF_A_SESSION]
-    wrong += [f'{name} is missing' for name in GRADED - set(os.listdir(folder / 'out'))]
+    files = set(os.listdir(folder))
+    wrong = [f'{name} is in the output folder' for name in files - GRADED - OF_A_SESSION - OF_A_CLASS]
+    wrong += [f'{name} is missing' for name in GRADED - files]
     if result['outcome'] != outcome:
         wrong.append(f'it is {result["outcome"]}, expected is {outcome}')
-    if code != EXIT_CODES[outcome]:
+    if code not in (None, EXIT_CODES[outcome]):
         wrong.append(f'the exit code is {code}, expected is {EXIT_CODES[outcome]}')
     if outcome == 'passed' and result['score'] != 100.0:
         wrong.append(f'the score is {result["score"]}, expected is 100')
     if text not in reasons:
         wrong.append(f'the reasons do not hold {text!r}: {reasons}')
-    return wrong
+    if wrong:
+        wrong.append(json.dumps(result, indent=1))
+    return [f'{program.name}: {line}' for line in wrong]
 
 
 def check_repeats(path, folder):
@@ -135,7 +157,7 @@ def main(arguments):
     if name == 'same_ten_times':
         wrong = check_repeats(REPOSITORY / 'test' / 'data' / 'submissions' / REPEATED, folder)
     else:
-        wrong = check_submission(REPOSITORY / name, folder)
+        wrong = check_samples(REPOSITORY / name, folder)
     for text in wrong:
         print(f'WRONG: {text}')
     return 1 if wrong else 0

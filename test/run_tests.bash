@@ -5,7 +5,7 @@ set -eu
 
 export repo=$1 ws=$2
 shift 2
-export results stress_seconds=240 rostest_seconds=600 grading_seconds=240 page_seconds=900 check_seconds=120
+export results stress_seconds=240 rostest_seconds=600 grading_seconds=600 page_seconds=900 check_seconds=120
 mkdir -p "$ws/test_results"
 results=$(mktemp -d "$ws/test_results/$(date +%F_%H%M%S)_XXXX")
 jobs=${TURTLE_ROBOTONT_JOBS:-$(($(nproc) * 2))}  # of those that start nodes, and so mostly wait
