@@ -20,7 +20,7 @@ from rostest_support.common import (
 )
 
 TURTLE = {'turtle1/set_pen', 'turtle1/teleport_absolute', 'turtle1/teleport_relative'}
-OWN = {'get_loggers', 'set_logger_level', 'snapshot', 'get_drawing', 'pause', 'resume', 'step'}
+OWN = {'get_loggers', 'set_logger_level', 'snapshot', 'get_drawing', 'pause', 'resume', 'step', 'set_rate'}
 OWN_TOPICS = {'clock_status', 'drawing', 'image_raw', 'image_raw/compressed'}
 
 
