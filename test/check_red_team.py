@@ -26,7 +26,7 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'red_team'
 SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 HONEST = 'stop_at_x/right_if_else.py', 'print_marker_ids/right_node.py', 'square_by_teleport/right_rosservice.bash'
-BAIT = '3457'  # the argument of `sleep` of those who try to outlive
+BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level has one of its own
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
 QUICK = ('ends_all_nodes', 'name_with', 'recording_by', 'solution_by', 'poisoned', 'connection.py', 'outlives',
          'gb.py', 'mb.py', 'marks_printed', 'ptrace')  # take a minute at all levels together, alone on 2 cores
@@ -36,6 +36,11 @@ SEED, JOBS, TIMEOUT = 7, 2, 1500  # [s]
 def told(path):
     """Return {key: text} of the comments at the top of a program."""
     return dict(re.findall(r'^# (\w[\w ]*): (.*)$', path.read_text(encoding='utf-8'), re.MULTILINE))
+
+
+def bait(level):
+    """Return the argument of `sleep` at a level: classes of other levels may run at the same time."""
+    return f'{BAIT}.{levels.LEVELS.index(level)}'
 
 
 def make_class(folder, level, names):
@@ -53,7 +58,8 @@ def make_class(folder, level, names):
             continue
         student = folder / path.stem
         student.mkdir()
-        shutil.copy(path, student / (about['exercise'] + path.suffix))
+        program = Path(shutil.copy(path, student / (about['exercise'] + path.suffix)))
+        program.write_text(program.read_text(encoding='utf-8').replace(BAIT, bait(level)), encoding='utf-8')
         outcome, _, text = about['expected'].partition(': ')
         expected[path.stem, about['exercise']] = outcome, text
     (folder / 'link_to_a_file').mkdir()
@@ -86,7 +92,8 @@ def check(level, folder, names):
     print(done.stdout.decode('utf-8', 'replace'))
     wrong = [f'{path} is new or changed' for path, size in listed(
         folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'libs').items() if before.get(path) != size]
-    left = [process for process in psutil.process_iter(['cmdline']) if process.info['cmdline'] == ['sleep', BAIT]]
+    left = [process for process in psutil.process_iter(['cmdline'])
+            if process.info['cmdline'] == ['sleep', bait(level)]]
     processes.end(lambda: {process for process in left if process.is_running()}, processes.KILL)
     wrong += [f'process {process.pid} was left behind' for process in left]
     for (student, exercise), (outcome, text) in expected.items():

@@ -3,6 +3,7 @@
 A module's folder tells what it may import: see ``LAYERS`` and ``ROS_FREE``. No list here names a single module.
 """
 import ast
+import functools
 import importlib.metadata
 import importlib.util
 import os
@@ -192,13 +193,16 @@ def dotted(node):
     return node.id if isinstance(node, ast.Name) else ''
 
 
+@functools.lru_cache(maxsize=None)
 def distributions():
     """Return {module: distribution} of what pip has installed into the virtual environment, and {distribution: names
     of those that it requires}.
     """
-    found = list(importlib.metadata.distributions(path=[sysconfig.get_path('purelib')]))
-    return ({top(file.parts[0]): each.metadata['Name'] for each in found for file in each.files or ()},
-            {each.metadata['Name']: names_in(each.requires or ()) for each in found})
+    found = {each.metadata['Name']: each for each in
+             importlib.metadata.distributions(path=[sysconfig.get_path('purelib')])}
+    return ({top(re.split('[/,]', line)[0]): name for name, each in found.items()
+             for line in (each.read_text('RECORD') or '').splitlines()},
+            {name: names_in(each.requires or ()) for name, each in found.items()})
 
 
 def names_in(requirements):

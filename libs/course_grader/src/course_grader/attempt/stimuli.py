@@ -76,11 +76,14 @@ class Stimuli:
     def _call(self, values, requests):
         rospy.sleep(max(0.0, values['after'] - self._now()))
         service_class = roslib.message.get_service_class(values['type'])
-        for request in requests:
+        for number, request in enumerate(requests):
             start = self._now()
             while not _offered(values['service']):
-                if self._now() > start + ANSWER_TIME:
-                    return  # never offered: there is no Call
+                if self._now() > start + ANSWER_TIME:  # where it was never offered, there is no Call
+                    self._observed.calls += [Call(start + self._observed.start, values['service'], other, False,
+                                                  'then it was not offered any more')
+                                             for other in requests[number:] if number]
+                    return
                 rospy.sleep(POLL)
             call = self._ask(values['service'], service_class, request)
             self._observed.calls.append(call._replace(t=call.t + self._observed.start))
