@@ -84,7 +84,7 @@ def test_parameters_of_a_node_are_described_as_they_are(script):
 
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)
 def test_services_that_a_node_calls_are_there(script):
-    """What a node publishes, subscribes to and serves is compared with the running node: nodes_pages.test."""
+    """What a node publishes, subscribes to and serves is compared with the running node: nodes_master_returns.test."""
     served = {(name, service) for page in NODE_PAGES.values() for name, kind, service in names(page)
               if kind == 'serves'}
     called = {(name, service) for name, kind, service in names(sections(page_of(script))[script.name])

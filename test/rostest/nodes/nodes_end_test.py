@@ -22,7 +22,8 @@ from rostest_support.course import BackgroundCall
 ROUNDS = int(os.environ.get('ROUNDS', '2'))
 END_DEADLINE = 30.0  # [s] for all to end; well under a second each where the machine is not loaded
 CODES = {'velocity_publisher': 0, 'stop_at_x': 1, 'drive_shape': 1, 'goto_pose_server': 0, 'draw_square': 0, 'mimic': 0,
-         'drive_shape_robot': 1, 'ar_control': 0}  # 1: it did not get where it was told to
+         'drive_shape_robot': 1, 'ar_control': 0, 'follower': 0}  # 1: it did not get where it was told to
+SIMULATORS = 'turtlesim', 'robotont', 'broadcaster', 'follower_broadcaster'  # and what the others need of tf
 TOPICS = {'drive_shape_robot': '/cmd_vel'}
 
 
@@ -66,8 +67,8 @@ class EndTest(unittest.TestCase):
     def setUp(self):
         """Start both simulators, and a turtle for each node that drives one."""
         registration.keep_registered()  # this node, too, hears the next nodes after a new master
-        self.nodes = Nodes(self, self.master)
-        self.nodes.start(node_kinds.BY_KEY['turtlesim'], node_kinds.BY_KEY['robotont'])
+        self.nodes = Nodes(self.addCleanup, self.master)
+        self.nodes.start(*(node_kinds.BY_KEY[key] for key in SIMULATORS))
         self.kinds = [on_own_turtle(node_kinds.BY_KEY[key]) for key in CODES]
         self.kinds = [kind._replace(arguments=(*kind.arguments, '_mode:=forward', '_rate:=50'), subscribed=())
                       if kind.key == 'ar_control' else kind for kind in self.kinds]

@@ -40,7 +40,7 @@ class OutputTest(unittest.TestCase):
     def test_nodes_output(self):
         """Every kind of node under one of the conditions is registered, and lives on while it logs."""
         for number in range(ROUNDS):
-            nodes, kinds = Nodes(self, self.master), all_kinds()
+            nodes, kinds = Nodes(self.addCleanup, self.master), all_kinds()
             under = {kind: self.conditions[(index + number) % len(self.conditions)] for index, kind in enumerate(kinds)}
             under.update({kind: CLOSED for kind in kinds if kind.key == PRINTER.key and under[kind] == UNREAD})
             simulators = [kind for kind in kinds if not kind.needs]

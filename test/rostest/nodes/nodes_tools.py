@@ -58,13 +58,13 @@ class OwnMaster:
 
 
 class Nodes:
-    """Nodes of several kinds beside a master, each a Process; they end with the test."""
+    """Nodes of several kinds beside a master, each a Process; they end with the test, whose addCleanup it gets."""
 
-    def __init__(self, case, master):
+    def __init__(self, add_cleanup, master):
         self._master = master
         self._folder = tempfile.TemporaryDirectory()
-        case.addCleanup(self._folder.cleanup)
-        case.addCleanup(self.stop)
+        add_cleanup(self._folder.cleanup)
+        add_cleanup(self.stop)
         node_kinds.make_picture(self._folder.name)
         self.running = {}  # NodeKind: Process
 

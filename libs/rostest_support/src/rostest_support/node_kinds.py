@@ -140,6 +140,23 @@ KINDS = (
              published=('/turtle1/cmd_vel',), subscribed=('/turtle1/pose',), drives=True),
     NodeKind('mimic', '/mimic', 'turtlesim', 'mimic', ('__name:=mimic', 'input:=turtle1', 'output:=turtle2'),
              needs=('turtlesim',), published=('/turtle2/cmd_vel',), subscribed=('/turtle1/pose',)),
+    NodeKind('broadcaster', '/broadcaster', 'turtle_tf2', 'turtle_tf2_broadcaster.py',
+             ('__name:=broadcaster', '_turtle:=turtle1'), needs=('turtlesim',), published=('/tf',),
+             subscribed=('/turtle1/pose',)),
+    NodeKind('follower_broadcaster', '/follower_broadcaster', 'turtle_tf', 'turtle_tf_broadcaster.py',
+             ('__name:=follower_broadcaster', '_turtle:=turtle2'), needs=('turtlesim',), published=('/tf',),
+             subscribed=('/turtle2/pose',)),
+    NodeKind('follower', '/follower', 'turtle_tf2', 'turtle_tf2_listener.py',
+             ('__name:=follower', 'turtle2/cmd_vel:=/turtle8/cmd_vel'),  # mimic drives turtle2
+             needs=('broadcaster', 'follower_broadcaster'), published=('/turtle8/cmd_vel',),
+             subscribed=('/tf', '/tf_static'), drives=True),
+    NodeKind('shape_server', '/turtle_shape', 'turtle_actionlib', 'shape_server', needs=('turtlesim',),
+             published=('/turtle1/cmd_vel', '/turtle_shape/status'),
+             subscribed=('/turtle1/pose', '/turtle_shape/goal', '/turtle_shape/cancel')),
+    NodeKind('fibonacci_server', '/fibonacci', 'actionlib_tutorials', 'fibonacci_server.py',
+             published=('/fibonacci/result', '/fibonacci/status'), subscribed=('/fibonacci/goal', '/fibonacci/cancel')),
+    NodeKind('twist_keyboard', '/teleop_twist_keyboard', 'teleop_twist_keyboard', 'teleop_twist_keyboard.py',
+             ('cmd_vel:=/keys/cmd_vel', '_repeat_rate:=5.0'), published=('/keys/cmd_vel',)),
 )
 BY_KEY = {kind.key: kind for kind in KINDS}
 FIXED_TURTLE = ('velocity_publisher.py', 'pose_subscriber.py', 'draw_square')  # without a parameter ~turtle
