@@ -10,9 +10,9 @@ all_cases() (
   find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md README.md
   printf 'stress\t%s\n' fuzz clients master storms system web soak
-  find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
   find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
+  find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
   for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do
     printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"
   done
