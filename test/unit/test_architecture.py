@@ -255,6 +255,10 @@ def test_who_calls_init_node_has_servers_that_idle_connections_do_not_block(path
         assert 'servers.protect()' in source, 'call nodes.init_node, or servers.protect() before it'
 
 
+def test_root_holds_no_pictures():
+    assert not list(REPOSITORY.glob('*.png')), 'pictures of the docs are in docs/images'
+
+
 def test_the_repository_was_found():
     assert (REPOSITORY / INTERNALS).is_file()
     assert len(PACKAGES) >= 10 and len(WITHOUT_ROS) >= 60 and len(SCRIPTS) >= 11

@@ -3,7 +3,6 @@
 Threads: rospy's callbacks only append to a list.
 """
 import contextlib
-import math
 import xmlrpc.client
 
 import rosgraph
@@ -13,6 +12,7 @@ from turtlesim.msg import Pose
 
 from course_grader.rules.observation import Sample, Transform
 from rospy_support.rospy_internals import caller
+from rospy_support.rotations import yaw_of
 
 
 class StateReader:
@@ -44,8 +44,7 @@ class StateReader:
             return
         now = rospy.get_time() - self._zero
         for one in message.transforms:
-            at, turned = one.transform.translation, one.transform.rotation
-            yaw = math.atan2(2.0 * (turned.w * turned.z + turned.x * turned.y),
-                             1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z))
+            at = one.transform.translation
             self._observed.transforms.append(
-                Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y, yaw))
+                Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y,
+                          yaw_of(one.transform.rotation)))

@@ -79,10 +79,11 @@ class Stimuli:
         for number, request in enumerate(requests):
             start = self._now()
             while not _offered(values['service']):
-                if self._now() > start + ANSWER_TIME:  # where it was never offered, there is no Call
-                    self._observed.calls += [Call(start + self._observed.start, values['service'], other, False,
-                                                  'then it was not offered any more')
-                                             for other in requests[number:] if number]
+                if self._now() > start + ANSWER_TIME:
+                    if number:  # else it was never offered: there is no Call
+                        self._observed.calls += [Call(start + self._observed.start, values['service'], other, False,
+                                                      'then it was not offered any more')
+                                                 for other in requests[number:]]
                     return
                 rospy.sleep(POLL)
             call = self._ask(values['service'], service_class, request)

@@ -42,7 +42,7 @@ def _add(root: ElementTree.Element, suite: Suite) -> None:
     element = ElementTree.SubElement(root, 'testsuite', name=harmless.plain(suite.name), time=f'{suite.seconds:.3f}')
     if suite.isolation:
         ElementTree.SubElement(ElementTree.SubElement(element, 'properties'), 'property', name='isolation',
-                               value=suite.isolation)
+                               value=harmless.plain(suite.isolation))
     first = _case(element, suite, VERDICT, suite.seconds)
     said = f'{decided.outcome}, {decided.score:g} of 100'
     _judge(first, TAGS.get(decided.outcome, ''), (*decided.objections, said)[0], '\n'.join(decided.objections))
