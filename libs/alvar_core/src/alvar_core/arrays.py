@@ -10,10 +10,11 @@ if TYPE_CHECKING:
     from cv2.typing import MatLike as Image
     from numpy.typing import ArrayLike, NDArray
 
+    Complexes = NDArray[np.complexfloating[Any, Any]]
     Floats = NDArray[np.floating[Any]]
     Bools = NDArray[np.bool_]
     Integers = NDArray[np.integer[Any]]
 else:  # numpy before 1.21 has no NDArray, OpenCV before 4.8 no typing
-    ArrayLike = Floats = Bools = Integers = Image = np.ndarray
+    ArrayLike = Complexes = Floats = Bools = Integers = Image = np.ndarray
 
-__all__ = ['ArrayLike', 'Bools', 'Floats', 'Image', 'Integers']
+__all__ = ['ArrayLike', 'Bools', 'Complexes', 'Floats', 'Image', 'Integers']

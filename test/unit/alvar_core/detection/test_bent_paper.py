@@ -6,7 +6,7 @@ import marker_classes
 import photo
 from alvar_core import rotations
 from alvar_core.camera import default_camera
-from alvar_core.detection.bent_paper import cylinder
+from alvar_core.detection.bent_paper import Cylinder
 from alvar_core.detection.detector import Detector
 from marker_score import rotation_between
 
@@ -20,7 +20,7 @@ def test_model_is_that_of_the_photos(radius):
     sheet = photo.Sheet(marker_classes.marker_cells(1), 1, 0.05, rotation, position, photo.Cylinder(radius, 0.7))
     theta = np.concatenate([photo.cv2.Rodrigues(rotation)[0][:, 0], position / 0.05, [0.05 / radius, 0.7]])
     s, t = np.array([-0.5, 0.5, 0.3]), np.array([0.5, 0.5, -0.2])
-    seen = cylinder(CAMERA, 9)(theta[None], np.stack([9 * s, -9 * t], 1))[0]
+    seen = Cylinder(CAMERA, 9).places(theta[None], np.stack([9 * s, -9 * t], 1))[0]
     assert seen == pytest.approx(sheet.project(CAMERA, s, t))
 
 

@@ -17,6 +17,7 @@ NO_THRESHOLDS = {
     'alignment.DISTANCES': 'of the table of sample weights', 'alignment.WEIGHTS': 'of the table of sample weights',
     'alignment.BLUR': 'index of a parameter', 'alignment.PARAMETERS': 'their number',
     'local_contrast.ALONG': 'where contrasts are read', 'local_contrast.ACROSS': 'where contrasts are read',
+    'bent_paper.STEP': 'difference for a derivative',
     'candidates.NEXT': 'order of corners',
     'pose.DEGREES_OF_FREEDOM': 'eight coordinates less six of a pose',
     'reading.DEPTHS': 'where the coarse decoding reads',

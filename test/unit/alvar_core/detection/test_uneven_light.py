@@ -55,6 +55,13 @@ def test_square_is_found_from_parts_of_its_sides():
     assert len(broken_outlines.squares(parts[:2])) == 0
 
 
+def test_parts_that_form_no_square_give_no_warning():
+    random = np.random.default_rng(414)  # two corners with sides of 0 px in sum
+    parts = 20.0 * random.integers(0, 8, (random.integers(3, 30), 2, 2))
+    with np.errstate(divide='raise', invalid='raise'):
+        broken_outlines.squares(parts[np.ptp(parts, 1).max(1) > 0])
+
+
 def test_parts_are_kept_that_are_dark_on_their_right():
     image = np.full((60, 60), 100, np.uint8)
     image[30:] = 40

@@ -10,7 +10,7 @@ from typing import Sequence
 import cv2
 import numpy as np
 
-from alvar_core.arrays import Floats, Image, Integers
+from alvar_core.arrays import Complexes, Floats, Image, Integers
 from alvar_core.detection import thresholds
 
 PART_PLACES = np.array([0.2, 0.5, 0.8])  # along a part, where it is read
@@ -44,16 +44,6 @@ def distinct_parts(smooth: Image, parts: Floats) -> Floats:
     return found
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
-def _crossed(a: Floats, b: Floats) -> Floats:
-    """Return the cross product of each of ``a`` (N, 2) with each of ``b`` (K, 2)."""
-    product: Floats = np.stack([-a[:, 1], a[:, 0]], 1) @ b.T
-    return product
-
-
 def squares(parts: Floats) -> Floats:
     """Return the quads (N, 4, 2), clockwise, that straight parts (K, 2, 2) form, those with most of their rim first."""
     if len(parts) < 3:
@@ -61,13 +51,35 @@ def squares(parts: Floats) -> Floats:
     step = parts[:, 1] - parts[:, 0]
     length = np.sqrt((step * step).sum(1))
     longest = _longest_by_direction(step, length)
-    start, length = parts[longest, 0], length[longest]
-    along = step[longest] / length[:, None]
+    start, length = _complex(parts[longest, 0]), length[longest]
+    along = _complex(step[longest]) / length
     start, along, length = _joined(start, along, length)
     first, second, corner = _corners(start, along, length)
     if len(first) < 2:
         return np.zeros((0, 4, 2))
     return _facing(start, along, length, first, second, corner)
+
+
+# Below, points and directions are complex numbers x + i y: then few operations are needed on large arrays.
+
+def _complex(points: Floats) -> Complexes:
+    """Return points (N, 2) as (N,) complex numbers."""
+    numbers: Complexes = points[:, 0] + 1j * points[:, 1]
+    return numbers
+
+
+def _dot(a: Complexes, b: Complexes) -> Floats:
+    return a.real * b.real + a.imag * b.imag
+
+
+def _cross(a: Complexes, b: Complexes) -> Floats:
+    return a.real * b.imag - a.imag * b.real
+
+
+def _dots(a: Complexes, b: Complexes) -> Floats:
+    """Return the dot product of each of ``a`` (N,) with each of ``b`` (K,)."""
+    product: Floats = np.stack([a.real, a.imag], 1) @ np.stack([b.real, b.imag])
+    return product
 
 
 def _longest_by_direction(step: Floats, length: Floats) -> Integers:
@@ -79,65 +91,64 @@ def _longest_by_direction(step: Floats, length: Floats) -> Integers:
     return chosen
 
 
-def _joined(start: Floats, along: Floats, length: Floats) -> tuple[Floats, Floats, Floats]:
+def _joined(start: Complexes, along: Complexes, length: Floats) -> tuple[Complexes, Complexes, Floats]:
     """Add the parts that follow when parts of one line are joined across gaps."""
-    begin = along @ start.T
-    begin -= begin.diagonal()[:, None].copy()
-    end = begin + length
-    off = _crossed(along, start + 0.5 * length[:, None] * along)
-    off = np.abs(off - _cross(along, start)[:, None])
-    near = np.maximum(begin, 0) - np.minimum(end, length[:, None]) < thresholds.JOINED_GAP * np.maximum(
-        length[:, None], length[None])
-    one = near & (off < thresholds.JOINED_OFF) & (along @ along.T > thresholds.JOINED_TURN)
-    low, high = np.where(one, begin, 0).min(1), np.where(one, end, 0).max(1)
+    i, j = np.nonzero(_dots(along, along) > thresholds.JOINED_TURN)  # each with itself, too
+    turned = (start[j] - start[i]) * along[i].conj()  # from the start of i: along it, and to its side
+    begin, end = turned.real, turned.real + length[j]
+    off = np.abs((turned + 0.5 * length[j] * along[j] * along[i].conj()).imag)
+    near = np.maximum(begin, 0) - np.minimum(end, length[i]) < thresholds.JOINED_GAP * np.maximum(length[i], length[j])
+    one = near & (off < thresholds.JOINED_OFF)
+    rows = np.searchsorted(i, np.arange(len(start)))
+    low, high = np.minimum.reduceat(np.where(one, begin, 0), rows), np.maximum.reduceat(np.where(one, end, 0), rows)
     longer = np.flatnonzero(high - low > length + thresholds.MIN_PART)
     low, high = low[longer], high[longer]
-    return (np.concatenate([start, start[longer] + low[:, None] * along[longer]]),
-            np.concatenate([along, along[longer]]), np.concatenate([length, high - low]))
+    return (np.concatenate([start, start[longer] + low * along[longer]]), np.concatenate([along, along[longer]]),
+            np.concatenate([length, high - low]))
 
 
-def _corners(start: Floats, along: Floats, length: Floats) -> tuple[Integers, Integers, Floats]:
+def _corners(start: Complexes, along: Complexes, length: Floats) -> tuple[Integers, Integers, Complexes]:
     """Return the parts before and after each corner, and its place."""
-    turn, at = _crossed(along, along), _cross(start, along)
-    with np.errstate(divide='ignore', invalid='ignore'):
-        before = (at - _crossed(start, along)) / turn  # from the start of the first part to the corner
-        after = -(at[:, None] + _crossed(along, start)) / turn  # from the start of the second part
-    reach = thresholds.CORNER_GAP * np.maximum(length[:, None], length[None]) + 2
+    turn = _dots(1j * along, along)
+    reach = thresholds.CORNER_GAP * np.maximum(length[:, None], length) + 2
+    before = _cross(start, along) - _dots(1j * start, along) - turn * length[:, None]  # times turn, as below
+    first, second = np.nonzero((turn > thresholds.MIN_TURN) & (np.abs(before) < reach * turn))
+    turn, reach, before = turn[first, second], reach[first, second], before[first, second]
+    before /= turn  # from the end of the first part to the corner
+    after = _cross(start[second] - start[first], along[first]) / turn  # from the start of the second part
     spare = thresholds.CORNER_SPARE * length + 3
-    good = ((turn > thresholds.MIN_TURN) & (before > (length - spare)[:, None]) & (before < length[:, None] + reach)
-            & (after < spare[None]) & (after > -reach))
-    first, second = np.nonzero(good)
-    missing = np.abs(before[first, second] - length[first]) + np.abs(after[first, second])
-    best = np.argsort(missing / (length[first] + length[second]))[:thresholds.MAX_CORNERS]
+    good = np.flatnonzero((before > -spare[first]) & (after < spare[second]) & (after > -reach))
+    missing = np.abs(before[good]) + np.abs(after[good])
+    best = good[np.argsort(missing / (length[first[good]] + length[second[good]]))[:thresholds.MAX_CORNERS]]
     first, second = first[best], second[best]
-    return first, second, start[first] + before[first, second, None] * along[first]
+    return first, second, start[first] + (before[best] + length[first]) * along[first]
 
 
-def _meeting(p: Floats, u: Floats, q: Floats, v: Floats) -> Floats:
-    with np.errstate(divide='ignore', invalid='ignore'):
-        return p + (_cross(q - p, v) / _cross(u, v))[..., None] * u
-
-
-def _facing(start: Floats, along: Floats, length: Floats, first: Integers, second: Integers, corner: Floats) -> Floats:
+def _facing(start: Complexes, along: Complexes, length: Floats, first: Integers, second: Integers,
+            corner: Complexes) -> Floats:
     """Return the quads of corners that face each other."""
     before, after = along[first], along[second]
-    facing = (before @ before.T < -thresholds.MIN_OPPOSITE) & (after @ after.T < -thresholds.MIN_OPPOSITE)
-    facing &= corner @ after.T > (corner * after).sum(1)  # each lies ahead of the other
-    a, b = np.nonzero(np.triu(facing & facing.T, 1))
-    i, j, k, m = first[a], second[a], first[b], second[b]
-    quads = np.stack([_meeting(start[m], along[m], start[i], along[i]), corner[a],
-                      _meeting(start[j], along[j], start[k], along[k]), corner[b]], 1)
-    sides = np.stack([i, j, k, m], 1)
-    side = np.roll(quads, -1, 1) - quads
-    width = (side * along[sides]).sum(2)
-    from_corner = ((start[sides] - quads) * along[sides]).sum(2)
+    facing = (_dots(before, before) < -thresholds.MIN_OPPOSITE) & (_dots(after, after) < -thresholds.MIN_OPPOSITE)
+    facing &= _dots(corner, after) > _dot(corner, after)  # each lies ahead of the other
+    a, b = np.nonzero(facing & facing.T)
+    once = a < b
+    a, b = a[once], b[once]
+    sides = np.stack([first[a], second[a], first[b], second[b]])
+    at, way, lengths = start[sides], along[sides], length[sides]
+    # the last side meets the first one, the second meets the third: their directions differ by a turn at a corner
+    p, u, q, v = at[[3, 1]], way[[3, 1]], at[[0, 2]], way[[0, 2]]
+    turn = _cross(u, v)
+    meeting = p + _cross(q - p, v) / np.where(turn == 0, 1e-12, turn) * u
+    quads = np.stack([meeting[0], corner[a], meeting[1], corner[b]])
+    width = _dot(quads[[1, 2, 3, 0]] - quads, way)
+    from_corner = _dot(at - quads, way)
     beyond = thresholds.CORNER_SPARE * width + 3
-    with np.errstate(invalid='ignore'):
-        good = ((width > thresholds.MIN_BROKEN_SIDE).all(1) & (width.max(1) < thresholds.MAX_ASPECT * width.min(1))
-                & (from_corner > -beyond).all(1) & (from_corner + length[sides] < width + beyond).all(1))
-        shown = length[sides].sum(1) / width.sum(1)
-        good &= shown > thresholds.MIN_SHOWN
+    shown = lengths.sum(0) / np.maximum(width.sum(0), 1e-12)
+    least = width.min(0)
+    good = ((least > thresholds.MIN_BROKEN_SIDE) & (width.max(0) < thresholds.MAX_ASPECT * least)
+            & ((from_corner > -beyond) & (from_corner + lengths < width + beyond)).all(0)
+            & (shown > thresholds.MIN_SHOWN))
     best = np.flatnonzero(good)
     best = best[np.argsort(-shown[best])][:thresholds.MAX_BROKEN]
-    found: Floats = quads[best]
-    return found
+    found = quads[:, best].T
+    return np.stack([found.real, found.imag], 2)

@@ -174,20 +174,27 @@ def _meeting(first: Floats, along: Floats) -> Floats:
     return p + s[..., None] * d
 
 
-_ROTATED = np.array([[0, 1, 2, 3], [1, 2, 3, 0], [2, 3, 0, 1], [3, 0, 1, 2]])  # orders of the corners
-
-
 def distinct(quads: Floats, score: Floats, which: Integers) -> list[int]:
     """Return those of the indices ``which``, best score first, whose corners are not near those of a better quad."""
-    which = which[np.argsort(-score[which])]
-    if len(which) < 2:
-        return list(which)
-    q = quads[which]
-    side = homography.mean_side(q)
-    rotated = q[:, _ROTATED]
-    apart = np.abs(rotated[None] - q[:, None, None]).max((3, 4)).min(2)
+    chosen: list[int] = which[np.argsort(-score[which])].tolist()
+    if len(chosen) < 2:
+        return chosen
+    sides, centres = homography.mean_side(quads).tolist(), quads.mean(1).tolist()
     kept: list[int] = []
-    for i, near in enumerate((apart < thresholds.SAME_QUAD * np.minimum(side[:, None], side[None])).tolist()):
-        if not any(near[k] for k in kept):
+    for i in chosen:
+        (x, y), side = centres[i], sides[i]
+        for k in kept:
+            near = thresholds.SAME_QUAD * min(side, sides[k])
+            if abs(x - centres[k][0]) < near and abs(y - centres[k][1]) < near and _apart(quads[i], quads[k]) < near:
+                break
+        else:
             kept.append(i)
-    return list(which[kept])
+    return kept
+
+
+def _apart(a: Floats, b: Floats) -> float:
+    """Return how far the corners of two quads are apart along an axis, at most, whichever corner comes first."""
+    return float(np.abs(a - b[ROTATED]).max((1, 2)).min())
+
+
+ROTATED = np.array([[0, 1, 2, 3], [1, 2, 3, 0], [2, 3, 0, 1], [3, 0, 1, 2]])  # orders of the corners

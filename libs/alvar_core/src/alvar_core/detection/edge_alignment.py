@@ -7,16 +7,14 @@ disturbs is an outlier of the fit. Coordinates are in cells as in alignment.py.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from alvar_core.arrays import Bools, Floats, Image
+from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
-
-Model = Callable[[Floats, Floats], Floats]  # (parameters (B, n), points (P, 2) in cells): ideal px (B, P, 2)
 
 
 @dataclass
@@ -25,6 +23,31 @@ class EdgePoints:
 
     middle: Floats
     outward: Floats
+
+    def __post_init__(self) -> None:
+        self.homogeneous: Floats = np.concatenate([self.middle, np.ones((len(self.middle), 1))], 1).T
+        self.across: Floats = np.ascontiguousarray(self.outward.T)
+        self.along: Floats = self.across[::-1] * [[1], [-1]]
+
+
+class SeenEdges(NamedTuple):
+    """Where a Model with parameters (K, n) has the edges in the image.
+
+    ``at`` (K, 2, P) [ideal px]; ``direction`` (K, 2, P): across the edge, from black to white, of length 1;
+    ``jacobian`` (K, n, P): derivative of ``at`` along ``direction``.
+    """
+
+    at: Floats
+    direction: Floats
+    jacobian: Floats
+
+
+class Model:
+    """Where points of a marker are in the image, by parameters (K, n)."""
+
+    def edges(self, theta: Floats, points: EdgePoints) -> SeenEdges:
+        """Return the SeenEdges with parameters ``theta`` (K, n)."""
+        raise NotImplementedError
 
 
 @dataclass
@@ -85,81 +108,104 @@ class EdgeAligner:
         """
         theta = starts.astype(np.float64)
         count, free = len(theta), len(scale)
-        moves = np.zeros((free + 1, theta.shape[1]))
-        moves[1:, :free] = np.diag(scale)
-        beside = np.concatenate([points.middle + 0.05 * points.outward,
-                                 points.middle + 0.05 * points.outward[:, ::-1] * [1, -1]])
         seen_enough = np.ones(count, bool)
-        ridge = 1e-9 * np.eye(free)
         for step in range(steps):
-            at = model((theta[:, None] + moves).reshape(-1, theta.shape[1]), points.middle)
-            at = at.reshape(count, free + 1, -1, 2)
-            here, changes = at[:, 0], at[:, 1:] - at[:, :1]
-            across, side = (model(theta, beside).reshape(count, 2, -1, 2) - at[:, :1]).transpose(1, 0, 2, 3)
-            # the gradient of the edge is at a right angle to it in the image
-            direction = side[..., ::-1] * [-1, 1]
-            length = np.sqrt((side * side).sum(2)) + 1e-12
-            direction *= (np.sign((direction * across).sum(2)) / length)[..., None]
-            offset, good = self._offsets(grey, camera, here, direction, reach * (1.6 if step == 0 else 1.0))
-            seen_enough &= good.sum(1) >= 3 * free
+            at, direction, jacobian = model.edges(theta, points)
+            jacobian = jacobian[:, :free] * scale[:, None]
+            offset, good = self._offsets(grey, camera, at, direction, reach * (1.6 if step == 0 else 1.0))
+            visible = good.sum(1)
+            seen_enough &= visible >= 3 * free
             if not seen_enough.any():
                 return [None] * count
-            jacobian = (changes * direction[:, None]).sum(3)
-            error, weight = _weights(offset, good)
+            middle = np.minimum(visible // 2, good.shape[1] - 1)
+            by_row, size = jacobian.transpose(0, 2, 1), np.abs(offset)
+            error, weight = _weights(size, good, middle)
             for _ in range(3):
                 weighted = jacobian * weight[:, None]
-                normal = weighted @ jacobian.transpose(0, 2, 1)
-                normal += ridge * (np.trace(normal, axis1=1, axis2=2) + 1e-9)[:, None, None]
+                normal = weighted @ by_row
+                diagonal = normal.reshape(count, -1)[:, ::free + 1]
+                diagonal += 1e-9 * (diagonal.sum(1, keepdims=True) + 1e-9)
                 change = np.linalg.solve(normal, weighted @ offset[..., None])
-                moved = (change.transpose(0, 2, 1) @ jacobian)[:, 0]
-                residual = offset - moved
-                error, weight = _weights(residual, good)
+                moved = (by_row @ change)[..., 0]
+                size = np.abs(offset - moved)
+                error, weight = _weights(size, good, middle)
             theta[:, :free] += change[..., 0] * scale
             if step and np.abs(moved[seen_enough]).max() < thresholds.EDGES_SETTLED:
                 break
         covariance = np.linalg.inv(normal) * (np.maximum(error, 0.03) ** 2)[:, None, None] * np.outer(scale, scale)
         agrees = good & (weight > 0.1)
-        cost = np.where(good, np.minimum(residual ** 2, 1.0), 1.0).sum(1)
+        cost = np.where(good, np.minimum(size * size, 1.0), 1.0).sum(1)
         return [EdgeFit(theta[k], covariance[k], float(error[k]), agrees[k], float(cost[k])) if seen_enough[k]
                 else None for k in range(count)]
 
     def _offsets(self, grey: Image, camera: Camera, at: Floats, direction: Floats,
                  reach: float) -> tuple[Floats, Bools]:
-        """Return how far [px] the edges lie beyond the points, and which are edges."""
-        where = at[..., None, :] + (reach * self.ACROSS)[:, None] * direction[..., None, :]
-        x, y = (each.astype(np.float32) for each in camera.to_real(where[..., 0], where[..., 1]))
-        flat = len(x), -1
-        read = cv2.remap(grey, x.reshape(flat), y.reshape(flat), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        black, white, mean = np.moveaxis(read.reshape(x.shape).astype(np.float32) @ self._ends, -1, 0)
+        """Return how far [px] the edges lie beyond the points, and which are edges, each (K, P)."""
+        where = at.astype(np.float32)[..., None] + direction.astype(np.float32)[..., None] * (reach * self.ACROSS)
+        count = len(where)
+        x, y = camera.to_real(where[:, 0].reshape(count, -1), where[:, 1].reshape(count, -1))
+        read = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        black, white, mean = (read.astype(np.float32).reshape(-1, len(self.ACROSS)) @ self._ends).T.reshape(
+            3, count, -1)
         step = white - black
-        contrast = step / (white + black + thresholds.DARK_GREY)
-        good = (contrast > thresholds.MIN_LOCAL_CONTRAST) & (step > thresholds.MIN_LOCAL_STEP)
-        ends = slice(None, None, len(self.ACROSS) - 1)
-        for place, size in ((x[..., ends], grey.shape[1]), (y[..., ends], grey.shape[0])):
-            good &= ((place > 0) & (place < size - 1)).all(-1)
+        good = (step > thresholds.MIN_LOCAL_CONTRAST * (white + black + thresholds.DARK_GREY))
+        good &= step > thresholds.MIN_LOCAL_STEP
+        for place, size in (x, grey.shape[1]), (y, grey.shape[0]):
+            if not (place.min() > 0 and place.max() < size - 1):
+                ends = place.reshape(*good.shape, -1)[..., ::len(self.ACROSS) - 1]
+                good &= ((ends > 0) & (ends < size - 1)).all(-1)
         share = (mean - black) / np.where(good, step, 1.0)
-        offset = reach * (1 - 2 * share) * len(self.ACROSS) / (len(self.ACROSS) - 1)
+        offset = (1 - 2 * share) * (reach * len(self.ACROSS) / (len(self.ACROSS) - 1))
         return np.where(good, offset, 0.0).astype(np.float64), good
 
 
-def _weights(residual: Floats, good: Bools) -> tuple[Floats, Floats]:
-    """Return the typical size (K,) [px] of residuals (K, P), and their weights: what is far off does not count."""
-    size = np.where(good, np.abs(residual), np.inf)
-    middle = np.minimum(good.sum(1) // 2, size.shape[1] - 1)
+def _weights(size: Floats, good: Bools, middle: Integers) -> tuple[Floats, Floats]:
+    """Return the typical one (K,) [px] of the sizes of residuals (K, P), and their weights: what is far off counts 0.
+
+    ``middle`` (K,): half the number of those that are ``good``; the others count nothing.
+    """
+    size = np.where(good, size, np.inf)
     if len(size) == 1:
         error = 1.4826 * np.partition(size, middle[0], 1)[:, middle[0]]
     else:
         error = 1.4826 * np.sort(size, 1)[np.arange(len(size)), middle]
     size /= (thresholds.EDGE_OUTLIER * np.maximum(error, thresholds.MIN_EDGE_OUTLIER / 3))[:, None]
     np.minimum(size, 1, out=size)
-    return error, (1 - size * size) ** 2
+    size *= size
+    np.subtract(1, size, out=size)
+    size *= size
+    return error, size
 
 
-def of_homography(h: Floats) -> Model:
-    """Return the Model of small changes (B, 8) of a homography (3, 3), applied before it."""
-    def model(theta: Floats, points: Floats) -> Floats:
-        return homography.apply(h @ homography.small(theta), points)
-    return model
+def directions(along: Floats, outward: Floats) -> Floats:
+    """Return the directions (K, 2, P), of length 1, at a right angle to edges ``along``, on the side of ``outward``."""
+    # the gradient of an edge is at a right angle to it in the image
+    out = np.stack([-along[:, 1], along[:, 0]], 1)
+    length = np.sqrt((out * out).sum(1)) + 1e-12
+    out *= (np.sign((out * outward).sum(1)) / length)[:, None]
+    return out
+
+
+class Plane(Model):
+    """Small changes (K, 8) of a homography (3, 3), applied before it (homography.small)."""
+
+    def __init__(self, h: Floats) -> None:
+        self._h = h
+
+    def edges(self, theta: Floats, points: EdgePoints) -> SeenEdges:
+        """Return the SeenEdges with parameters ``theta`` (K, 8)."""
+        h = self._h @ homography.small(theta)
+        p = h @ points.homogeneous
+        w = p[:, 2:]
+        at = p[:, :2] / w
+        along, outward = (h[:, :2, :2] @ way - at * (h[:, 2:, :2] @ way) for way in (points.along, points.across))
+        direction = directions(along, outward)
+        # of the derivative of a place by a small change, the part along the direction
+        towards = np.concatenate([direction, -(direction * at).sum(1, keepdims=True)], 1) / w
+        by_x, by_y, by_w = (self._h.T @ towards).transpose(1, 0, 2)
+        x, y, _ = points.homogeneous
+        jacobian = np.stack([by_x, by_x * x, by_x * y, by_y, by_y * x, by_y * y, -by_w * x, -by_w * y], 1)
+        return SeenEdges(at, direction, jacobian)
 
 
 def changed(h: Floats, theta: Floats) -> Floats:

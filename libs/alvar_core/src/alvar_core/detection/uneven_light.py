@@ -123,7 +123,7 @@ class UnevenLight:
         corners = homography.apply(h[None], self._square)
         cell = float(homography.mean_side(corners)[0]) / (2 * self.half)
         reach = min(thresholds.LOCAL_REACH * cell, thresholds.MAX_LOCAL_REACH)
-        result = self.aligner.fit(image.grey, image.camera, edge_alignment.of_homography(h), np.zeros((1, 8)),
+        result = self.aligner.fit(image.grey, image.camera, edge_alignment.Plane(h), np.zeros((1, 8)),
                                   self._edges(word), self._scale, reach, thresholds.LOCAL_STEPS)[0]
         if result is None:
             return None
