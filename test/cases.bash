@@ -10,6 +10,7 @@ all_cases() (
   find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md README.md
   printf 'stress\t%s\n' fuzz clients master storms system web soak
+  printf 'grading\tcourse_nodes\n'
   find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort

@@ -1,13 +1,15 @@
 """Grades the sample submissions of an exercise and checks verdicts, reasons, and that nothing is left behind.
 
 usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at_x
+       check_grading.py course_nodes FOLDER
        check_grading.py same_ten_times FOLDER
        check_grading.py red_team_LEVEL FOLDER        the quick ones of check_red_team.py
 
 A sample's first lines say what has to come out: `# expected: passed`, or `# expected: failed: TEXT`, where TEXT is a
-part of the reasons. They are graded as a class; those that want another isolation, each by itself. same_ten_times
-grades one submission ten times, four at once, by ./run grade --all, and wants ten equal verdicts. FOLDER takes all
-files. Exit code 0 when all is as it should be, else a text says what is not.
+part of the reasons. They are graded as a class. course_nodes grades the nodes of this course and of the tutorials,
+which an isolated program does not see, by the commands in test/data/course_nodes. same_ten_times grades one submission
+ten times, four at once, and wants ten equal verdicts. FOLDER takes all files. Exit code 0 when all is as it should be,
+else a text says what is not.
 """
 import csv
 import json
@@ -26,6 +28,7 @@ from course_grader.classes import submissions
 from process_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+DATA = REPOSITORY / 'test' / 'data'
 GRADER = [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py')]
 MARK = 'TURTLE_ROBOTONT_CHECK'
 SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
@@ -45,12 +48,6 @@ def expectation(path):
     found = re.search(r'expected: (passed|failed: (\S.*?))(?: -->)?$', '\n'.join(head), re.MULTILINE)
     assert found, f'{path} says nothing of what is expected in its first two lines'
     return found.group(1).partition(':')[0], found.group(2) or ''
-
-
-def isolation(path):
-    """Return the options for a sample whose second line says ``isolation: LEVEL``: else, the strongest level."""
-    found = re.search(r'isolation: (\w+)', '\n'.join(path.read_text(encoding='utf-8').split('\n')[:3]))
-    return ['--isolation', found.group(1)] if found else []
 
 
 def run(arguments, folder):
@@ -77,32 +74,35 @@ def run(arguments, folder):
 def check_samples(path, folder):
     """Return what is wrong with the gradings of the samples of an exercise."""
     _, found, _ = submissions.find_flat(str(path), path.name)
-    alone = [sample for sample in found if isolation(Path(sample.program))]
-    together = [sample for sample in found if sample not in alone]
-    code, said, left = run(['--all', str(path), '--exercise', path.name, '--seed', str(SEED), '--jobs', '1', '--output',
-                            str(folder / 'class'), *(f'--only={sample.student}' for sample in together)], folder)
+    expected = {(sample.student, path.name): expectation(Path(sample.program)) for sample in found}
+    return check_class([str(path), '--exercise', path.name], expected, folder)
+
+
+def check_course_nodes(path, folder):
+    """Return what is wrong with the gradings of the commands in the folder of one student."""
+    return check_class([str(path), '--isolation', 'none'],
+                       {(file.parent.name, file.stem): ('passed', '') for file in path.glob('*/*')}, folder)
+
+
+def check_class(arguments, expected, folder):
+    """Grade a class; return what is wrong. ``expected``: {(student, exercise): (outcome, part of the reasons)}."""
+    code, said, left = run(['--all', *arguments, '--seed', str(SEED), '--jobs', '1', '--output',
+                            str(folder / 'class')], folder)
     print(said)
     wrong = [f'{name} was left behind' for name in left]
-    wanted = max(EXIT_CODES[expectation(Path(sample.program))[0]] for sample in together)
+    wanted = max(EXIT_CODES[outcome] for outcome, _ in expected.values())
     if code != wanted:
         wrong.append(f'the exit code of the class is {code}, expected is {wanted}')
-    for sample in together:
-        wrong += check_result(Path(sample.program), folder / 'class' / sample.student / path.name)
-    for sample in alone:
-        out = folder / sample.student
-        code, said, left = run([path.name, '--seed', str(SEED), '--output', str(out), *isolation(Path(sample.program)),
-                                '--', *sample.command], out.parent / f'{out.name}_places')
-        print(said)
-        wrong += [f'{sample.student}: {name} was left behind' for name in left]
-        wrong += check_result(Path(sample.program), out, code)
+    for (student, exercise), (outcome, text) in expected.items():
+        wrong += [f'{student} {exercise}: {line}'
+                  for line in check_result(folder / 'class' / student / exercise, outcome, text)]
     return wrong
 
 
-def check_result(program, folder, code=None):
-    """Return what is wrong with what a grading has written, and with its exit code where it has one of its own."""
-    outcome, text = expectation(program)
+def check_result(folder, outcome, text):
+    """Return what is wrong with what a grading has written."""
     if not (folder / 'result.json').is_file():
-        return [f'{program.name}: there is no result.json; exit code {code}']
+        return ['there is no result.json']
     result = json.loads((folder / 'result.json').read_text(encoding='utf-8'))
     reasons = ' '.join([*result['objections'],
                         *(f'{reason["asked"]}; {reason["seen"]}' for reason in result['reasons'])])
@@ -111,15 +111,13 @@ def check_result(program, folder, code=None):
     wrong += [f'{name} is missing' for name in GRADED - files]
     if result['outcome'] != outcome:
         wrong.append(f'it is {result["outcome"]}, expected is {outcome}')
-    if code not in (None, EXIT_CODES[outcome]):
-        wrong.append(f'the exit code is {code}, expected is {EXIT_CODES[outcome]}')
     if outcome == 'passed' and result['score'] != 100.0:
         wrong.append(f'the score is {result["score"]}, expected is 100')
     if text not in reasons:
         wrong.append(f'the reasons do not hold {text!r}: {reasons}')
     if wrong:
         wrong.append(json.dumps(result, indent=1))
-    return [f'{program.name}: {line}' for line in wrong]
+    return wrong
 
 
 def check_repeats(path, folder):
@@ -155,7 +153,9 @@ def main(arguments):
     if name.startswith(RED_TEAM):
         return check_red_team.main([name[len(RED_TEAM):], str(folder), *check_red_team.QUICK])
     if name == 'same_ten_times':
-        wrong = check_repeats(REPOSITORY / 'test' / 'data' / 'submissions' / REPEATED, folder)
+        wrong = check_repeats(DATA / 'submissions' / REPEATED, folder)
+    elif name == 'course_nodes':
+        wrong = check_course_nodes(DATA / 'course_nodes', folder)
     else:
         wrong = check_samples(REPOSITORY / name, folder)
     for text in wrong:

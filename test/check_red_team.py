@@ -4,9 +4,10 @@ usage: check_red_team.py LEVEL FOLDER [NAME ...]     LEVEL: namespace, uid, none
 
 The second line of a program says what has to come out, as for the samples: `# expected: failed`, or with a part of the
 reasons. A line `# at none: open` says that the level none does not hold it back: it is not run there. Every class has
-honest students, who must pass, and links to their files, which must fail. No process remains, no other file is written,
-and no token of the environment is printed. FOLDER takes all files. Exit code 0 when all is as it should be; a level
-that this machine cannot have is skipped, and said.
+an honest student, test/data/honest, whose programs must pass whatever they are made of (threads, subprocesses, a bash
+script, a launch file, a package with modules and parameters), and links to these, which must fail. No process remains,
+no other file is written, and no token of the environment is printed. FOLDER takes all files. Exit code 0 when all is as
+it should be; a level that this machine cannot have is skipped, and said.
 """
 import json
 import os
@@ -25,7 +26,7 @@ from process_support import processes
 REPOSITORY = Path(__file__).resolve().parents[1]
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'red_team'
 SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
-HONEST = 'stop_at_x/right_if_else.py', 'print_marker_ids/right_node.py', 'square_by_teleport/right_rosservice.bash'
+HONEST = REPOSITORY / 'test' / 'data' / 'honest'
 BAIT = '3457'  # the argument of `sleep` of those who try to outlive; each level has one of its own
 FORBIDDEN = 'FOUND', 'CONNECTED', 'SENT', 'SOCKET', 'POISONED', 'forged', 'attached', 'opened', 'classmate', 'poisoned'
 QUICK = ('ends_all_nodes', 'name_with', 'recording_by', 'solution_by', 'poisoned', 'connection.py', 'outlives',
@@ -45,13 +46,11 @@ def bait(level):
 
 def make_class(folder, level, names):
     """Write the class; return {(student, exercise): (outcome, part of the reasons)}."""
-    expected = {}
-    for sample in HONEST:
-        exercise, _, name = sample.partition('/')
-        student = folder / 'honest'
-        student.mkdir(parents=True, exist_ok=True)
-        shutil.copy(SAMPLES / sample, student / (exercise + os.path.splitext(name)[1]))
-        expected['honest', exercise] = 'passed', ''
+    folder.mkdir(parents=True)
+    folder.chmod(0o700)  # as docs/grading.md advises
+    shutil.copytree(HONEST, folder / 'honest')
+    exercises = {path.stem for path in (REPOSITORY / 'exercises').iterdir()}
+    expected = {('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in exercises}
     for path in sorted(PROGRAMS.iterdir()):
         about = told(path)
         if names and not any(name in path.name for name in names) or level == levels.NONE and 'at none' in about:
@@ -110,6 +109,8 @@ def _look(results, level, outcome, text, token):
     said = (results / 'output.txt').read_text(encoding='utf-8')
     reasons = ' '.join([*result['objections'], *(reason['seen'] for reason in result['reasons'])])
     wrong = [f'it has printed the token of the environment: {said}'] if token in said else []
+    if outcome == 'passed' and 'ERROR' in said:
+        wrong.append(f'it has passed, but printed an error: {said}')
     if result['outcome'] != outcome or text not in reasons:
         wrong.append(f'it is {result["outcome"]} ({reasons}), expected is {outcome}: {text}')
     if result['isolation'] not in (level, ''):

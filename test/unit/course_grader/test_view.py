@@ -67,5 +67,13 @@ def test_another_user_gets_copies_of_what_only_the_teacher_can_read(tmp_path, mo
     assert os.stat(f'{place}/a.py').st_mode & 0o444 == (0o444 if staged or mode == 0o644 else 0)
 
 
+def test_another_user_gets_a_copy_of_the_library_that_keeps_sockets_local(tmp_path, monkeypatch):
+    library = write(tmp_path / 'devel' / 'local_sockets.so')
+    monkeypatch.setattr(view, 'reachable', lambda path, deep=True: not path.startswith(str(tmp_path)))
+    before = {'LD_PRELOAD': f'{library}:libother.so'}
+    _, after = view.staged([], before, view.shown(before, []), str(tmp_path / 'files'))
+    assert after['LD_PRELOAD'] == f'{tmp_path}/files{library}:libother.so'
+
+
 def test_parents_are_the_highest_first_without_those_of_the_system():
     assert view.parents(['/a/b/c', '/a/b/c/d', '/usr/share/x', '/tmp/y/z']) == ['/a', '/a/b', '/tmp/y']

@@ -95,7 +95,7 @@ def escaping(command: Sequence[str], own: Sequence[str]) -> str:
 
 def shown(surroundings: Mapping[str, str], own: Sequence[str]) -> List[Tuple[str, str]]:
     """Return [(path, its path inside)] of what a program sees besides the system, parents first."""
-    places = [FIRST_ON_PATH, *own]
+    places = [FIRST_ON_PATH, *own, *surroundings.get('LD_PRELOAD', '').split(os.pathsep)]
     if not below(sys.prefix, SYSTEM):
         places += [sys.prefix, sys.base_prefix]
     for entry in surroundings.get('PYTHONPATH', '').split(os.pathsep):

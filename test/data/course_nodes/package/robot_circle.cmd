@@ -1,3 +1,1 @@
-# expected: passed
-# isolation: none, for the nodes of the course
 rosrun turtle_robotont drive_shape.py _robot:=true _shape:=circle _size:=0.8

@@ -1,3 +1,1 @@
-# expected: passed
-# isolation: none, for the nodes of the course
 rosrun turtle_robotont velocity_publisher.py turtle1/cmd_vel:=cmd_vel _linear:=0.2 _angular:=0.5 _rate:=1

@@ -1,0 +1,1 @@
+rosrun turtle_robotont teleport_tour.py

@@ -1,0 +1,1 @@
+rosrun turtle_robotont ar_control_node.py

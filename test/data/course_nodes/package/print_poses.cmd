@@ -1,0 +1,1 @@
+rosrun turtle_robotont pose_subscriber.py

@@ -1,0 +1,1 @@
+rosrun turtle_robotont velocity_publisher.py

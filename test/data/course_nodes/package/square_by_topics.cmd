@@ -1,0 +1,1 @@
+rosrun turtle_robotont drive_shape.py

@@ -1,0 +1,1 @@
+rosrun turtle_robotont stop_at_x.py

@@ -1,3 +1,0 @@
-# expected: passed
-# isolation: none, for the nodes of the course
-rosrun turtle_robotont velocity_publisher.py
