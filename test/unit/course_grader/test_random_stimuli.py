@@ -5,12 +5,16 @@ import pathlib
 
 import pytest
 
-from course_grader.rules import exercise, random_stimuli
+from course_grader.rules import exercise, random_stimuli, robot_sensors
+from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from robotont_gazebo.core import worlds
 
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
 EXERCISES = {path.stem: exercise.load(path) for path in sorted(FOLDER.glob('*.yaml'))}
 SEEDS = range(1000)
+CANCELLED = 3.0  # [s] that the goal which is cancelled lasts at most
+BESIDE = 0.03  # [m] from the middle of a gate: there both posts are as near
 ROUNDED = 0.05  # a number with one decimal is so far off
 
 
@@ -63,6 +67,40 @@ def test_in_every_seed_the_turtle_is_driven_without_a_wall(one, number):
             theta += angular * dt
             x, y = x + linear * dt * math.cos(theta), y + linear * dt * math.sin(theta)
             assert 0.1 < x < ARENA_SIZE - 0.1 and 0.1 < y < ARENA_SIZE - 0.1, seed
+
+
+@pytest.mark.parametrize('one, number', of_kind('goals'))
+def test_in_every_seed_the_goals_differ_and_have_time(one, number):
+    """A server that adds two numbers per second, and the goal that is cancelled."""
+    count = one.stimuli[number][1]['times']
+    for orders in drawn(one, number):
+        assert len(set(orders)) == len(orders) == count and set(orders) <= set(random_stimuli.ORDERS)
+        assert sum((order - 1) / 2.0 for order in orders) + CANCELLED < 0.75 * one.time
+    assert len(set(map(tuple, drawn(one, number)))) > len(random_stimuli.ORDERS)
+
+
+@pytest.mark.parametrize('one, number', of_kind('distances'))
+def test_in_every_seed_the_first_distances_say_the_same(one, number):
+    """A box is beyond what the camera sees; two posts say to which side their middle is."""
+    sensor = robot_sensors.DistanceSensor(worlds.parse(one.world))
+    gate = next((rule.parameters['y'] for rule in one.rules if rule.name == 'passes'), None)
+    for pose in starts(one):
+        right, center, left = sensor.look(pose)
+        if gate is None:
+            assert center.nearest == pytest.approx(robot_sensors.FLOOR)
+        elif abs(gate - pose.y) > BESIDE:
+            assert (left.nearest > right.nearest) == (gate > pose.y)
+
+
+@pytest.mark.parametrize('one, number', of_kind('tracker'))
+def test_in_every_seed_the_robot_sees_the_marker(one, number):
+    plan = worlds.parse(one.world)
+    assert all(robot_sensors.in_view(at) for pose in starts(one)
+               for at in robot_sensors.markers(plan, 0.0, pose).values())
+
+
+def starts(one):
+    return [Pose2D(at['x'], at['y'], at['theta']) for at in (random_stimuli.start(one, seed) for seed in SEEDS)]
 
 
 @pytest.mark.parametrize('one', EXERCISES.values(), ids=list(EXERCISES))

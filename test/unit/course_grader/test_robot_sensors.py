@@ -12,7 +12,7 @@ from kinematic_core.worlds.planar import Pose2D
 from robotont_gazebo.core import camera, worlds
 from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
 from robotont_gazebo.core.renderer import Renderer
-from robotont_laserscan_to_distance.core.sectors import split
+from robotont_laserscan_to_distance.core.sectors import SCAN_HEIGHT, split
 
 BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
 MILLIMETRE, CENTIMETRE = 1e-3, 1e-2  # [m]
@@ -61,7 +61,7 @@ def test_it_tells_what_the_depth_image_tells(pose):
     size = camera.PinholeCamera()
     image = Renderer(plan, size.width, size.height).depth((*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw))
     fx, _, cx, _, _, cy, *_ = size.matrix()
-    scan = projection.scan(image, projection.Camera(fx, cx, cy), projection.Settings(200, 0.2, 6.0))
+    scan = projection.scan(image, projection.Camera(fx, cx, cy), projection.Settings(SCAN_HEIGHT, 0.2, 6.0))
     seen, told = split(scan.ranges), robot_sensors.DistanceSensor(plan).look(pose)
     for side in ('left', 'center', 'right'):
         assert getattr(told, side) == pytest.approx(getattr(seen, side), abs=2.0 * CENTIMETRE, nan_ok=True), side

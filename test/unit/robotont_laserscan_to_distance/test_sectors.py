@@ -1,10 +1,13 @@
 """robotont_laserscan_to_distance.core.sectors: thirds of a scan, from right to left."""
 import math
+import pathlib
+import re
 
 import pytest
 
-from robotont_laserscan_to_distance.core.sectors import Sector, Sectors, split
+from robotont_laserscan_to_distance.core.sectors import SCAN_HEIGHT, Sector, Sectors, floor_depth, split
 
+PACKAGE = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_laserscan_to_distance'
 NOTHING = Sector(math.nan, math.nan)
 
 
@@ -18,3 +21,13 @@ NOTHING = Sector(math.nan, math.nan)
 def test_sectors(ranges, expected):
     for found, sector in zip(split(ranges), expected):
         assert found == pytest.approx(sector, nan_ok=True)
+
+
+def test_the_scan_has_the_height_of_the_launch_file():
+    settings = (PACKAGE / 'config' / 'laser_params.yaml').read_text(encoding='utf-8')
+    assert re.findall(r'^scan_height: (.*?) +#', settings, re.MULTILINE) == [str(SCAN_HEIGHT)]
+
+
+def test_where_the_floor_begins():
+    """100 rows below the horizon of a camera 0.2 m high, at 500 px: a slope of 100 / 500, so 0.2 / 0.2 = 1 m."""
+    assert floor_depth(0.2, 500.0) == pytest.approx(1.0)

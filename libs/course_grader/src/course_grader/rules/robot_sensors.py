@@ -11,13 +11,12 @@ import numpy as np
 from kinematic_core.worlds.floor_plan import FloorPlan
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import RayCaster
-from robotont_gazebo.core.camera import DEPTH_NEAR, HORIZONTAL_FOV
+from robotont_gazebo.core.camera import DEPTH_NEAR, HORIZONTAL_FOV, PinholeCamera
 from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
-from robotont_laserscan_to_distance.core.sectors import Sectors, split
+from robotont_laserscan_to_distance.core.sectors import Sectors, floor_depth, split
 
 RAYS = 181  # half a degree apart
-LOWEST_SLOPE = 100.0 / 640.0  # of the scan: 200 rows of an image with a focal length of 640 px
-FLOOR = CAMERA_Z / LOWEST_SLOPE  # [m] depth at which the lowest row shows the floor: farther, nothing else is seen
+FLOOR = floor_depth(CAMERA_Z, PinholeCamera().focal)  # [m]
 NEAREST_MARKER = 0.2  # [m] ahead
 
 

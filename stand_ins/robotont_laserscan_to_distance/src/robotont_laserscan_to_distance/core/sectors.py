@@ -4,6 +4,8 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
+SCAN_HEIGHT = 200  # [px] of the scan that config/laser_params.yaml makes: half of them are below the horizon
+
 
 class Sector(NamedTuple):
     """The smallest range and the mean of the finite ranges [m]; NaN where there is none."""
@@ -18,6 +20,14 @@ class Sectors(NamedTuple):
     right: Sector
     center: Sector
     left: Sector
+
+
+def floor_depth(height: float, focal: float) -> float:
+    """Return the depth [m] at which the lowest row of the scan shows the floor: farther, nothing else is seen.
+
+    The camera is level, ``height`` [m] above the floor, with a focal length of ``focal`` [px].
+    """
+    return height * focal / (SCAN_HEIGHT / 2.0)
 
 
 def split(ranges: Sequence[float]) -> Sectors:
