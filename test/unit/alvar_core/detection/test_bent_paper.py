@@ -9,6 +9,7 @@ from alvar_core.camera import default_camera
 from alvar_core.detection.bent_paper import Cylinder
 from alvar_core.detection.detector import Detector
 from marker_score import rotation_between
+from rostest_support.marker_scenes import Placed, Scene, image_of
 
 CAMERA = default_camera()
 
@@ -51,6 +52,15 @@ def test_creased_marker_that_is_off_is_flagged():
         for each in detections:
             off = rotation_between(each.quaternion, truth['orientation'])
             assert off < 5 or each.doubtful or each.ambiguous
+
+
+def test_noise_in_dim_light_is_not_taken_for_bent_paper():
+    random = np.random.default_rng(0)
+    for tilt in (0.0, 0.3, 0.7) * 3:
+        marker = Placed(7, 0.1, rotations.facing(tilt, 1.0, 0.2), np.array([0.05, 0.02, 0.6]), black=30.0, white=90.0)
+        image = image_of(random, CAMERA, [marker], Scene(width=640, height=480, noise=8.0, blur=1.4))
+        (seen,) = Detector(marker.size).detect(image, CAMERA)
+        assert not seen.bend and not seen.doubtful
 
 
 def test_mirrored_cylinder_is_not_taken_for_the_bent_paper():

@@ -123,3 +123,13 @@ def test_tracker_keeps_a_marker_in_a_shadow():
     tracker, number = Tracker(Detector(marker_classes.SIZE)), shot.frame['markers'][0]['id']
     found = [[each.id for each in tracker.update(np.roll(shot.image, 2 * step, 1), shot.camera)] for step in range(6)]
     assert found == [[number]] * 6
+
+
+def test_tracker_finds_a_new_marker_in_a_shadow_within_full_every_frames():
+    shot = marker_classes.photo('shadow 0.2', marker_classes.DEVELOPMENT, 1)
+    for frames_without in (1, 2, 3):
+        tracker = Tracker(Detector(marker_classes.SIZE))
+        for _ in range(frames_without):
+            assert tracker.update(np.full_like(shot.image, 120), shot.camera) == []
+        seen = [tracker.update(shot.image, shot.camera) for _ in range(tracker.full_every)]
+        assert [each.id for each in seen[-1]] == [shot.frame['markers'][0]['id']]

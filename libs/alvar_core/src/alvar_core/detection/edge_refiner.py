@@ -36,6 +36,8 @@ class EdgeRefiner:
         self._points = np.concatenate([points, np.ones((4, len(ALONG), 1))], 2).reshape(-1, 3).T
         self._outward = np.concatenate([self._normals, np.zeros((4, 1))], 1).T
         self._corners = np.concatenate([self._square, np.ones((4, 1))], 1).T
+        curve = ALONG ** 2 - (ALONG ** 2).mean()
+        self._bow_basis = np.stack([np.ones_like(ALONG), ALONG, curve])  # at right angles to each other
         self._powers = np.stack([np.ones_like(self._t), self._t, self._t ** 2], 1)
         self._corners_of_lines = self._moves_of_corners()
 
@@ -73,15 +75,18 @@ class EdgeRefiner:
         """Return the height [px] of the second largest bow of a side, (M,), of markers at ``h`` (M, 3, 3).
 
         Bent paper makes bows of at least two sides, something that covers a part of one, or a crease, makes one: if the
-        largest is much larger, it counts by thresholds.BOW_OF_ONE.
+        largest is much larger, it counts by thresholds.BOW_OF_ONE. A bow that noise explains counts 0.
         """
         corners = homography.apply(h, self._square)
         px = np.sqrt(homography.area(corners))[:, None] / (2 * self._half)
         across = np.minimum(thresholds.BOW_REACH / px, thresholds.MAX_EDGE_REACH).repeat(4, 1)
         offset, enough = self._offsets(pyramid, camera, h, across)
-        curve = self._t ** 2 - (self._t ** 2).mean()
-        height = self._half ** 2 * (enough * offset) @ curve / np.maximum(enough @ curve ** 2, 1e-9)
-        bows = np.sort(np.abs(height * px), 1)
+        basis, squares = self._bow_basis, np.maximum(enough @ self._bow_basis.T ** 2, 1e-9)
+        shares = (enough * offset) @ basis.T / squares  # (M, 4, 3): of mean, slope and bow
+        residual = enough * (offset - shares @ basis)
+        noise = 1.4826 * _median(np.abs(residual).reshape(len(h), -1))[:, None]
+        height, error = np.abs(shares[..., 2]), noise / np.sqrt(squares[..., 2])
+        bows = np.sort(np.where(height > thresholds.BOW_OVER_NOISE * error, height, 0.0) * px, 1)
         bow: Floats = np.maximum(bows[:, -2], thresholds.BOW_OF_ONE * bows[:, -1])
         return bow
 

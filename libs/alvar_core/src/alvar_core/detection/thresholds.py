@@ -173,6 +173,7 @@ WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look 
 # -- Bent paper (bent_paper.py, detector.py)
 # Sensitivity: not measured. Sides of flat markers have bows of up to 0.18 px, bent ones (20 cm) of 0.5 to 1.6 px.
 BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder
+BOW_OVER_NOISE = 3.0  # standard deviations: a smaller bow is none
 MAX_BOW = 1.0  # px: doubtful if no cylinder fits
 BOW_OF_ONE = 0.5  # how much the largest bow counts beside the second largest, of what covers a part of one side
 MIN_BENT_SIDE = 36.0  # px

@@ -4,8 +4,8 @@
   cells again, so that a swapped, turned or covered marker is reported correctly in the same frame.
 * If a marker is missing, it searches the surroundings in the same frame, also for one in uneven light.
 * The passes of the search of the whole image (thresholds.PASSES) are spread over ``full_every`` frames; each of them
-  finds most new markers; one of these frames searches for new markers in uneven light. While no marker is tracked,
-  every frame runs all passes.
+  finds most new markers. While no marker is tracked, every frame runs all passes.
+* One of ``full_every`` frames, and the first one, searches for new markers in uneven light.
 * A caller with time left before the next image calls search_rest(). It runs the passes that update() skipped, and the
   next update() examines what they have found.
 
@@ -96,11 +96,12 @@ class Tracker:
         runs = [alone or k * self.full_every // count == phase for k in range(count)]
         passes = [each for each, run in zip(thresholds.PASSES, runs) if run]
         self._skipped = image, [each for each, run in zip(thresholds.PASSES, runs) if not run]
-        parts: list[Floats] = []
+        uneven = phase == 0 or self._frame == 1
+        parts: list[Floats] | None = [] if uneven else None
         quads = candidates.candidates(image.smooth, passes, self.detector.buffers, parts)
         if not alone:
             quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
-        found = self.detector.examine(image, quads, parts if alone or phase == 0 else None)
+        found = self.detector.examine(image, quads, parts)
         missing = [t.detection.corners for t in self.tracks
                    if t.missed < thresholds.SEARCHED_FRAMES and not any(d.id == t.detection.id for d in found)]
         if not missing:
