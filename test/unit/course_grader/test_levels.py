@@ -1,4 +1,7 @@
 """course_grader.isolation.levels: which level a machine gets, and what is said about it."""
+import subprocess
+import sys
+
 import pytest
 
 from course_grader.isolation import levels
@@ -34,3 +37,13 @@ def test_what_is_weaker_is_said_aloud():
     assert levels.warning(NAMESPACE, ALL) == ''
     assert levels.warning(UID, ROOT).startswith('ISOLATION uid (EPERM)')
     assert levels.warning(NONE, NOTHING).startswith('NO ISOLATION (EPERM)')
+
+
+def test_root_of_a_container_that_has_no_other_user_cannot_give_one():
+    """A program that should get one was not started, and that counted as its own failure."""
+    apart = ['unshare', '--user', '--map-root-user']
+    if subprocess.run([*apart, 'true'], stderr=subprocess.DEVNULL, check=False).returncode:
+        pytest.skip('no user namespaces here')
+    program = 'from course_grader.isolation import levels; print(levels.machine().uid)'
+    said = subprocess.run([*apart, sys.executable, '-c', program], stdout=subprocess.PIPE, check=True).stdout.decode()
+    assert said.startswith('root cannot become another user here: ')

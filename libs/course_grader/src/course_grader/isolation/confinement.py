@@ -12,17 +12,20 @@ from course_grader.isolation import levels, limits, view
 from course_grader.isolation.limits import MEGABYTE, Limits
 
 HOME, TEMPORARY = '/student', '/tmp'  # inside
-USERS = range(60_200, 64_000)  # numbers of users that Debian gives to nobody
 KILLS = 3  # one is enough, unless Linux was about to start a process
 LOCK = '\0turtle_robotont_user_{}'  # an abstract socket: whoever is bound to it has the user
 
 
 class Isolation(NamedTuple):
-    """How a grading is isolated: the level, the limits, and the program's own files ((): those of the command)."""
+    """How a grading is isolated: the level, the limits, and the program's own files ((): those of the command).
+
+    ``users``: whether root may become another user here.
+    """
 
     level: str = levels.NONE
     limits: Limits = Limits()
     own: Tuple[str, ...] = ()
+    users: bool = True
 
 
 NO_ISOLATION = Isolation()
@@ -33,8 +36,8 @@ class User:
 
     def __init__(self) -> None:
         """Take a free one; raise OSError where there is none."""
-        first = os.getpid() % len(USERS)
-        for number in (*USERS[first:], *USERS[:first]):
+        first = os.getpid() % len(levels.USERS)
+        for number in (*levels.USERS[first:], *levels.USERS[:first]):
             self._lock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
             with contextlib.suppress(OSError):
                 self._lock.bind(LOCK.format(number))
@@ -109,9 +112,7 @@ def end_user(number: int) -> None:
     child = os.fork()
     if not child:
         try:
-            os.setgroups([])
-            os.setresgid(number, number, number)
-            os.setresuid(number, number, number)
+            levels.become(number)
             for _ in range(KILLS):
                 os.kill(-1, signal.SIGKILL)  # this process is spared; no one left: ProcessLookupError
         finally:

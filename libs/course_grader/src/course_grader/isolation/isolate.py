@@ -26,4 +26,4 @@ def choose(options: argparse.Namespace) -> Tuple[Isolation, str]:
     """
     machine = levels.machine()
     level = levels.decide(machine, options.isolation, options.require_isolation)
-    return Isolation(level, limits.chosen(options)), levels.warning(level, machine)
+    return Isolation(level, limits.chosen(options), users=not machine.uid), levels.warning(level, machine)

@@ -7,15 +7,16 @@ may do what the user may who grades.
 import argparse
 import os
 import subprocess
-from typing import NamedTuple, Optional
+from typing import Callable, NamedTuple, Optional
 
 from course_grader.isolation import network
 
 LEVELS = NAMESPACE, UID, NONE = 'namespace', 'uid', 'none'  # the strongest one first
 OPTION, REQUIRED = '--isolation', '--require-isolation'
+USERS = range(60_200, 64_000)  # numbers of users that Debian gives to nobody
 BUBBLEWRAP = 'bwrap'
-TRIED = (BUBBLEWRAP, '--unshare-pid', '--unshare-ipc', '--ro-bind', '/', '/', '--proc', '/proc', '--dev', '/dev',
-         '--size', '4096', '--tmpfs', '/tmp', '--', 'true')  # what a grading needs of it
+TRIED = ('--unshare-pid', '--unshare-ipc', '--ro-bind', '/', '/', '--proc', '/proc', '--dev', '/dev', '--size',
+         '4096', '--tmpfs', '/tmp', '--', 'true')  # what a grading needs of it
 WORKS = 'works'
 TIME_LIMIT = 10.0  # [s] of the trial, which takes 20 ms
 
@@ -73,16 +74,17 @@ def warning(level: str, machine: Machine = CAPABLE) -> str:
 
 def machine() -> Machine:
     """Return what this machine can have, found by trying. Call it while this process has one thread."""
-    return Machine(_namespace(), '' if os.geteuid() == 0 else 'only root can give a program another user')
+    no_users = _tried(_try_user)
+    return Machine(_tried(lambda: _try_namespace(not no_users)), no_users)
 
 
-def _namespace() -> str:
-    """Return why there are no namespaces, or ''."""
+def _tried(trial: Callable[[], str]) -> str:
+    """Return what a trial in a process of its own returns: why a level is not possible, or ''."""
     receiver, sender = os.pipe()
     child = os.fork()
     if not child:
         try:
-            os.write(sender, (_try() or WORKS).encode('utf-8', 'replace')[:4096])
+            os.write(sender, (trial() or WORKS).encode('utf-8', 'replace')[:4096])
         finally:
             os._exit(0)
     os.close(sender)
@@ -92,10 +94,29 @@ def _namespace() -> str:
     return '' if said == WORKS else said or 'the trial crashed'
 
 
-def _try() -> str:
+def _try_user() -> str:
+    if os.geteuid():
+        return 'only root can give a program another user'
+    try:
+        become(USERS[0])
+    except OSError as error:  # root of a container may have this one user only, or not the right to change it
+        return f'root cannot become another user here: {error}'
+    return ''
+
+
+def become(user: int) -> None:
+    """Give this process another user for good, and the group of the same number. Raise OSError."""
+    os.setgroups([])
+    os.setresgid(user, user, user)
+    os.setresuid(user, user, user)
+
+
+def _try_namespace(users: bool) -> str:
+    """``users``: whether root may become another user; without, bubblewrap maps one by a namespace of users."""
     try:
         network.enter_own()
-        ended = subprocess.run([*TRIED], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        line = [BUBBLEWRAP, *([] if users else ['--unshare-user']), *TRIED]
+        ended = subprocess.run(line, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                timeout=TIME_LIMIT, check=False)
     except FileNotFoundError:
         return f'{BUBBLEWRAP} is missing; type: sudo apt-get install bubblewrap'

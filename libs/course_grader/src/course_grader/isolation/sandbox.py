@@ -80,7 +80,8 @@ class Sandbox:
             os.makedirs(path, exist_ok=True)
         self.environment = {**environment, **folders, MARK: self._mark, 'PYTHONUNBUFFERED': '1',
                             'PYTHONDONTWRITEBYTECODE': '1'}
-        self._user = confinement.User() if os.geteuid() == 0 and isolation.level != levels.NONE else None
+        needs_user = os.geteuid() == 0 and isolation.users and isolation.level != levels.NONE
+        self._user = confinement.User() if needs_user else None
         self._program = os.path.join(self.folder, PROGRAM)
         if isolation.level == levels.UID:  # where its user can go
             self._program = tempfile.mkdtemp(prefix='turtle_robotont_')
@@ -91,7 +92,7 @@ class Sandbox:
         processes.adopt_orphans()
 
     def start(self, command: Sequence[str]) -> 'Program':
-        """Start a command, isolated, in a session of its own. Raise OSError."""
+        """Start a command, isolated, in a session of its own. Raise OSError, or IsolationError."""
         isolation, inside = self._isolation, self._isolation.level == levels.NAMESPACE
         base, temporary = (confinement.HOME, confinement.TEMPORARY) if inside else (
             self._program, os.path.join(self._program, 'tmp'))
@@ -101,12 +102,10 @@ class Sandbox:
             _check_own(command, shown)
         user = self._user.number if self._user else None
         if not inside:
-            for path in view.folders(surroundings):
-                os.makedirs(path, exist_ok=True)
-            if user is not None:
-                command, surroundings = view.staged(command, surroundings, shown, os.path.join(self._program, 'files'))
-                for path in view.folders(surroundings):
-                    os.chown(path, user, user)
+            try:
+                command, surroundings = self._prepare(command, surroundings, shown, user)
+            except OSError as error:
+                raise IsolationError(f'the files of the program could not be prepared: {error}') from None
         receiver, sender = os.pipe()
         try:
             line = confinement.confined(isolation, command, surroundings, shown, user, sender, self._hidden)
@@ -119,6 +118,20 @@ class Sandbox:
         self._started.append(process)
         return Program(process, receiver, inside, isolation.limits, self._program,
                        lambda: self._end_program(psutil.Process(process.pid)))
+
+    def _prepare(self, command: Sequence[str], surroundings: Dict[str, str], shown: Sequence[Tuple[str, str]],
+                 user: Optional[int]) -> Tuple[Sequence[str], Dict[str, str]]:
+        """Make the folders of a program that sees all files; return command and environment, as ``user`` can use them.
+
+        Raise OSError.
+        """
+        for path in view.folders(surroundings):
+            os.makedirs(path, exist_ok=True)
+        if user is not None:
+            command, surroundings = view.staged(command, surroundings, shown, os.path.join(self._program, 'files'))
+            for path in view.folders(surroundings):
+                os.chown(path, user, user)
+        return command, surroundings
 
     def _end_program(self, first: psutil.Process) -> None:
         """End all processes of a program at once, however many there are; ``first`` was started here."""
