@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Read, set, search and delete parameters, and publish one of them."""
+import rosgraph
 import rospy
 from std_msgs.msg import String
 
@@ -47,6 +48,9 @@ def main():
                              'sets all of them')
     rospy.loginfo('gains are %s, %s, %s', gains['P'], gains['I'], gains['D'])
     change()
+    if not isinstance(topic, str) or not topic or not rosgraph.names.is_legal_name(topic):
+        raise ParameterError(f'parameter {rospy.resolve_name("~topic_name")} is {topic!r}; it must be the name of a '
+                             'topic, such as chatter. Set it with _topic_name:=chatter')
     publisher, rate = rospy.Publisher(topic, String, queue_size=10), rospy.Rate(1)
     while not rospy.is_shutdown():
         publisher.publish(str(utterance))

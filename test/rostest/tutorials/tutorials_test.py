@@ -21,6 +21,14 @@ MD5 = {  # of the originals, built from their sources
     FibonacciAction: 'f59df5767bf7634684781c92598b2406', AveragingAction: '628678f2b4fa6a5951746a4a2d39e716',
     ShapeAction: 'd73b17d6237a925511f5d7727a1dc903'}
 SIDE = 0.3 * math.sqrt(3.0)  # [m] of a triangle with a radius of 0.3 m
+WRONG = (  # package, program, arguments, part of what it says
+    ('turtle_tf2', 'turtle_tf2_broadcaster.py', "the turtle is ''; it must be the name of one, such as turtle1"),
+    ('turtle_tf', 'turtle_tf_broadcaster.py', '_turtle:=1a', 'Set it with _turtle:=turtle1'),
+    ('turtle_tf2', 'turtle_tf2_listener.py', "parameter /turtle is 'a turtle'; it must be the name of another turtle"),
+    ('rospy_tutorials', 'param_talker.py', '_topic_name:=5', 'topic_name is 5; it must be the name of a topic'),
+    ('depthimage_to_laserscan', 'depthimage_to_laserscan', '_range_min:=5', '_range_max:=1',
+     'range_min is 5; it must be below range_max, which is 1 m'),
+    ('robotont_driver', 'fake_driver_node', "_odom_frame:=''", "odom_frame is ''; it must be a text that is not empty"))
 Status = actionlib.GoalStatus
 
 
@@ -85,17 +93,35 @@ class TutorialsTest(CourseCase):
                 self.call('reset')
 
     def test_follower_stands_while_tf_is_lost(self):
-        first, _, listener = self.follow('turtle_tf2', 'turtle_tf2_listener.py')
-        self.call('turtle1/teleport_absolute', 1.0, 10.0, 0.0)
-        first.stop()
-        listener.wait_for_output('The transform from turtle2 to turtle1 is no longer sent')
-        self.follower.next(stands, 'turtle2 standing')
-        self.broadcasters('turtle_tf2', 'turtle1')
-        until(lambda: self.apart() < ARRIVED, lambda: f'arrived; {self.apart():.3f} m are left')
+        """A broadcaster is killed; the one that waits for the present time gets no answer, the other one an old one."""
+        for package, name, said in (
+                ('turtle_tf2', 'turtle_tf2_listener.py', 'The transform from turtle2 to turtle1 is no longer sent'),
+                ('turtle_tf', 'turtle_tf_listener.py', 'The transform from turtle2 to turtle1 is no longer sent'),
+                ('turtle_tf2', 'turtle_tf2_listener_wait.py', 'No transform from turtle2 to turtle1')):
+            with self.subTest(name):
+                first, other, listener = self.follow(package, name)
+                self.call('turtle1/teleport_absolute', 1.0, 10.0, 0.0)
+                first.process.kill()
+                listener.wait_for_output(said)
+                self.follower.next(stands, 'turtle2 standing')
+                again, = self.broadcasters(package, 'turtle1')
+                until(lambda: self.apart() < ARRIVED, lambda: f'arrived; {self.apart():.3f} m are left')
+                for one in (listener, again, other):
+                    one.stop()
+                self.call('reset')
 
-    def test_broadcaster_without_a_turtle_says_what_to_type(self):
-        process = self.program('turtle_tf2', 'turtle_tf2_broadcaster.py')
-        self.assertIn('Set it with _turtle:=turtle1', self.ended(process, code=2))
+    def test_wrong_parameters_are_named(self):
+        """Each of these nodes ends, and says what is allowed."""
+        rospy.set_param('/turtle', 'a turtle')
+        self.addCleanup(rospy.delete_param, '/turtle')
+        settings = {'global_example': 1, 'utterance': 'hello', 'gains': {'P': 1, 'I': 2, 'D': 3}}
+        for name, value in settings.items():
+            rospy.set_param(f'/{name}', value)
+            self.addCleanup(rospy.delete_param, f'/{name}')
+        started = [(self.program(package, name, f'__name:=wrong{number}', *arguments), said)
+                   for number, (package, name, *arguments, said) in enumerate(WRONG)]
+        for process, said in started:
+            self.assertIn(said, self.ended(process, code=2))
 
     def test_points_of_turtle3_as_turtle1_sees_them(self):
         """turtle1 stands in the middle and looks along x: the difference of the positions."""
@@ -142,17 +168,45 @@ class TutorialsTest(CourseCase):
         self.ended_as(client, Status.PREEMPTED)
         self.assertIn('is there a wall?', self.ended_as(other, Status.ABORTED))
 
-    def test_server_that_goes_away(self):
-        """It aborts its goal when it is ended; when it is killed, the client says so."""
-        for end, said in ((signal.SIGINT, 'Action finished: ABORTED .the server is being shut down'),
-                          (signal.SIGKILL, 'The server of the action /fibonacci has gone')):
-            server = self.program('actionlib_tutorials', 'fibonacci_server.py')
-            client = self.program('actionlib_tutorials', 'fibonacci_client.py')
-            server.wait_for_output('creating fibonacci sequence of order 20')
-            server.process.send_signal(end)
-            client.wait_for_output(said)
-            self.ended(client, code=1)
-            server.stop()
+    def test_server_that_is_ended_aborts_its_goal(self):
+        server = self.program('actionlib_tutorials', 'fibonacci_server.py')
+        client = self.program('actionlib_tutorials', 'fibonacci_client.py')
+        server.wait_for_output('creating fibonacci sequence of order 20')
+        server.process.send_signal(signal.SIGINT)
+        client.wait_for_output('Action finished: ABORTED .the server is being shut down')
+        self.ended(client, code=1)
+
+    def test_server_that_is_killed(self):
+        """Each client says so and ends; the turtle stops, because nobody drives it any more."""
+        poses, pairs = self.poses(), []
+        for package, server, client, name in (('actionlib_tutorials', 'fibonacci_server.py', 'fibonacci_client.py',
+                                               'fibonacci'),
+                                              ('actionlib_tutorials', 'averaging_server', 'averaging_client',
+                                               'averaging'),
+                                              ('turtle_actionlib', 'shape_server', 'shape_client', 'turtle_shape')):
+            pairs.append((self.program(package, server), self.program(package, client), name))
+        poses.next(lambda pose: pose.linear_velocity > 0.0, 'the turtle moving')
+        for server, client, _ in pairs:
+            client.wait_for_output('sending goal')
+            server.process.kill()
+        for _, client, name in pairs:
+            self.assertIn(f'The server of the action /{name} has gone', self.ended(client, code=1))
+        poses.next(stands, 'the turtle standing')
+
+    def cancelled_and_replaced(self, name, action, goal):
+        """Assert that a goal which never ends is preempted when it is cancelled, and when another one comes."""
+        client, other = self.client(name, action), self.client(name, action)
+        client.send_goal(goal)
+        until(lambda: client.get_state() == Status.ACTIVE, 'the goal active')
+        client.cancel_goal()
+        self.ended_as(client, Status.PREEMPTED)
+        client.send_goal(goal)
+        until(lambda: client.get_state() == Status.ACTIVE, 'the goal active')
+        other.send_goal(goal)
+        self.ended_as(client, Status.PREEMPTED)
+        until(lambda: other.get_state() == Status.ACTIVE, 'the other goal active')
+        other.cancel_goal()
+        self.ended_as(other, Status.PREEMPTED)
 
     def test_fibonacci(self):
         self.program('actionlib_tutorials', 'fibonacci_server.py')
@@ -163,6 +217,9 @@ class TutorialsTest(CourseCase):
         self.assertEqual([3, 4, 5, 6], lengths)
         client.send_goal(FibonacciGoal(47))
         self.assertIn('order is 47; it must be 0 to 46', self.ended_as(client, Status.ABORTED))
+        client.send_goal(FibonacciGoal(-1))
+        self.assertIn('order is -1; it must be 0 to 46', self.ended_as(client, Status.ABORTED))
+        self.cancelled_and_replaced('fibonacci', FibonacciAction, FibonacciGoal(40))
 
     def test_fibonacci_in_c_has_its_name_whatever_the_node_is_called(self):
         self.program('actionlib_tutorials', 'fibonacci_server', '__name:=fibonacci_server')
@@ -186,6 +243,9 @@ class TutorialsTest(CourseCase):
             self.assertAlmostEqual(7.0 if state == Status.SUCCEEDED else 4.5, client.get_result().mean, places=5)
         self.assertIn('it must be a finite number', server.output())
         self.assertEqual([4.0, 7.0, 10.0, 4.0, 5.0], given)
+        client.send_goal(AveragingGoal(-1))
+        self.assertEqual('samples is -1; it must be 0 or more', self.ended_as(client, Status.ABORTED))
+        self.cancelled_and_replaced('averaging', AveragingAction, AveragingGoal(100))
 
     def test_two_numbers_are_added(self):
         client = self.program('rospy_tutorials', 'add_two_ints_client', '3', '4')  # it waits for the service

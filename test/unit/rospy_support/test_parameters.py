@@ -143,6 +143,13 @@ def test_text_refuses_the_rest(server, value, choices, allowed):
         'Set it with _shape:=square on the command line or rosparam set /sim/node/shape square')
 
 
+@pytest.mark.parametrize('value', ['', 5, None])
+def test_text_that_has_to_be_filled(server, value):
+    server[f'{NODE}/frame'] = value
+    assert f'/sim/node/frame is {value!r}; it must be a text that is not empty. Set it with _frame:=odom' in refusal(
+        Text, '~frame', 'odom', filled=True)
+
+
 @pytest.mark.parametrize('default', ['', None])
 def test_refusal_without_an_example_to_show_says_what_to_type_in_words(server, default):
     server['/sim/node/path'] = 5

@@ -163,24 +163,25 @@ class Boolean(Parameter):
 
 @dataclasses.dataclass(frozen=True)
 class Text(Parameter):
-    """A string; one of ``choices`` if there are any; ``secret``: no log or error shows it."""
+    """A string; one of ``choices`` if there are any; ``secret``: no log or error shows it; ``filled``: not empty."""
 
     name: str
     default: str
     choices: tuple = ()
     secret: bool = False
+    filled: bool = False
     kind = 'text'
 
     @property
     def allowed(self):
-        return f'one of {self.range}' if self.choices else 'a text'
+        return f'one of {self.range}' if self.choices else 'a text' + ' that is not empty' * self.filled
 
     @property
     def range(self):
         return ', '.join(self.choices)
 
     def convert(self, value):
-        if not isinstance(value, str) or (self.choices and value not in self.choices):
+        if not isinstance(value, str) or (self.choices and value not in self.choices) or (self.filled and not value):
             raise ValueError
         return value
 

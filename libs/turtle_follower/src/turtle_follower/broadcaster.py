@@ -2,6 +2,7 @@
 
 Threading contract: poses arrive in rospy's threads, one at a time.
 """
+import rosgraph
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
@@ -42,11 +43,16 @@ class Broadcaster:
         self._broadcaster.sendTransform(message)
 
 
+def is_turtle(name):
+    """Return whether a name can be that of a turtle, with or without a leading slash: topics begin with it."""
+    return name.strip('/') != '' and not name.startswith('~') and rosgraph.names.is_legal_name(name)
+
+
 def turtle_name():
     """Return the turtle's name: that of ~turtle, else the argument of the command line, as in the C++ tutorials."""
     arguments = rospy.myargv()[1:]
     turtle = PARAMETERS['~turtle'].read() or (arguments[0] if len(arguments) == 1 else '')
-    if not turtle.strip('/').replace('/', '').replace('_', '').isalnum():
+    if not is_turtle(turtle):
         raise ParameterError(f'the turtle is {turtle!r}; it must be the name of one, such as turtle1. '
                              'Set it with _turtle:=turtle1 on the command line')
     return turtle

@@ -17,6 +17,7 @@ from rospy_support.parameters import ParameterError, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
 from rospy_support.velocities import to_twist
+from turtle_follower.broadcaster import is_turtle
 from turtle_follower.core.following import Freshness, velocity_towards
 
 PARAMETERS = Table(Text('turtle', 'turtle2'))
@@ -114,7 +115,7 @@ def main(name='turtle_tf2_listener', **options):
     """Follow a frame; ``name``: of the node; ``options``: those of Following, without the turtle."""
     nodes.init_node(name, PARAMETERS)
     following = Following(turtle=PARAMETERS['turtle'].read(), **options)
-    if following.turtle.strip('/') in ('', following.target):
+    if not is_turtle(following.turtle) or following.turtle.strip('/') == following.target:
         resolved = rospy.resolve_name('turtle')
         raise ParameterError(f'parameter {resolved} is {following.turtle!r}; it must be the name of another turtle '
                              f'than {following.target}. Set it with rosparam set {resolved} turtle2')

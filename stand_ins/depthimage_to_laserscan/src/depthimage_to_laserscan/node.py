@@ -27,6 +27,10 @@ class ScanNode:
     def __init__(self):
         """Read the parameters and register everything."""
         height, self._scan_time, nearest, farthest, self._frame = PARAMETERS.read()
+        if nearest >= farthest:
+            name = rospy.resolve_name('~range_min')
+            raise parameters.ParameterError(f'parameter {name} is {nearest:g}; it must be below range_max, which is '
+                                            f'{farthest:g} m. Set both with _range_min:=0.45 _range_max:=10')
         self._settings = Settings(height, nearest, farthest)
         self._throttle = WallThrottle(REPEAT)
         self._info = None

@@ -10,7 +10,7 @@ from rospy_support.parameters import Table, Text
 from rospy_support.topics import LatestPublisher, Publisher
 
 POWER_STEPS = RATE  # steps between two messages about the battery
-PARAMETERS = Table(Text('odom/frame', 'odom'), Text('odom/child_frame', 'base_footprint'))
+PARAMETERS = Table(Text('odom/frame', 'odom', filled=True), Text('odom/child_frame', 'base_footprint', filled=True))
 
 
 class BoardNode(DriverNode):

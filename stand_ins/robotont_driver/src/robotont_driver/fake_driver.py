@@ -3,7 +3,7 @@ from robotont_driver.base import DriverNode
 from rospy_support import nodes, reachability
 from rospy_support.parameters import Table, Text
 
-PARAMETERS = Table(Text('~odom_frame', 'odom'), Text('~base_frame', 'base_footprint'))
+PARAMETERS = Table(Text('~odom_frame', 'odom', filled=True), Text('~base_frame', 'base_footprint', filled=True))
 
 
 def main():
