@@ -64,6 +64,8 @@ def test_what_rostest_adds_is_not_the_programs(arguments, rest, junit):
     (['stop_at_x', '--', 'python3', 'a.py'], 'a.py does not exist (current folder: '),
     (['stop_at_x', '--', 'no_such_program'], 'no_such_program does not exist (current folder: '),
     (['stop_at_x', '--', './stop.pi'], 'Did you mean ./stop.py? Name the file as seen from here'),
+    (['stop_at_x', '--', 'python3', './stp.py'], 'Did you mean ./stop.py? Name the file as seen from here'),
+    (['stop_at_x', '--', 'python3', './stp.py'], '-- python3 /FULL/PATH/stp.py'),
     ([], 'the following arguments are required: exercise'),
     (['--new', 'stop.py'], 'stop.py exists already; choose another name'),
     (['--new', 'none/x.yaml'], 'none/x.yaml cannot be written: No such file or directory'),

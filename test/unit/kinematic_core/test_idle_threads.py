@@ -1,4 +1,5 @@
 """kinematic_core.timing.idle_threads: what Linux says of the threads of real processes."""
+import os
 import subprocess
 import sys
 import threading
@@ -6,7 +7,8 @@ import time
 
 import pytest
 
-from kinematic_core.timing.idle_threads import Gone, ProcessThreads
+from kinematic_core.timing import idle_threads
+from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
 
 DEADLINE = 10.0  # [s] for a Python to start on a busy machine
 SLEEPER = 'import sys, time, threading; threading.Thread(target=time.sleep, args=(60,), daemon=True).start(); ' \
@@ -37,27 +39,28 @@ def until(condition):
 
 
 def rests(threads):
-    looked = threads.runs()
-    return looked is not None and looked == threads.runs() and looked
+    before = threads.ran()
+    return threads.sleeps() and threads.ran() == before
 
 
-def test_sleeping_threads_are_seen_one_by_one(run):
+def test_a_process_rests_when_all_its_threads_sleep(run):
     threads = ProcessThreads(run(SLEEPER).pid)
     until(lambda: rests(threads))
-    assert len(threads.runs()) == 2
     threads.close()
+    with pytest.raises(OSError):  # no file is left open
+        threads.sleeps()
 
 
 def test_a_process_that_has_run_and_sleeps_again_is_told_by_its_count(run):
     child = run(SLEEPER)
     threads = ProcessThreads(child.pid)
     until(lambda: rests(threads))
-    before = threads.runs()
+    before = threads.ran()
     child.stdin.write(b'\n')
     child.stdin.flush()
     assert child.stdout.readline() == b'again\n'
     until(lambda: rests(threads))
-    assert threads.runs() != before
+    assert threads.ran() > before
 
 
 def test_a_busy_process_never_rests(run):
@@ -67,6 +70,16 @@ def test_a_busy_process_never_rests(run):
         assert not rests(threads)
 
 
+def test_a_busy_process_makes_a_busy_machine(run):
+    run(SPINNER)
+    until(Machine().is_busy)
+
+
+def test_a_machine_that_does_not_tell_counts_as_busy(monkeypatch):
+    monkeypatch.setattr(idle_threads, 'PROC', '/nonexistent')
+    assert Machine().is_busy()
+
+
 def test_an_ended_process_is_gone(run):
     child = run(SLEEPER)
     threads = ProcessThreads(child.pid)
@@ -74,23 +87,44 @@ def test_an_ended_process_is_gone(run):
     child.kill()
     child.wait()
     with pytest.raises(Gone):
-        threads.runs()
+        threads.ran()
     with pytest.raises(Gone):
-        threads.ids()
+        threads.sleeps()
+    with pytest.raises(Gone):
+        ProcessThreads(child.pid)
+
+
+def test_one_thread_that_works_is_seen_among_many_that_sleep(run):
+    program = 'import threading, time\n' \
+              'for _ in range(20): threading.Thread(target=time.sleep, args=(60,), daemon=True).start()\n'
+    threads = ProcessThreads(run(program + SPINNER).pid)
+    end = time.monotonic() + 0.1
+    while time.monotonic() < end:
+        assert not rests(threads)
 
 
 def test_threads_come_and_go_and_some_do_not_count():
-    threads = ProcessThreads('self', without=[threading.get_native_id()])
-    first = len(threads.runs() or {})
-    end = threading.Event()
-    more = threading.Thread(target=end.wait)
+    threads = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
+    until(lambda: rests(threads))
+    go, end = threading.Event(), threading.Event()
+    more = threading.Thread(target=lambda: go.wait() and work_until(end))
     more.start()
-    until(lambda: rests(threads) and len(threads.runs()) == first + 1)
+    until(lambda: rests(threads))  # it is a new one, and waits
+    go.set()
+    for _ in range(20):
+        assert not rests(threads)
     end.set()
     more.join()
-    until(lambda: len(threads.runs() or ()) == first)
-    assert str(threading.get_native_id()) not in (threads.runs() or {})
+    until(lambda: rests(threads))
+    idle = threads.ran()
+    work_until(go)
+    assert threads.ran() == idle  # this thread's own work does not count
     threads.close()
+
+
+def work_until(event):
+    while not event.is_set():
+        pass
 
 
 def test_a_name_with_brackets_does_not_hide_the_state(run):

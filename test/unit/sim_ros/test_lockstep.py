@@ -1,13 +1,14 @@
 """sim_ros.lockstep: when a step may begin. Threads, connections and wall time are fakes here."""
 import itertools
 import socket
+import types
 
 import pytest
 import rospy
 
 from kinematic_core.timing.idle_threads import Gone
 from sim_ros import lockstep
-from sim_ros.lockstep import LONGEST_PAUSE, SETTLING, Lockstep
+from sim_ros.lockstep import JOINING, LONGEST_PAUSE, SETTLING, Lockstep
 
 TIMEOUT, STEP = 2.0, 0.016  # [s]
 
@@ -32,13 +33,15 @@ class Process:
     def __init__(self, wall):
         self.wall, self.busy_until, self.worked, self.gone, self.closed = wall, 0.0, 0, False, False
 
-    def ids(self):
-        return {'1'}
-
-    def runs(self):
+    def ran(self):
         if self.gone:
             raise Gone
-        return None if self.wall.now < self.busy_until else {'1': 5, '2': 1_000_000 * self.worked}
+        return 5 + 1_000_000 * self.worked
+
+    def sleeps(self):
+        if self.gone:
+            raise Gone
+        return self.wall.now >= self.busy_until
 
     def close(self):
         self.closed = True
@@ -79,7 +82,9 @@ class Scene:
         self.parameters = {}
         monkeypatch.setattr(rospy, 'has_param', self.parameters.__contains__)
         monkeypatch.setattr(rospy, 'set_param', self.parameters.__setitem__)
+        self.machine_is_busy = False
         self.lockstep = Lockstep(self.publisher, TIMEOUT, STEP)
+        monkeypatch.setattr(self.lockstep, '_machine', types.SimpleNamespace(is_busy=lambda: self.machine_is_busy))
         self.wait()  # the master settles
 
     def node(self, name):
@@ -108,26 +113,64 @@ def test_a_step_waits_for_every_node_and_for_the_simulator_itself(scene):
     assert scene.lockstep.late == 0
 
 
-def test_two_looks_must_see_the_same(scene, monkeypatch):
+def test_no_node_may_run_while_all_are_looked_at(scene, monkeypatch):
     node = scene.node('/one')
     counts = iter([1, 2, 3, 3])
-    monkeypatch.setattr(node, 'runs', lambda: {'1': next(counts)})
+    monkeypatch.setattr(node, 'ran', lambda: next(counts))
     assert scene.wait()[0]
     assert next(counts, None) is None
 
 
-def test_a_registration_is_given_time_to_settle_once(scene):
-    scene.master.worked, scene.registrations = 1, ['/one publishes /turtle1/cmd_vel']
+@pytest.mark.parametrize('busy, looks', [(False, 1), (True, 2)])
+def test_on_a_busy_machine_two_looks_must_see_the_same(scene, monkeypatch, busy, looks):
+    node, seen = scene.node('/one'), []
+    monkeypatch.setattr(node, 'sleeps', lambda: seen.append(0) or True)
+    scene.machine_is_busy = busy
+    assert scene.wait()[0]
+    assert len(seen) == looks
+
+
+def test_on_a_busy_machine_what_comes_late_is_waited_for(scene, monkeypatch):
+    node = scene.node('/one')
+    runs = iter([1, 1, 2, 2, 2, 2])  # before and after each look: it has run between the first two
+    monkeypatch.setattr(node, 'ran', lambda: next(runs))
+    scene.machine_is_busy = True
+    assert scene.wait()[0]
+    assert next(runs, None) is None
+
+
+def test_the_simulator_may_not_run_while_all_are_looked_at(scene, monkeypatch):
+    counts = iter([1, 2, 3, 3])
+    monkeypatch.setattr(scene.own, 'ran', lambda: next(counts))
+    assert scene.wait()[0]
+    assert next(counts, None) is None
+
+
+JOINED = [['/turtle1/cmd_vel', ['/one']]]
+
+
+@pytest.mark.parametrize('first, then, poll, needed', [
+    ([], [JOINED, [], []], 0.1, JOINING),
+    ([], [JOINED, [], []], 0.01, JOINING),
+    ([JOINED, [], []], [JOINED, JOINED, []], 0.1, 0.1 + SETTLING),
+    ([JOINED, [], []], [JOINED, JOINED, []], 0.01, 0.01 + SETTLING),
+    ([JOINED, [], []], [[], [], []], 0.01, 0.01 + SETTLING),
+])
+def test_a_registration_is_given_time_to_settle_once(scene, monkeypatch, first, then, poll, needed):
+    monkeypatch.setattr(lockstep, 'master_poll', poll)
+    scene.master.worked, scene.registrations = 1, first
+    assert scene.wait()[0]
+    scene.master.worked, scene.registrations = 2, then
     idle, took = scene.wait()
-    assert idle and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
+    assert idle and needed <= took < needed + 3.0 * LONGEST_PAUSE
     assert scene.wait()[1] < 1e-4
 
 
 def test_a_master_that_polls_settles_all_the_same(scene, monkeypatch):
-    monkeypatch.setattr(scene.master, 'runs', lambda: {'1': 60_000 * int(scene.wall.now / 0.1), '2': 1_000_000})
-    scene.registrations = ['/one publishes /turtle1/cmd_vel']
+    monkeypatch.setattr(scene.master, 'ran', lambda: 1_000_000 + 60_000 * int(scene.wall.now / 0.1))
+    scene.registrations = [JOINED, [], []]
     idle, took = scene.wait()
-    assert idle and SETTLING <= took < SETTLING + 3.0 * LONGEST_PAUSE
+    assert idle and JOINING <= took < JOINING + 3.0 * LONGEST_PAUSE
 
 
 def test_a_master_that_only_answers_holds_nobody_up(scene):

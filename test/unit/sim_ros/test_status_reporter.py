@@ -15,8 +15,8 @@ STEP = 0.02  # [s]
 class Publisher:
     """Keeps what is published as (steps, pace, paused, late_steps, busy)."""
 
-    def __init__(self, *_, **__):
-        self.published = []
+    def __init__(self, name, *_, **__):
+        self.resolved_name, self.published = name, []
 
     def publish(self, steps, time, rate, pace, paused, lockstep, late, busy):
         self.published.append((steps, pace, paused, late, busy))

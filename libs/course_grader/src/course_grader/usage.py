@@ -47,9 +47,9 @@ def check_program(arguments, command):
     try:
         sandbox.runnable(command)
     except sandbox.MissingProgram as error:
-        raise UsageError(f'{error}.{_near(command)} Name the file as seen from here, a full path, or a command such as '
-                         f'rosrun:\n  {line(arguments, ["/FULL/PATH/" + os.path.basename(command[0]), *command[1:]])}'
-                         ) from None
+        full = [f'/FULL/PATH/{os.path.basename(part)}' if part == error.program else part for part in command]
+        raise UsageError(f'{error}.{_near(error.program)} Name the file as seen from here, a full path, or a command '
+                         f'such as rosrun:\n  {line(arguments, full)}') from None
     except sandbox.CommandError:
         pass  # it is there, but does not run: the student's mistake
 
@@ -59,9 +59,9 @@ def line(before, after):
     return f'./run grade {shlex.join(before)} -- {shlex.join(after)}'
 
 
-def _near(command):
+def _near(path):
     """Return a sentence about a file of nearly the same name, or ''."""
-    folder, name = os.path.split(command[0])
+    folder, name = os.path.split(path)
     there = os.listdir(folder or '.') if os.path.isdir(folder or '.') else []
     close = difflib.get_close_matches(name, there, 1)
     return f' Did you mean {shlex.quote(os.path.join(folder, close[0]))}?' if close else ''

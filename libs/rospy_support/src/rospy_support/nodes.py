@@ -53,6 +53,7 @@ def init_node(name, declared=(), argv=None, **options):
     """
     parameters.declare(declared)
     servers.protect()
+    rospy_internals.poll_for_registration()
     with console.log_file_guarded():
         rospy.init_node(name, argv=argv, disable_signals=True, **options)
     if rospy.is_shutdown():

@@ -19,6 +19,7 @@ import struct
 import sys
 import threading
 import time
+import types
 import xmlrpc.client
 
 import genpy
@@ -29,6 +30,7 @@ import rosgraph.xmlrpc
 import rospy
 import rospy.client
 import rospy.core
+import rospy.impl.init
 import rospy.impl.masterslave
 import rospy.impl.paramserver
 import rospy.impl.simtime
@@ -49,6 +51,7 @@ CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # true: messages on /rosout do not list the node's topics
 ANY_TYPE = '*'  # instead of an md5sum: matches every type
 STATISTICS_PARAMETER = '/enable_statistics'  # true: subscribers publish statistics of what they receive
+REGISTRATION_POLL = 0.005  # [s]; a master answers in 3 ms
 SHUTDOWN_POLL = 0.5  # [s] between two checks whether a call can still be answered
 
 FUNCTIONS = {  # functions that this module calls or replaces: names of their parameters
@@ -119,7 +122,8 @@ ATTRIBUTES = {  # classes: attributes that their constructors set
     'rospy.service._Service': ('resolved_name', 'service_class', 'request_class', 'response_class'),
 }
 OBJECTS = (  # other objects that this module uses
-    'rospy.core._shutdown_flag', 'rospy.core._shutdown_lock.acquire', 'rospy.core._xmlrpc_cache.get')
+    'rospy.core._shutdown_flag', 'rospy.core._shutdown_lock.acquire', 'rospy.core._xmlrpc_cache.get',
+    'rospy.impl.init.time.sleep')
 
 
 def connections(publisher):
@@ -224,6 +228,11 @@ def unconnected_publications():
     """Return the names of the topics that this node publishes without a connected subscriber."""
     manager = get_topic_manager()
     return _unconnected(manager.get_publications(), manager.get_publisher_impl)
+
+
+def connected_publications():
+    """Return the names of the topics that this node publishes with a connected subscriber."""
+    return {name for name, _ in publications()} - unconnected_publications()
 
 
 def unconnected_subscriptions():
@@ -429,6 +438,11 @@ def command_line_parameters(argv=None):
     """Return {absolute name: value} of the private parameters given as _name:=value on the command line."""
     given = rospy.client.load_command_line_node_params(sys.argv if argv is None else argv)
     return {rospy.resolve_name(f'~{name}'): value for name, value in given.items()}
+
+
+def poll_for_registration():
+    """Let init_node look every REGISTRATION_POLL whether the master has answered; rospy does every 0.1 s."""
+    rospy.impl.init.time = types.SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, REGISTRATION_POLL)))
 
 
 def log_without_asking():

@@ -144,10 +144,11 @@ class SimulatorClock:
         """Make a step, then publish its time; in lockstep, before and after it, wait until all nodes are idle."""
         if self._lockstep:
             self._wait_for_nodes()
-        now = self._set_time()
+        now, calls = self._set_time(), self.services.batch
         self._answer()
         step()
-        if self._lockstep:  # else it would be chance whether a node handles these messages or /clock first
+        if self._lockstep and (self.services.batch != calls or self._has_listeners()):
+            # else it would be chance whether a node handles the messages of this step or /clock first
             self._wait_for_nodes()
         self._clock.publish(now)
         if self._lag:
@@ -166,6 +167,10 @@ class SimulatorClock:
         now = rospy.Time(*divmod(self._pacer.nanoseconds, 1_000_000_000))
         rospy_internals.set_time(now)
         return now
+
+    def _has_listeners(self):
+        """Return whether a node may have received something in this step."""
+        return bool(rospy_internals.connected_publications() - {'/clock', self._status.topic})
 
     def _clock_wanted(self):
         return not self._publishes or self._clock.wanted()

@@ -8,36 +8,26 @@ import socket
 import threading
 import time
 import xmlrpc.client
-from typing import Dict, NamedTuple, Optional, Tuple
 
 import rosgraph
 import rospy
 
-from kinematic_core.timing.idle_threads import Gone, ProcessThreads
+from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from process_support import sockets
 from rospy_support import rospy_internals
 
-FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks; it doubles up to LONGEST_PAUSE
+FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks
+GROWTH = 1.25  # of the next pause, up to LONGEST_PAUSE
 LONGEST_PAUSE = 1e-3  # [s]
-SETTLING = 0.12  # [s] without work after a registration: the master's threads that notify nodes poll every 0.1 s
-WORK = 100_000  # [ns] a thread runs at least this long for a registration; one that polls runs less between two checks
+JOINING = 0.12  # [s] without work after the registration of a new node, whose init_node polls every 0.1 s
+SETTLING = 0.02  # [s] without work after another registration, when the master has told the nodes of it
+WORK = 100_000  # [ns] a process runs at least this long for a registration; one that polls runs less between two checks
 NOBODY = 'the simulator itself, or new connections'  # reported if no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer a request for its process id
 TRIES = 3  # such requests: on a machine that stood still, the timeout passes without an answer
 
-
-class Snapshot(NamedTuple):
-    """The run times {thread id: run time [ns]} of all processes, taken in one check that found no thread running."""
-
-    master: Dict[str, int]  # empty if it cannot be watched
-    own: Dict[str, int]
-    followers: Tuple[Optional[Dict[str, int]], ...]  # None for one that cannot be watched
-
-    def run_times(self):
-        """Return {thread id: run time [ns]} of all processes."""
-        processes = (self.master, self.own, *self.followers)
-        return {thread: ran for runs in processes for thread, ran in (runs or {}).items()}
+master_poll = 0.1  # [s] period of the master's threads that notify nodes; who starts a faster master sets it
 
 
 class Lockstep:
@@ -48,9 +38,10 @@ class Lockstep:
         self._publisher = publisher
         self._timeout = timeout
         self._step = step
+        self._machine = Machine()
         self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
         self.watch_master()
-        self._settled = {}  # {thread: run time [ns]} of the master when all nodes were last idle
+        self._settled = {}  # {master: run time [ns]} when all nodes were last idle
         self._connections = ()
         self._followers = {}  # connection: (name, ProcessThreads or None if it cannot be watched)
         self.late = 0  # steps that started although a node was not idle
@@ -68,69 +59,71 @@ class Lockstep:
         """Wait until all are idle; return whether they were in time."""
         timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
         timeout = self._step if self.busy else self._timeout
-        settling = _Settling()
-        before = None  # the Snapshot of the last check
+        settling, before = _Settling(), None
         while not rospy.is_shutdown():
-            snapshot, now = self._look(), timer.look()
-            settling.observe(snapshot, now)
-            if _all_idle(before, snapshot) and settling.is_over(now):
-                if self._master_settled(snapshot, settling, now):
+            runs, now = self._look(), timer.look()
+            settling.observe(runs, now)
+            # on a busy machine look twice: what a node has sent may still wait for a core to be delivered
+            if runs is not None and settling.is_over(now) and (self._same(before, runs) or not self._machine.is_busy()):
+                if self._master_settled(runs, settling, now):
                     return True
-                snapshot = None  # the request has woken the master: check twice more
-            before = snapshot
+                runs = None  # the request has woken the master
+            before = runs
             if now >= timeout:
                 self.late += 1
                 self.busy = self._busy_names() or self.busy or NOBODY
                 return False
-            if before is None or pause > FIRST_PAUSE or settling.needed:
-                time.sleep(pause)
-                pause = min(2.0 * pause, LONGEST_PAUSE)
+            time.sleep(pause)
+            pause = min(GROWTH * pause, LONGEST_PAUSE)
         return True
 
     def _look(self):
-        """Return a Snapshot; None if a thread is running or a follower has just ended."""
+        """Return {process: run time [ns]} if all are idle; None if one is busy or has just ended."""
         self._update_followers()
+        processes = [*filter(None, (threads for _, threads in self._followers.values())), self._own]
+        if self._master:
+            processes.append(self._master)
         try:
-            master = self._master.runs() if self._master else {}
+            before = {process: process.ran() for process in processes}
+            if not all(process.sleeps() for process in processes):
+                return None
+            after = {process: process.ran() for process in processes}
         except Gone:
-            self._master, master = None, {}
-        if master is None:
+            self._forget_ended()
             return None
-        own, followers = self._own.runs(), []
-        for connection, (name, threads) in self._followers.items():
-            try:
-                followers.append(threads and threads.runs())
-            except Gone:  # the node has ended, and its connection will end soon
-                self._followers[connection] = name, None
-                return None
-            if threads and followers[-1] is None:
-                return None
-        return None if own is None else Snapshot(master, own, tuple(followers))
+        return after if self._same(before, after) else None
 
-    def _master_settled(self, snapshot, settling, now):
-        """Return whether the master has notified all nodes of new registrations; all were idle until ``snapshot``.
+    def _same(self, before, after):
+        """Return whether no process has run between two {process: run time [ns]}; the master polls."""
+        return before is not None and all(ran - before.get(process, 0) <= (WORK if process is self._master else 0)
+                                          for process, ran in after.items())
+
+    def _forget_ended(self):
+        """Watch no process any longer that has ended: the connection of a node will end soon."""
+        self._followers = {connection: (name, None if threads is None or _has_ended(threads) else threads)
+                           for connection, (name, threads) in self._followers.items()}
+        if self._master and _has_ended(self._master):
+            self._master = None
+
+    def _master_settled(self, runs, settling, now):
+        """Return whether the master has notified all nodes of new registrations; all were idle with ``runs``.
 
         To find out, ask the master for its registrations, only once in a wait, because the request wakes its threads.
         """
-        if settling.asked or self.busy or not _worked(self._settled, snapshot.master):
-            self._settled, self.busy = snapshot.master, ''
+        ran = {process: ran for process, ran in runs.items() if process is self._master}
+        if settling.asked or self.busy or not _worked(self._settled, ran):
+            self._settled, self.busy = ran, ''
             return True
         settling.asked = True
         before, self._registrations = self._registrations, _registrations()
         if before != self._registrations:
-            settling.start(now)
+            new = _nodes(self._registrations) - _nodes(before)
+            settling.start(now, max(JOINING if new else 0.0, master_poll + SETTLING))
         return False
 
     def _busy_names(self):
         """Return the names of the nodes that are busy now."""
-        busy = set()
-        for name, threads in self._followers.values():
-            try:
-                if threads and (threads.runs() is None or threads.runs() != threads.runs()):
-                    busy.add(name)
-            except Gone:
-                pass
-        return ', '.join(sorted(busy))
+        return ', '.join(sorted({name for name, threads in self._followers.values() if threads and _is_busy(threads)}))
 
     def _update_followers(self):
         """Update the followers after a change of the connections."""
@@ -154,34 +147,45 @@ class _Settling:
         self.asked = False  # whether the master was asked for its registrations
         self.needed = 0.0  # [s] for which no node may do any work
         self._since = 0.0  # [s] time of the last work, counted from the start of the wait
-        self._ran = None  # {thread: run time [ns]} at the last check
+        self._runs = None  # {process: run time [ns]} at the last check
 
-    def start(self, now):
-        """Require SETTLING without work from ``now`` [s] on."""
-        self.needed, self._since = SETTLING, now
+    def start(self, now, needed):
+        """Require ``needed`` [s] without work from ``now`` [s] on."""
+        self.needed, self._since = needed, now
 
-    def observe(self, snapshot, now):
-        """Note a Snapshot taken at ``now`` [s]. The short run times of threads that poll do not count as work."""
-        if snapshot and self.needed:
-            ran = snapshot.run_times()
-            if self._ran is None or _worked(self._ran, ran):
+    def observe(self, runs, now):
+        """Note ``runs``, {process: run time [ns]} at ``now`` [s] or None. The short run times of polls are no work."""
+        if runs and self.needed:
+            if self._runs is None or _worked(self._runs, runs):
                 self._since = now
-            self._ran = ran
+            self._runs = runs
 
     def is_over(self, now):
-        """Return whether no thread has worked for the time that is needed."""
+        """Return whether no process has worked for the time that is needed."""
         return now - self._since >= self.needed
 
 
-def _all_idle(before, after):
-    """Return whether no thread has run between two checks, apart from polling of the master; None: one was running."""
-    return (before is not None and after is not None and after.own == before.own
-            and after.followers == before.followers and not _worked(before.master, after.master))
-
-
 def _worked(before, after):
-    """Return whether a thread has done more than poll."""
-    return any(ran - before.get(thread, 0) > WORK for thread, ran in after.items())
+    """Return whether a process has done more than poll between two {process: run time [ns]}."""
+    return any(ran - before.get(process, 0) > WORK for process, ran in after.items())
+
+
+def _is_busy(threads):
+    """Return whether a process works now."""
+    try:
+        before = threads.ran()
+        return not threads.sleeps() or threads.ran() != before
+    except Gone:
+        return False
+
+
+def _has_ended(threads):
+    try:
+        threads.ran()
+        threads.sleeps()
+    except Gone:
+        return True
+    return False
 
 
 def _watch(connection):
@@ -193,7 +197,7 @@ def _watch(connection):
             raise OSError(f'it runs on another machine ({there})')
         threads = ProcessThreads(sockets.peer_process(connection.socket)
                                  or _pid(rosgraph.Master(rospy.get_name()).lookupNode(name)))
-        threads.runs()
+        threads.sleeps()
         return threads
     except (OSError, AttributeError, xmlrpc.client.Error, rosgraph.MasterException, Gone) as error:
         if not isinstance(error, rosgraph.MasterException):  # no warning: the node has unregistered, it is ending
@@ -208,7 +212,7 @@ def _watch_master():
         if not rosgraph.network.is_local_address(host):
             return None
         threads = ProcessThreads(_pid(rosgraph.get_master_uri()))
-        threads.runs()
+        threads.sleeps()
         return threads
     except (OSError, ValueError, xmlrpc.client.Error, Gone):
         return None
@@ -220,6 +224,11 @@ def _registrations():
         return _proxy(rosgraph.get_master_uri()).getSystemState(rospy.get_name())[2]
     except (OSError, xmlrpc.client.Error, http.client.HTTPException):
         return None
+
+
+def _nodes(registrations):
+    """Return the names of the nodes in registrations; none if the master did not answer."""
+    return {node for kind in registrations or () for _, nodes in kind for node in nodes}
 
 
 class _Transport(xmlrpc.client.Transport):

@@ -19,6 +19,7 @@ class StatusReporter:
         self._periodic = periodic
         self._throttle = throttle
         self._publisher = Publisher('~clock_status', ClockStatus, queue_size=10, latch=True)
+        self.topic = self._publisher.resolved_name
         self._next = 0.0  # [s, monotonic] when the next message is due if nothing changes
         self._reported = None  # (paused, rate, whether a step was late) of the last message
         self._since = time.monotonic()  # [s] of the last message

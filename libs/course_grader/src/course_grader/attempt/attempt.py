@@ -42,7 +42,7 @@ from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds import robot_world, turtle_world
 from process_support import processes
-from rospy_support import servers
+from rospy_support import rospy_internals, servers
 
 REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('libs', 'course_grader'))[0]
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
@@ -146,11 +146,13 @@ class Attempt:
         self.remarks = [*remarks, *chosen.remarks]
         self._simulator, self._dt = SIMULATORS[self.exercise.simulator]
         self._record = os.path.join(job.output, RECORD)
+        self._master_log = os.path.join(job.output, MASTER_LOG)
         self._node = f'/grader_{uuid.uuid4().hex[:12]}'
         self.student = None
         self.finished = False
         self.observed = Observed()
         self._looked = 0.0
+        self._logged = -1  # [bytes] that the master had written at the last look at the names
         self._students = set()  # names of nodes that were seen
         self._following = False  # whether one of them follows /clock
         self.busy = ''  # the nodes that never slept, so that lockstep continued without them
@@ -173,6 +175,7 @@ class Attempt:
             self._start_master(box)
             simulator = self._start_simulator(box)
             servers.protect()
+            rospy_internals.poll_for_registration()
             rospy.init_node(self._node[1:], argv=[], disable_signals=True)
             try:
                 self._observe(box, simulator)
@@ -185,7 +188,7 @@ class Attempt:
     def _start_master(self, box):
         """Start a master, which ends with the sandbox."""
         try:
-            self._master_process, uri = forked.start_master(os.path.join(box.folder, MASTER_LOG), PATIENCE)
+            self._master_process, uri = forked.start_master(self._master_log, PATIENCE)
         except TimeoutError as error:
             raise AttemptError(str(error)) from None
         box.keep(self._master_process)
@@ -231,7 +234,7 @@ class Attempt:
         step = rospy.ServiceProxy(f'{self._simulator}/step', Step, persistent=True)  # not a connection per call
         self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # the last that it offers
         rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
-        step(1)  # these connections stay, whoever offers services of these names from now on
+        step(0)  # these connections stay, whoever offers services of these names from now on
         if not self._policy.lockstep:
             resume()
             pause()
@@ -316,11 +319,8 @@ class Attempt:
                 self.observed.kept_up = False
                 break
             if reader.now >= self._looked + PERIOD:
-                self._looked, followed = reader.now, self._following
-                self._look_at_names()
-                self._state.read()
-                if self._policy.lockstep and followed and not self._following:
-                    self._wait_for_the_end(student)
+                self._looked = reader.now
+                self._look(student)
                 if self._settled(stimuli):
                     break
         self._state.read()
@@ -332,6 +332,16 @@ class Attempt:
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
         self._note_hog(student.cpu(), watching.look() + watching.lost)
+
+    def _look(self, student):
+        """Note names, if the master has told of any since the last look, and state."""
+        followed, logged = self._following, os.path.getsize(self._master_log)
+        if logged != self._logged:
+            self._look_at_names()
+        self._logged = logged
+        self._state.read()
+        if self._policy.lockstep and followed and not self._following:
+            self._wait_for_the_end(student)
 
     def _wait_for_the_end(self, student):
         """Wait for a program whose nodes have just ended: rospy's shutdown waits in wall time for its threads."""
@@ -401,7 +411,7 @@ class Attempt:
         return self._students or any(node not in self._own() for _, _, node in self._registrations())
 
     def _registrations(self):
-        return forked.registrations(os.path.join(self._job.output, MASTER_LOG))
+        return forked.registrations(self._master_log)
 
     def _own(self):
         return {self._node, self._simulator}

@@ -21,6 +21,7 @@ import rosmaster.threadpool
 
 from process_support import processes
 from rospy_support import nodes
+from sim_ros import lockstep
 
 SIMULATORS = {'turtlesim': 'turtlesim.node', 'robotont': 'robotont_gazebo.node'}  # of an exercise: module with main()
 for _module in SIMULATORS.values():
@@ -28,6 +29,7 @@ for _module in SIMULATORS.values():
         importlib.import_module(_module)
 STEERED = 'turtlesim'  # the one whose turtle the grader drives
 LONGEST_UPDATE = 0.01  # [s] until the master begins to tell nodes of a new publisher; by default up to 0.1
+lockstep.master_poll = LONGEST_UPDATE  # in the simulators, which are forked from here, too
 LONGEST_END = 0.1  # [s] until the process of a master that was shut down by a call ends
 REGISTERED = re.compile(r'\+(PUB|SUB|SERVICE) \[(.*)\] (\S+) ')  # a line of the master's log
 

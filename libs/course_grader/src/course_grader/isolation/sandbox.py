@@ -55,7 +55,11 @@ class CommandError(ValueError):
 
 
 class MissingProgram(CommandError):
-    """There is no such program."""
+    """There is no such program; ``program`` is the part of the command that names it."""
+
+    def __init__(self, text: str, program: str = '') -> None:
+        super().__init__(text)
+        self.program = program
 
 
 class IsolationError(RuntimeError):
@@ -310,21 +314,15 @@ class Student:
         """Return whether it has started other processes."""
         return len(self._program.ids()) > 1
 
-    def runs(self) -> Optional[Dict[Tuple[int, str], int]]:
-        """Return {(process, thread): how long it has run [ns]} of it and what it has started; None while one runs."""
-        looked: Dict[Tuple[int, str], int] = {}
+    def runs(self) -> Optional[Dict[int, int]]:
+        """Return {process: how long it has run [ns]} of it and what it has started; None while one runs."""
+        runs: Dict[int, int] = {}
         for process in self._program.ids():
-            threads = ProcessThreads(process)
-            try:
-                runs = threads.runs()
-            except Gone:
-                continue
-            finally:
-                threads.close()
-            if runs is None:
-                return None
-            looked.update({(process, thread): ran for thread, ran in runs.items()})
-        return looked
+            with contextlib.suppress(Gone), contextlib.closing(ProcessThreads(process)) as threads:
+                if not threads.sleeps():
+                    return None
+                runs[process] = threads.ran()
+        return runs
 
     def trouble(self) -> str:
         """Return how it failed, '' while it runs and after success.
@@ -357,7 +355,7 @@ class ProgramIdleTimer:
 
     def __init__(self, student: Student) -> None:
         self._student, self._idle = student, ActiveTimer()
-        self._looked: Optional[Dict[Tuple[int, str], int]] = None
+        self._looked: Optional[Dict[int, int]] = None
 
     def look(self) -> float:
         """Return for how long [s] nothing of it has run, or just to poll."""
@@ -366,7 +364,7 @@ class ProgramIdleTimer:
         if looked is None or before is None:
             self._idle = ActiveTimer()
         else:
-            ran = sum(total - before.get(thread, 0) for thread, total in looked.items())  # [ns]
+            ran = sum(total - before.get(process, 0) for process, total in looked.items())  # [ns]
             if ran > POLLING * 1e9 * max(self._idle.look() - past, SHORTEST):
                 self._idle = ActiveTimer()
         return self._idle.look()
@@ -411,7 +409,7 @@ def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
     if '/' not in program and not program.endswith('.py') and shutil.which(program):
         on_screen = ['--screen'] if program == 'roslaunch' else []  # because log output counts as printed output
         return [program, *on_screen, *from_here(program, arguments)], []
-    raise MissingProgram(f'{program} does not exist (current folder: {os.getcwd()})')
+    raise MissingProgram(f'{program} does not exist (current folder: {os.getcwd()})', program)
 
 
 def package_of(command: Sequence[str]) -> Optional[str]:

@@ -75,6 +75,8 @@ def fit(path: ArrayLike, shape: str, tolerance: float) -> Fit:
         candidate = _compare(rest, resample(outline), min(tolerance, COARSEST[shape] * size), size)
         if candidate.quality > best.quality + 1e-9:
             best = candidate
+        if best.quality >= 1.0:
+            break
     return best
 
 

@@ -1,76 +1,115 @@
 """Find out whether other processes of this machine are idle, that is, all their threads sleep and wait for input.
 
 A simulator in lockstep starts a step only when all work caused by the last step is done. No program has to report that:
-Linux shows for every thread whether it sleeps and how long it has run. If each thread sleeps in two checks, and none
-has run in between, all of them were asleep at the same time between the two checks.
+Linux shows for every thread whether it sleeps, and for every process how long its threads have run. If each thread
+sleeps when it is looked at, and none has run from before the first look until after the last one, all of them were
+asleep at the same time: who had woken a thread after the look at it would have run itself.
 
 This misses two cases: a thread that sleeps in wall time (``time.sleep``) counts as idle, because only its program knows
-better; and data that the kernel delays (TCP's delayed acknowledgement, up to 40 ms) wakes a thread later.
+better; and data that the kernel delays wakes a thread later. On a busy machine that may be any data, because the
+kernel's own threads wait for a core, too: see ``Machine``.
 """
 import os
-from typing import Dict, Iterable, Optional, Set, Tuple, Union
+import time
+from typing import Dict, Iterable
 
 PROC = '/proc'
 ASLEEP = b'SIZX'  # states: waiting (also idle), or ended
+OF_PROCESS, OF_THREAD = 2, 6  # lowest bits of the number of a clock; see CPUCLOCK_SCHED in Linux
+NO_THREADS = 2  # links of the folder of a process's threads, which has one more for each; a file system may not count
 
 
 class Gone(Exception):
     """A process has ended, or Linux does not show its threads."""
 
 
+class Machine:
+    """All threads of this machine."""
+
+    def __init__(self) -> None:
+        try:
+            self._load = os.open(f'{PROC}/loadavg', os.O_RDONLY | os.O_CLOEXEC)
+        except OSError:
+            self._load = -1
+
+    def is_busy(self) -> bool:
+        """Return whether another thread than this one, the kernel's included, runs or waits for a core."""
+        try:
+            return int(os.pread(self._load, 100, 0).split()[3].split(b'/')[0]) > 1
+        except (OSError, IndexError, ValueError):  # it is not to be known here
+            return True
+
+
 class ProcessThreads:
     """The threads of one process, read through files that stay open."""
 
-    def __init__(self, pid: Union[int, str], without: Iterable[int] = ()) -> None:
-        """``pid``: id of the process, or 'self'; ``without``: ids of threads that do not count."""
-        self._folder = f'{PROC}/{pid}/task'
+    def __init__(self, pid: int, without: Iterable[int] = ()) -> None:
+        """``pid``: id of the process; ``without``: ids of threads that do not count, of this process only. Raise Gone.
+        """
+        self._pid = pid
         self._without = set(map(str, without))
-        self._files: Dict[str, Tuple[int, int]] = {}  # thread: file descriptors of its stat and schedstat
-
-    def close(self) -> None:
-        """Close the files."""
-        for files in self._files.values():
-            for file in files:
-                os.close(file)
-        self._files = {}
-
-    def runs(self) -> Optional[Dict[str, int]]:
-        """Return {thread: its run time [ns]}; None if one is running or ready to run. Raise Gone."""
-        times = {}
-        for thread in self.ids() - self._without:
-            try:
-                stat, schedstat = self._files.get(thread) or self._open(thread)
-                line = os.pread(stat, 400, 0)
-                state = line.rindex(b')') + 2  # of `number (name) state ...`, where the name may hold anything
-                if line[state] not in ASLEEP:
-                    return None
-                times[thread] = int(os.pread(schedstat, 100, 0).split()[0])
-            except ProcessLookupError:  # this thread has ended
-                self._forget(thread)
-            except (OSError, IndexError) as error:
-                if thread in self.ids():
-                    raise Gone(f'{self._folder}/{thread} cannot be read: {error}') from None
-        return times
-
-    def ids(self) -> Set[str]:
-        """Return the ids of all threads, as texts. Raise Gone."""
+        self._states: Dict[str, int] = {}  # thread: file descriptor of its stat
+        self._links = NO_THREADS  # of the folder when the threads were listed
         try:
-            return set(os.listdir(self._folder))
+            self._folder = os.open(f'{PROC}/{pid}/task', os.O_RDONLY | os.O_CLOEXEC)
         except OSError as error:
             raise Gone(str(error)) from None
 
-    def _open(self, thread: str) -> Tuple[int, int]:
-        files = []
-        try:
-            for name in ('stat', 'schedstat'):
-                files.append(os.open(f'{self._folder}/{thread}/{name}', os.O_RDONLY | os.O_CLOEXEC))
-        except OSError:
-            for file in files:
-                os.close(file)
-            raise
-        self._files[thread] = files[0], files[1]
-        return self._files[thread]
-
-    def _forget(self, thread: str) -> None:
-        for file in self._files.pop(thread, ()):
+    def close(self) -> None:
+        """Close the files."""
+        for file in (self._folder, *self._states.values()):
             os.close(file)
+        self._states = {}
+
+    def ran(self) -> int:
+        """Return for how long [ns] its threads have run; it is exact for those that sleep. Raise Gone."""
+        try:
+            if not self._without:
+                return time.clock_gettime_ns(_clock(self._pid, OF_PROCESS))
+            return sum(time.clock_gettime_ns(_clock(int(thread), OF_THREAD)) for thread in self._states)
+        except OSError as error:
+            if self._without:  # a thread has ended
+                self._links = NO_THREADS
+                return 0
+            raise Gone(f'{PROC}/{self._pid}: {error}') from None
+
+    def sleeps(self) -> bool:
+        """Return whether each thread sleeps at the moment at which it is looked at. Raise Gone."""
+        links = os.fstat(self._folder).st_nlink
+        if links != self._links or links == NO_THREADS:
+            self._list()
+            self._links = links
+        for thread, state in self._states.items():
+            try:
+                line = os.pread(state, 100, 0)  # `number (name) state ...`, where the name may hold anything
+            except ProcessLookupError:  # this thread has ended
+                self._links = NO_THREADS
+                return False
+            if line[line.rindex(b')') + 2] not in ASLEEP:
+                self._states = {thread: state, **self._states}  # look at it first the next time
+                return False
+        return True
+
+    def _list(self) -> None:
+        """Open the files of new threads, and close those of threads that have ended."""
+        try:
+            listed = set(os.listdir(self._folder))
+        except OSError as error:
+            raise Gone(str(error)) from None
+        if not listed:
+            raise Gone(f'{PROC}/{self._pid}/task is empty')
+        threads = listed - self._without
+        for thread in set(self._states) - threads:
+            os.close(self._states.pop(thread))
+        for thread in threads - set(self._states):
+            try:
+                self._states[thread] = os.open(f'{thread}/stat', os.O_RDONLY | os.O_CLOEXEC, dir_fd=self._folder)
+            except (FileNotFoundError, ProcessLookupError):  # this thread has ended
+                pass
+            except OSError as error:
+                raise Gone(str(error)) from None
+
+
+def _clock(number: int, kind: int) -> int:
+    """Return the clock of the processor time of a process or thread, as pthread_getcpuclockid does."""
+    return ~number << 3 | kind
