@@ -73,9 +73,22 @@ def run(arguments, folder):
 
 def check_samples(path, folder):
     """Return what is wrong with the gradings of the samples of an exercise."""
+    if (path / 'package.xml').exists():
+        return check_packages(path, folder)
     _, found, _ = submissions.find_flat(str(path), path.name)
     expected = {(sample.student, path.name): expectation(Path(sample.program)) for sample in found}
     return check_class([str(path), '--exercise', path.name], expected, folder)
+
+
+def check_packages(path, folder):
+    """Return the same for launch files of a package, of which each student has a copy."""
+    students, expected = folder.with_name(f'{folder.name}_students'), {}
+    for sample in path.glob('*.launch'):
+        own = students / sample.stem
+        shutil.copytree(path, own, ignore=shutil.ignore_patterns('*.launch'), dirs_exist_ok=True)
+        shutil.copy(sample, own / f'{path.name}.launch')
+        expected[sample.stem, path.name] = expectation(sample)
+    return check_class([str(students)], expected, folder)
 
 
 def check_course_nodes(path, folder):

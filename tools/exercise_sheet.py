@@ -57,8 +57,9 @@ def _section(step):
     for name in names:
         loaded = exercise.load(REPOSITORY / 'exercises' / f'{name}.yaml')
         text = '\n'.join(textwrap.wrap(loaded.asks, WIDTH, break_on_hyphens=False, break_long_words=False))
-        parts.append(f'\n### {loaded.title}\n\n{text}\n\nHand in **{name}.py**. To grade it:\n\n'
-                     f'```\n./run grade {name} -- FOLDER/{name}.py\n```\n')
+        file = f'{name}.launch' if f'{name}.launch' in loaded.asks else f'{name}.py'
+        parts.append(f'\n### {loaded.title}\n\n{text}\n\nHand in **{file}**. To grade it:\n\n'
+                     f'```\n./run grade {name} -- FOLDER/{file}\n```\n')
     return ''.join(parts)
 
 

@@ -1,4 +1,4 @@
-// The steps of the course, from docs/course.md, each marked done when it is seen.
+// The steps of the course, from docs/course.md and docs/course_next.md, each marked done when it is seen.
 import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {addressOf} from '../app/shell.js';
 import {PANELS} from '../app/panels.js';
@@ -9,10 +9,11 @@ import {System} from './lib/system.js';
 
 styleSheet('panels/panels.css');
 
-const TEXT = new URL('../docs/course.md', import.meta.url);
+const PAGES = [['', 'course.md'], ['next-', 'course_next.md']]; // what the keys of its steps begin with, file
+const TEXTS = new URL('../docs/', import.meta.url);
 const POSES = 10; // messages a second
 const MOST_VEHICLES = 5;
-const STORE = 'course'; // in the browser's storage: {number: when it was done}
+const STORE = 'course'; // in the browser's storage: {key of the step: when it was done}
 
 export default {
   id: 'course',
@@ -39,22 +40,19 @@ class CoursePanel {
 
   async _load() {
     fill(this._element, el('p', {class: 'muted'}, 'Loading the course …'));
-    let course;
+    let pages;
     try {
-      const answer = await fetch(TEXT);
-      if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
-      course = parseCourse(await answer.text());
-      if (!course.steps.length) throw new Error('it has no steps');
+      pages = await Promise.all(PAGES.map(([prefix, name]) => readPage(prefix, name)));
     } catch (error) {
       if (!this.scope.ended) {
-        fill(this._element, emptyState('The course cannot be shown', `docs/course.md, where it is written, cannot be read (${error.message}). `
-          + 'Does the folder web have the link docs? Git for Windows makes links only when it is told to.'));
+        fill(this._element, emptyState('The course cannot be shown', `${error.message}. Does the folder web have the link docs? `
+          + 'Git for Windows makes links only when it is told to.'));
       }
       return;
     }
     if (this.scope.ended) return;
-    this._show(course);
-    const watcher = new Watcher(programsOf(course.steps), (number) => this._see(number));
+    this._show(pages);
+    const watcher = new Watcher(programsOf(pages.flatMap(({steps}) => steps)), (number) => this._see(`${number}`));
     new System(this.scope, this.context.rosapi, (system) => {
       this._notice.say('');
       watcher.look(system);
@@ -78,9 +76,10 @@ class CoursePanel {
     }
   }
 
-  _show({before, steps}) {
-    this._steps = new Map(steps.map((step) => [step.number, this._step(step)]));
-    this._progress = el('progress', {max: steps.length, 'aria-label': 'Steps done'});
+  _show(pages) {
+    const shown = pages.map(({title, before, steps}) => ({title, before, steps: steps.map((step) => [step.key, this._step(step, title)])}));
+    this._steps = new Map(shown.flatMap(({steps}) => steps));
+    this._progress = el('progress', {max: this._steps.size, 'aria-label': 'Steps done'});
     this._count = el('p', {class: 'muted'});
     let sure = false;
     const again = button('Start again', () => {
@@ -93,26 +92,27 @@ class CoursePanel {
       again.textContent = sure ? 'Press again to forget what is done' : 'Start again';
     });
     fill(this._element, el('div', {class: 'toolbar'}, this._progress, this._count, again), this._notice.element,
-         before.map((block) => show(block)), el('ol', {class: 'steps'}, [...this._steps.values()].map(({element}) => element)));
+         shown.map(({title, before, steps}) => [el('h2', {}, title), before.map((block) => show(block)),
+                                                el('ol', {class: 'steps'}, steps.map(([, {element}]) => element))]));
     this._mark();
-    const wanted = Number(this.context.parameters.step) || steps.map(({number}) => number).find((number) => !this._done[number]);
+    const wanted = this.context.parameters.step || [...this._steps.keys()].find((key) => !this._done[key]);
     const first = this._steps.get(wanted);
     if (first) first.details.open = true;
     if (this.context.parameters.step && first) first.element.scrollIntoView();
   }
 
-  _step({number, title, goal, blocks}) {
-    const [sign, panels] = RULES[number] || ['you tick it', []];
-    const tick = el('input', {type: 'checkbox', 'aria-label': `Step ${number} is done`, on: {change: () => {
-      if (tick.checked) this._done[number] = Date.now();
-      else delete this._done[number];
+  _step({key, number, title, goal, blocks}, page) {
+    const [sign, panels] = RULES[key] || ['you tick it', []];
+    const tick = el('input', {type: 'checkbox', 'aria-label': `Step ${number} of ${page} is done`, on: {change: () => {
+      if (tick.checked) this._done[key] = Date.now();
+      else delete this._done[key];
       write(this._done);
       this._mark();
     }}});
     const state = el('span', {class: 'pill'});
     const links = panels.map((id) => PANELS.find((panel) => panel.id === id)).filter(Boolean).map((panel) => (
       el('a', {class: 'button-link', href: addressOf(panel.id, {beside: 'course'})}, panel.title)));
-    const details = el('details', {on: {toggle: () => details.open && this.context.setParameters({step: number})}},
+    const details = el('details', {on: {toggle: () => details.open && this.context.setParameters({step: key})}},
       el('summary', {}, el('span', {class: 'step-title'}, `${number}. ${title}`), state),
       el('p', {}, el('strong', {}, 'Goal: '), parts(goal)),
       links.length ? el('div', {class: 'row'}, el('span', {class: 'muted small'}, 'Look at it in'), links) : null,
@@ -133,8 +133,8 @@ class CoursePanel {
 
   _mark() {
     let count = 0;
-    for (const [number, {tick, state}] of this._steps) {
-      const done = Boolean(this._done[number]);
+    for (const [key, {tick, state}] of this._steps) {
+      const done = Boolean(this._done[key]);
       count += done;
       tick.checked = done;
       setText(state, done ? 'Done' : 'Not yet');
@@ -143,6 +143,20 @@ class CoursePanel {
     this._progress.value = count;
     setText(this._count, `${count} of ${this._steps.size} steps done`);
   }
+}
+
+// Return {title, before, steps} of a page; each step has a key of its own, which begins with `prefix`.
+async function readPage(prefix, name) {
+  let page;
+  try {
+    const answer = await fetch(new URL(name, TEXTS));
+    if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
+    page = parseCourse(await answer.text());
+    if (!page.steps.length) throw new Error('it has no steps');
+  } catch (error) {
+    throw new Error(`docs/${name} cannot be read (${error.message})`);
+  }
+  return {...page, steps: page.steps.map((step) => ({...step, key: `${prefix}${step.number}`}))};
 }
 
 function show(block) {
@@ -154,7 +168,7 @@ function show(block) {
   if (block.kind === 'output') return el('pre', {class: 'output', tabIndex: 0, 'aria-label': 'What you should see'}, block.text);
   if (block.kind === 'code') return el('pre', {class: 'code', tabIndex: 0}, el('code', {}, block.text));
   if (block.kind === 'image') {
-    return el('img', {class: 'course-image', src: new URL(block.address, TEXT).href, alt: block.text, loading: 'lazy'});
+    return el('img', {class: 'course-image', src: new URL(block.address, TEXTS).href, alt: block.text, loading: 'lazy'});
   }
   if (block.kind === 'list') return el('ul', {}, block.items.map((item) => el('li', {}, parts(item))));
   return el('p', {}, parts(block.text));

@@ -54,6 +54,13 @@ def test_names_in_the_source_are_compared_with_the_task_first():
         'the program uses /turtle1/teleport, which does not exist: did you mean /turtle1/teleport_absolute?')
 
 
+def test_a_relative_name_that_a_launch_file_puts_into_a_namespace_is_no_misspelling():
+    source = "publisher = rospy.Publisher('cmd_vel', Twist, queue_size=10)\n"
+    assert 'did you mean' in hints('publish_circle', source=source)[0]
+    assert not any('did you mean' in hint for hint in hints('publish_circle', source=source, connections=[
+        ('/turtle1/cmd_vel', 'publishes')]))
+
+
 @pytest.mark.parametrize('trouble, said', [
     ("a.py, line 3: SyntaxError: Missing parentheses in call to 'print'. Did you mean print(...)?",
      'this is Python 2: `2to3 -w FILE` makes it Python 3'),

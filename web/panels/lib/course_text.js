@@ -1,9 +1,9 @@
-// The steps of docs/course.md. It is read as it is: there is no other copy of the course.
+// The steps of docs/course.md and docs/course_next.md. They are read as they are: there is no other copy of the course.
 
 const STEP = /^## (\d+)\. (.+)$/;
 const TERMINAL = /\s+# terminal (\d+)\s*$/;
 
-// Return {before, steps}: blocks of what stands before the first step; {number, title, goal, blocks} of each step.
+// Return {title, before, steps}: the title of the page; blocks of what stands before the first step; {number, title, goal, blocks} of each step.
 // A block is {kind, ...}: text {text}, list {items}, commands {commands: [{terminal, text}]}, output or code {text},
 // image {text, address}.
 export function parseCourse(markdown) {
@@ -20,7 +20,7 @@ export function parseCourse(markdown) {
   });
   const first = markdown.split('\n## ')[0].split('\n');
   const start = first.findIndex((line) => line.startsWith('**Before you begin.**'));
-  return {before: start < 0 ? [] : parseBlocks(first.slice(start)).filter(({kind}) => kind === 'text').slice(0, 1), steps};
+  return {title: first[0].replace(/^# /, ''), before: start < 0 ? [] : parseBlocks(first.slice(start)).filter(({kind}) => kind === 'text').slice(0, 1), steps};
 }
 
 // Return the names of the programs that the commands of the course start from its own package.

@@ -171,7 +171,8 @@ def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[sou
     known = asked | {name for name, _ in observed.others if not OF_EVERY_NODE.fullmatch(name)}
     likely = {name for name in known if name.lstrip('/') in exercise.asks}
     used = dict(sorted(observed.connections))
-    used.update((name, 'uses') for name in (source_mistakes.names(program) if program else ()) if name not in used)
+    written = source_mistakes.names(program) if program else ()  # a launch file may put them into a namespace
+    used.update((name, 'uses') for name in written if not any(other.endswith(name) for other in used))
     for name, role in used.items():
         if name not in known and not OF_EVERY_NODE.fullmatch(name):
             meant = _meant(name, likely) or _meant(name, known)
