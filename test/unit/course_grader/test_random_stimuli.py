@@ -15,6 +15,7 @@ EXERCISES = {path.stem: exercise.load(path) for path in sorted(FOLDER.glob('*.ya
 SEEDS = range(1000)
 CANCELLED = 3.0  # [s] that the goal which is cancelled lasts at most
 BESIDE = 0.03  # [m] from the middle of a gate: there both posts are as near
+CURVED = 0.05  # [1/m] between two legs: after 2 m they are 0.1 m apart
 ROUNDED = 0.05  # a number with one decimal is so far off
 
 
@@ -115,3 +116,11 @@ def test_starts_lie_where_the_exercise_says(one):
 def test_very_many_markers_can_be_drawn():
     many = EXERCISES['print_marker_ids']._replace(stimuli=[('markers', {'for': 20.0, 'rate': 10.0, 'most': 100})])
     assert len(random_stimuli.stimuli(many, 1)[0]) == 200
+
+
+@pytest.mark.parametrize('one, number', of_kind('drive'))
+def test_in_no_seed_two_legs_are_the_same_arc(one, number):
+    """Else who drives the first leg alone, for as long as both, drives the same path."""
+    for velocities in drawn(one, number):
+        curvatures = sorted(angular / linear for linear, angular in velocities)  # [1/m]
+        assert all(after - before > CURVED for before, after in zip(curvatures, curvatures[1:]))

@@ -41,8 +41,12 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
 
 
 def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[float, float]]:
-    return [(numbers.uniform(*values['linear']), numbers.uniform(*values['angular']))
-            for _ in range(int(values['for'] / LEG) + 1)]
+    """Return (linear, angular) of each leg: the faster, the less it turns, so that no two legs are the same arc."""
+    count = int(values['for'] / LEG) + 1
+    linear = _apart(values['linear'], count, numbers)
+    angular = sorted(_apart(values['angular'], count, numbers))
+    slowest_last = sorted(range(count), key=lambda leg: -linear[leg])
+    return [(linear[leg], angular[slowest_last.index(leg)]) for leg in range(count)]
 
 
 def _orders(values: Mapping[str, Any], numbers: random.Random) -> List[int]:
