@@ -119,6 +119,69 @@ def test_symptoms_of_an_exercise(act, said):
     assert said in hints('publish_circle', act)[0]
 
 
+@pytest.mark.parametrize('source, said', [
+    ("def show(pose):\n    while pose.x < 10:\n        pub.publish(go)\nSubscriber('/turtle1/pose', Pose, show)\n",
+     'write `if` instead of `while`'),
+    ('while not rospy.is_shutdown():\n    pub.publish(go)\n', 'the loop in line 1 sends its commands without a pause'),
+    ('for corner in range(4):\n    pub.publish(go)\n', 'the loop in line 1 sends its commands without a pause'),
+    ('while True:\n    go.linear.x += 0.5\n    rate.sleep()\n', 'line 2 changes the velocity each time'),
+    ('go.linear.x = error // 2\n', '// in line 1 rounds down'),
+])
+def test_what_the_source_shows_where_it_drives_wrong(source, said):
+    found = hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.5), source=source + "rospy.init_node('a')\n")
+    assert said in found[0]
+
+
+@pytest.mark.parametrize('source', [
+    'def send():\n    pub.publish(go)\n    rate.sleep()\nwhile True:\n    send()\n',
+    'for marker in message.markers:\n    pub.publish(marker)\n',
+    "def show(pose):\n    while queue:\n        queue.pop()\nrospy.Subscriber('/turtle1/pose', Pose, show)\n",
+    'total.x += 1\n',
+])
+def test_other_loops_are_not_suspected(source):
+    found = hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.5), source=source + "rospy.init_node('a')\n")
+    assert not any(word in hint for hint in found for word in ('pause', 'instead of `while`', 'grows'))
+
+
+def test_a_circle_that_is_too_large():
+    found = hints('robot_circle', lambda turtle: turtle.drive(13.0, 1.0, 0.5))  # of 4 m, and at most 3 m are asked
+    assert found[0].startswith('the circle has a diameter of 4.0 m, and not of 0.5 to 3 m')
+
+
+def test_commands_that_are_all_zero():
+    assert hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0))[0].startswith('all velocities that it sends are 0')
+
+
+def test_the_wrong_turtle_drives():
+    def act(turtle):
+        turtle.drive(5.0, 1.0).observed.turtles['turtle2'] = [turtle.observed.track[-1]._replace(x=1.0)]
+    assert 'publish on /turtle2/cmd_vel' in hints('follow_turtle', act, connections=[
+        ('/turtle1/cmd_vel', 'publishes')])[0]
+
+
+def test_the_namespace_of_an_action_is_no_misspelling():
+    assert not any('did you mean' in hint for hint in hints(
+        'fibonacci_server', source="actionlib.SimpleActionServer('/fibonacci', FibonacciAction, run, False)\n",
+        connections=[('/fibonacci/goal', 'subscribes'), ('/fibonacci/result', 'publishes')]))
+
+
+@pytest.mark.parametrize('trouble, said', [
+    ('service [/clear] responded with an error: b"service cannot process request: parameter /turtlesim/background_r is '
+     "'255'; it must be a whole number from 0 to 255\"", 'the parameter /turtlesim/background_r is a text'),
+    ('service [/spawn] responded with an error: b"service cannot process request: there is a turtle2 already"',
+     'the service refuses the request: there is a turtle2 already'),
+    ('genpy.message.SerializationError: field x must be float type', 'in the order of `rossrv show TYPE`'),
+])
+def test_refused_calls_are_explained(trouble, said):
+    assert said in hints('spawn_turtle', trouble=trouble)[0]
+
+
+def test_a_variable_with_the_name_of_a_type():
+    found = hints('publish_circle', source='from geometry_msgs.msg import Twist\ndef f():\n    Twist = Twist()\n',
+                  trouble="UnboundLocalError: cannot access local variable 'Twist' where it is not associated")
+    assert found[0].startswith('a variable has the name of the imported Twist')
+
+
 def test_the_first_symptom_of_a_check_counts():
     found = hints('set_pen_and_goto_pose', lambda turtle: turtle.pen(0, 0, 255, 1, 0).drive(2.0, 1.0))
     assert [hint for hint in found if 'blue' in hint or 'width' in hint] == ['the width of the pen has to be 5']

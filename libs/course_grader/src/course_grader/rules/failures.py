@@ -144,6 +144,14 @@ def _not_supported(match: Match[str], _source: str) -> str:
     return f'a {other[0]} is used as a number: use one of its elements'
 
 
+def _no_value_yet(name: str, source: str) -> str:
+    if re.search(rf'\bimport\b[^\n]*\b{name}\b', source):
+        return (f'a variable has the name of the imported {name}, which is then unknown in the whole function: give it '
+                'another name')
+    return (f'{name} has no value yet in the function: if it is the variable outside, write `global {name}` in the '
+            'first line of the function')
+
+
 def _not_callable(match: Match[str], _source: str) -> str:
     kind = match[1]
     if kind == 'NoneType':
@@ -197,6 +205,10 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"init_node\(\) has already been called", 'call rospy.init_node only once in a program'),
     (r"namespaces are not allowed in node names|illegal character|[Ii]nvalid (?:graph resource )?name|not a legal",
      'names of nodes and topics are made of letters, digits and _ alone; blanks and other signs do not work'),
+    (r"service cannot process request: parameter (\S+) is '.*must be a (?:whole )?number",
+     'the parameter {0} is a text: write the number without quotation marks'),
+    (r"service cannot process request: (?!service handler returned None)([^\"\n]{1,120})",
+     'the service refuses the request: {0}'),
     (r"(?i)handler returned None|service cannot process request",
      'the function of a service must return a response: `return TeleportAbsoluteResponse()`'),
     (r"handler returned invalid value|handler .*returned (?:bad|wrong)|[Ii]nvalid response",
@@ -206,6 +218,9 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"No field name|(?:is not a valid|has no|Unknown) field|"
      r"unexpected keyword argument '(?:x|y|theta|r|g|b|width|off|name)'",
      'a value of the call has a wrong name: `rossrv show TYPE` lists the right ones'),
+    (r"field (\w+) (?:must be|is not a|is a non|exceeds)",
+     'the value of {0} has the wrong type: it needs numbers, without quotation marks; whole ones, as 255, for colours; '
+     'the values of a call are given in the order of `rossrv show TYPE`'),
     (r"required argument is not (?:a float|an integer)|must be real number, not (?:str|list|tuple)|"
      r"struct\.error|ROSSerializationException|[Ff]ield .* must be|an integer is required",
      'a value of the message or call has the wrong type: it needs numbers, without quotation marks; whole ones, '
@@ -214,7 +229,10 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'float() and int() read a text that holds one number and nothing else: print the text to see what is in it'),
     (r"(?:can only concatenate str|must be str, not|can't multiply sequence)",
      'a text and a number cannot be joined by +: print(x, y) with commas, or make a text of a number by str(x)'),
-    (r"not all arguments converted|not enough arguments for format|a (?:real )?number is required, not|"
+    (r"not enough arguments for format string",
+     "the text and its values do not fit: several values after % stand in parentheses, as in '%f %f' % (x, y), one for "
+     'each %f, %d or %s'),
+    (r"not all arguments converted|a (?:real )?number is required, not|"
      r"unsupported format (?:string|character)|Unknown format code|Replacement index",
      'the text and its values do not fit: each %f, %s or {{}} needs one value, a number for %f and %d'),
     (r"([\w.<>]+)\(\) missing \d+ required (?:positional|keyword-only) argument", _too_few),
@@ -227,8 +245,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'in message.linear.x'),
     (r"object of type '(\w+)' has no len", _not_a_list),
     (r"cannot access local variable '(\w+)'|local variable '(\w+)' referenced before",
-     lambda match, _: f'{match[1] or match[2]} has no value yet in the function: if it is the variable outside, write '
-     f'`global {match[1] or match[2]}` in the first line of the function'),
+     lambda match, source: _no_value_yet(match[1] or match[2], source)),
     (r"module 'rospy' has no attribute '(\w+)'", 'rospy has no {0}: check the spelling and the capital letters, as in '
      'rospy.Publisher'),
     (r"module '([\w.]+)' has no attribute '(\w+)'", '{0} has no {1}: check the spelling and the capital letters'),
@@ -246,6 +263,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
      'rospy.get_param(NAME, 0.5)'),
     (r"ZeroDivisionError", 'a number is divided by 0: look at it before'),
     (r"RecursionError", 'a function calls itself without end: use a loop'),
+    (r"ROSBagUnindexedException|not indexed", 'close the bag, by bag.close(), before it is opened to read it'),
     (r"LookupException|ConnectivityException|ExtrapolationException",
      'a transform is not there at once: look it up in a loop, with try and except, until it is'),
     (r"env: .?python.?: No such file", 'the first line of the program has to be `#!/usr/bin/env python3`'),

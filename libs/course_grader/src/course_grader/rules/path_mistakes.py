@@ -7,7 +7,7 @@ from typing import Callable, Container, Dict, Iterator, List, Optional, Sequence
 
 from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
-from course_grader.rules.judging import ANY, within
+from course_grader.rules.judging import ANY, period, within, written
 from course_grader.rules.observation import Command, Observed
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 
@@ -20,10 +20,13 @@ TURNED_AT_ALL = math.radians(15.0)
 EQUAL = 1.08  # times the shortest side, up to which sides are equal
 TURNING = 0.05  # [rad/s] and
 MOVING = 0.02  # [m/s]: from these on a command turns, or drives
+STANDING = 1e-3  # [m/s] or [rad/s]: below it does nothing
+WEAK = 0.05  # [m/s] or [rad/s]: what follows something reacts to an error of 0.3 m or rad by more
+SWINGS = 4  # changes of direction of what comes to rest; one or two are an overshoot
 
 
 def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[str, List[str]]:
-    """Return {check: advice} for checks of an exercise that lost points: ``draws``, ``commands`` and ``positions``."""
+    """Return {check: advice} for checks of an exercise that lost points: those of KINDS."""
     hints: Dict[str, List[str]] = {}
     for rule in exercise.rules:
         if rule.name in lost and rule.name in KINDS:
@@ -44,6 +47,20 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
     elif wanted.angular != ANY and not within(angular, wanted.angular) and within(
             math.radians(angular), wanted.angular):
         yield 'angular.z is in rad/s, and not in degrees: write the number of the task as it is'
+    elif within(linear, wanted.linear) and within(angular, wanted.angular):
+        yield from _rated(wanted.rate, observed)
+
+
+def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
+    """Commands that come too often, or too seldom."""
+    if wanted == ANY or len(observed.commands) < 3:
+        return
+    rate = 1.0 / max(period([command.t for command in observed.commands]), 1e-6)
+    low, high = wanted
+    good = 2.0 * low if math.isinf(high) else (max(low, 0.0) + high) / 2.0
+    if not within(rate, wanted):
+        yield (f'it publishes {rate:.1f} times per second: rospy.Rate({good:g}) and rate.sleep() in the loop make it '
+               f'{good:g} times, as does a rospy.Timer of {1.0 / good:.2g} s')
 
 
 def _teleported(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
@@ -67,8 +84,46 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
         yield 'it never turns: angular.z is the turn speed, and x and y of angular do nothing here'
     elif wanted.shape in SIDES and exercise.simulator == 'turtlesim' and _at_wall(observed):
         yield 'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size'
-    elif wanted.shape in SIDES:
-        yield from _polygon(wanted.shape, SIDES[wanted.shape], path, observed)
+    else:
+        found = list(_polygon(wanted.shape, SIDES[wanted.shape], path, observed)) if wanted.shape in SIDES else []
+        yield from found or _sized(wanted, observed)
+
+
+def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
+    """A shape that is too large, too small, or not finished."""
+    shape, least = rules_driving.drawn_shape(observed, wanted), max(wanted.size[0], SHORT)
+    length = fits.path_length(observed.drawn())
+    if shape.covered >= rules_driving.CLOSED and not within(shape.size, wanted.size):
+        how = ('a diameter of {0:.1f} m, and not of {1}: it is 2 * linear.x / angular.z' if wanted.shape == 'circle'
+               else 'sides of {0:.1f} m, and not of {1}: they are as long as linear.x times its time')
+        yield f'the {wanted.shape} has ' + how.format(shape.size, written(wanted.size, 'm'))
+    elif (observed.timed_out and observed.exit_code is None and 0.0 < length < 2.0 * SIDES.get(wanted.shape, 3) * least
+          and observed.standstill() < rules_driving.MOVING):
+        yield (f'it is too slow: in {observed.seconds:.0f} s it has driven {length:.1f} m, and the {wanted.shape} is '
+               'not complete: drive faster')
+
+
+def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """A gain that is too small or too large."""
+    errors = [one.value - wanted.value for one in observed.sensed if one.what == wanted.what]
+    late = [error for error in errors[len(errors) // 2:] if not math.isnan(error)]
+    speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
+    two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
+    if not late or not speeds or two_speeds:
+        return
+    if STANDING < max(map(abs, speeds)) < WEAK:
+        yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
+               'the error is multiplied')
+    elif sum(a * b < 0.0 for a, b in zip(speeds, speeds[1:])) >= SWINGS and min(late) < 0.0 < max(late):
+        yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
+
+
+def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """The wrong turtle drives."""
+    driven = sorted(name for name, role in observed.connections if role == 'publishes' and name.endswith('/cmd_vel'))
+    if driven and f'/{wanted.turtle}/cmd_vel' not in driven:
+        yield (f'it publishes {driven[0]}, but it is {wanted.turtle} that has to drive: publish on '
+               f'/{wanted.turtle}/cmd_vel')
 
 
 def _at_wall(observed: Observed) -> bool:
@@ -137,4 +192,4 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
 
 
 KINDS: Dict[str, Callable[[SimpleNamespace, Exercise, Observed], Iterator[str]]] = {
-    'draws': _drawn, 'commands': _commanded, 'positions': _teleported}
+    'draws': _drawn, 'commands': _commanded, 'positions': _teleported, 'keeps': _kept, 'follows': _followed}

@@ -292,10 +292,58 @@ def _no_self(one: Program) -> Iterator[str]:
             yield f'a method needs self as its first parameter: `def {method.name}({shown}):`'
 
 
+def _waits_for_itself(one: Program) -> Iterator[str]:
+    """A loop in a callback that waits for the message to change."""
+    callbacks = {_last(call.args[2]) for call in _calls(one.nodes, 'Subscriber') if len(call.args) > 2}
+    callbacks |= {_last(key.value) for call in _calls(one.nodes, 'Subscriber') for key in call.keywords
+                  if key.arg == 'callback'}
+    for function in _functions(one):
+        given = {argument.arg for argument in function.args.args} - {'self'}
+        for node in ast.walk(function) if function.name in callbacks else ():
+            if isinstance(node, ast.While) and given & {_last(part) for part in ast.walk(node.test)} and not given & {
+                    part.id for part in ast.walk(node) if isinstance(part, ast.Name)
+                    and isinstance(part.ctx, ast.Store)}:
+                yield (f'the loop in line {node.lineno} looks at the same message again and again: the next one comes '
+                       f'with the next call of {function.name}, so write `if` instead of `while`')
+
+
+def suspected(one: Program) -> Iterator[str]:
+    """Yield advice on what may be a mistake where a vehicle does not move as it should."""
+    for node in one.nodes:
+        if isinstance(node, ast.AugAssign) and isinstance(node.op, (ast.Add, ast.Sub, ast.Mult)) and re.search(
+                r'\b(linear|angular)\.[xyz]$', _dotted(node.target)):
+            yield f'line {node.lineno} changes the velocity each time, so that it grows: set it by = instead of +='
+        if isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.FloorDiv):
+            yield f'// in line {node.lineno} rounds down to a whole number: / divides'
+    line = _without_a_pause(one)
+    if line is not None:
+        yield (f'the loop in line {line} sends its commands without a pause, and each one replaces the one before: '
+               'call rate.sleep() in it, or rospy.sleep for as long as a command should last')
+
+
+def _without_a_pause(one: Program) -> Optional[int]:
+    """Return the line of a loop that publishes and never waits, or None."""
+    own = {function.name: function for function in _functions(one)}
+
+    def called(node: ast.AST, seen: Set[str]) -> Set[str]:
+        found = {_last(call.func) for call in ast.walk(node) if isinstance(call, ast.Call)}
+        for name in found & set(own) - seen:
+            found |= called(own[name], seen | found)
+        return found
+    for node in one.nodes:
+        if isinstance(node, ast.While) or isinstance(node, ast.For) and (
+                isinstance(node.iter, (ast.List, ast.Tuple))
+                or isinstance(node.iter, ast.Call) and _last(node.iter.func) == 'range'):
+            names = called(node, set())
+            if 'publish' in names and not any(re.search('sleep|wait|spin|join|pause', name) for name in names):
+                return node.lineno
+    return None
+
+
 SURE: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
     _returned_type, _handler_without_return, _no_self, _never_called, _no_callback, _no_init_node, _local_variable,
-    _forgotten_self, _no_publish, _proxy_not_called, _after_spin)
+    _forgotten_self, _no_publish, _proxy_not_called, _after_spin, _waits_for_itself)
 
 
 def found(one: Program) -> List[str]:

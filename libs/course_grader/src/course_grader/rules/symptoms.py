@@ -32,6 +32,8 @@ TAKEN = {  # kind of a shortcut: advice
     'fake_pose': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
     'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
 POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
+MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats')  # and of how it moves
+STANDING = 1e-3  # [m/s] or [rad/s]: a command below does nothing
 CRASHED = re.compile(r'exit code [1-9]|SyntaxError|IndentationError|TabError')
 EXCEPTION = re.compile(r'\b(\w*(?:Error|Exception))\b')
 
@@ -88,7 +90,7 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
     elif not found:  # else what was seen is only the effect of that
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if hints}
-        found = [*_suspected(program, lost), *_early_end(seen),
+        found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),
                  *(hint for hints in by_check.values() for hint in hints), *_listed(exercise, seen, explained)]
     return decided._replace(hints=tuple(dict.fromkeys(found))[:MOST])
 
@@ -131,15 +133,26 @@ def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mi
 
 
 def _suspected(program: Optional[source_mistakes.Program], lost: Container[str]) -> Iterator[str]:
-    """What the source shows that may be a mistake, where a vehicle is not where it should be."""
-    if program is None or not any(check in lost for check in POSITIONS):
+    """What the source shows that may be a mistake, where a vehicle does not move as it should."""
+    if program is None or not any(check in lost for check in MOTION):
         return
     line = source_mistakes.compares_exactly(program)
-    if line is not None:
-        yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
-               'abs(a - b) < 0.1')
-    if source_mistakes.degrees(program):
-        yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
+    if any(check in lost for check in POSITIONS):
+        if line is not None:
+            yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
+                   'abs(a - b) < 0.1')
+        if source_mistakes.degrees(program):
+            yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
+    yield from source_mistakes.suspected(program)
+
+
+def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
+    """Commands that are all zero."""
+    if any(check in lost for check in MOTION) and observed.commands and all(
+            abs(value) < STANDING for command in observed.commands
+            for value in (command.linear_x, command.linear_y, command.angular_z)):
+        yield ('all velocities that it sends are 0: print what they are computed from; // and int() make a whole '
+               'number, and a condition may never be true')
 
 
 def _opposite(observed: Observed) -> Iterator[str]:
@@ -173,8 +186,9 @@ def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[sou
     used = dict(sorted(observed.connections))
     written = source_mistakes.names(program) if program else ()  # a launch file may put them into a namespace
     used.update((name, 'uses') for name in written if not any(other.endswith(name) for other in used))
+    groups = {_space(name) for name in known | set(dict(observed.connections))}  # of an action, for example
     for name, role in used.items():
-        if name not in known and not OF_EVERY_NODE.fullmatch(name):
+        if name not in known and name.lstrip('/') not in groups and not OF_EVERY_NODE.fullmatch(name):
             meant = _meant(name, likely) or _meant(name, known)
             space = _space(name)
             if meant and not (space != _space(meant) and space[-1:].isdigit() and space in exercise.asks):
