@@ -250,7 +250,7 @@ def _score_figures():
 
 
 def _time_figures():
-    for key, words, limits in (('ours', 'single', (5.0, 10.0)), ('tracking', 'with tracking', (2.5, 5.0))):
+    for key, words, limits in (('ours', 'single', (3.5, 5.0)), ('tracking', 'with tracking', (2.0, 3.5))):
         for size, limit in zip(SIZES.values(), limits):
             # CPU time is judged: what one thread takes. Other load on the machine makes the wall time longer.
             yield Figure(f'{words}, {size}, CPU, median', f'{key}_{size}_cpu', 'ms', median, Target('below', limit))
