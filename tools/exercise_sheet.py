@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints docs/exercise_sheet.md: the exercises of the course, with step, text, what to hand in, and the command.
 
-usage: ./run shell -c 'python3 tools/exercise_sheet.py' in the repository
+usage: ./run shell -c "python3 $PWD/tools/exercise_sheet.py"
 
 The texts are those of the exercise files; the pages of the course say which step an exercise belongs to.
 """

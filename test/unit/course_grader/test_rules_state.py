@@ -46,12 +46,13 @@ def test_the_background(events, points, seen):
     assert (reason.points, reason.seen) == (points, seen)
 
 
-def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', turned=0.0):
+def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', turned=0.0, stamped=True):
     """Return what was Observed of a turtle that drives, and of its transforms."""
     turtle = GradedTurtle().drive(seconds, linear=0.5)
     samples = turtle.observed.track[::max(1, round(1.0 / rate / 0.016))]
     turtle.observed.transforms = [
-        Transform(sample.t, parent, child, sample.x + off, sample.y, sample.theta + turned) for sample in samples]
+        Transform(sample.t, parent, child, sample.x + off, sample.y, sample.theta + turned, stamped)
+        for sample in samples]
     return turtle.observed
 
 
@@ -63,6 +64,8 @@ def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', 
     (broadcast(turned=0.3), {}, 100), (broadcast(child='turtle2'), {}, 0),
     (broadcast(parent='turtle1', child='world'), {}, 0),
     (broadcast(rate=1000.0), {'rate': 'at least 20 Hz'}, 100),
+    (broadcast(stamped=False), {}, 0),  # tf takes no second transform of the time 0
+    (broadcast(stamped=False, seconds=0.0), {}, 100),
 ])
 def test_transforms(observed, check, points):
     assert judged(observed, **{'check': 'transform', 'parent': 'world', 'child': 'turtle1', **check}).points == points
@@ -110,8 +113,10 @@ def test_parameters_and_transforms_are_read(monkeypatch):
     message.transforms[0].transform.rotation.z = message.transforms[0].transform.rotation.w = math.sqrt(0.5)
     for node in ('/turtlesim', '/student'):
         message._connection_header = {'callerid': node}
-        subscribed['/tf'](message)
-    assert observed.transforms == [Transform(5.0, 'world', 'turtle1', math.pi, 0.0, pytest.approx(math.pi / 2))]
+        for topic in '/tf', '/tf_static':
+            subscribed[topic](message)
+    assert observed.transforms == [Transform(5.0, 'world', 'turtle1', math.pi, 0.0, pytest.approx(math.pi / 2), lasting)
+                                   for lasting in (False, True)]
 
 
 def test_an_exercise_without_such_checks_subscribes_to_nothing(monkeypatch):

@@ -23,8 +23,8 @@ class StateReader:
         self._observed, self._own, self._zero = observed, own, zero
         self._names = {scored.parameters['name'] for scored in exercise.rules if scored.name == 'parameter'}
         if any(scored.name == 'transform' for scored in exercise.rules):
-            for topic in ('/tf', '/tf_static'):
-                rospy.Subscriber(topic, TFMessage, self._on_transforms)
+            rospy.Subscriber('/tf', TFMessage, self._on_transforms)
+            rospy.Subscriber('/tf_static', TFMessage, lambda message: self._on_transforms(message, lasting=True))
         for turtle in {scored.parameters['turtle'] for scored in exercise.rules if 'turtle' in scored.parameters}:
             rospy.Subscriber(f'/{turtle}/pose', Pose, self._on_pose, observed.turtles.setdefault(turtle, []))
 
@@ -39,7 +39,7 @@ class StateReader:
         if caller(pose) in self._own:  # the simulator's, not one that the program pretends
             track.append(Sample(rospy.get_time() - self._zero, pose.x, pose.y, pose.theta))
 
-    def _on_transforms(self, message):
+    def _on_transforms(self, message, lasting=False):
         if caller(message) in self._own:
             return
         now = rospy.get_time() - self._zero
@@ -47,4 +47,4 @@ class StateReader:
             at = one.transform.translation
             self._observed.transforms.append(
                 Transform(now, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), at.x, at.y,
-                          yaw_of(one.transform.rotation)))
+                          yaw_of(one.transform.rotation), lasting or not one.header.stamp.is_zero()))

@@ -78,6 +78,7 @@ class Transform(NamedTuple):
     x: float
     y: float
     theta: float
+    stamped: bool = True  # it says of what time it is, or holds for all times; of those that do not tf takes the first
 
 
 class Sensed(NamedTuple):

@@ -42,7 +42,7 @@ def _equal(value: object, wanted: object) -> bool:
 
 
 def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
-    """It broadcasts the transform between two frames."""
+    """It broadcasts the transform between two frames, with time stamps."""
     parent, child = wanted.parent.lstrip('/'), wanted.child.lstrip('/')
     asked = f'transforms from {parent} to {child}'
     asked += ' at the position and heading of the turtle or robot' if wanted.at == 'the vehicle' else ''
@@ -57,6 +57,8 @@ def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
         right = sum(_was_there(observed, times, one, wanted.tolerance) for one in given)
         turned = sum(_was_there(observed, times, one, wanted.tolerance, TURNED) for one in given)
         share, seen = turned / len(given), f'{seen}, {right} at its position, {turned} with its heading'
+    if len(given) > 1 and not any(one.stamped for one in given):
+        share, seen = 0.0, f'{seen}, all without a time stamp'
     if wanted.rate != ANY:
         rate = 1.0 / max(period([one.t for one in given]), 1e-6) if len(given) > 1 else 0.0
         share, seen = share * (nearness(rate, wanted.rate) if rate else 0.0), f'{seen}, {rate:.1f} Hz'

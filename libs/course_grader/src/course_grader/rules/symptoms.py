@@ -33,7 +33,6 @@ TAKEN = {  # kind of a shortcut: advice
     'kill': 'leave turtle1 alive: do not call /kill', 'reset': 'do not call /reset in this task'}
 POSITIONS = 'draws', 'stops', 'follows', 'positions'  # checks of where a vehicle is
 MOTION = (*POSITIONS, 'commands', 'keeps', 'moves', 'passes', 'repeats')  # and of how it moves
-STANDING = 1e-3  # [m/s] or [rad/s]: a command below does nothing
 CRASHED = re.compile(r'exit code [1-9]|SyntaxError|IndentationError|TabError')
 EXCEPTION = re.compile(r'\b(\w*(?:Error|Exception))\b')
 
@@ -149,7 +148,7 @@ def _suspected(program: Optional[source_mistakes.Program], lost: Container[str])
 def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
     """Commands that are all zero."""
     if any(check in lost for check in MOTION) and observed.commands and all(
-            abs(value) < STANDING for command in observed.commands
+            abs(value) < path_mistakes.STANDING for command in observed.commands
             for value in (command.linear_x, command.linear_y, command.angular_z)):
         yield ('all velocities that it sends are 0: print what they are computed from; // and int() make a whole '
                'number, and a condition may never be true')
