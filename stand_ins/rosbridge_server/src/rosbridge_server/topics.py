@@ -43,9 +43,9 @@ class _Starting(rospy.SubscribeListener):
                     self._end, self._kept = 0.0, []
 
     def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        """Be rospy's callback."""
+        """Be rospy's callback. What was published longer ago, as a velocity, is not for who connects now."""
         with self._lock:
-            kept = list(self._kept)
+            kept = list(self._kept) if time.monotonic() < self._end else []
         for message in kept:
             peer_publish(message)
 
