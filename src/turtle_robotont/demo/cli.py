@@ -9,10 +9,10 @@ import time
 import rospy
 
 from process_support.processes import INTERRUPTED
-from turtle_robotont.demo import course, course_markers, course_next
+from turtle_robotont.demo import course, course_markers, course_next, course_sensors
 from turtle_robotont.demo.harness import DemoError, DemoHarness
 
-STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS)
+STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS, *course_sensors.STEPS)
 TIME_LIMIT = 340  # [s] for everything except ending the processes
 TROUBLES = (DemoError, rospy.ROSException, rospy.ServiceException)
 GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'

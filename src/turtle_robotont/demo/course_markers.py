@@ -32,7 +32,7 @@ from turtle_robotont.nodes.robot_driver import pose_of
 START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first run renders the sequence before
 POSITION_ERROR = 0.01  # median position error as share of the distance; the camera has distortion
 SHEET = (3, 2)  # pictures side by side and below each other
-MAZE_RATE = 2.0  # simulated seconds per wall-clock second
+MAZE_RATE = 3.0  # simulated seconds per wall-clock second
 MAZE_TIME = 80.0  # [s] of simulated time that the maze may take; the wall time depends on the machine
 POSE_RATE = 30.0  # [Hz] of simulated time at which the simulator publishes the robot's pose
 NEAR_MARKER = 1.25  # [m] from the robot's middle; the camera, 0.1 m further back, approaches to 1 m

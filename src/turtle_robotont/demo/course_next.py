@@ -1,6 +1,6 @@
-"""The steps of the demo that belong to docs/course_next.md: parameters, tf, actions, bags, and a robot that measures.
+"""The steps of the demo that belong to the turtles of docs/course_next.md: services, parameters, tf, actions, bags.
 
-Threads: rospy calls the recorders' callbacks in its own threads; they only append, or publish a velocity.
+Threads: rospy calls the recorders' callbacks in its own threads; they only append.
 """
 import math
 import os
@@ -9,27 +9,69 @@ import time
 import actionlib
 import rospy
 from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
-from robotont_laserscan_to_distance.msg import LaserScanSplit
-from std_msgs.msg import String
+from std_srvs.srv import Empty, Trigger, TriggerResponse
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 from turtlesim.msg import Pose
 
 from turtle_robotont.demo.course import Measurement, Step, at_most, near
-from turtle_robotont.demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
-from turtle_robotont.demo.harness import STEP_TIMEOUT, DemoError
+from turtle_robotont.demo.course_markers import Recorder
+from turtle_robotont.demo.harness import EXACT, STEP_TIMEOUT, DemoError
 from turtle_robotont.driving import track_metrics
-from turtle_robotont.nodes.robot_driver import pose_of
 
 BACKGROUND = (40, 90, 60)
 BEHIND = 0.3  # [m] that turtle2 stays behind turtle1: it comes nearer and nearer
 EDGES, RADIUS = 3, 0.7  # of the polygon; [m]
 CLOSED = 0.1  # [m] between start and end of the polygon
 DRIVE = (1.0, 0.8, 2.0)  # [m/s, rad/s, s] that is recorded
-REPLAYED = 0.15  # [m] that a path which is played back ends elsewhere: commands come a tick earlier or later
+STARTED = (1.0, 0.0, 1.0)  # [m/s, rad/s, s] that a service starts
+NEARLY = 0.15  # [m] of a path: commands come a tick earlier or later
 RATE = 10.0  # [Hz] of velocities
-GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] from the goal that counts as there
-ROBOT_RATE = 2.0  # simulated seconds per wall-clock second
+RED = 200  # of the background that the launch file sets
+SPEEDS = {'turtle1': (2.0, 2.0), 'turtle2': (1.0, 2.0)}  # [m/s, rad/s] that the launch file sets
+ROUND = 0.02  # [m] off a circle
+LAUNCH_FILE = f'''<launch>
+  <arg name="red" default="0"/>
+  <param name="/turtlesim/background_r" value="$(arg red)"/>
+  <node pkg="turtle_robotont" type="velocity_publisher.py" name="first">
+    <param name="linear" value="{SPEEDS['turtle1'][0]}"/>
+    <param name="angular" value="{SPEEDS['turtle1'][1]}"/>
+  </node>
+  <node pkg="turtle_robotont" type="velocity_publisher.py" name="second">
+    <param name="linear" value="{SPEEDS['turtle2'][0]}"/>
+    <param name="angular" value="{SPEEDS['turtle2'][1]}"/>
+    <remap from="turtle1/cmd_vel" to="turtle2/cmd_vel"/>
+  </node>
+</launch>
+'''
+
+
+def services(harness):
+    turtle2 = Recorder('turtle2/pose', Pose, lambda pose: pose)
+    publisher, wanted = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=1), []
+
+    def command(_):
+        wanted.append(not (wanted and wanted[-1]))
+        return TriggerResponse(True, 'drives' if wanted[-1] else 'stands')
+    server = rospy.Service('turtle_command', Trigger, command)
+    try:
+        _typed(harness, 'rosservice', 'call', '/spawn', '2', '2', '0', 'turtle2')
+        harness.until(lambda: turtle2.entries, 'there is no turtle2', STEP_TIMEOUT)
+        again = harness.start('rosservice', 'call', '/spawn', '3', '3', '0', 'turtle2')
+        again.wait(STEP_TIMEOUT)
+        _typed(harness, 'rosservice', 'call', '/turtle_command')
+        if wanted == [True]:
+            _publish(publisher, *STARTED)
+        _typed(harness, 'rosservice', 'call', '/turtle_command')
+    finally:
+        server.shutdown()
+        publisher.unregister()
+        turtle2.end()
+    harness.until_rest()
+    return [near('turtle2 is at x =', turtle2.entries[0].x, 2.0, EXACT, 'm'),
+            Measurement('a second turtle2 is refused', 'ERROR' in again.output()),
+            Measurement(f'/turtle_command was called {len(wanted)} times (expected 2)', wanted == [True, False]),
+            near('in between turtle1 drove', track_metrics.path_length(harness.seen.track), STARTED[0] * STARTED[2],
+                 NEARLY, 'm')]
 
 
 def parameters(harness):
@@ -38,6 +80,30 @@ def parameters(harness):
     _typed(harness, 'rosservice', 'call', '/clear')
     harness.until(lambda: harness.seen.colours[-1:] == [BACKGROUND], 'the background keeps its colour', STEP_TIMEOUT)
     return [Measurement(f'the background has the colour {BACKGROUND}', True)]
+
+
+def launch_file(harness):
+    path = os.path.join(harness.output, 'two_turtles.launch')
+    with open(path, 'w', encoding='utf-8') as file:
+        file.write(LAUNCH_FILE)
+    _typed(harness, 'rosservice', 'call', '/spawn', '2', '2', '0', 'turtle2')
+    tracks = {name: Recorder(f'{name}/pose', Pose, lambda pose: pose) for name in SPEEDS}
+    launch = harness.start('roslaunch', path, f'red:={RED}')
+    try:
+        harness.until(lambda: rospy.get_param('/turtlesim/background_r', None) == RED,
+                      'the launch file does not set the background', STEP_TIMEOUT, launch)
+        harness.call('clear', Empty)
+        for name, (linear, angular) in SPEEDS.items():
+            circle, track = math.tau * linear / angular, tracks[name]
+            harness.until(lambda circle=circle, track=track: track_metrics.path_length(track.entries) > circle,
+                          f'{name} does not drive', STEP_TIMEOUT, launch)
+    finally:
+        for track in tracks.values():
+            track.end()
+    launch.stop()
+    return [Measurement(f'/turtlesim/background_r is {RED}', True),
+            *(near(f'{name} drives a circle of radius', _radius(tracks[name].entries), linear / angular, ROUND, 'm')
+              for name, (linear, angular) in SPEEDS.items())]
 
 
 def follower(harness):
@@ -79,13 +145,7 @@ def record_and_play(harness):
     recorder = harness.start('rosbag', 'record', '-O', path, '/turtle1/cmd_vel')
     publisher = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=1)
     harness.until(lambda: publisher.get_num_connections() > 2, 'rosbag does not record', STEP_TIMEOUT, recorder)
-    linear, angular, seconds = DRIVE
-    twist, end = Twist(), time.monotonic() + seconds
-    twist.linear.x, twist.angular.z = linear, angular
-    while time.monotonic() < end:
-        publisher.publish(twist)
-        time.sleep(1.0 / RATE)
-    publisher.publish(Twist())
+    _publish(publisher, *DRIVE)
     publisher.unregister()
     harness.until_rest()
     recorder.interrupt()
@@ -98,49 +158,24 @@ def record_and_play(harness):
     harness.until_rest()
     again = harness.seen.track
     return [Measurement(f'recorded a drive of {track_metrics.path_length(driven):.2f} m',
-                        track_metrics.path_length(driven) > linear),
+                        track_metrics.path_length(driven) > DRIVE[0]),
             at_most('the drive that was played back ends farther off by',
-                    math.hypot(again[-1].x - driven[-1].x, again[-1].y - driven[-1].y), REPLAYED, 'm')]
+                    math.hypot(again[-1].x - driven[-1].x, again[-1].y - driven[-1].y), NEARLY, 'm')]
 
 
-def p_controller(harness):
-    plan, track = run_p_controller(harness)
-    harness.keep(map_of(plan, track, 'P controller'))
-    speeds = [math.hypot(after.x - before.x, after.y - before.y) for before, after in zip(track, track[1:])]
-    from robotont_gazebo.core.frames import CAMERA_X  # there is a plan, so this is our robotont_gazebo
-    distance = plan.boxes[0].x - plan.boxes[0].length / 2.0 - track[-1].x - CAMERA_X
-    return [Measurement(f'drove {track_metrics.path_length(track):.2f} m, slower and slower',
-                        speeds.index(max(speeds)) < len(speeds) / 2),
-            near('distance from the camera to the box', distance, GOAL, FLAT, 'm')]
+def _radius(track):
+    """Return half of the width of a circle [m]."""
+    return (max(pose.x for pose in track) - min(pose.x for pose in track)) / 2.0
 
 
-def run_p_controller(harness):
-    """Drive to the box of the world bangbang; return (FloorPlan, true poses)."""
-    simulator = harness.start('roslaunch', 'robotont_gazebo', 'world_bangbang.launch', f'rate:={ROBOT_RATE:g}')
-    harness.start('roslaunch', 'robotont_laserscan_to_distance', 'distance_from_depth_image.launch')
-    world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
-    poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
-    publisher, errors = rospy.Publisher('cmd_vel', Twist, queue_size=1), []
-
-    def control(distances):
-        error = distances.center_min - GOAL
-        if math.isfinite(error):
-            errors.append(error)
-            twist = Twist()
-            twist.linear.x = GAIN * error
-            publisher.publish(twist)
-    distances = Recorder('scan_to_distance', LaserScanSplit, control)
-    try:
-        harness.until(lambda: world.entries and errors, 'there are no distances', START_TIMEOUT, simulator)
-        harness.until(lambda: abs(errors[-1]) < FLAT / 2.0, 'the robot does not come to the box', START_TIMEOUT,
-                      simulator)
-    finally:
-        for recorder in (distances, poses, world):
-            recorder.end()
-        publisher.unregister()
-        harness.end_nodes()
-        rospy.set_param('use_sim_time', False)
-    return world_plan(world.entries[-1]), list(poses.entries)
+def _publish(publisher, linear, angular, seconds):
+    """Publish a velocity for some seconds, and then stop."""
+    twist, end = Twist(), time.monotonic() + seconds
+    twist.linear.x, twist.angular.z = linear, angular
+    while time.monotonic() < end:
+        publisher.publish(twist)
+        time.sleep(1.0 / RATE)
+    publisher.publish(Twist())
 
 
 def _typed(harness, *command):
@@ -150,8 +185,12 @@ def _typed(harness, *command):
 
 
 STEPS = (
+    Step('Spawn and Trigger', 'Spawn turtle2 by service, and start turtle1 by a service without arguments',
+         'rosservice call /spawn 2 2 0 turtle2; rosservice call /turtle_command', services),
     Step('Parameters', 'Set the three parameters of the background, and clear it',
          'rosparam set /turtlesim/background_r 40; ...; rosservice call /clear', parameters),
+    Step('Launch file', 'Start one program twice, with parameters and another topic, and set the background',
+         f'roslaunch two_turtles.launch red:={RED}', launch_file),
     Step('Follower', 'Spawn turtle2, and let it follow turtle1 by tf',
          'rosrun turtle_tf2 turtle_tf2_broadcaster.py _turtle:=turtle1; ...; rosrun turtle_tf2 turtle_tf2_listener.py',
          follower),
@@ -159,7 +198,4 @@ STEPS = (
          'rosrun turtle_actionlib shape_server', shape_action),
     Step('Record and play', 'Record the commands of a drive, and play them back',
          'rosbag record -O drive.bag /turtle1/cmd_vel; rosbag play drive.bag', record_and_play),
-    Step('P controller', 'Bring the robot to rest 0.5 m in front of a box, by its depth camera',
-         f'roslaunch robotont_gazebo world_bangbang.launch rate:={ROBOT_RATE:g}; '
-         'roslaunch robotont_laserscan_to_distance distance_from_depth_image.launch', p_controller, turtle=False),
 )

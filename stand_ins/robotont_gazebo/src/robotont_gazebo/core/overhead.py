@@ -18,6 +18,7 @@ PIXELS_PER_METRE = 120.0  # the default scale
 LARGEST = 1600  # [px] the longest side; the scale is reduced for larger maps
 MARGIN = 56  # [px] around everything: the title is in the upper one, the scale and the paths' labels in the lower one
 SMALLEST = 3 * MARGIN  # [px] allowed for ``largest``
+NARROWEST = 420  # [px] wide, if ``largest`` allows it, for the scale and a path's label side by side
 SHIFT = 4  # fractional bits of OpenCV's drawing coordinates
 PAPER, GRID, INK, FAINT = (252, 252, 250), (228, 230, 232), (40, 44, 52), (130, 134, 140)
 LOW = 0.1  # [m] solids lower than this are drawn pale
@@ -53,8 +54,10 @@ class FloorPlanMap:
         self._plan = plan
         low, high = _bounds(plan, also)
         self.pixels_per_metre = min(float(pixels_per_metre), (largest - 2 * MARGIN) / max((high - low).max(), 1e-3))
-        self.width, self.height = (math.ceil(side * self.pixels_per_metre) + 2 * MARGIN for side in high - low)
-        self._left, self._upper = low[0] - MARGIN / self.pixels_per_metre, high[1] + MARGIN / self.pixels_per_metre
+        width, self.height = (math.ceil(side * self.pixels_per_metre) + 2 * MARGIN for side in high - low)
+        self.width = max(width, min(NARROWEST, math.floor(largest)))
+        self._left = low[0] - (MARGIN + (self.width - width) / 2.0) / self.pixels_per_metre
+        self._upper = high[1] + MARGIN / self.pixels_per_metre
         self._ground = self._draw_plan()
 
     def pixel(self, x: float, y: float) -> Tuple[float, float]:
