@@ -14,9 +14,7 @@ all_cases() (
   find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
-  for manifest in package.xml libs/*/package.xml stand_ins/*/package.xml; do
-    printf 'catkin_lint\t%s\n' "$(dirname "$manifest")"
-  done
+  printf 'catkin_lint\t%s\n' . libs stand_ins
 )
 
 # chosen_cases [--fast] [NAME ...]: those whose KIND/NAME contains one of the NAMEs; with --fast, those without ROS.
