@@ -37,13 +37,27 @@ CLASS_JOBS = 2  # as many as a grading on 2 cores gets by default
 
 
 def right_program(exercise):
-    """Return the first right Python program of an exercise that need not be graded in real time, with any seed."""
-    return min(path for path in (SAMPLES / exercise).glob('right_*.py') if path.stem not in (*REAL_TIME, BORDERLINE))
+    """Return the first right program of an exercise that need not be graded in real time, with any seed."""
+    return min(path for path in _programs(exercise, 'right_*') if path.stem not in (*REAL_TIME, BORDERLINE))
 
 
 def wrong_program(exercise):
-    """Return a wrong Python program of an exercise, preferably one that nearly does what is asked."""
-    return max((SAMPLES / exercise).glob(f'{WRONG.get(exercise, "wrong_*")}.py'))
+    """Return a wrong program of an exercise, preferably one that nearly does what is asked."""
+    return max(_programs(exercise, WRONG.get(exercise, 'wrong_*')))
+
+
+def _programs(exercise, name):
+    """Return the samples of this name in Python, or, of an exercise without these, the launch files."""
+    folder = SAMPLES / exercise
+    return list(folder.glob(f'{name}.py')) or list(folder.glob(f'{name}.launch'))
+
+
+def hand_in(program, student):
+    """Put a sample, or a launch file with its package, into the folder of a student."""
+    if program.suffix == '.launch':
+        shutil.copytree(program.parent, student, ignore=shutil.ignore_patterns('*.launch'), dirs_exist_ok=True)
+    student.mkdir(parents=True, exist_ok=True)
+    shutil.copy(program, student / f'{program.parent.name}{program.suffix}')
 
 
 def grade(arguments, limit, accepted=(0,)):
@@ -74,13 +88,11 @@ def one(exercise):
 
 
 def whole_class(_subject, _scale):
-    """Grade a student who hands in every exercise: the time of each grading."""
+    """Grade a class in which every exercise is handed in once: the time of each grading."""
     with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
-        student = Path(folder, 'class', 'student')
-        student.mkdir(parents=True)
-        for exercise in EXERCISES:
-            shutil.copy(right_program(exercise), student / f'{exercise}.py')
-        seconds = grade(['--all', str(student.parent), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
+        for exercise in EXERCISES:  # a folder for each, because that of the launch file is a package
+            hand_in(right_program(exercise), Path(folder, 'class', exercise))
+        seconds = grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
                          str(Path(folder, 'out'))], LIMIT * len(EXERCISES))
     return {'class': [seconds / len(EXERCISES)]}
 
@@ -93,9 +105,7 @@ def seeds(exercise):
         with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
             for name, (program, _) in expected.items():
                 for number in range(count):
-                    student = Path(folder, 'class', f'{name}{number:02}')
-                    student.mkdir(parents=True)
-                    shutil.copy(program, student / f'{exercise}.py')
+                    hand_in(program, Path(folder, 'class', f'{name}{number:02}'))
             output = Path(folder, 'out')
             grade(['--all', str(Path(folder, 'class')), '--jobs', str(CLASS_JOBS), '--output', str(output)],
                   LIMIT * count, accepted=(1,))
