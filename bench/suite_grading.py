@@ -12,10 +12,14 @@ import shutil
 import sys
 import tempfile
 import time
+import uuid
 from pathlib import Path
 
+import psutil
+
 from figures import Figure, Target, median
-from processes import BenchError, Child
+from process_support import processes
+from processes import BenchError, Child, tree_memory
 from suite_turtlesim import Measurement
 
 NEEDS_NODE = False
@@ -33,6 +37,9 @@ SEEDS = 50  # drawn anew for each program
 WRONG = {'print_marker_ids': 'wrong_prints_counter', 'square_by_teleport': 'wrong_three_positions'}  # else the last one
 FULL, QUICK = 100, 8  # repeats of one grading
 AT_ONCE = 4
+MANY = 'print_marker_ids'  # a short one
+MEMORY_PERIOD = 0.5  # [s]
+MARK = 'TURTLE_ROBOTONT_BENCH'  # environment variable of all processes of a run
 CLASS_JOBS = 2  # as many as a grading on 2 cores gets by default
 
 
@@ -60,13 +67,17 @@ def hand_in(program, student):
     shutil.copy(program, student / f'{program.parent.name}{program.suffix}')
 
 
-def grade(arguments, limit, accepted=(0,)):
-    """Return the grader's wall time [s]; raise BenchError when its exit code is none of ``accepted``, or it hangs."""
+def grade(arguments, limit, accepted=(0,), environment=os.environ, watch=lambda pid: None):
+    """Return the grader's wall time [s]; raise BenchError when its exit code is none of ``accepted``, or it hangs.
+
+    ``watch`` is called again and again with its process id.
+    """
     folder = tempfile.mkdtemp(prefix='turtle_robotont_bench_')
     try:
         begun = time.perf_counter()
-        with Child('grader', [*GRADER, *arguments], dict(os.environ), folder) as child:
+        with Child('grader', [*GRADER, *arguments], dict(environment), folder) as child:
             while child.process.poll() is None:
+                watch(child.process.pid)
                 if time.perf_counter() - begun > limit:
                     raise BenchError(f'{" ".join(arguments)} took more than {limit:.0f} s:\n{child.tail()}')
                 time.sleep(0.01)
@@ -92,8 +103,8 @@ def whole_class(_subject, _scale):
     with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
         for exercise in EXERCISES:  # a folder for each, because that of the launch file is a package
             hand_in(right_program(exercise), Path(folder, 'class', exercise))
-        seconds = grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS), '--output',
-                         str(Path(folder, 'out'))], LIMIT * len(EXERCISES))
+        seconds = grade(['--all', str(Path(folder, 'class')), '--seed', str(SEED), '--jobs', str(CLASS_JOBS),
+                         '--output', str(Path(folder, 'out'))], LIMIT * len(EXERCISES))
     return {'class': [seconds / len(EXERCISES)]}
 
 
@@ -147,6 +158,29 @@ def repeats_beside_busy_loops(subject, times):
         return {'equal beside': repeats(subject, times)['equal']}
 
 
+def many(_subject, times):
+    """Grade ten times as many in one run: its memory at the end against that at the beginning, and what it leaves."""
+    mark, samples = uuid.uuid4().hex, []
+
+    def watch(pid):
+        if not samples or time.monotonic() >= samples[-1][0] + MEMORY_PERIOD:
+            samples.append((time.monotonic(), tree_memory(pid)[0]))
+    with tempfile.TemporaryDirectory(prefix='turtle_robotont_bench_') as folder:
+        for number in range(10 * times):
+            hand_in(right_program(MANY), Path(folder, 'class', f'student{number:04}'))
+        temporary = Path(folder, 'tmp')
+        temporary.mkdir()
+        seconds = grade(['--all', str(Path(folder, 'class')), '--jobs', str(CLASS_JOBS), '--output',
+                         str(Path(folder, 'out'))], LIMIT * times,
+                        environment={**os.environ, 'TMPDIR': str(temporary), MARK: mark}, watch=watch)
+        left = [*temporary.rglob('*'), *processes.related(f'{MARK}={mark}', psutil.Process())]
+    for one in left:
+        print(f'    left behind: {one}', file=sys.stderr)
+    tenth = max(1, len(samples) // 10)
+    first, last = (median([memory for _, memory in part]) for part in (samples[tenth:2 * tenth], samples[-tenth:]))
+    return {'many': [seconds / (10 * times)], 'memory': [last - first], 'left': [len(left)]}
+
+
 def _verdict(path):
     result = json.loads(path.read_text(encoding='utf-8'))
     points = tuple(reason['points'] for reason in result['reasons'])
@@ -160,6 +194,7 @@ MEASUREMENTS = {
                                         f'{wrong_program(exercise).name} of {exercise}, {SEEDS} seeds each')
        for exercise in EXERCISES},
     'repeats': Measurement(repeats, f'{len(REPEATED)} programs, each {FULL} times, {AT_ONCE} at once'),
+    'many': Measurement(many, f'{10 * FULL} gradings of {MANY} in one run'),
     'busy': Measurement(repeats_beside_busy_loops, f'the same beside {BUSY_LOOPS} busy loops'),
 }
 FIGURES = (
@@ -169,6 +204,9 @@ FIGURES = (
     Figure(f'class of all exercises, {CLASS_JOBS} at once, per grading', 'class', 's', median, Target('at_most', 2.5)),
     Figure(f'{len(REPEATED)} programs again and again, {AT_ONCE} at once, per grading', 'equal ones', 's', median,
            Target('at_most', 2.5)),
+    Figure('one run with many, per grading', 'many', 's', median, Target('at_most', 2.5)),
+    Figure('memory of a run, at its end more than at its beginning', 'memory', 'MB', max, Target('at_most', 5.0)),
+    Figure('files and processes that a run leaves', 'left', '', max, Target('at_most', 0.0)),
     Figure(f'right verdicts, {SEEDS} seeds a program', 'seeds', '%', min, Target('at_least', 100.0)),
     Figure('equal verdicts', 'equal', '%', min, Target('at_least', 100.0)),
     Figure(f'equal verdicts beside {BUSY_LOOPS} busy loops', 'equal beside', '%', min, Target('at_least', 100.0)),

@@ -4,8 +4,9 @@ The programs of test/data/wrong_programs.yaml are right samples of test/data/sub
 were written before any symptom was. Those of unseen_programs.yaml are whole programs in other styles, written from the
 tasks' texts alone; symptoms were written for them after they were counted. Those of held_out_programs.yaml were written
 and counted after that; docs/measurements.md says what was mended after their count. Those of developed_programs.yaml
-are whole programs by somebody who did not know the symptoms; kinds of mistakes that got no hint were mended. See
-suite_turtlesim for what a suite is.
+are whole programs by somebody who did not know the symptoms; kinds of mistakes that got no hint were mended. Those of
+untouched_programs.yaml are by the same author: nobody looked at them before they were counted. See suite_turtlesim for
+what a suite is.
 """
 
 import json
@@ -24,11 +25,12 @@ from suite_turtlesim import Measurement
 NEEDS_NODE = False
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
 WHOLE = {'unseen': 'unseen_programs.yaml', 'held_out_whole': 'held_out_programs.yaml',
-         'developed': 'developed_programs.yaml'}  # in the same folder
+         'developed': 'developed_programs.yaml', 'untouched': 'untouched_programs.yaml'}  # in the same folder
 FULL, QUICK = None, 6  # programs of each half
 KINDS = {'open': 'mistakes that symptoms were written for', 'held_out': 'mistakes that once were held out',
          'unseen': 'whole programs that once were held out', 'held_out_whole': 'whole programs of all exercises',
-         'developed': 'whole programs that hints were developed with'}
+         'developed': 'whole programs that hints were developed with',
+         'untouched': 'whole programs that nobody looked at before'}
 
 
 def programs(kind):

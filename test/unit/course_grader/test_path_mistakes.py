@@ -4,6 +4,7 @@ import pathlib
 import pytest
 
 from course_grader.rules import exercise, path_mistakes, registry
+from course_grader.rules.observation import Command, Observed, Sensed
 from unit_support.graded_turtle import GradedTurtle
 
 FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
@@ -72,3 +73,33 @@ def test_other_checks_and_those_that_lost_nothing_get_none():
     one = exercise.load(FOLDER / 'publish_circle.yaml')
     assert path_mistakes.found(one, turtle.observed, ['prints']) == {}
     assert set(path_mistakes.KINDS) <= set(registry.RULES)
+
+
+@pytest.mark.parametrize('pause, advice', [(3.0, 'after 1 s without a command'), (1.0, None)])
+def test_velocities_that_are_sent_once(pause, advice):
+    turtle = GradedTurtle(3.0, 3.0)
+    turtle.drive(3.0 * pause, 0.5, 0.2, rate=1.0 / pause).drive(0.02)
+    said = list(path_mistakes.stops_in_between(exercise.load(FOLDER / 'publish_circle.yaml'), turtle.observed))
+    assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('pause, advice', [(1.0, 'every 1.0 s, and drives 3.0 m'), (0.05, None)])
+def test_positions_that_are_looked_at_too_seldom(pause, advice):
+    said = found('stop_at_x', lambda turtle: turtle.drive(3.0 * pause, 3.0, rate=1.0 / pause).drive(0.02), 'stops')
+    assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('name, what, sign, advice', [
+    ('keep_centre', 'marker left', -1.0, 'check the sign'), ('keep_centre', 'marker left', 1.0, None),
+    ('bang_bang', 'ahead', -1.0, 'check the sign'), ('bang_bang', 'ahead', 1.0, None)])
+def test_velocities_of_the_wrong_sign(name, what, sign, advice):
+    one = exercise.load(FOLDER / f'{name}.yaml')
+    goal = next(rule.parameters['value'] for rule in one.rules if rule.name == 'keeps')
+    seen = Observed()
+    for number in range(20):
+        error = 0.3 if number < 15 else -0.2
+        seen.sensed.append(Sensed(0.1 * number, what, goal + error))
+        seen.commands.append(Command(0.1 * number + 0.05, *([sign * error, 0.0, 0.0] if what == 'ahead'
+                                                            else [0.0, 0.0, sign * error])))
+    said = path_mistakes.found(one, seen, ['keeps'])['keeps']
+    assert advice in said[0] if advice else not any('sign' in hint for hint in said)

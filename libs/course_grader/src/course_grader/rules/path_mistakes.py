@@ -1,4 +1,5 @@
 """Mistakes that the path, the commands and the positions of a vehicle show: advice for each. Without ROS."""
+import bisect
 import itertools
 import math
 import statistics
@@ -9,7 +10,7 @@ from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, period, within, written
 from course_grader.rules.observation import Command, Observed
-from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from kinematic_core.worlds import robot_world, turtle_world
 
 SIDES = {'triangle': 3, 'square': 4}
 WALL = 0.01  # [m] from the edge of the arena
@@ -22,6 +23,16 @@ TURNING = 0.05  # [rad/s] and
 MOVING = 0.02  # [m/s]: from these on a command turns, or drives
 STANDING = 1e-3  # [m/s] or [rad/s]: below it does nothing
 WEAK = 0.05  # [m/s] or [rad/s]: what follows something reacts to an error of 0.3 m or rad by more
+WATCHDOG = {'turtlesim': turtle_world.WATCHDOG, 'robotont': robot_world.WATCHDOG}  # [s] without a command
+ALONE = 1.5  # times the watchdog until the next command: the vehicle has stopped in between
+SEEN = 5  # commands from which one can tell that they go the wrong way
+AWAY = 0.02  # [m] from the goal: nearer, the sign of a velocity says nothing
+SIGNS = {  # advice where a velocity leads away from what has to be kept; why it does, an exercise may know
+    'marker left': 'it turns or drives away from the marker: angular.z and linear.y are positive to the left, as y of '
+                   'the marker is, so check the sign',
+    **dict.fromkeys(('ahead', 'marker ahead'),
+                    'it drives the wrong way: linear.x has to be positive, forward, while the distance is larger than '
+                    'its goal; check the sign, > and <, the unit (metres), and the field of the message')}
 SWINGS = 4  # changes of direction of what comes to rest; one or two are an overshoot
 
 
@@ -33,6 +44,17 @@ def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[
             wanted = SimpleNamespace(**rule.parameters)
             hints.setdefault(rule.name, []).extend(KINDS[rule.name](wanted, exercise, observed))
     return hints
+
+
+def stops_in_between(exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """Advice where half of the velocities are followed by none before the vehicle stops by itself."""
+    times = [*(command.t for command in observed.commands), observed.start + observed.seconds]
+    pauses = [after - command.t for command, after in zip(observed.commands, times[1:])
+              if max(map(abs, command[1:4])) > STANDING]
+    watchdog = WATCHDOG[exercise.simulator]
+    if pauses and 2 * sum(pause > ALONE * watchdog for pause in pauses) >= len(pauses):
+        yield (f'it sends a velocity and waits, but after {watchdog:g} s without a command the vehicle stops: publish '
+               'again and again in a loop, with rate.sleep(), ten times per second')
 
 
 def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
@@ -104,7 +126,10 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
 
 
 def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """A gain that is too small or too large."""
+    """A velocity of the wrong sign, and a gain that is too small or too large."""
+    if _goes_away(wanted, observed):
+        yield SIGNS[wanted.what]
+        return
     errors = [one.value - wanted.value for one in observed.sensed if one.what == wanted.what]
     late = [error for error in errors[len(errors) // 2:] if not math.isnan(error)]
     speeds = [command.angular_z if wanted.what == 'marker left' else command.linear_x for command in observed.commands]
@@ -118,6 +143,31 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
         yield 'it swings around its goal: choose a smaller gain, by which the error is multiplied'
 
 
+def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
+    """Return whether most velocities lead away from the goal that a quantity be ``value``."""
+    sensed = [one for one in observed.sensed if one.what == wanted.what]
+    times = [one.t for one in sensed]
+    products = []
+    for command in observed.commands:
+        place = bisect.bisect_right(times, command.t)
+        error = sensed[place - 1].value - wanted.value if place else math.nan
+        speed = command.angular_z + command.linear_y if wanted.what == 'marker left' else command.linear_x
+        if abs(error) > AWAY and abs(speed) > STANDING:
+            products.append(error * speed)
+    return len(products) >= SEEN and sum(product < 0.0 for product in products) > 0.8 * len(products)
+
+
+def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
+    """A position that is looked at too seldom."""
+    times = [command.t for command in observed.commands]
+    if len(times) < 2 or max(map(abs, observed.commands[-1][1:4])) > STANDING:
+        return
+    pause, speed = period(times), max(math.hypot(*command[1:3]) for command in observed.commands)
+    if pause * speed > 2.0 * wanted.tolerance:
+        yield (f'it looks and sends a command every {pause:.1f} s, and drives {pause * speed:.1f} m in between, too '
+               'far to stop in time: do both more often, such as 20 times per second, or drive slower')
+
+
 def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
     """The wrong turtle drives."""
     driven = sorted(name for name, role in observed.connections if role == 'publishes' and name.endswith('/cmd_vel'))
@@ -129,7 +179,7 @@ def _followed(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) 
 def _at_wall(observed: Observed) -> bool:
     """Return whether it was driven against a wall."""
     return bool(observed.commands) and any(
-        min(sample.x, sample.y, ARENA_SIZE - sample.x, ARENA_SIZE - sample.y) <= WALL
+        min(sample.x, sample.y, turtle_world.ARENA_SIZE - sample.x, turtle_world.ARENA_SIZE - sample.y) <= WALL
         for sample in observed.track if sample.t >= observed.reset_at())
 
 
@@ -192,4 +242,5 @@ def _crosses(corners: Sequence[Tuple[float, float]]) -> bool:
 
 
 KINDS: Dict[str, Callable[[SimpleNamespace, Exercise, Observed], Iterator[str]]] = {
-    'draws': _drawn, 'commands': _commanded, 'positions': _teleported, 'keeps': _kept, 'follows': _followed}
+    'draws': _drawn, 'commands': _commanded, 'positions': _teleported, 'keeps': _kept, 'stops': _stopped,
+    'follows': _followed}

@@ -1,7 +1,7 @@
 """Mistakes that stand in the source of a Python program, whatever it did: advice for each. Without ROS."""
 import ast
 import re
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple, Union
+from typing import Callable, Iterator, List, NamedTuple, Optional, Set, Tuple, Union
 
 Function = Union[ast.FunctionDef, ast.AsyncFunctionDef]
 NEED_PARENTHESES = 'publish', 'sleep', 'spin', 'is_shutdown', 'init_node', 'wait_for_service', 'unregister'
@@ -9,10 +9,6 @@ TAKE_A_FUNCTION = {'Subscriber': 2, 'Service': 2, 'Timer': 1, 'on_shutdown': 0} 
 WORKS = 'publish', 'init_node', 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'spin', 'sendTransform'
 MAKES = 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'Timer', 'publish'
 WAITING = 'Subscriber', 'Service', 'Timer'
-POSITIONS = 'x', 'y', 'theta'
-ANGLES = 30, 45, 60, 90, 120, 135, 180, 225, 270, 360
-CONVERTS = re.compile(r'radians|deg2rad|/\s*180|180(\.0*)?\s*/|0\.0?17')  # degrees to radians
-NO_ANGLES = 'range', 'sleep', 'Rate', 'Duration', 'SetPen', 'set_pen', 'pen'
 
 TYPES = (  # pattern of a name, its type, and the module of that
     (r'(/turtle\w*)?/cmd_vel', 'Twist', 'geometry_msgs.msg'), (r'/turtle\w*/pose', 'Pose', 'turtlesim.msg'),
@@ -50,31 +46,31 @@ def names(one: Program) -> List[str]:
     """
     texts = [node.value for node in one.nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)
              and '/' in node.value]
-    for call in _calls(one.nodes, 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'wait_for_service'):
+    for call in calls(one.nodes, 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'wait_for_service'):
         texts += [first.value for first in call.args[:1] if isinstance(first, ast.Constant)
                   and isinstance(first.value, str)]
     return ['/' + text.lstrip('/') for text in texts if re.fullmatch(r'/?[A-Za-z]\w*(/\w+)*', text)]
 
 
-def _calls(nodes: List[ast.AST], *called: str) -> Iterator[ast.Call]:
+def calls(nodes: List[ast.AST], *called: str) -> Iterator[ast.Call]:
     """Return the calls of functions or methods with these names."""
-    return (node for node in nodes if isinstance(node, ast.Call) and _last(node.func) in called)
+    return (node for node in nodes if isinstance(node, ast.Call) and last(node.func) in called)
 
 
-def _last(node: Optional[ast.AST]) -> str:
+def last(node: Optional[ast.AST]) -> str:
     """Return the last part of a dotted name, or ''."""
     return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ''
 
 
-def _dotted(node: ast.AST) -> str:
+def dotted(node: ast.AST) -> str:
     """Return a dotted name as it is written, or ''."""
     if isinstance(node, ast.Attribute):
-        before = _dotted(node.value)
+        before = dotted(node.value)
         return before and f'{before}.{node.attr}'
     return node.id if isinstance(node, ast.Name) else ''
 
 
-def _functions(one: Program) -> List[Function]:
+def functions(one: Program) -> List[Function]:
     return [node for node in one.nodes if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
 
@@ -86,34 +82,34 @@ def _methods(one: Program) -> Iterator[Tuple[ast.ClassDef, Function]]:
 
 def _no_parentheses(one: Program) -> Iterator[str]:
     """Functions that are named where they should be called."""
-    own = {function.name for function in _functions(one)}
+    own = {function.name for function in functions(one)}
     for node in one.nodes:
-        if isinstance(node, ast.Expr) and _dotted(node.value) and (
-                _last(node.value) in NEED_PARENTHESES or _last(node.value) in own):
-            yield (f'line {node.lineno} only names {_dotted(node.value)}: parentheses call it, as in '
-                   f'{_dotted(node.value)}()')
+        if isinstance(node, ast.Expr) and dotted(node.value) and (
+                last(node.value) in NEED_PARENTHESES or last(node.value) in own):
+            yield (f'line {node.lineno} only names {dotted(node.value)}: parentheses call it, as in '
+                   f'{dotted(node.value)}()')
         if isinstance(node, (ast.While, ast.If)):
-            called = [call.func for call in _calls(one.nodes, 'is_shutdown')]
-            if any(_last(part) == 'is_shutdown' and part not in called for part in ast.walk(node.test)):
+            called = [call.func for call in calls(one.nodes, 'is_shutdown')]
+            if any(last(part) == 'is_shutdown' and part not in called for part in ast.walk(node.test)):
                 yield f'line {node.lineno} only names is_shutdown: parentheses call it, as in rospy.is_shutdown()'
 
 
 def _called_at_once(one: Program) -> Iterator[str]:
     """A callback that is called where it should be handed over."""
-    own = {function.name for function in _functions(one)}
+    own = {function.name for function in functions(one)}
     for kind, place in TAKE_A_FUNCTION.items():
-        for call in _calls(one.nodes, kind):
+        for call in calls(one.nodes, kind):
             given = call.args[place:place + 1] + [key.value for key in call.keywords if key.arg in (
                 'callback', 'handler')]
             for argument in given:
-                if isinstance(argument, ast.Call) and _last(argument.func) in own and not _returns_a_function(
-                        one, _last(argument.func)):
-                    name = _dotted(argument.func)
+                if isinstance(argument, ast.Call) and last(argument.func) in own and not _returns_a_function(
+                        one, last(argument.func)):
+                    name = dotted(argument.func)
                     yield f'hand over the function itself, without parentheses: `{name}`, not `{name}()`'
 
 
 def _returns_a_function(one: Program, name: str) -> bool:
-    return any(isinstance(node, ast.Return) and node.value is not None for function in _functions(one)
+    return any(isinstance(node, ast.Return) and node.value is not None for function in functions(one)
                if function.name == name for node in ast.walk(function))
 
 
@@ -121,10 +117,10 @@ def _wrong_type(one: Program) -> Iterator[str]:
     """A topic or service of a simulator with a wrong type."""
     modules = {alias.asname or alias.name: node.module or '' for node in one.nodes if isinstance(node, ast.ImportFrom)
                for alias in node.names}
-    for call in _calls(one.nodes, 'Publisher', 'Subscriber', 'ServiceProxy', 'wait_for_message'):
+    for call in calls(one.nodes, 'Publisher', 'Subscriber', 'ServiceProxy', 'wait_for_message'):
         if len(call.args) < 2 or not isinstance(call.args[0], ast.Constant):
             continue
-        name, given = '/' + str(call.args[0].value).lstrip('/'), _last(call.args[1])
+        name, given = '/' + str(call.args[0].value).lstrip('/'), last(call.args[1])
         for pattern, right, module in TYPES:
             known = modules.get(given, module)
             other = known.endswith(('.msg', '.srv')) and known != module
@@ -135,18 +131,18 @@ def _wrong_type(one: Program) -> Iterator[str]:
 
 def _no_callback(one: Program) -> Iterator[str]:
     """A subscriber that nobody listens to."""
-    for call in _calls(one.nodes, 'Subscriber'):
+    for call in calls(one.nodes, 'Subscriber'):
         if len(call.args) == 2 and not any(key.arg in ('callback', None) for key in call.keywords) and (
-                _dotted(call.func) in ('Subscriber', 'rospy.Subscriber') and 'message_filters' not in one.source):
+                dotted(call.func) in ('Subscriber', 'rospy.Subscriber') and 'message_filters' not in one.source):
             yield (f'the Subscriber in line {call.lineno} has no callback: its third argument is the function that '
                    'gets each message')
 
 
 def _proxy_with_a_function(one: Program) -> Iterator[str]:
     """A service that is called where it should be offered."""
-    own = {function.name for function in _functions(one)}
-    for call in _calls(one.nodes, 'ServiceProxy'):
-        if any(_last(argument) in own for argument in call.args[2:]):
+    own = {function.name for function in functions(one)}
+    for call in calls(one.nodes, 'ServiceProxy'):
+        if any(last(argument) in own for argument in call.args[2:]):
             yield ('rospy.ServiceProxy calls a service of somebody else; rospy.Service(NAME, TYPE, function) offers '
                    'your own')
 
@@ -154,7 +150,7 @@ def _proxy_with_a_function(one: Program) -> Iterator[str]:
 def _wrong_main(one: Program) -> Iterator[str]:
     """``if __name__ == 'main'``."""
     for node in one.nodes:
-        if isinstance(node, ast.Compare) and _last(node.left) == '__name__':
+        if isinstance(node, ast.Compare) and last(node.left) == '__name__':
             other = node.comparators[0]
             if isinstance(other, ast.Constant) and other.value != '__main__':
                 yield f"line {node.lineno} is never true: it has to be `if __name__ == '__main__':`"
@@ -164,14 +160,14 @@ def _never_called(one: Program) -> Iterator[str]:
     """Functions, methods and classes that would do the work, but that nothing uses."""
     for node in one.tree.body:
         if isinstance(node, ast.ClassDef) and not node.bases and not node.decorator_list and node.name not in one.read \
-                and any(_calls(list(ast.walk(node)), *WORKS)):
+                and any(calls(list(ast.walk(node)), *WORKS)):
             yield f'nothing uses the class {node.name}: make an object by {node.name}(...)'
     parts = [(function, '') for function in one.tree.body if isinstance(function, ast.FunctionDef)]
     parts += [(method, 'self.') for owner, method in _methods(one) if isinstance(method, ast.FunctionDef)
               and _bare(owner) and not method.name.startswith('__') and owner.name in one.read]
     for function, before in parts:
         nodes = list(ast.walk(function))
-        works = any(_calls(nodes, *WORKS))
+        works = any(calls(nodes, *WORKS))
         if function.name not in one.read and not function.decorator_list and works:
             yield (f'nothing calls {function.name}: '
                    + ('call it' if before else f'write `{function.name}(...)` at the end of the program')
@@ -181,7 +177,7 @@ def _never_called(one: Program) -> Iterator[str]:
 
 def _bare(owner: ast.ClassDef) -> bool:
     """Return whether a class has no base class but object; another one could call its methods."""
-    return not [base for base in owner.bases if _last(base) != 'object']
+    return not [base for base in owner.bases if last(base) != 'object']
 
 
 def _values_of_a_type(one: Program) -> Iterator[str]:
@@ -199,17 +195,17 @@ def _values_of_a_type(one: Program) -> Iterator[str]:
 def _returned_type(one: Program) -> Iterator[str]:
     """``return TeleportAbsoluteResponse``, which is the type."""
     for node in one.nodes:
-        name = _last(node.value) if isinstance(node, ast.Return) else ''
+        name = last(node.value) if isinstance(node, ast.Return) else ''
         if name.endswith('Response') and name[0].isupper():
             yield f'the function of a service must return a response, and not its type: `return {name}()`'
 
 
 def _handler_without_return(one: Program) -> Iterator[str]:
     """The function of a service that returns nothing."""
-    handlers = {_last(call.args[2]) for call in _calls(one.nodes, 'Service') if len(call.args) > 2}
-    handlers |= {_last(key.value) for call in _calls(one.nodes, 'Service') for key in call.keywords
+    handlers = {last(call.args[2]) for call in calls(one.nodes, 'Service') if len(call.args) > 2}
+    handlers |= {last(key.value) for call in calls(one.nodes, 'Service') for key in call.keywords
                  if key.arg == 'handler'}
-    for function in _functions(one):
+    for function in functions(one):
         if function.name in handlers and not any(isinstance(node, (ast.Return, ast.Yield, ast.Raise))
                                                  for node in ast.walk(function)):
             yield 'the function of a service must return a response: `return TeleportAbsoluteResponse()`'
@@ -222,16 +218,16 @@ def _after_spin(one: Program) -> Iterator[str]:
             if not isinstance(block, list):
                 continue
             spins = [number for number, part in enumerate(block) if isinstance(part, ast.Expr)
-                     and isinstance(part.value, ast.Call) and _dotted(part.value.func) == 'rospy.spin']
+                     and isinstance(part.value, ast.Call) and dotted(part.value.func) == 'rospy.spin']
             after = [inner for part in block[spins[0] + 1:] for inner in ast.walk(part)] if spins else []
-            if spins and any(_calls([inner for inner in after], *MAKES)) and not isinstance(node, ast.ClassDef):
+            if spins and any(calls([inner for inner in after], *MAKES)) and not isinstance(node, ast.ClassDef):
                 yield (f'rospy.spin() in line {block[spins[0]].lineno} returns only when the program ends: what stands '
                        'after it comes too late')
 
 
 def _no_publish(one: Program) -> Iterator[str]:
     """A publisher that publishes nothing."""
-    if any(_calls(one.nodes, 'Publisher')) and 'publish' not in one.read:
+    if any(calls(one.nodes, 'Publisher')) and 'publish' not in one.read:
         yield 'a publisher sends nothing by itself: call its publish(message)'
 
 
@@ -239,21 +235,21 @@ def _proxy_not_called(one: Program) -> Iterator[str]:
     """A ServiceProxy that is never called."""
     for node in one.nodes:
         if not isinstance(node, ast.Assign) or not any(node.value is call and len(call.args) <= 2
-                                                       for call in _calls(one.nodes, 'ServiceProxy')):
+                                                       for call in calls(one.nodes, 'ServiceProxy')):
             continue
-        name = _last(node.targets[0])
-        read = [other for other in one.nodes if isinstance(other, (ast.Name, ast.Attribute)) and _last(other) == name
+        name = last(node.targets[0])
+        read = [other for other in one.nodes if isinstance(other, (ast.Name, ast.Attribute)) and last(other) == name
                 and isinstance(other.ctx, ast.Load)]
-        waits = [other for other in one.nodes if isinstance(other, ast.Attribute) and _last(other.value) == name
+        waits = [other for other in one.nodes if isinstance(other, ast.Attribute) and last(other.value) == name
                  and other.attr in ('wait_for_service', 'close')]
         if name and len(read) <= len(waits):
-            made = _dotted(node.targets[0])
+            made = dotted(node.targets[0])
             yield f'{made} is made, but never called: `{made}(...)` calls the service'
 
 
 def _no_init_node(one: Program) -> Iterator[str]:
     """A program that uses rospy without init_node."""
-    if any(_calls(one.nodes, *MAKES)) and 'init_node' not in one.source and 'rospy' in one.read:
+    if any(calls(one.nodes, *MAKES)) and 'init_node' not in one.source and 'rospy' in one.read:
         yield 'call rospy.init_node before everything else of rospy'
 
 
@@ -274,7 +270,7 @@ def _local_variable(one: Program) -> Iterator[str]:
 def _forgotten_self(one: Program) -> Iterator[str]:
     """Methods that give a value to a name that is read as ``self.name`` elsewhere."""
     for owner, method in _methods(one):
-        own = {node.attr for node in ast.walk(owner) if isinstance(node, ast.Attribute) and _last(node.value) == 'self'
+        own = {node.attr for node in ast.walk(owner) if isinstance(node, ast.Attribute) and last(node.value) == 'self'
                and isinstance(node.ctx, ast.Load)}
         inside = [node for node in ast.walk(method) if isinstance(node, ast.Name)]
         read = {node.id for node in inside if isinstance(node.ctx, ast.Load)}
@@ -294,50 +290,17 @@ def _no_self(one: Program) -> Iterator[str]:
 
 def _waits_for_itself(one: Program) -> Iterator[str]:
     """A loop in a callback that waits for the message to change."""
-    callbacks = {_last(call.args[2]) for call in _calls(one.nodes, 'Subscriber') if len(call.args) > 2}
-    callbacks |= {_last(key.value) for call in _calls(one.nodes, 'Subscriber') for key in call.keywords
+    callbacks = {last(call.args[2]) for call in calls(one.nodes, 'Subscriber') if len(call.args) > 2}
+    callbacks |= {last(key.value) for call in calls(one.nodes, 'Subscriber') for key in call.keywords
                   if key.arg == 'callback'}
-    for function in _functions(one):
+    for function in functions(one):
         given = {argument.arg for argument in function.args.args} - {'self'}
         for node in ast.walk(function) if function.name in callbacks else ():
-            if isinstance(node, ast.While) and given & {_last(part) for part in ast.walk(node.test)} and not given & {
+            if isinstance(node, ast.While) and given & {last(part) for part in ast.walk(node.test)} and not given & {
                     part.id for part in ast.walk(node) if isinstance(part, ast.Name)
                     and isinstance(part.ctx, ast.Store)}:
                 yield (f'the loop in line {node.lineno} looks at the same message again and again: the next one comes '
                        f'with the next call of {function.name}, so write `if` instead of `while`')
-
-
-def suspected(one: Program) -> Iterator[str]:
-    """Yield advice on what may be a mistake where a vehicle does not move as it should."""
-    for node in one.nodes:
-        if isinstance(node, ast.AugAssign) and isinstance(node.op, (ast.Add, ast.Sub, ast.Mult)) and re.search(
-                r'\b(linear|angular)\.[xyz]$', _dotted(node.target)):
-            yield f'line {node.lineno} changes the velocity each time, so that it grows: set it by = instead of +='
-        if isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.FloorDiv):
-            yield f'// in line {node.lineno} rounds down to a whole number: / divides'
-    line = _without_a_pause(one)
-    if line is not None:
-        yield (f'the loop in line {line} sends its commands without a pause, and each one replaces the one before: '
-               'call rate.sleep() in it, or rospy.sleep for as long as a command should last')
-
-
-def _without_a_pause(one: Program) -> Optional[int]:
-    """Return the line of a loop that publishes and never waits, or None."""
-    own = {function.name: function for function in _functions(one)}
-
-    def called(node: ast.AST, seen: Set[str]) -> Set[str]:
-        found = {_last(call.func) for call in ast.walk(node) if isinstance(call, ast.Call)}
-        for name in found & set(own) - seen:
-            found |= called(own[name], seen | found)
-        return found
-    for node in one.nodes:
-        if isinstance(node, ast.While) or isinstance(node, ast.For) and (
-                isinstance(node.iter, (ast.List, ast.Tuple))
-                or isinstance(node.iter, ast.Call) and _last(node.iter.func) == 'range'):
-            names = called(node, set())
-            if 'publish' in names and not any(re.search('sleep|wait|spin|join|pause', name) for name in names):
-                return node.lineno
-    return None
 
 
 SURE: Tuple[Callable[[Program], Iterator[str]], ...] = (
@@ -354,28 +317,4 @@ def found(one: Program) -> List[str]:
 def never_spins(one: Program) -> bool:
     """Return whether nothing keeps a program alive that waits for callbacks."""
     loops = any(isinstance(node, ast.While) for node in one.nodes)
-    return any(_calls(one.nodes, *WAITING)) and not loops and not any(_calls(one.nodes, 'spin'))
-
-
-def compares_exactly(one: Program) -> Optional[int]:
-    """Return the line in which a coordinate is compared by ``==`` or ``!=``, or None."""
-    values = {target.id for node in one.nodes if isinstance(node, ast.Assign) and _last(node.value) in POSITIONS
-              for target in node.targets if isinstance(target, ast.Name)}
-    for node in one.nodes:
-        if isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
-            sides: Dict[str, ast.expr] = {'left': node.left, 'right': node.comparators[0]}
-            known = [side for side in sides.values() if isinstance(side, ast.Constant)
-                     and not isinstance(side.value, (int, float))]
-            inner = [_last(part) for side in sides.values() for part in ast.walk(side)]
-            if not known and any(name in (*POSITIONS, *values) for name in inner):
-                return node.lineno
-    return None
-
-
-def degrees(one: Program) -> bool:
-    """Return whether an angle in degrees stands in a program, and nothing that makes radians of it."""
-    if CONVERTS.search(one.source):
-        return False
-    counted = {part for call in _calls(one.nodes, *NO_ANGLES) for part in ast.walk(call)}
-    return any(isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value in ANGLES
-               and node not in counted for node in one.nodes)
+    return any(calls(one.nodes, *WAITING)) and not loops and not any(calls(one.nodes, 'spin'))

@@ -9,7 +9,7 @@ import re
 import statistics
 from typing import Any, Callable, Container, Dict, Iterator, NamedTuple, Optional, Set
 
-from course_grader.rules import failures, output_mistakes, path_mistakes, scoring, source_mistakes
+from course_grader.rules import failures, output_mistakes, path_mistakes, scoring, source_mistakes, suspicions
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, SHORTCUTS, within
 from course_grader.rules.observation import Command, Observed
@@ -88,8 +88,9 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
         found = found or [*_unknown_failure(observed.trouble)]
     elif not found:  # else what was seen is only the effect of that
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
-        explained = {check for check, hints in by_check.items() if hints}
+        explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),
+                 *_waits(exercise, observed, lost),
                  *(hint for hints in by_check.values() for hint in hints), *_listed(exercise, seen, explained)]
     return decided._replace(hints=tuple(dict.fromkeys(found))[:MOST])
 
@@ -135,14 +136,7 @@ def _suspected(program: Optional[source_mistakes.Program], lost: Container[str])
     """What the source shows that may be a mistake, where a vehicle does not move as it should."""
     if program is None or not any(check in lost for check in MOTION):
         return
-    line = source_mistakes.compares_exactly(program)
-    if any(check in lost for check in POSITIONS):
-        if line is not None:
-            yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
-                   'abs(a - b) < 0.1')
-        if source_mistakes.degrees(program):
-            yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
-    yield from source_mistakes.suspected(program)
+    yield from suspicions.found(program, positions=any(check in lost for check in POSITIONS))
 
 
 def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
@@ -152,6 +146,12 @@ def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
             for value in (command.linear_x, command.linear_y, command.angular_z)):
         yield ('all velocities that it sends are 0: print what they are computed from; // and int() make a whole '
                'number, and a condition may never be true')
+
+
+def _waits(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
+    """Velocities that are sent once where the vehicle needs them again and again."""
+    if any(check in lost for check in MOTION):
+        yield from path_mistakes.stops_in_between(exercise, observed)
 
 
 def _opposite(observed: Observed) -> Iterator[str]:

@@ -1,0 +1,191 @@
+"""What the source of a Python program shows that may be a mistake, where a vehicle does not move as it should.
+
+Right programs of other kinds have the same: it counts only where a check of the motion has lost points. Without ROS.
+"""
+import ast
+import re
+from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
+
+from course_grader.rules.source_mistakes import Program, calls, dotted, functions, last
+
+POSITIONS = 'x', 'y', 'theta'
+ANGLES = 30, 45, 60, 90, 120, 135, 180, 225, 270, 360
+CONVERTS = re.compile(r'radians|deg2rad|/\s*180|180(\.0*)?\s*/|0\.0?17')  # degrees to radians
+NO_ANGLES = 'range', 'sleep', 'Rate', 'Duration', 'SetPen', 'set_pen', 'pen'
+SHOWS = re.compile(r'print|log(info|warn|err|debug|fatal)\w*|format|str|write')  # functions that show a number
+AXIS = re.compile(r'(?:.*_)?(?:d|delta|diff|error)?_?([xyz])(?:\d|_.*)?', re.IGNORECASE)  # x, dx, goal_x, x_error
+ANGLE = re.compile(r'(?:.*_)?(?:theta|yaw|heading|angle)\d?', re.IGNORECASE)
+WRAPS = re.compile(r'remainder|fmod|normali|wrap|shortest|sin$', re.IGNORECASE)  # functions that bring it to -pi to pi
+
+
+def _grows(one: Program) -> Iterator[str]:
+    """A velocity that is added to."""
+    for node in one.nodes:
+        if isinstance(node, ast.AugAssign) and isinstance(node.op, (ast.Add, ast.Sub, ast.Mult)) and re.search(
+                r'\b(linear|angular)\.[xyz]$', dotted(node.target)):
+            yield f'line {node.lineno} changes the velocity each time, so that it grows: set it by = instead of +='
+
+
+def _rounds_down(one: Program) -> Iterator[str]:
+    """A division whose result is a whole number."""
+    for node in one.nodes:
+        if isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.FloorDiv):
+            yield f'// in line {node.lineno} rounds down to a whole number: / divides'
+
+
+def _no_pause(one: Program) -> Iterator[str]:
+    """A loop that publishes as fast as it can."""
+    line = _without_a_pause(one)
+    if line is not None:
+        yield (f'the loop in line {line} sends its commands without a pause, and each one replaces the one before: '
+               'call rate.sleep() in it, or rospy.sleep for as long as a command should last')
+
+
+def _without_a_pause(one: Program) -> Optional[int]:
+    """Return the line of a loop that publishes and never waits, or None."""
+    own = {function.name: function for function in functions(one)}
+
+    def called(node: ast.AST, seen: Set[str]) -> Set[str]:
+        found = {last(call.func) for call in ast.walk(node) if isinstance(call, ast.Call)}
+        for name in found & set(own) - seen:
+            found |= called(own[name], seen | found)
+        return found
+    for node in one.nodes:
+        if isinstance(node, ast.While) or isinstance(node, ast.For) and (
+                isinstance(node.iter, (ast.List, ast.Tuple))
+                or isinstance(node.iter, ast.Call) and last(node.iter.func) == 'range'):
+            names = called(node, set())
+            if 'publish' in names and not any(re.search('sleep|wait|spin|join|pause', name) for name in names):
+                return node.lineno
+    return None
+
+
+def _in_degrees(one: Program) -> Iterator[str]:
+    """An angle that is made degrees, and not only to be shown."""
+    shown = {part for node in one.nodes if isinstance(node, ast.JoinedStr) or isinstance(node, ast.Call)
+             and SHOWS.fullmatch(last(node.func)) for part in ast.walk(node)}
+    for call in calls(one.nodes, 'degrees', 'rad2deg'):
+        if call not in shown and not CONVERTS.search(one.source):
+            yield (f'{last(call.func)} in line {call.lineno} makes degrees of an angle: those of ROS are in radians, '
+                   'and turn speeds in rad/s')
+
+
+def _swapped_atan2(one: Program) -> Iterator[str]:
+    """``atan2(dx, dy)``."""
+    for call in calls(one.nodes, 'atan2', 'arctan2'):
+        if [_axis(argument) for argument in call.args] == ['x', 'y']:
+            yield f'atan2 in line {call.lineno} takes y first: math.atan2(dy, dx) is the direction to a point'
+
+
+def _axis(node: ast.AST) -> str:
+    """Return x, y or z where all names of an expression that belong to an axis belong to this one, else ''.
+
+    What functions such as sin return is not on an axis.
+    """
+    if any(isinstance(part, ast.Call) for part in ast.walk(node)):
+        return ''
+    found = [AXIS.fullmatch(last(part)) for part in ast.walk(node) if isinstance(part, (ast.Name, ast.Attribute))]
+    axes = {match[1].lower() for match in found if match}
+    return axes.pop() if len(axes) == 1 else ''
+
+
+def _part_of_a_quaternion(one: Program) -> Iterator[str]:
+    """``orientation.z`` as an angle."""
+    parts = [node for node in one.nodes if isinstance(node, ast.Attribute) and last(node.value) == 'orientation'
+             and isinstance(node.ctx, ast.Load)]
+    half = {part for call in calls(one.nodes, 'asin', 'arcsin', 'acos', 'arccos', 'atan2', 'arctan2')
+            for part in ast.walk(call)}
+    if {part.attr for part in parts} in ({'z'}, {'w'}) and not half & set(parts):
+        yield (f'orientation.{parts[0].attr} in line {parts[0].lineno} is a part of a quaternion, and no angle: yaw '
+               'is euler_from_quaternion([q.x, q.y, q.z, q.w])[2] of tf.transformations')
+
+
+def _unwrapped(one: Program) -> Iterator[str]:
+    """Sums and differences of headings that are never brought back to -pi to pi."""
+    wraps = any(
+        isinstance(node, ast.Call) and WRAPS.search(last(node.func))
+        or isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod) and not isinstance(
+            node.left, (ast.Constant, ast.JoinedStr))
+        or isinstance(node, ast.Compare) and any(
+            last(part) == 'pi' or isinstance(part, ast.Constant) and str(part.value).startswith('3.14')
+            for part in ast.walk(node))
+        for node in one.nodes)
+    for node in one.nodes:
+        if not wraps and isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)) and any(
+                ANGLE.fullmatch(last(side)) for side in (node.left, node.right)):
+            yield (f'line {node.lineno} computes with a heading, which jumps from pi to -pi: bring the difference d of '
+                   'two headings to this range by math.atan2(math.sin(d), math.cos(d))')
+            return
+
+
+def _read_once(one: Program) -> Iterator[str]:
+    """A message that is received before a loop, used in it, and never received again."""
+    loops = [node for node in one.nodes if isinstance(node, (ast.While, ast.For))]
+    inside = {part for loop in loops for part in ast.walk(loop)}
+    again = {ast.dump(call.args[0]) for call in calls(one.nodes, 'Subscriber', 'wait_for_message')
+             if call.args and (call in inside or last(call.func) == 'Subscriber')}
+    for node in one.nodes:
+        if (isinstance(node, ast.Assign) and node not in inside and isinstance(node.value, ast.Call)
+                and last(node.value.func) == 'wait_for_message' and node.value.args
+                and ast.dump(node.value.args[0]) not in again):
+            name = last(node.targets[0])
+            if any(last(part) == name for loop in loops if isinstance(loop, ast.While) for part in ast.walk(loop)):
+                yield (f'{name} in line {node.lineno} is read only once, and stays the same from then on: read it '
+                       'again inside of the loop, or use a Subscriber')
+
+
+def _another_topic_of_a_bag(one: Program) -> Iterator[str]:
+    """A bag that is read by names that were not written."""
+    def texts(nodes: List[ast.AST]) -> Set[str]:
+        return {part.value for node in nodes for part in ast.walk(node) if isinstance(part, ast.Constant)
+                and isinstance(part.value, str) and part.value}
+    written = texts([call.args[0] for call in calls(one.nodes, 'write') if len(call.args) > 1])
+    read = texts([part for call in calls(one.nodes, 'read_messages')
+                  for part in (*call.args, *(key.value for key in call.keywords if key.arg == 'topics'))])
+    if written and read and not written & read:
+        yield (f'the topic {min(read)} is read from the bag, but {min(written)} is what was recorded: read the same '
+               'name')
+
+
+KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
+    _grows, _rounds_down, _in_degrees, _swapped_atan2, _part_of_a_quaternion, _another_topic_of_a_bag, _read_once,
+    _no_pause)
+
+
+def found(one: Program, positions: bool) -> List[str]:
+    """Return advice, the likeliest causes first; ``positions``: whether the vehicle has to be somewhere."""
+    return [*(_of_positions(one) if positions else ()), *(hint for kind in KINDS for hint in kind(one)),
+            *(_unwrapped(one) if positions else ())]
+
+
+def _of_positions(one: Program) -> Iterator[str]:
+    line = compares_exactly(one)
+    if line is not None:
+        yield (f'line {line} compares a position by == or !=, but it never is exactly that number: use < or >=, or '
+               'abs(a - b) < 0.1')
+    if degrees(one):
+        yield 'angles are in radians: write math.radians(90), or math.pi / 2, for 90 degrees'
+
+
+def compares_exactly(one: Program) -> Optional[int]:
+    """Return the line in which a coordinate is compared by ``==`` or ``!=``, or None."""
+    values = {target.id for node in one.nodes if isinstance(node, ast.Assign) and last(node.value) in POSITIONS
+              for target in node.targets if isinstance(target, ast.Name)}
+    for node in one.nodes:
+        if isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
+            sides: Dict[str, ast.expr] = {'left': node.left, 'right': node.comparators[0]}
+            known = [side for side in sides.values() if isinstance(side, ast.Constant)
+                     and not isinstance(side.value, (int, float))]
+            inner = [last(part) for side in sides.values() for part in ast.walk(side)]
+            if not known and any(name in (*POSITIONS, *values) for name in inner):
+                return node.lineno
+    return None
+
+
+def degrees(one: Program) -> bool:
+    """Return whether an angle in degrees stands in a program, and nothing that makes radians of it."""
+    if CONVERTS.search(one.source):
+        return False
+    counted = {part for call in calls(one.nodes, *NO_ANGLES) for part in ast.walk(call)}
+    return any(isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value in ANGLES
+               and node not in counted for node in one.nodes)

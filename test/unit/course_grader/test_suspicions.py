@@ -1,0 +1,72 @@
+"""course_grader.rules.suspicions: what may be a mistake where a vehicle does not move as it should."""
+import pathlib
+
+import pytest
+
+from course_grader.rules import source_mistakes, suspicions
+
+SAMPLES = pathlib.Path(__file__).resolve().parents[3] / 'test' / 'data' / 'submissions'
+LOOP = 'while not rospy.is_shutdown():\n    rate.sleep()\n'
+
+
+def found(text, positions=True):
+    """Return the advice on a program."""
+    return suspicions.found(source_mistakes.program(text), positions)
+
+
+@pytest.mark.parametrize('wrong, right, advice', [
+    ('twist.linear.x += 0.1\n', 'twist.linear.x = v + 0.1\n', 'so that it grows'),
+    ('speed = 1 // 2\n', 'speed = 1 / 2\n', 'a whole number'),
+    ('twist.angular.z = math.degrees(math.atan2(y, x))\n', "print('%.1f' % math.degrees(yaw))\n"
+     "rospy.loginfo(f'{math.degrees(yaw)}')\n", 'line 1 makes degrees'),
+    ('a = math.atan2(dx, dy)\n', 'a = math.atan2(dy, dx)\n', 'takes y first'),
+    ('a = atan2(goal.x - pose.x, goal.y - pose.y)\n', 'a = atan2(goal.y - pose.y, goal.x - pose.x)\n', 'takes y first'),
+    ('a = np.arctan2(goal_x - x, y_error)\n', 'a = np.arctan2(p.x, p.z)\na = atan2(sin(x), cos(y))\n'
+     'a = math.atan2(x * x + y, y)\n', 'takes y first'),
+    ('yaw = odom.pose.pose.orientation.z\n', 'q = odom.pose.pose.orientation\nyaw = 2 * math.atan2(q.z, q.w)\n',
+     'part of a quaternion'),
+    ('yaw = orientation.w\n', 'yaw = 2 * math.asin(msg.pose.pose.orientation.z)\n', 'part of a quaternion'),
+    ('goal = pose.theta + math.pi / 2\n' + LOOP, 'goal = (pose.theta + math.pi) % (2 * math.pi)\n', 'from pi to -pi'),
+    ('turn = self.yaw - wanted\n', 'turn = self.yaw - wanted\nif turn > math.pi:\n    turn -= 6.28\n',
+     'from pi to -pi'),
+    ('turn = goal_angle - now\n', 'd = goal_angle - now\nd = math.atan2(math.sin(d), math.cos(d))\n', 'from pi to -pi'),
+    ("at = rospy.wait_for_message('/turtle1/pose', Pose)\nwhile True:\n    go(at.x)\n    rate.sleep()\n",
+     "while True:\n    at = rospy.wait_for_message('/turtle1/pose', Pose)\n    go(at.x)\n    rate.sleep()\n",
+     'at in line 1 is read only once'),
+    ("start = rospy.wait_for_message('/odom', Odometry)\nwhile far(start):\n    rate.sleep()\n",
+     "start = rospy.wait_for_message('/odom', Odometry)\nrospy.Subscriber('/odom', Odometry, seen)\n"
+     'while far(start):\n    rate.sleep()\n', 'read only once'),
+    ("bag.write('/turtle1/pose', pose)\nfor m in bag.read_messages(topics=['/turtle1/cmd_vel']):\n    pass\n",
+     "bag.write('/turtle1/pose', pose)\nfor m in bag.read_messages(topics=['/turtle1/pose']):\n    pass\n"
+     "file.write('x')\n", 'the topic /turtle1/cmd_vel is read from the bag, but /turtle1/pose'),
+    ('while True:\n    pub.publish(twist)\n', 'while True:\n    pub.publish(twist)\n    rate.sleep()\n',
+     'without a pause')])
+def test_suspicions(wrong, right, advice):
+    assert advice in '\n'.join(found(wrong))
+    assert found(right) == []
+
+
+def test_headings_and_comparisons_count_only_where_positions_do():
+    assert found('goal = pose.theta + 1.57\nif x == 10:\n    pass\n', positions=False) == []
+
+
+@pytest.mark.parametrize('path', sorted(set(SAMPLES.glob('*/right_*.py')) - set(
+    SAMPLES.glob('*/right_busy_loop.py'))), ids=lambda path: f'{path.parent.name}_{path.stem}')
+def test_right_programs_are_not_suspected(path):
+    assert found(path.read_text(encoding='utf-8')) == []
+
+
+@pytest.mark.parametrize('text, advice', [
+    ("if pose.x == 10:\n    pass\n", True), ("while x != goal.x:\n    pass\n", True),
+    ("if pose.x >= 10:\n    pass\n", False), ("if pose is None or x == None:\n    pass\n", False),
+    ("if name == 'x':\n    pass\n", False)])
+def test_exact_comparisons(text, advice):
+    assert bool(suspicions.compares_exactly(source_mistakes.program(text))) == advice
+
+
+@pytest.mark.parametrize('text, advice', [
+    ("twist.angular.z = 90\n", True), ("turn(pub, 120.0)\n", True), ("turn(math.radians(90))\n", False),
+    ("turn(90 * math.pi / 180)\n", False), ("for i in range(90):\n    pass\n", False), ("rospy.sleep(30)\n", False),
+    ("twist.angular.z = 0.9\n", False)])
+def test_degrees(text, advice):
+    assert suspicions.degrees(source_mistakes.program(text)) == advice
