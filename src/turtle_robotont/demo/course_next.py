@@ -129,12 +129,13 @@ def _apart(harness, poses):
 
 def shape_action(harness):
     harness.start('rosrun', 'turtle_actionlib', 'shape_server')
-    client = actionlib.SimpleActionClient('turtle_shape', ShapeAction)
+    client = actionlib.ActionClient('turtle_shape', ShapeAction)
     if not client.wait_for_server(rospy.Duration(STEP_TIMEOUT)):
         raise DemoError('there is no action turtle_shape')
-    client.send_goal_and_wait(ShapeGoal(EDGES, RADIUS), rospy.Duration(STEP_TIMEOUT))
+    goal = client.send_goal(ShapeGoal(EDGES, RADIUS))
+    harness.until(lambda: goal.get_comm_state() == actionlib.CommState.DONE, 'the goal does not end', STEP_TIMEOUT)
     harness.until_rest()
-    state, result = actionlib.GoalStatus.to_string(client.get_state()), client.get_result()
+    state, result = actionlib.GoalStatus.to_string(goal.get_goal_status()), goal.get_result()
     return [Measurement(f'the goal has {state}', state == 'SUCCEEDED'),
             near('interior angle', result.interior_angle if result else math.nan, math.pi / 3.0, 1e-3, 'rad'),
             at_most('gap at the end', track_metrics.closing_error(harness.seen.track), CLOSED, 'm')]

@@ -1,4 +1,5 @@
 """A class graded by stand-ins for the attempts, which crash, hang, hide children or find the disk full."""
+import concurrent.futures
 import csv
 import os
 import pathlib
@@ -10,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from course_grader.classes import grade_all
+from course_grader.classes import class_grader, grade_all
 from course_grader.isolation import levels
 
 # An attempt that does what the file it is to grade says
@@ -126,6 +127,25 @@ def test_ctrl_c_ends_everything_and_keeps_what_is_graded(tmp_path, sign):
     assert all(ended(int(path.read_text())) for path in pids)
     with open(output / 'scores.csv', encoding='utf-8', newline='') as file:
         assert [row[1] for row in csv.reader(file)] == ['x', '100', 'undecided', 'undecided']
+
+
+def test_what_was_graded_just_before_ctrl_c_counts(monkeypatch):
+    def submit(work, *_):
+        future = concurrent.futures.Future()
+        if work != 'runs':
+            future.set_result(work)
+        return future
+
+    def done(graded):
+        told.append(graded)
+        if len(told) == 1:
+            raise KeyboardInterrupt
+    told = []
+    monkeypatch.setattr(class_grader, '_submit', submit)
+    monkeypatch.setattr(class_grader, '_finished', lambda work, answer: answer())
+    with pytest.raises(KeyboardInterrupt):
+        class_grader.grade(['anna', 'ben', 'runs', 'carl'], concurrent.futures.ThreadPoolExecutor(1), None, done)
+    assert sorted(told) == ['anna', 'ben', 'carl']
 
 
 def test_results_of_an_earlier_time_do_not_remain(tmp_path):

@@ -74,18 +74,19 @@ def _check_shutdown():
 
 
 def run_goal(name, action, goal, patience=math.inf, feedback=None):
-    """Send a goal to the server of an action, wait for its end, and return the SimpleActionClient.
+    """Send a goal to the server of an action, wait for its end, and return the goal's ClientGoalHandle.
 
     It waits for the server as long as it takes, and for the result up to ``patience`` [s of wall time]; ``feedback``:
     a function that takes each one. Raises SystemExit if the server ends before the goal does, or if the patience is
     over; the goal is cancelled then, and also when this node is shut down.
     """
-    client, done = actionlib.SimpleActionClient(name, action), threading.Event()
+    client, done = actionlib.ActionClient(name, action), threading.Event()  # the simple one can miss an early end
     name = rospy.resolve_name(name)
     status = rospy.Subscriber(f'{name}/status', GoalStatusArray)
     _wait_for_server(client, name)
-    rospy.on_shutdown(lambda: done.is_set() or client.cancel_goal())
-    client.send_goal(goal, done_cb=lambda *_: done.set(), feedback_cb=feedback)
+    sent = client.send_goal(goal, lambda one: one.get_comm_state() == actionlib.CommState.DONE and done.set(),
+                            feedback and (lambda _, one: feedback(one)))
+    rospy.on_shutdown(lambda: done.is_set() or sent.cancel())
     begin = heard = time.monotonic()
     while not done.wait(POLL):
         _check_shutdown()
@@ -94,9 +95,9 @@ def run_goal(name, action, goal, patience=math.inf, feedback=None):
         if now - heard > GONE:
             raise SystemExit(f'The server of the action {name} has gone: there will be no result.')
         if now - begin > patience:
-            client.cancel_goal()
+            sent.cancel()
             raise SystemExit('Action did not finish before the time out.')
-    return client
+    return sent
 
 
 def _wait_for_server(client, name):
@@ -107,10 +108,10 @@ def _wait_for_server(client, name):
     rospy.loginfo('Action server started, sending goal.')
 
 
-def report(client):
-    """Log in which state a client's goal has ended, and why; raise SystemExit(1) if it has not succeeded."""
-    state = client.get_state()
-    text = client.get_goal_status_text()
+def report(sent):
+    """Log in which state the goal of a ClientGoalHandle has ended, and why; raise SystemExit(1) if not succeeded."""
+    state = sent.get_goal_status()
+    text = sent.get_goal_status_text()
     rospy.loginfo('Action finished: %s%s', actionlib.GoalStatus.to_string(state), f' ({text})' if text else '')
     if state != actionlib.GoalStatus.SUCCEEDED:
         raise SystemExit(1)

@@ -47,7 +47,7 @@ def pause(server):
 
 
 def ask(order, patience=None, feedback=None):
-    """Send a goal to the server and return the client once it has ended."""
+    """Send a goal to the server and return its ClientGoalHandle once it has ended."""
     options = {} if patience is None else {'patience': patience}
     return actions.run_goal(ACTION, FibonacciAction, FibonacciGoal(order), feedback=feedback, **options)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# expected: failed: the cancelled goal is ACTIVE
+# expected: failed: the cancelled goal is PREEMPTING
 import actionlib
 import rospy
 from actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult

@@ -28,7 +28,6 @@ TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_fre
 ANSWER_TIME = 5.0  # [s] in which a service must answer
 GOAL_TIME, CANCEL_AFTER, CANCEL_TIME = 10.0, 1.0, 2.0  # [s] for a result; until a goal is cancelled; for its end
 LONG_ORDER = 40  # of the goal that is cancelled
-UNFINISHED = GoalStatus.PENDING, GoalStatus.ACTIVE
 POLL = 0.05  # [s]
 ROBOT = '/robotont_gazebo'  # the simulator
 TRUTH = f'{ROBOT}/ground_truth'  # 30 Hz
@@ -109,24 +108,24 @@ class Stimuli:
 
     def _goals(self, values, orders):
         rospy.sleep(max(0.0, values['after'] - self._now()))
-        client = actionlib.SimpleActionClient(values['action'], FibonacciAction)
+        client = actionlib.ActionClient(values['action'], FibonacciAction)  # the simple one can miss an early end
         if not client.wait_for_server(rospy.Duration(ANSWER_TIME)):
             return  # never offered: there is no Goal
         for order, cancelled in (*((order, False) for order in orders), (LONG_ORDER, True)):
             start, feedback = self._now(), []
-            client.send_goal(FibonacciGoal(order), feedback_cb=feedback.append)
-            self._wait_for_result(client, CANCEL_AFTER if cancelled else GOAL_TIME)
+            goal = client.send_goal(FibonacciGoal(order), feedback_cb=lambda _, one, seen=feedback: seen.append(one))
+            self._wait_for_result(goal, CANCEL_AFTER if cancelled else GOAL_TIME)
             if cancelled:
-                client.cancel_goal()
-                self._wait_for_result(client, CANCEL_TIME)
-            result = client.get_result()
+                goal.cancel()
+                self._wait_for_result(goal, CANCEL_TIME)
+            result = goal.get_result()
             self._observed.goals.append(Goal(
                 start + self._observed.start, values['action'], order, cancelled,
-                GoalStatus.to_string(client.get_state()), len(feedback), tuple(result.sequence) if result else ()))
+                GoalStatus.to_string(goal.get_goal_status()), len(feedback), tuple(result.sequence) if result else ()))
 
-    def _wait_for_result(self, client, longest):
+    def _wait_for_result(self, goal, longest):
         end = self._now() + longest
-        while self._now() < end and client.get_state() in UNFINISHED:
+        while self._now() < end and goal.get_comm_state() != actionlib.CommState.DONE:
             rospy.sleep(POLL)
 
     def _markers(self, values, shows):

@@ -83,6 +83,10 @@ def grade(works: Sequence[Work], executor: concurrent.futures.Executor, task: Ca
                 pending[_submit(work, executor, task, pack)] = work
             for future in concurrent.futures.as_completed(list(pending)):
                 done(_finished(pending.pop(future), future.result))
+        except KeyboardInterrupt:
+            for future in [one for one in pending if one.done()]:  # just now: these count, too
+                done(_finished(pending.pop(future), future.result))
+            raise
         finally:
             stop()
             for future in pending:
