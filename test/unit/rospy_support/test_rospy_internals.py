@@ -1,11 +1,15 @@
 """rospy_support.rospy_internals: whether the rospy that is installed has what that module uses."""
+import socket
 import threading
 import time
+import types
 
 import pytest
 import rospy
 import rospy.impl.tcpros_base
+import rospy.impl.tcpros_pubsub
 import rospy.rostime
+from rospy.topics import _PublisherImpl, _TopicImpl
 from std_msgs.msg import String
 
 from rospy_support import rospy_internals
@@ -56,6 +60,78 @@ def test_the_caller_of_a_message():
     assert rospy_internals.caller(message) == ''
     message._connection_header = {'callerid': '/talker'}
     assert rospy_internals.caller(message) == '/talker'
+
+
+class Connections:
+    """A topic of rospy whose connections are told apart, and transports on sockets for it."""
+
+    def __init__(self, monkeypatch):
+        for method in ('_remove_connection', 'check'):
+            monkeypatch.setattr(_TopicImpl, method, getattr(_TopicImpl, method))  # restored after the test
+        rospy_internals.tell_connections_apart()
+        self.topic = _PublisherImpl('/chatter', String)
+        self.peers, self.transports = [], []
+
+    def transport(self):
+        """Return a transport of a subscriber that is always called the same."""
+        own, peer = socket.socketpair()
+        self.peers.append(peer)
+        protocol = rospy.impl.tcpros_pubsub.TCPROSPub('/chatter', String)
+        transport = rospy.impl.tcpros_base.TCPROSTransport(protocol, '/chatter')
+        transport.set_socket(own, '/listener')
+        self.transports.append(transport)
+        return transport
+
+    def successor(self, old):
+        """Return a transport whose file descriptor has the number of an ended one."""
+        self.peers.pop().close()  # of the old one; the two lowest numbers are free
+        new = self.transport()
+        while new.fileno() != old.fileno():
+            new = self.transport()
+        return new
+
+
+@pytest.fixture
+def connections(monkeypatch):
+    """Connections, which are closed after the test."""
+    made = Connections(monkeypatch)
+    yield made
+    for transport in made.transports:
+        transport.close()
+
+
+@pytest.mark.parametrize('queue_size', [None, 1])
+def test_a_subscriber_that_returns_at_once_keeps_its_new_connection(connections, queue_size):
+    """The old one is still being removed when the new one has got the number of its file descriptor."""
+    topic = connections.topic
+    topic.set_queue_size(queue_size)
+    old = connections.transport()
+    topic.add_connection(old)
+    ended, old.cleanup_cb = old.cleanup_cb, None  # the thread that closes it has not come that far
+    old.close()
+    new = connections.successor(old)
+    topic.add_connection(new)
+    ended(old)
+    assert topic.get_num_connections() == 1 and topic.connections[0].socket is new.socket
+    topic.check()
+    assert topic.has_connections()
+    connections.peers[-1].close()
+    topic.check()  # still watches the new one
+    assert not topic.has_connections() and new.socket is None
+
+
+def test_no_connection_comes_while_broken_ones_are_sought(connections, monkeypatch):
+    """A new one could have the number of one that was found."""
+    topic, taken = connections.topic, []
+
+    def seek():
+        thread = threading.Thread(target=lambda: taken.append(topic.c_lock.acquire(blocking=False)))
+        thread.start()
+        thread.join(DEADLINE)
+        return ()
+    monkeypatch.setattr(topic, 'connection_poll', types.SimpleNamespace(error_iter=seek))
+    topic.check()
+    assert taken == [False]
 
 
 class Connecting:

@@ -46,6 +46,7 @@ from rospy.impl.registration import (
     get_topic_manager,
 )
 from rospy.impl.statistics import SubscriberStatisticsLogger
+from rospy.topics import _TopicImpl
 
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # true: messages on /rosout do not list the node's topics
@@ -87,6 +88,8 @@ FUNCTIONS = {  # functions that this module calls or replaces: names of their pa
     'rospy.topics._TopicManager.get_publisher_impl': ('self', 'resolved_name'),
     'rospy.topics._TopicManager.get_subscriber_impl': ('self', 'resolved_name'),
     'rospy.topics._TopicImpl.has_connections': ('self',),
+    'rospy.topics._TopicImpl._remove_connection': ('self', 'connections', 'c'),
+    'rospy.topics._TopicImpl.check': ('self',),
     'rospy.topics._PublisherImpl.set_queue_size': ('self', 'queue_size'),
     'rospy.service.ServiceManager.get_services': ('self',),
     'rospy.service.ServiceManager.get_service': ('self', 'resolved_service_name'),
@@ -111,13 +114,14 @@ FUNCTIONS = {  # functions that this module calls or replaces: names of their pa
 }
 ATTRIBUTES = {  # classes: attributes that their constructors set
     'rospy.topics.Topic': ('impl',),
-    'rospy.topics._TopicImpl': ('connection_poll', 'connections'),
+    'rospy.topics._TopicImpl': ('connection_poll', 'connections', 'c_lock'),
     'rospy.topics._TopicManager': ('lock', 'pubs', 'subs'),
     'rospy.topics.Poller': ('poller',),
     'rospy.impl.registration.RegistrationListeners': ('listeners',),
     'rospy.impl.tcpros_base.TCPROSTransport': ('socket', 'endpoint_id', 'header', 'read_buff'),
     'rospy.impl.tcpros_base.TCPServer': ('server_sock', 'inbound_handler', 'is_shutdown'),
     'rospy.impl.tcpros_base.TCPROSServer': ('topic_connection_handler',),
+    'rospy.impl.tcpros_pubsub.QueuedConnection': ('_connection',),
     'rospy.impl.tcpros_service.ServiceImpl': ('handler', 'seq', 'protocol'),
     'rospy.service._Service': ('resolved_name', 'service_class', 'request_class', 'response_class'),
 }
@@ -415,6 +419,34 @@ class _Publishers:
         return xmlrpcapi(uri, cache)
 
 
+def tell_connections_apart():
+    """Let the topics of this process remove a connection, not what now has its file descriptor's number.
+
+    rospy compares these numbers, and the system gives each one again at once. So a subscriber that came back while its
+    old connection was being removed (rospy.wait_for_message in a loop) lost the new one, too, and waited for ever.
+    """
+    _TopicImpl._remove_connection = _remove_connection
+    _TopicImpl.check = functools.partialmethod(_locked, _TopicImpl.check)
+
+
+def _remove_connection(self, connections, connection):
+    """Replace _TopicImpl._remove_connection: close a connection, and remove it or its queue from a list."""
+    with contextlib.suppress(Exception):
+        connection.close()
+    connections[:] = [kept for kept in connections
+                      if kept is not connection and getattr(kept, '_connection', None) is not connection]
+    number = connection.fileno()
+    if number is not None and all(kept.fileno() != number for kept in connections):
+        with contextlib.suppress(Exception):  # the system has removed it if its number was in no use in between
+            self.connection_poll.remove_fd(number)
+
+
+def _locked(self, check):
+    """Replace _TopicImpl.check, which looks for broken connections before it takes the lock."""
+    with self.c_lock:
+        check(self)
+
+
 class _Limited:
     """Wraps a socket; raises ROSHandshakeException after ``left`` bytes."""
 
@@ -605,19 +637,19 @@ class _ConnectionPoll:
     def __init__(self):
         self._lock = threading.Lock()  # two threads cannot use select.poll at the same time
         self._poll = select.poll()
-        self._files = 0
+        self._files = set()
 
     def add_fd(self, file):
         """Watch a connection."""
         with self._lock:
             self._poll.register(file, 0)  # POLLHUP and POLLERR are always reported
-            self._files += 1
+            self._files.add(file)
 
     def remove_fd(self, file):
         """Stop watching a connection; raise KeyError if it was not watched."""
         with self._lock:
             self._poll.unregister(file)
-            self._files -= 1
+            self._files.remove(file)
 
     def error_iter(self):
         """Return the broken connections."""

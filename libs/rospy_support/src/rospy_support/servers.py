@@ -52,6 +52,7 @@ def protect():
     rospy_internals.replace_tcpros_server(start, watch.close)
     rospy_internals.replace_slave_server(functools.partial(SlaveServer, watch))
     rospy_internals.limit_publishers(MOST_PUBLISHERS)
+    rospy_internals.tell_connections_apart()
     rospy_internals.limit_lengths(HEADER_LIMIT, SIZE_LIMIT, functools.partial(report, 'refused'))
 
 
