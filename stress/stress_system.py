@@ -24,6 +24,7 @@ DISK = 400  # [kB]
 AT_THE_WALL = 3.0  # [s] of a turtle that logs
 LINES = Target('at_most', 500)  # warnings of the wall in AT_THE_WALL are 190; 3,710 were seen on a full disk
 STOPPED = 3.0  # [s]
+STARTING = 0.1  # [s] from a node's first registration to its last, and a little more
 END = 20.0  # [s] until a node that was asked has ended
 DRIVING = ('velocity_publisher', 'stop_at_x', 'drive_shape', 'teleport_tour', 'drive_shape_robot', 'draw_square',
            'ar_control')
@@ -152,11 +153,7 @@ def surroundings(subject, scale, _rng):
 
 
 def _lives(subject, key, name, **options):
-    with contextlib.ExitStack() as stack:
-        needed = [kind.key for kind in node_kinds.in_order([key])[:-1]]
-        if needed:
-            stack.enter_context(running(subject, *needed))
-        node = stack.enter_context(started(subject, node_kinds.BY_KEY[key], **options))
+    with _needed(subject, key), started(subject, node_kinds.BY_KEY[key], **options) as node:
         try:
             node.await_registered()
         except Exception as error:  # noqa: BLE001 (whatever keeps it from coming up is a node lost)
@@ -198,6 +195,30 @@ def asked_to_end(subject, scale, _rng):
                 found['end_registered'].append(int(any(node.registered())))
                 _forget(node)
     return found
+
+
+def asked_while_starting(subject, scale, rng):
+    """SIGINT or SIGTERM to a node that has begun to register: exit code, and whether it is unregistered."""
+    found = {'start_code': [], 'start_registered': []}
+    for key in keys_of(subject, scale.small):
+        with _needed(subject, key):
+            for _ in range(scale.count(25, 4)):
+                with started(subject, node_kinds.BY_KEY[key]) as node:
+                    until(lambda node=node: any(node.registered()), f'{key} registers', poll=0.002)
+                    time.sleep(rng.uniform(0.0, STARTING))
+                    os.kill(node.child.pid, rng.choice((signal.SIGINT, signal.SIGTERM)))
+                    found['start_code'].append(int(_exit_code(node.child) != 0))
+                    found['start_registered'].append(int(any(node.registered())))
+                    _forget(node)
+    return found
+
+
+@contextlib.contextmanager
+def _needed(subject, key):
+    """Run what a kind of node needs, if anything."""
+    needed = [kind.key for kind in node_kinds.in_order([key])[:-1]]
+    with running(subject, *needed) if needed else contextlib.nullcontext():
+        yield
 
 
 def _forget(node):
@@ -269,6 +290,7 @@ ATTACKS = {
     'surroundings': Attack(surroundings, 'closed stdout, unwritable HOME'),
     'sigstop': Attack(stop_and_go, 'SIGSTOP and SIGCONT'),
     'asked': Attack(asked_to_end, 'SIGINT and SIGTERM'),
+    'starts': Attack(asked_while_starting, 'SIGINT and SIGTERM during the start'),
     'ends': Attack(ends, '200 ends of driving nodes', peer=False),
 }
 FIGURES = (
@@ -283,6 +305,9 @@ FIGURES = (
     *losses('sigstop', 'SIGSTOP and SIGCONT'),
     Figure('SIGINT and SIGTERM: not exit code 0', 'end_code', '', sum, NOTHING),
     Figure('SIGINT and SIGTERM: still registered', 'end_registered', '', sum, NOTHING),
+    Figure('SIGINT and SIGTERM during the start', 'start_code', '', len),
+    Figure('SIGINT and SIGTERM during the start: not exit code 0', 'start_code', '', sum, NOTHING),
+    Figure('SIGINT and SIGTERM during the start: still registered', 'start_registered', '', sum, NOTHING),
     Figure('SIGINT and SIGTERM: ended after', 'end_time', 's', median, Target('below', 2.0)),
     Figure('ends of driving nodes', 'driving_ends', '', sum),
     Figure('ends of driving nodes: with a traceback', 'driving_traceback', '', sum, NOTHING),

@@ -46,7 +46,7 @@ def tell(text):
     print(text, file=sys.stderr, flush=True)
 
 
-def until(condition, what, deadline=COME_UP):
+def until(condition, what, deadline=COME_UP, poll=POLL):
     """Poll until ``condition()`` is true and return its value; raise BenchError after ``deadline`` [s]."""
     end = time.monotonic() + deadline
     while True:
@@ -58,7 +58,7 @@ def until(condition, what, deadline=COME_UP):
             return value
         if time.monotonic() > end:
             raise BenchError(f'not within {deadline:g} s: {what}')
-        time.sleep(POLL)
+        time.sleep(poll)
 
 
 class Node:

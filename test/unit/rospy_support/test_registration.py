@@ -26,6 +26,7 @@ class Master:
 
     def __init__(self):
         self.parameters, self.services, self.calls, self.looked = {}, {SIGN: SIGN_URI}, [], 0
+        self.listed, self.uri = ([], [], []), URI  # names (published, subscribed, services) of the node, where it is
         self.failures = {}  # method -> how many of its next calls fail
         self.port, self._server = 0, None
         self.start()
@@ -57,6 +58,11 @@ class Master:
             return (1, '', self.services[arguments[0]]) if arguments[0] in self.services else (-1, 'unknown', '')
         if method == 'hasParam':
             return 1, '', arguments[0] in self.parameters
+        if method == 'lookupNode':
+            return (1, '', self.uri) if any(self.listed) else (-1, 'unknown node', '')
+        if method == 'getSystemState':
+            return 1, '', [[[name, [NODE, '/other']] for name in kind] + [['/foreign', ['/other']]]
+                           for kind in self.listed]
         if method == 'getParam':
             return (1, '', self.parameters[arguments[0]]) if arguments[0] in self.parameters else (-1, 'not set', 0)
         self.calls.append((method, *arguments))
@@ -309,3 +315,41 @@ def test_the_end_of_a_node_without_parameters_does_not_ask_the_master(master, wa
     registration.keep_registered({}, 1000.0)
     watch.shutdown()
     assert (master.calls, master.looked) == ([], 0)
+
+
+def test_what_was_registered_during_the_shutdown_is_unregistered(master):
+    registration.unregister_rest()
+    assert master.calls == []
+    master.listed = ['/t/pose'], ['/t/cmd_vel'], [SIGN]
+    registration.unregister_rest()
+    assert master.calls == [('unregisterPublisher', '/t/pose', URI), ('unregisterSubscriber', '/t/cmd_vel', URI),
+                            ('unregisterService', SIGN, SIGN_URI)]
+
+
+def test_a_newer_node_of_the_same_name_is_not_unregistered(master):
+    master.listed, master.uri = (['/t/pose'], [], []), 'http://localhost:4712/'
+    registration.unregister_rest()
+    assert master.calls == []
+
+
+def test_a_node_that_ends_without_a_master_does_not_look_for_it(master):
+    master.stop()
+    registration.unregister_rest()
+    master.start()
+
+
+def test_threads_may_call_the_master_at_once_during_the_shutdown(master, monkeypatch):
+    monkeypatch.setattr(rospy.core, '_xmlrpc_cache', {})
+    rospy_internals.limit_calls_of_master(DEADLINE)
+    proxy = rospy.core.xmlrpcapi(rosgraph.get_master_uri())
+    answered = []
+
+    def call():
+        for _ in range(50):
+            answered.append(proxy.lookupService(NODE, SIGN))
+    threads = [threading.Thread(target=call) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(DEADLINE)
+    assert answered == 200 * [[1, '', SIGN_URI]]

@@ -92,6 +92,7 @@ def run(main):
     _catch_signals()
     code = outcome(main)
     shut_down('the node is done').join(LONGEST_END)
+    registration.unregister_rest()
     _leave(code)
 
 

@@ -23,6 +23,7 @@ from rospy_support.master import TIMEOUT, Master, NoMaster
 PERIOD = 1.0  # [s] between two checks of the master
 SIGN = '~get_loggers'  # a node is registered if the master knows this service
 LAST_CALL = 2.0  # [s] in which the master must answer a node that ends
+REST = 1.0  # [s] the same when the node has shut down
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 _hooks = []  # called after each repeated registration
@@ -46,6 +47,25 @@ def keep_registered(parameters=(), period=PERIOD):
     thread = threading.Thread(target=watch.run, args=(period,), name='keep_registered', daemon=True)
     thread.start()
     return thread
+
+
+def unregister_rest():
+    """Unregister what the master still lists of this node; call it last.
+
+    A node that is stopped while it starts goes on to register until it notices, and rospy unregisters only once.
+    """
+    with contextlib.suppress(*TROUBLES):
+        name, uri, master = rospy.get_name(), rospy.get_node_uri(), Master(REST)
+        (_, _, known), = master.request([('lookupNode', name)])
+        if not uri or known != uri:  # nothing is left, or a newer node has this name
+            return
+        (_, _, state), = master.request([('getSystemState',)])
+        published, subscribed, served = ([each for each, nodes in kind if name in nodes] for kind in state)
+        addresses = master.request([('lookupService', service) for service in served])
+        master.request([
+            *(('unregisterPublisher', topic, uri) for topic in published),
+            *(('unregisterSubscriber', topic, uri) for topic in subscribed),
+            *(('unregisterService', service, address) for service, (_, _, address) in zip(served, addresses))])
 
 
 def values_of(calls):

@@ -526,7 +526,8 @@ class _LimitedTransport(xmlrpc.client.Transport):
 
     def request(self, host, *arguments, **options):
         try:
-            return super().request(host, *arguments, **options)
+            with contextlib.closing(_LimitedTransport(self._limit)) as own:  # another thread may be calling, too
+                return xmlrpc.client.Transport.request(own, host, *arguments, **options)
         except OSError as error:
             raise xmlrpc.client.ProtocolError(host, 0, str(error), {}) from None
 
