@@ -1,4 +1,5 @@
 """course_grader.attempt.static_analysis: what a command starts, and which programs look at the wall clock."""
+import os
 import shutil
 import sys
 
@@ -71,6 +72,67 @@ def test_shell_scripts_are_read(package, tmp_path, text, wall):
     script.write_text('#!/bin/bash\n' + text)
     for command in ([str(script)], ['bash', str(script)], ['bash', '-c', text]):
         assert static_analysis.looks_at_the_wall_clock(command) == wall
+
+
+CHAIN = 2000  # more than Python's recursion limit
+
+
+def _chain_of_modules(folder):
+    for number in range(CHAIN):
+        (folder / f'm{number}.py').write_text(f'import m{number + 1}\n')
+    return ['python3', str(folder / 'm0.py')]
+
+
+def _chain_of_scripts(folder):
+    for number in range(CHAIN):
+        (folder / f's{number}').write_text(f'bash {folder}/s{number + 1}\n')
+    return ['bash', str(folder / 's0')]
+
+
+def _chain_of_launch_files(folder):
+    for number in range(CHAIN):
+        (folder / f'l{number}').write_text(f'<launch><include file="{folder}/l{number + 1}"/></launch>')
+    return ['roslaunch', str(folder / 'l0')]
+
+
+def _file(name, text):
+    def written(folder):
+        (folder / name).write_bytes(text.replace('{}', str(folder)).encode())
+        return {'py': ['python3'], 'launch': ['roslaunch']}.get(name.partition('.')[2], ['bash']) + [f'{folder}/{name}']
+    return written
+
+
+def _pipe(folder):
+    os.mkfifo(folder / 'pipe.py')
+    return ['python3', str(folder / 'pipe.py')]
+
+
+def _endless(folder):
+    (folder / 'endless.py').symlink_to('/dev/zero')
+    return ['python3', str(folder / 'endless.py')]
+
+
+def _long(folder):
+    with open(folder / 'long.py', 'wb') as file:
+        file.truncate(10 ** 12)
+    return ['python3', str(folder / 'long.py')]
+
+
+@pytest.mark.parametrize('write', [
+    _chain_of_modules, _chain_of_scripts, _chain_of_launch_files, _pipe, _endless, _long,
+    _file('itself', 'bash {}/itself\n'), _file('zero', 'bash a\0b {}/a\0b.py\n'), _file('deep.py', 't' + '.a' * CHAIN),
+    _file('zero.py', 'python_script = "a\\0b"\n'), _file('number.py', 'python_script = 0\n'),
+    _file('name.py', f'import {"a" * 300}, {"a." * 5000}a\n'),
+    _file('unknown.launch', '<?xml version="1.0" encoding="none"?><launch/>'),
+    _file('empty.launch', ''), _file('lines', ''.join(f'rosrun nowhere {n}\n' for n in range(50_000))),
+    _file('nodes.launch', '<launch>' + '<node pkg="no" type="no" name="no"/>' * 20_000 + '</launch>'),
+], ids=lambda write: write.__name__)
+def test_no_file_of_a_student_ends_the_grader(package, tmp_path, write):
+    package('')
+    command = write(tmp_path)
+    assert static_analysis.looks_at_the_wall_clock(command) == static_analysis.compiled(command) == ''
+    assert static_analysis.simulators(command) == []
+    assert len(static_analysis.source(command)) <= 2 ** 20
 
 
 def test_catkins_relays_lead_to_the_program(package, tmp_path):

@@ -48,6 +48,14 @@ def test_other_names_are_not_suspected(connection):
     assert not any('did you mean' in hint for hint in hints('publish_circle', connections=[connection]))
 
 
+@pytest.mark.parametrize('source', [
+    't' + '.a' * 2000 + '.linear.x += 1\n',
+    'm = wait_for_message(t' + '.a' * 2000 + ', P)\nwhile True:\n    print(m)\n',
+    'while True:\n    publish(a)\n' * 50_000])
+def test_a_source_that_cannot_be_searched_costs_no_verdict(source):
+    assert hints('publish_circle', lambda turtle: circle(turtle, angular=0.3), source) is not None
+
+
 def test_names_in_the_source_are_compared_with_the_task_first():
     source = "call = rospy.ServiceProxy('/turtle1/teleport', Teleport)  # of turtlesim/Teleport\n"
     assert hints('square_by_teleport', source=source)[0] == (

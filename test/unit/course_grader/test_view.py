@@ -75,5 +75,12 @@ def test_another_user_gets_a_copy_of_the_library_that_keeps_sockets_local(tmp_pa
     assert after['LD_PRELOAD'] == f'{tmp_path}/files{library}:libother.so'
 
 
+def test_another_user_gets_a_folder_for_temporary_files_that_it_can_reach(tmp_path, monkeypatch):
+    tmp_path.chmod(0o700)
+    for folder, expected in ((tmp_path, '/tmp'), (tmp_path / 'inside', '/tmp'), ('/var/tmp', '/var/tmp')):
+        monkeypatch.setattr(view.tempfile, 'tempdir', str(folder))
+        assert view.temporary() == expected
+
+
 def test_parents_are_the_highest_first_without_those_of_the_system():
     assert view.parents(['/a/b/c', '/a/b/c/d', '/usr/share/x', '/tmp/y/z']) == ['/a', '/a/b', '/tmp/y']

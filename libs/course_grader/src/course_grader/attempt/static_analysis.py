@@ -4,7 +4,6 @@ Simulated time may pass faster only if the program follows it. rospy.sleep, Rate
 for here do not. Python programs are searched with their own modules, launch files with the files that they include.
 """
 import ast
-import contextlib
 import os
 import pathlib
 import re
@@ -15,6 +14,8 @@ import xml.etree.ElementTree as ElementTree
 
 import roslib.packages
 import rospkg
+
+from course_grader.isolation.limits import LONGEST_PROGRAM
 
 WALL_CLOCK = re.compile(
     r'time\.(sleep|time|monotonic|perf_counter)(_ns)?|datetime(\.datetime)?\.(now|utcnow|today)|threading\.Timer|'
@@ -27,33 +28,40 @@ EXECUTABLE_PYTHON = re.compile(rb'#!\s*/usr/bin/(env\s+)?python3\n')
 COMPILED = re.compile(rb'\x7fELF')
 SIMULATORS = {('turtlesim', 'turtlesim_node'), ('robotont_gazebo', 'robotont_gazebo')}  # package, executable
 OWN = 'turtle_robotont'  # the package whose modules look at the wall clock for their timeouts alone
+MOST = 1000  # nodes, launch files, or lines of scripts that are looked at
+LONGEST_NAME = 1000  # characters of a module's, with its packages
+FIRST_LINE = 256  # [bytes] of it that Linux reads
 FOUND = re.compile(r'\$\((find|dirname)\s*([\w-]*)\)')
 
 
 def looks_at_the_wall_clock(command):
     """Return the wall-clock call in a program that ``command`` starts, also by rosrun or roslaunch; '' if none."""
-    tool = os.path.basename(command[0])
-    if tool in COMMANDS:
-        return tool
-    if tool in SHELLS:
-        return _first(_shell(part) if os.path.isfile(part) else _lines([part]) for part in command[1:])
-    read = set()
-    return _first(_shell(path) if _begins(path, SHELL) else _python(path, read) for path in _programs(command))
+    commands, read = [command], set()
+    for words in commands:
+        tool = os.path.basename(words[0])
+        if tool in COMMANDS:
+            return tool
+        for part in words[1:] if tool in SHELLS else _programs(words):
+            place = os.path.realpath(part)
+            if place not in read and (tool in SHELLS or _begins(place, SHELL)):
+                read.add(place)
+                lines = _lines(_text(place) if os.path.isfile(place) else part)
+                if found := next((word for line in lines for word in line if word in COMMANDS), ''):
+                    return found
+                commands += lines[:MOST - len(commands)]
+            elif found := _python(place, read):
+                return found
+    return ''
 
 
 def source(command):
     """Return the text of the Python programs that ``command`` starts, without their own modules."""
-    texts = []
-    for path in _programs(command):
-        if not _begins(path, SHELL):
-            with contextlib.suppress(OSError), open(path, encoding='utf-8', errors='replace') as file:
-                texts.append(file.read())
-    return '\n'.join(texts)
+    return '\n'.join(_text(path) for path in _programs(command) if not _begins(path, SHELL))
 
 
 def compiled(command):
     """Return the name of a compiled executable that ``command`` starts, which cannot be searched; '' if none."""
-    found = [path for node in _started(command) for path in _find(*node)]
+    found = _installed(command)
     own = [command[0]] if os.path.isabs(command[0]) and command[0] != sys.executable else []
     return next((os.path.basename(path) for path in own + found if _begins(path, COMPILED)), '')
 
@@ -74,11 +82,6 @@ def resolved(command):
     return [found[0], *arguments] if below.count(b'\n') <= 1 else command
 
 
-def _first(texts):
-    """Return the first of some texts that is not empty, or ''."""
-    return next(filter(None, texts), '')
-
-
 def simulators(command):
     """Return the simulators, as [package/executable], that a rosrun or roslaunch line starts."""
     return [f'{package}/{name}' for package, name in _started(command) if (package, name) in SIMULATORS]
@@ -86,9 +89,14 @@ def simulators(command):
 
 def _programs(command):
     """Return the paths of the Python programs and shell scripts that a command starts, as far as they can be found."""
-    found = [path for node in _started(command) for path in _find(*node)]
+    found = _installed(command)
     scripts = [part for part in command if part.endswith('.py') or os.path.isfile(part) and _begins(part, SHELL)]
     return scripts + [path for path in found if _begins(path, re.compile(b'.*python')) or _begins(path, SHELL)]
+
+
+def _installed(command):
+    """Return the paths of what rosrun or roslaunch starts."""
+    return [path for node in _started(command)[:MOST] for path in _find(*node)]
 
 
 def _started(command):
@@ -96,7 +104,7 @@ def _started(command):
     tool, values = os.path.basename(command[0]), [part for part in command[1:] if not part.startswith('-')]
     if tool == 'rosrun' and len(values) > 1:
         return [tuple(values[:2])]
-    return [node for path in _launch_files(values) for node in _nodes(path, set())] if tool == 'roslaunch' else []
+    return _nodes(_launch_files(values)) if tool == 'roslaunch' else []
 
 
 def _launch_files(values):
@@ -110,82 +118,93 @@ def _launch_files(values):
     return paths
 
 
-def _nodes(path, seen):
-    """Return [(package, executable)] of a launch file and those that it includes."""
-    try:
-        elements = [] if path in seen else list(ElementTree.parse(path).iter())
-    except (OSError, ElementTree.ParseError):
-        return []  # roslaunch will say what is wrong with it
-    seen.add(path)
-    found = [(element.get('pkg', ''), element.get('type', '')) for element in elements if element.tag == 'node']
-    for element in elements:
-        if element.tag == 'include':
-            found += _nodes(FOUND.sub(lambda match: _place(match, path), element.get('file', '')), seen)
+def _nodes(paths):
+    """Return [(package, executable)] of launch files and those that they include."""
+    found, seen, paths = [], set(), list(paths)
+    for path in paths:
+        if path in seen or len(seen) >= MOST:
+            continue
+        seen.add(path)
+        try:
+            elements = list(ElementTree.fromstring(_read(path)).iter())
+        except (ElementTree.ParseError, ValueError, LookupError):
+            continue  # roslaunch will say what is wrong with it
+        found += [(element.get('pkg', ''), element.get('type', '')) for element in elements if element.tag == 'node']
+        if len(paths) < MOST:
+            paths += [FOUND.sub(lambda match, there=path: _place(match, there), element.get('file', ''))
+                      for element in elements if element.tag == 'include']
     return found
 
 
 def _place(match, path):
     """Return the folder that $(find PACKAGE) or $(dirname) in a launch file means; '' when there is none."""
     try:
-        return rospkg.RosPack().get_path(match[2]) if match[1] == 'find' else os.path.dirname(os.path.abspath(path))
+        packages = rospkg.RosPack.get_instance()  # which knows them; finding them takes long
+        return packages.get_path(match[2]) if match[1] == 'find' else os.path.dirname(os.path.abspath(path))
     except rospkg.ResourceNotFound:
         return ''
 
 
 def _find(package='', name=''):
     try:
-        return roslib.packages.find_node(package, name) if package and name else []
+        return roslib.packages.find_node(package, name, rospkg.RosPack.get_instance()) if package and name else []
     except rospkg.ResourceNotFound:
         return []
 
 
+def _read(path, most=LONGEST_PROGRAM):
+    """Return the beginning of a file, at most ``most`` bytes; nothing of what is no file, or cannot be read."""
+    try:
+        if os.path.isfile(path):  # and no pipe or device, which has no end
+            with open(path, 'rb') as file:
+                return file.read(most)
+    except (OSError, ValueError):
+        pass  # whoever starts it will say what is wrong with it
+    return b''
+
+
+def _text(path):
+    return _read(path).decode('utf-8', 'replace').replace('\0', ' ')  # in no name of a file
+
+
 def _begins(path, pattern):
     """Return whether the first line of a file matches."""
-    try:
-        with open(path, 'rb') as file:
-            return bool(pattern.match(file.readline()))
-    except OSError:
-        return False
+    return bool(pattern.match(b''.join(_read(path, FIRST_LINE).partition(b'\n')[:2])))
 
 
-def _shell(path):
-    """Return the wall-clock command in a shell script."""
-    with open(path, encoding='utf-8', errors='replace') as file:
-        return _lines(file.read().splitlines())
-
-
-def _lines(lines):
-    """Return the wall-clock command in the lines of a shell script."""
-    for line in lines:
+def _lines(text):
+    """Return the lines of a shell script as lists of words."""
+    found = []
+    for line in text.splitlines():
         try:
-            words = shlex.split(line, comments=True)
+            found.append(shlex.split(line, comments=True))
         except ValueError:  # a quotation that ends on another line
-            words = line.split()
-        found = next((word for word in words if word in COMMANDS), '')
-        if found or (words and (found := looks_at_the_wall_clock(words))):
-            return found
-    return ''
+            found.append(line.split())
+    return [words for words in found if words]
 
 
 def _python(path, read):
-    """Return the wall-clock call in a Python program or in its own modules."""
-    path = os.path.realpath(path)
-    try:
-        with open(path, 'rb') as file:
-            tree = ast.parse(b'' if path in read else file.read())
-    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
-        return ''  # Python will say what is wrong with it
-    read.add(path)
-    names = _imported(tree)
-    for node in ast.walk(tree):
-        found = _dotted(node, names)
-        if WALL_CLOCK.fullmatch(found) or _waits(node):
-            return found or 'a wait with a time limit'
-    modules = [there for name in names.values() for there in _modules(name, path)]
-    relayed = [node.value.value for node in ast.walk(tree)  # catkin's devel space: the program that is meant
-               if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
-               and [getattr(target, 'id', '') for target in node.targets] == ['python_script']]
-    return _first(_python(there, read) for there in modules + relayed)
+    """Return the wall-clock call in a Python program or in its own modules, other than those in ``read``."""
+    paths = [path]
+    for path in paths:
+        if path in read:
+            continue
+        read.add(path)
+        try:
+            tree = ast.parse(_read(path))
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            continue  # Python will say what is wrong with it
+        names = _imported(tree)
+        for node in ast.walk(tree):
+            found = _dotted(node, names)
+            if WALL_CLOCK.fullmatch(found) or _waits(node):
+                return found or 'a wait with a time limit'
+        paths += [os.path.realpath(there) for name in names.values() for there in _modules(name, path)]
+        paths += [os.path.realpath(node.value.value) for node in ast.walk(tree)  # catkin's relay: the program it means
+                  if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
+                  and isinstance(node.value.value, str) and os.path.isfile(node.value.value)
+                  and [getattr(target, 'id', '') for target in node.targets] == ['python_script']]
+    return ''
 
 
 def _imported(tree):
@@ -225,9 +244,13 @@ def _waits(node):
 
 def _modules(name, path):
     """Return the files, beside a program or in its package's src, of a module (or of what is imported from it)."""
-    folders = list(pathlib.Path(path).parents)
-    roots = folders[:1] + [folder / 'src' for folder in folders if (folder / 'package.xml').is_file()][:1]
-    places = [root.joinpath(*name.split('.')[:length]) for root in roots for length in range(1, name.count('.') + 2)]
-    return [str(file) for place in places for file in (place.with_suffix('.py'), place / '__init__.py')
-            if file.is_file() and not any(folder.name == OWN and (folder / '__init__.py').exists()
-                                          for folder in file.parents)]
+    folders, found = list(pathlib.Path(path).parents), []
+    for root in folders[:1] + [folder / 'src' for folder in folders if (folder / 'package.xml').is_file()][:1]:
+        place = str(root)
+        for part in name.split('.') if len(name) < LONGEST_NAME else ():
+            place = os.path.join(place, part)
+            found += filter(os.path.isfile, (f'{place}.py', os.path.join(place, '__init__.py')))
+            if not os.path.isdir(place):
+                break
+    return [file for file in found if not any(folder.name == OWN and (folder / '__init__.py').exists()
+                                              for folder in pathlib.Path(file).parents)]

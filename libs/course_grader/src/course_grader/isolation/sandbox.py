@@ -88,7 +88,7 @@ class Sandbox:
         self._user = confinement.User() if needs_user else None
         self._program = os.path.join(self.folder, PROGRAM)
         if isolation.level == levels.UID:  # where its user can go
-            self._program = tempfile.mkdtemp(prefix='turtle_robotont_')
+            self._program = tempfile.mkdtemp(prefix='turtle_robotont_', dir=view.temporary())
             os.chmod(self._program, 0o711)
         self._started: List[Started] = []
         self._guardian = psutil.Process()  # until there is one
@@ -389,7 +389,7 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     if not os.access(program, os.R_OK):
         raise CommandError(f'{program} cannot be read; type: chmod +r {shlex.quote(program)}')
     with open(program, 'rb') as file:
-        source = file.read()
+        source = file.read(limits.LONGEST_PROGRAM + 1)
     if not program.endswith('.py') and not _is_python(source):
         if not os.access(program, os.X_OK):
             raise CommandError(f'{program} is not executable; type: chmod +x {shlex.quote(program)}')
@@ -397,6 +397,9 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
             raise CommandError(f'{program}: the first line ends with CR LF (Windows), so Linux does not find the '
                                f"interpreter; type: sed -i 's/\\r$//' {shlex.quote(program)}")
         return [program, *arguments], []
+    if len(source) > limits.LONGEST_PROGRAM:
+        raise CommandError(f'{program} has {os.path.getsize(program) / limits.MEGABYTE:.1f} MB; a Python program must '
+                           f'not have more than {limits.LONGEST_PROGRAM / limits.MEGABYTE:g} MB')
     return [sys.executable, program, *arguments], _remarks(program, source)
 
 

@@ -14,6 +14,7 @@ SYSTEM = ('/usr', '/bin', '/sbin', '/lib', '/lib32', '/lib64', '/libx32', '/opt/
 SETTINGS = ('alternatives', 'default/locale', 'fonts', 'group', 'host.conf', 'hosts', 'ld.so.cache', 'ld.so.conf',
             'ld.so.conf.d', 'locale.alias', 'localtime', 'magic', 'mime.types', 'nsswitch.conf', 'passwd', 'protocols',
             'python3', 'ros', 'services', 'timezone')  # below /etc
+SHARED = '/tmp', '/var/tmp'
 DEFINITIONS = 'msg', 'srv', 'action'  # folders of a package that students may read and import
 LIBRARIES = {'cv_bridge': ('cv_bridge', 'kinematic_core')}  # packages of modules that students import: what they need
 FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
@@ -117,6 +118,11 @@ def reachable(path: str, deep: bool = True) -> bool:
     return _allows(path, stat.S_IROTH) and all(
         _allows(os.path.join(parent, name), stat.S_IROTH)
         for parent, folders, names in os.walk(path if deep else '') for name in (*folders, *names))
+
+
+def temporary() -> Optional[str]:
+    """Return a folder for temporary files that every user can reach, as that of TMPDIR need not be, or None."""
+    return next((place for place in (tempfile.gettempdir(), *SHARED) if reachable(place, deep=False)), None)
 
 
 def _allows(path: str, right: int) -> bool:

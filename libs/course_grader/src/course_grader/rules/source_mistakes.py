@@ -8,6 +8,7 @@ NEED_PARENTHESES = 'publish', 'sleep', 'spin', 'is_shutdown', 'init_node', 'wait
 TAKE_A_FUNCTION = {'Subscriber': 2, 'Service': 2, 'Timer': 1, 'on_shutdown': 0}  # and where it stands
 WORKS = 'publish', 'init_node', 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'spin', 'sendTransform'
 MAKES = 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'Timer', 'publish'
+LONGEST = 20_000  # characters: what is searched for takes the square of the time
 WAITING = 'Subscriber', 'Service', 'Timer'
 
 TYPES = (  # pattern of a name, its type, and the module of that
@@ -28,7 +29,9 @@ class Program(NamedTuple):
 
 
 def program(source: str) -> Optional[Program]:
-    """Return the Program with a source, or None when Python cannot read it."""
+    """Return the Program with a source, or None when Python cannot read it, or it is too long to be searched."""
+    if len(source) > LONGEST:
+        return None
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError, RecursionError, MemoryError):

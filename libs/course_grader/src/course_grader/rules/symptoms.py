@@ -7,7 +7,7 @@ program that has crashed is told why, and a mistake that is sure stands alone: t
 import difflib
 import re
 import statistics
-from typing import Any, Callable, Container, Dict, Iterator, NamedTuple, Optional, Set
+from typing import Any, Callable, Container, Dict, Iterator, List, NamedTuple, Optional, Set
 
 from course_grader.rules import failures, output_mistakes, path_mistakes, scoring, source_mistakes, suspicions
 from course_grader.rules.exercise import Exercise
@@ -76,6 +76,14 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
     """Return a Verdict with its hints: none if nothing is missing, or undecided."""
     if decided.outcome == scoring.UNDECIDED or decided.score >= 100.0:
         return decided
+    try:
+        found = _found(exercise, observed, decided)
+    except RecursionError:  # the source is a tree too high to be walked, which costs nobody a verdict
+        found = []
+    return decided._replace(hints=tuple(dict.fromkeys(found))[:MOST])
+
+
+def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str]:
     lost = {reason.check: reason for reason in decided.reasons if reason.points < reason.of}
     texts = [line.text for line in observed.lines]
     said = '\n'.join([*decided.objections, *(call.trouble for call in observed.calls), *texts[:LINES], *texts[-LINES:]])
@@ -92,7 +100,7 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
         found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),
                  *_waits(exercise, observed, lost),
                  *(hint for hints in by_check.values() for hint in hints), *_listed(exercise, seen, explained)]
-    return decided._replace(hints=tuple(dict.fromkeys(found))[:MOST])
+    return found
 
 
 def _listed(exercise: Exercise, seen: Seen, explained: Set[str]) -> Iterator[str]:
