@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from course_grader.classes import class_grader, grade_all
+from course_grader.classes import class_grader, grade_all, graded, submissions
 from course_grader.isolation import levels
 
 # An attempt that does what the file it is to grade says
@@ -249,6 +249,22 @@ def test_a_format_is_printed_alone(tmp_path):
                           timeout=60, capture_output=True, check=False)
     assert done.stdout.decode() == (tmp_path / 'out' / 'grades.csv').read_text()
     assert b'ben x: failed' in done.stderr
+
+
+@pytest.mark.parametrize('make', [os.mkfifo, lambda path: os.symlink('/dev/zero', path)], ids=['pipe', 'endless'])
+def test_no_file_of_a_student_holds_up_the_class(tmp_path, make):
+    folder = a_class(tmp_path, {'anna': PASS, 'ben': PASS})
+    (folder / 'cleo').mkdir()
+    make(folder / 'cleo' / 'x.cmd')
+    make(folder / 'ben' / 'picture.png')
+    done = subprocess.run(command(tmp_path, str(folder), '--output', str(tmp_path / 'out')),
+                          timeout=60, capture_output=True, check=False)
+    rows = (tmp_path / 'out' / 'scores.csv').read_text().splitlines()
+    assert (done.returncode, rows[1:]) == (1, ['anna,100,100.0', 'ben,100,100.0', 'cleo,0,0.0'])
+    assert b'x.cmd: it is no file' in done.stdout + done.stderr
+    make(folder / 'anna' / 'y.py')
+    one = submissions.Submission('anna', 'y', (), str(folder / 'anna'), program=str(folder / 'anna' / 'y.py'))
+    assert list(graded.files_of(one, ())) == ['x.py']
 
 
 def test_a_reader_that_ends_early_changes_nothing(tmp_path):

@@ -31,7 +31,7 @@ from course_grader.attempt import forked, static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
-from course_grader.isolation import levels, network, sandbox, view
+from course_grader.isolation import levels, network, sandbox, student_files, view
 from course_grader.isolation.limits import CPU_ALLOWANCE
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
@@ -81,11 +81,13 @@ def run(job):
     try:
         command, remarks = sandbox.runnable(job.command)
         packages = job.packages or _package(command)
+        if packages:
+            student_files.check_packages(packages)
         job = job._replace(isolation=_isolation(job, command, packages))
         _set_environment(policy.environment(os.environ, packages))
         chosen = policy_of(command, job.real_time)
         command = static_analysis.resolved(command)
-    except sandbox.CommandError as error:
+    except (sandbox.CommandError, student_files.NoFile) as error:
         failed = scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)])
         return Attempted(symptoms.advise(job.exercise, Observed(), failed), Observed())
     attempt = Attempt(job, command, chosen, remarks)

@@ -15,7 +15,7 @@ import xml.etree.ElementTree as ElementTree
 import roslib.packages
 import rospkg
 
-from course_grader.isolation.limits import LONGEST_PROGRAM
+from course_grader.isolation.student_files import read
 
 WALL_CLOCK = re.compile(
     r'time\.(sleep|time|monotonic|perf_counter)(_ns)?|datetime(\.datetime)?\.(now|utcnow|today)|threading\.Timer|'
@@ -36,20 +36,20 @@ FOUND = re.compile(r'\$\((find|dirname)\s*([\w-]*)\)')
 
 def looks_at_the_wall_clock(command):
     """Return the wall-clock call in a program that ``command`` starts, also by rosrun or roslaunch; '' if none."""
-    commands, read = [command], set()
+    commands, seen = [command], set()
     for words in commands:
         tool = os.path.basename(words[0])
         if tool in COMMANDS:
             return tool
         for part in words[1:] if tool in SHELLS else _programs(words):
             place = os.path.realpath(part)
-            if place not in read and (tool in SHELLS or _begins(place, SHELL)):
-                read.add(place)
+            if place not in seen and (tool in SHELLS or _begins(place, SHELL)):
+                seen.add(place)
                 lines = _lines(_text(place) if os.path.isfile(place) else part)
                 if found := next((word for line in lines for word in line if word in COMMANDS), ''):
                     return found
                 commands += lines[:MOST - len(commands)]
-            elif found := _python(place, read):
+            elif found := _python(place, seen):
                 return found
     return ''
 
@@ -126,7 +126,7 @@ def _nodes(paths):
             continue
         seen.add(path)
         try:
-            elements = list(ElementTree.fromstring(_read(path)).iter())
+            elements = list(ElementTree.fromstring(read(path)).iter())
         except (ElementTree.ParseError, ValueError, LookupError):
             continue  # roslaunch will say what is wrong with it
         found += [(element.get('pkg', ''), element.get('type', '')) for element in elements if element.tag == 'node']
@@ -152,24 +152,13 @@ def _find(package='', name=''):
         return []
 
 
-def _read(path, most=LONGEST_PROGRAM):
-    """Return the beginning of a file, at most ``most`` bytes; nothing of what is no file, or cannot be read."""
-    try:
-        if os.path.isfile(path):  # and no pipe or device, which has no end
-            with open(path, 'rb') as file:
-                return file.read(most)
-    except (OSError, ValueError):
-        pass  # whoever starts it will say what is wrong with it
-    return b''
-
-
 def _text(path):
-    return _read(path).decode('utf-8', 'replace').replace('\0', ' ')  # in no name of a file
+    return read(path).decode('utf-8', 'replace').replace('\0', ' ')  # in no name of a file
 
 
 def _begins(path, pattern):
     """Return whether the first line of a file matches."""
-    return bool(pattern.match(b''.join(_read(path, FIRST_LINE).partition(b'\n')[:2])))
+    return bool(pattern.match(b''.join(read(path, FIRST_LINE).partition(b'\n')[:2])))
 
 
 def _lines(text):
@@ -183,15 +172,15 @@ def _lines(text):
     return [words for words in found if words]
 
 
-def _python(path, read):
-    """Return the wall-clock call in a Python program or in its own modules, other than those in ``read``."""
+def _python(path, seen):
+    """Return the wall-clock call in a Python program or in its own modules, other than those in ``seen``."""
     paths = [path]
     for path in paths:
-        if path in read:
+        if path in seen:
             continue
-        read.add(path)
+        seen.add(path)
         try:
-            tree = ast.parse(_read(path))
+            tree = ast.parse(read(path))
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             continue  # Python will say what is wrong with it
         names = _imported(tree)

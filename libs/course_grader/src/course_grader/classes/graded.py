@@ -13,12 +13,15 @@ from typing import Any, Container, Dict, Iterable, List, Mapping, NamedTuple, Tu
 
 import kinematic_core.files
 from course_grader.classes.submissions import Submission
+from course_grader.isolation import student_files
+from course_grader.isolation.limits import MEGABYTE
 from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason, Verdict
 from kinematic_core.files import write_whole
 
 RECORD, RESULT = 'submission.json', 'result.json'
 NOT_GRADED = 'it is not graded yet'
+HASHED = 64 * MEGABYTE  # [bytes] of a file in which a change counts
 SOURCES = [Path(__file__).parents[1], Path(kinematic_core.files.__file__).parent]  # of the grader and its worlds
 
 
@@ -118,10 +121,7 @@ def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]
     that lead out of the folder: see root_of().
     """
     root = root_of(submission)
-    try:
-        text = Path(submission.program).read_bytes()
-    except OSError:
-        text = b''
+    text = student_files.read(submission.program)
     files = {}
     for parent, folders, names in os.walk(root):
         folders[:] = sorted(name for name in folders if not name.startswith(('.', '__pycache__')))
@@ -155,8 +155,5 @@ def fingerprint_of(submission: Submission, files: Mapping[str, str], exercise: s
 def _digest(paths: Iterable[object]) -> str:
     digest = hashlib.sha256()
     for path in paths:
-        with contextlib.suppress(OSError), open(str(path), 'rb') as file:
-            digest.update(hashlib.file_digest(file, 'sha256').digest() if hasattr(hashlib, 'file_digest')
-                          else hashlib.sha256(file.read()).digest())
-        digest.update(b'|')
+        digest.update(hashlib.sha256(student_files.read(str(path), HASHED)).digest())
     return digest.hexdigest()

@@ -17,7 +17,7 @@ import re
 import shlex
 from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
-from course_grader.isolation import sandbox
+from course_grader.isolation import sandbox, student_files
 
 COMMAND = '.cmd'
 STARTERS = '.launch', COMMAND  # they say how others are started; the last one says most
@@ -129,8 +129,8 @@ def _command(path: str, folder: str) -> Tuple[str, ...]:
         return 'roslaunch', path
     if not path.endswith(COMMAND):
         return (path,)
-    with open(path, encoding='utf-8') as file:
-        lines = [line.strip() for line in file if line.strip() and not line.startswith('#')]
+    lines = [line.strip() for line in student_files.whole(path).decode().splitlines()
+             if line.strip() and not line.startswith('#')]
     if len(lines) != 1:
         raise ValueError(f'it contains {len(lines)} command lines; it must contain one')
     program, *arguments = shlex.split(lines[0])

@@ -9,7 +9,6 @@ import re
 from typing import Callable, Collection, Dict, List, NamedTuple, Sequence, Tuple
 
 MEGABYTE = 1 << 20
-LONGEST_PROGRAM = MEGABYTE  # [bytes] of a source that is looked at; those of the course have less than 20,000
 PERIOD = 0.5  # [s] of wall time between two looks of a Meter; lockstep takes a thread that works more often for busy
 OWN_COUNT = (5, 14)  # since this Linux the number of processes is counted in each user namespace of its own
 TICKS = os.sysconf('SC_CLK_TCK')  # a second

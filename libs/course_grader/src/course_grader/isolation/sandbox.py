@@ -21,7 +21,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Protocol, Seque
 
 import psutil
 
-from course_grader.isolation import confinement, levels, limits, view
+from course_grader.isolation import confinement, levels, limits, student_files, view
 from course_grader.isolation.confinement import NO_ISOLATION, Isolation
 from course_grader.rules.observation import OutputLine
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
@@ -384,12 +384,8 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     if not os.path.exists(program):
         return _by_name(program, arguments)
     program = os.path.abspath(program)
-    if os.path.isdir(program):
-        raise CommandError(f'{program} is a folder; name the program in it')
-    if not os.access(program, os.R_OK):
-        raise CommandError(f'{program} cannot be read; type: chmod +r {shlex.quote(program)}')
-    with open(program, 'rb') as file:
-        source = file.read(limits.LONGEST_PROGRAM + 1)
+    _check_file(program)
+    source = student_files.read(program)
     if not program.endswith('.py') and not _is_python(source):
         if not os.access(program, os.X_OK):
             raise CommandError(f'{program} is not executable; type: chmod +x {shlex.quote(program)}')
@@ -397,10 +393,20 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
             raise CommandError(f'{program}: the first line ends with CR LF (Windows), so Linux does not find the '
                                f"interpreter; type: sed -i 's/\\r$//' {shlex.quote(program)}")
         return [program, *arguments], []
-    if len(source) > limits.LONGEST_PROGRAM:
-        raise CommandError(f'{program} has {os.path.getsize(program) / limits.MEGABYTE:.1f} MB; a Python program must '
-                           f'not have more than {limits.LONGEST_PROGRAM / limits.MEGABYTE:g} MB')
-    return [sys.executable, program, *arguments], _remarks(program, source)
+    try:
+        return [sys.executable, program, *arguments], _remarks(program, student_files.whole(program))
+    except student_files.NoFile as error:
+        raise CommandError(f'{program}: {error}') from None
+
+
+def _check_file(program: str) -> None:
+    """Raise CommandError for what is no file that can be read."""
+    if os.path.isdir(program):
+        raise CommandError(f'{program} is a folder; name the program in it')
+    if not os.path.isfile(program):
+        raise CommandError(f'{program} is no file')
+    if not os.access(program, os.R_OK):
+        raise CommandError(f'{program} cannot be read; type: chmod +r {shlex.quote(program)}')
 
 
 def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
