@@ -13,3 +13,10 @@ DT = 1.0 / 120.0  # [s]
 ])
 def test_steps_for(seconds, steps):
     assert attempt.steps_for(seconds, DT) == steps
+
+
+@pytest.mark.parametrize('used, wall, expected', [
+    (0.5, 0.2, False), (1.0, 0.0, False), (26.0, 25.0, False), (50.0, 25.0, True), (8.0, 4.0, True)])
+def test_a_program_holds_the_simulation_up_by_more_than_one_core(used, wall, expected):
+    """And not by its imports, just before it is watched."""
+    assert attempt.hogs(used, wall) is expected

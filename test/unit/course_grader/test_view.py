@@ -57,6 +57,7 @@ def test_of_a_workspace_a_program_sees_definitions_alone(tmp_path):
 @pytest.mark.parametrize('mode, staged', [(0o644, False), (0o600, True)])
 def test_another_user_gets_copies_of_what_only_the_teacher_can_read(tmp_path, monkeypatch, mode, staged):
     program = write(tmp_path / 'anna' / 'a.py', 'x', mode)
+    os.mkfifo(tmp_path / 'anna' / 'pipe')  # cannot be copied
     monkeypatch.setattr(view, 'reachable', lambda path, deep=True: not os.stat(program).st_mode & 0o004 == 0)
     own = str(tmp_path / 'anna')
     command, surroundings = view.staged(['python3', program], {'ROS_PACKAGE_PATH': f'{own}:/usr/share'}, [(own, own)],

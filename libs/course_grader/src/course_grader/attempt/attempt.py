@@ -60,6 +60,7 @@ LONGEST_COMPLETION = 15.0  # [s] in which that should be
 AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
 HOG = 1.3  # cores that a program may use while the simulation cannot keep up; a busy loop takes one
+UNSEEN = 1.0  # [s] of processor time that may be from before: it is looked at now and then
 FLOODED = 0.5  # share of the time for which it gets a core that a thread of a simulator runs; by itself, a twentieth
 LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
 MASTER_LOG = 'master.txt'
@@ -132,6 +133,11 @@ def policy_of(command, real_time):
         raise sandbox.CommandError(f'the launch file starts its own simulator ({", ".join(own)}), but the '
                                    'grader has already started one: remove that node from the launch file')
     return policy.decide(static_analysis.looks_at_the_wall_clock(command), static_analysis.compiled(command), real_time)
+
+
+def hogs(used, wall):
+    """Return whether a program that used ``used`` [s] of processor time in ``wall`` [s] held the simulation up."""
+    return used > HOG * wall + UNSEEN
 
 
 def steps_for(seconds, dt):
@@ -305,7 +311,7 @@ class Attempt:
 
     def _watch(self, reader, student, simulator, stimuli, step):
         """Watch the run until the time is over, or the verdict can no longer change."""
-        watching, limit = ActiveTimer(), self.exercise.time + SLACK
+        watching, limit, used = ActiveTimer(), self.exercise.time + SLACK, student.cpu()
         before_all, stood = processes.thread_times(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
@@ -333,7 +339,7 @@ class Attempt:
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
-        self._note_hog(student.cpu(), watching.look() + watching.lost)
+        self._note_hog(student.cpu() - used, watching.look() + watching.lost)
 
     def _look(self, student):
         """Note names, if the master has told of any since the last look, and state."""
@@ -354,7 +360,7 @@ class Attempt:
 
     def _note_hog(self, used, wall):
         """Note whether a program held the simulation up: ``used`` [s] of processor time in ``wall`` [s]."""
-        if not self.observed.kept_up and used > HOG * wall:
+        if not self.observed.kept_up and hogs(used, wall):
             self.observed.trouble = (f'the program took {used:.0f} s of processor time in {wall:.0f} s, so that '
                                      'nothing was left for the simulation')
 

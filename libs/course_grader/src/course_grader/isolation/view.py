@@ -148,7 +148,7 @@ def staged(command: Sequence[str], surroundings: Mapping[str, str], places: Iter
             target = folder + place
             os.makedirs(os.path.dirname(target), exist_ok=True)
             if os.path.isdir(source):
-                shutil.copytree(source, target, symlinks=True, dirs_exist_ok=True)
+                shutil.copytree(source, target, symlinks=True, dirs_exist_ok=True, ignore=_no_files)
             else:
                 shutil.copyfile(source, target)
                 shutil.copymode(source, target)
@@ -164,6 +164,12 @@ def staged(command: Sequence[str], surroundings: Mapping[str, str], places: Iter
         return folder + text if os.path.exists(folder + text) and text.startswith(os.sep) else text
     return list(map(there, command)), {name: os.pathsep.join(map(there, value.split(os.pathsep)))
                                        for name, value in surroundings.items()}
+
+
+def _no_files(folder: str, names: List[str]) -> List[str]:
+    """Return the pipes, sockets and devices among the names in a folder, which cannot be copied."""
+    kinds = stat.S_ISREG, stat.S_ISDIR, stat.S_ISLNK
+    return [name for name in names if not any(kind(os.lstat(os.path.join(folder, name)).st_mode) for kind in kinds)]
 
 
 def _modules(folder: str) -> Iterator[str]:
