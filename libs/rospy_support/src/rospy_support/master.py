@@ -11,6 +11,7 @@ import rosgraph
 import rospy
 
 from rospy_support import rospy_internals
+from rospy_support.limited_transport import LimitedTransport
 
 TIMEOUT = 5.0  # [s] in which a request must be answered
 MOST_CALLS = 600  # per request, because the master answers no other request in the meantime
@@ -69,18 +70,10 @@ class Master:
             raise NoMaster(f'no ROS master answers at {rosgraph.get_master_uri()} ({error})') from None
 
 
-class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time limit; with ``unread`` it returns an empty list instead of the answers."""
+class _Transport(LimitedTransport):
+    """With ``unread`` it returns an empty list instead of the answers."""
 
-    def __init__(self, timeout):
-        super().__init__()
-        self._timeout = timeout
-        self.unread = False
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = self._timeout
-        return connection
+    unread = False
 
     def parse_response(self, response):
         if not self.unread:

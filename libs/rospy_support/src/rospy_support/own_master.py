@@ -5,6 +5,7 @@ import xmlrpc.client
 from typing import Callable, Iterator, List, NamedTuple, Optional
 
 from process_support.processes import BackgroundProcess, end_with_parent
+from rospy_support.limited_transport import LimitedTransport
 from rospy_support.ports import free_port
 
 ANSWER_DEADLINE = 20.0  # [s] in which a master must answer
@@ -39,7 +40,8 @@ def start_master(start: Callable[[List[str]], BackgroundProcess], port: Optional
         process, uri = start(['rosmaster', '--core', '-p', str(number)]), f'http://localhost:{number}'
         while time.monotonic() < deadline and process.runs() and TAKEN not in process.output():
             with contextlib.suppress(OSError, xmlrpc.client.Error):
-                if xmlrpc.client.ServerProxy(uri, _Transport()).getPid('/own_master')[2] == process.pid:
+                proxy = xmlrpc.client.ServerProxy(uri, LimitedTransport(ANSWER_TIME))
+                if proxy.getPid('/own_master')[2] == process.pid:
                     return OwnMaster(uri, process)
             time.sleep(POLL)
         said = process.last_line()
@@ -58,12 +60,3 @@ def own_master(log: str) -> Iterator[OwnMaster]:
         yield master
     finally:
         master.process.stop()
-
-
-class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time limit."""
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = ANSWER_TIME
-        return connection

@@ -48,6 +48,8 @@ from rospy.impl.registration import (
 from rospy.impl.statistics import SubscriberStatisticsLogger
 from rospy.topics import _TopicImpl
 
+from rospy_support.limited_transport import LimitedTransport
+
 CHECKED = '1.15', '1.16', '1.17'  # versions of rospy
 LOG_PARAMETER = '/rosout_disable_topics_generation'  # true: messages on /rosout do not list the node's topics
 ANY_TYPE = '*'  # instead of an md5sum: matches every type
@@ -509,25 +511,16 @@ def limit_calls_of_master(seconds):
     The shutdown then has a connection of its own, so that it does not wait for another thread's call of the master.
     """
     uri = rosgraph.get_master_uri()
-    rospy.core._xmlrpc_cache[uri] = xmlrpc.client.ServerProxy(uri, transport=_LimitedTransport(seconds))
+    rospy.core._xmlrpc_cache[uri] = xmlrpc.client.ServerProxy(uri, transport=_ShutdownTransport(seconds))
 
 
-class _LimitedTransport(xmlrpc.client.Transport):
-    """HTTP with a time limit [s]; raises ProtocolError for the OSErrors that rospy's shutdown does not handle."""
-
-    def __init__(self, limit):
-        super().__init__()
-        self._limit = limit
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = self._limit
-        return connection
+class _ShutdownTransport(LimitedTransport):
+    """A connection for each call; raises ProtocolError for the OSErrors that rospy's shutdown does not handle."""
 
     def request(self, host, *arguments, **options):
         try:
-            with contextlib.closing(_LimitedTransport(self._limit)) as own:  # another thread may be calling, too
-                return xmlrpc.client.Transport.request(own, host, *arguments, **options)
+            with contextlib.closing(LimitedTransport(self.limit)) as own:  # another thread may be calling, too
+                return own.request(host, *arguments, **options)
         except OSError as error:
             raise xmlrpc.client.ProtocolError(host, 0, str(error), {}) from None
 

@@ -16,6 +16,7 @@ from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from process_support import sockets
 from rospy_support import rospy_internals
+from rospy_support.limited_transport import LimitedTransport
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks
 GROWTH = 1.25  # of the next pause, up to LONGEST_PAUSE
@@ -231,15 +232,6 @@ def _nodes(registrations):
     return {node for kind in registrations or () for _, nodes in kind for node in nodes}
 
 
-class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time limit."""
-
-    def make_connection(self, host):
-        connection = super().make_connection(host)
-        connection.timeout = NODE_TIMEOUT
-        return connection
-
-
 def _pid(uri):
     """Return the process id of the node or master at ``uri``."""
     for left in reversed(range(TRIES)):
@@ -251,4 +243,4 @@ def _pid(uri):
 
 
 def _proxy(uri):
-    return xmlrpc.client.ServerProxy(uri, transport=_Transport())
+    return xmlrpc.client.ServerProxy(uri, transport=LimitedTransport(NODE_TIMEOUT))

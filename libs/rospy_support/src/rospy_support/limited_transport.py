@@ -1,0 +1,18 @@
+"""XML-RPC with a time limit, which xmlrpc.client does not have: a master or node that hangs would be waited for."""
+import http.client
+import xmlrpc.client
+from typing import Any
+
+
+class LimitedTransport(xmlrpc.client.Transport):
+    """HTTP in which connecting and each answer take at most ``limit`` [s]; one thread at a time uses it."""
+
+    def __init__(self, limit: float) -> None:
+        super().__init__()
+        self.limit = limit
+
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
+        """Return the connection that stays open, or a new one."""
+        connection = super().make_connection(host)
+        connection.timeout = self.limit
+        return connection
