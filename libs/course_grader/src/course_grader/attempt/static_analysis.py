@@ -43,7 +43,9 @@ def looks_at_the_wall_clock(command):
             return tool
         for part in words[1:] if tool in SHELLS else _programs(words):
             place = os.path.realpath(part)
-            if place not in seen and (tool in SHELLS or _begins(place, SHELL)):
+            if place in seen:
+                continue
+            if tool in SHELLS or _begins(place, SHELL):
                 seen.add(place)
                 lines = _lines(_text(place) if os.path.isfile(place) else part)
                 if found := next((word for line in lines for word in line if word in COMMANDS), ''):

@@ -168,8 +168,8 @@ def staged(command: Sequence[str], surroundings: Mapping[str, str], places: Iter
 
 def _no_files(folder: str, names: List[str]) -> List[str]:
     """Return the pipes, sockets and devices among the names in a folder, which cannot be copied."""
-    kinds = stat.S_ISREG, stat.S_ISDIR, stat.S_ISLNK
-    return [name for name in names if not any(kind(os.lstat(os.path.join(folder, name)).st_mode) for kind in kinds)]
+    copied = stat.S_IFREG, stat.S_IFDIR, stat.S_IFLNK
+    return [name for name in names if stat.S_IFMT(os.lstat(os.path.join(folder, name)).st_mode) not in copied]
 
 
 def _modules(folder: str) -> Iterator[str]:
