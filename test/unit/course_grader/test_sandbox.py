@@ -1,5 +1,6 @@
 """course_grader.isolation.sandbox: what a student's program may do, and that nothing of it remains."""
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -230,6 +231,14 @@ def test_what_cannot_run_is_named(tmp_path, monkeypatch, text, name, mode, said)
     with pytest.raises(sandbox.CommandError) as error:
         sandbox.runnable([name if text is None else f'{tmp_path}/{name}'])
     assert str(error.value).replace(f'{tmp_path}/', '').startswith(said)
+
+
+@pytest.mark.parametrize('argument, said', [
+    ('a\0b', 'the command contains the character NUL (its code is 0); remove it'),
+    ('ä' * 60_000, 'the command has 120,007 bytes; at most 100,000 can be started')])
+def test_a_command_that_linux_cannot_start_is_refused(argument, said):
+    with pytest.raises(sandbox.CommandError, match=re.escape(said)):
+        sandbox.runnable(['python3', argument])
 
 
 @pytest.mark.parametrize('command, started', [

@@ -64,6 +64,8 @@ def test_a_launch_file_wins_over_a_program_of_its_name(tmp_path):
     ({'stop_at_x.cmd': ''}, 'stop_at_x.cmd: it contains 0 command lines; it must contain one'),
     ({'stop_at_x.cmd': 'a\nb\n'}, 'stop_at_x.cmd: it contains 2 command lines'),
     ({'stop_at_x.cmd': 'rosrun "a'}, 'stop_at_x.cmd: No closing quotation'),
+    ({'stop_at_x.cmd': 'a b\0c'}, 'stop_at_x.cmd: the command contains the character NUL'),
+    ({'stop_at_x.cmd': 'a ' * 60_000}, 'stop_at_x.cmd: the command has 119,999 bytes; at most 100,000'),
 ])
 def test_what_is_wrong_with_one_spoils_no_other(tmp_path, files, said):
     folder = fill(tmp_path, {**{f'anna/{name}': text for name, text in files.items()}, 'ben/stop_at_x.py': ''})

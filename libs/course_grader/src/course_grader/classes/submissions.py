@@ -133,6 +133,7 @@ def _command(path: str, folder: str) -> Tuple[str, ...]:
              if line.strip() and not line.startswith('#')]
     if len(lines) != 1:
         raise ValueError(f'it contains {len(lines)} command lines; it must contain one')
+    sandbox.check_command(lines)
     program, *arguments = shlex.split(lines[0])
     beside = os.path.join(folder, program)
     return (beside if os.path.isfile(beside) else program, *sandbox.from_here(program, arguments, folder))

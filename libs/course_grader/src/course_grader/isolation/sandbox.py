@@ -35,6 +35,7 @@ FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp'}  # of 
 PROGRAM = 'program'  # folder of the program, where it has no file system of its own
 URGENT = -10  # nice value of the thread that looks at the limits
 CHUNK = 65536  # [bytes] read at once
+LONGEST_COMMAND = 100_000  # [bytes] with all its arguments; Linux takes 131,071 in one
 MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
 END_STAGES = processes.KILL  # what a program says or does when it is asked to end does not count
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
@@ -378,6 +379,7 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     """
     if not command:
         raise MissingProgram('the command is missing; type: ./run grade EXERCISE -- COMMAND')
+    check_command(command)
     program, *arguments = command
     if program.endswith('.launch') and os.path.isfile(program):
         program, arguments = 'roslaunch', list(command)
@@ -397,6 +399,15 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
         return [sys.executable, program, *arguments], _remarks(program, student_files.whole(program))
     except student_files.NoFile as error:
         raise CommandError(f'{program}: {error}') from None
+
+
+def check_command(command: Sequence[str]) -> None:
+    """Raise CommandError for what Linux could not start, whatever the program is."""
+    if any('\0' in part for part in command):
+        raise CommandError('the command contains the character NUL (its code is 0); remove it')
+    length = sum(map(len, map(os.fsencode, command)))
+    if length > LONGEST_COMMAND:
+        raise CommandError(f'the command has {length:,} bytes; at most {LONGEST_COMMAND:,} can be started')
 
 
 def _check_file(program: str) -> None:
