@@ -208,3 +208,9 @@ def test_output_that_cannot_be_written_is_named(tmp_path, monkeypatch, capsys):
 ])
 def test_a_simulator_is_flooded_when_it_runs_whenever_it_can(after, flooded):
     assert attempt._flooded({'1': (0.0, 0.0), '2': (0.0, 0.0)}, after, 10.0) is flooded
+
+
+@pytest.mark.parametrize('used, flooded', [(2.0, False), (4.0, True)])
+def test_threads_of_calls_that_have_ended_flood_a_simulator_too(used, flooded):
+    assert attempt._flooded({}, {'1': (1.5, 4.0), '2': (0.1, 9.0)}, 10.0, used) is flooded
+    assert attempt._flooded({}, {}, 10.0, used) is False  # the simulator has ended

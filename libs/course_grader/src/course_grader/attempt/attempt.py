@@ -61,7 +61,7 @@ AFTER_END = 2.5  # [s] of simulated time that are still observed when the progra
 ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
 HOG = 1.3  # cores that a program may use while the simulation cannot keep up; a busy loop takes one
 UNSEEN = 1.0  # [s] of processor time that may be from before: it is looked at now and then
-FLOODED = 0.5  # share of the time for which it gets a core that a thread of a simulator runs; by itself, a twentieth
+FLOODED = 0.5  # share of the time for which it gets a core that a simulator runs; by itself, a twentieth
 LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
 MASTER_LOG = 'master.txt'
 WORLD = 'world.yaml'
@@ -312,7 +312,7 @@ class Attempt:
     def _watch(self, reader, student, simulator, stimuli, step):
         """Watch the run until the time is over, or the verdict can no longer change."""
         watching, limit, used = ActiveTimer(), self.exercise.time + SLACK, student.cpu()
-        before_all, stood = processes.thread_times(simulator.pid), 0.0
+        before_all, before_used, stood = processes.thread_times(simulator.pid), _cpu_time(simulator.pid), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
             if self._policy.lockstep:
@@ -332,7 +332,8 @@ class Attempt:
                 if self._settled(stimuli):
                     break
         self._state.read()
-        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.look())
+        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.look(),
+                                _cpu_time(simulator.pid) - before_used)
         self.observed.timed_out = reader.now >= self.exercise.time
         if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands
                 or any(self.observed.turtles.values())):
@@ -445,11 +446,25 @@ class Attempt:
                     self.observed.connections.add((name, role))
 
 
-def _flooded(before, after, seconds):
-    """Return whether a thread was busy for most of the time for which it got a core, between two thread_times()."""
-    def spent(thread):
-        return (now - then for now, then in zip(after[thread], before.get(thread, (0.0, 0.0))))
-    return any(ran > FLOODED * (seconds - waited) for ran, waited in map(spent, after))
+def _flooded(before, after, seconds, used=0.0):
+    """Return whether a process was busy for most of the time for which it got a core, between two thread_times().
+
+    ``used`` [s]: its processor time, in which threads that have ended count, too. Each call of a service makes one.
+    """
+    spent = [[now - then for now, then in zip(times, before.get(thread, (0.0, 0.0)))]
+             for thread, times in after.items()]
+    if spent:
+        _, waited = max(spent)  # of its main thread, or of the busiest one
+        spent.append([used, waited])
+    return any(ran > FLOODED * (seconds - waited) for ran, waited in spent)
+
+
+def _cpu_time(pid):
+    """Return the processor time [s] of a process, 0 when it has ended."""
+    try:
+        return processes.cpu_time(pid)
+    except OSError:
+        return 0.0
 
 
 def _set_environment(environment):
