@@ -5,11 +5,13 @@ maps them to ideal pixels (camera.py). All functions work on a batch of M marker
 """
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass, fields, replace
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Bools, Floats, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
@@ -188,6 +190,7 @@ class Aligner:
         if inner is not None:
             self.fixed_weight *= g.reach > -inner
         self.share = self.fixed_weight / self.fixed_weight.sum()
+        self._line = g.line.astype(np.float32)
         self._noise_samples = np.flatnonzero(self.fixed_weight > 0)[::3]
         half = cells / 2
         self._reach_of_parameters = np.array([1, half, half, 1, half, half, half * half, half * half])
@@ -203,6 +206,9 @@ class Aligner:
         ``level`` (M,). Before the steps in ``redraw``, counted from 0, the drawings are computed again with the blur
         and perspective found so far.
         """
+        compiled = native.library_for(camera)
+        if compiled:
+            return self._run_compiled(*compiled, pyramid, h, black, blur, level, steps, redraw)
         cells = black.astype(np.float32)
         drawing = draw(self.grid, cells, covariance(h, blur * 4.0 ** level))
         values = pyramid.read(*self.grid.places(h, camera), level)
@@ -219,6 +225,29 @@ class Aligner:
                 part = self._step(state.take(unsettled), pyramid, camera, drawing.take(unsettled))
                 state.put(unsettled, part)
         return state
+
+    def _run_compiled(self, library: ctypes.CDLL, lens: Floats, pyramid: Pyramid, h: Floats, black: Bools, blur: Floats,
+                      level: Integers, steps: int, redraw: Sequence[int]) -> Alignment:
+        """Do the same as ``run`` with the compiled step of native/alignment.cpp."""
+        markers, cells = black.shape[:2]
+        h, blur = np.array(h, np.float64, order='C'), np.array(blur, np.float64)
+        level = np.ascontiguousarray(level, np.int64)
+        samples = np.empty((6, markers, len(self.grid.x)), np.float32)
+        numbers, normal = np.zeros((3, markers)), np.zeros((markers, PARAMETERS, PARAMETERS))
+        atlas, table = pyramid.memory
+        limits = np.array([
+            thresholds.FIRST_OUTLIER, thresholds.OUTLIER, thresholds.MIN_START_GAIN, *thresholds.GAIN_LIMITS,
+            thresholds.MAX_STEP, *thresholds.BLUR_STEP_LIMITS, *thresholds.BLUR_LIMITS, thresholds.MIN_OUTLIER_NOISE,
+            thresholds.MIN_OUTLIER_CONTRAST, thresholds.SETTLED, thresholds.STEPS_OF_ALL])
+        black, place = np.ascontiguousarray(black), native.address
+        library.alvar_align(
+            markers, *native.image(atlas), place(table), place(lens), cells,
+            self.grid.count, place(self._line), place(self.fixed_weight), place(NORMAL_STEP), place(limits), steps,
+            sum(1 << step for step in redraw), place(black), place(level), place(h), place(blur), place(samples),
+            place(numbers), place(normal))
+        values, template, model, gain, dark, weights = samples
+        contrast, noise, moved = numbers
+        return Alignment(h, blur, level, values, template, model, gain, dark, contrast, weights, noise, normal, moved)
 
     def _step(self, last: Alignment, pyramid: Pyramid, camera: Camera, drawing: Drawing) -> Alignment:
         values = pyramid.read(*self.grid.places(last.h, camera), last.level)

@@ -10,6 +10,7 @@ from typing import Sequence, Tuple
 import cv2
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Floats, Image, Integers
 from alvar_core.detection import homography, thresholds
 from alvar_core.detection.broken_outlines import straight_parts
@@ -132,6 +133,13 @@ def refined(smooth: Image, quads: Floats) -> Floats:
     """
     if not len(quads):
         return quads
+    if native.library:
+        out = np.array(quads, np.float64, order='C')
+        limits = np.array([thresholds.SIDE_REACH, thresholds.SIDE_NEARNESS, thresholds.MIN_SIDE_RISE,
+                           thresholds.SIDE_OUTLIERS])
+        kept = native.library.alvar_refine_sides(*native.image(smooth), native.address(limits), len(out),
+                                                 native.address(out))
+        return out[:kept]
     q = quads.astype(np.float32)
     side = q[:, NEXT] - q
     normal = side[..., ::-1] * np.array([1, -1], np.float32) / np.sqrt((side * side).sum(-1, keepdims=True))

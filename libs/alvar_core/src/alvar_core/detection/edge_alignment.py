@@ -6,12 +6,14 @@ disturbs is an outlier of the fit. Coordinates are in cells as in alignment.py.
 """
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
@@ -25,7 +27,8 @@ class EdgePoints:
     outward: Floats
 
     def __post_init__(self) -> None:
-        self.homogeneous: Floats = np.concatenate([self.middle, np.ones((len(self.middle), 1))], 1).T
+        self.homogeneous: Floats = np.ascontiguousarray(
+            np.concatenate([self.middle, np.ones((len(self.middle), 1))], 1).T)
         self.across: Floats = np.ascontiguousarray(self.outward.T)
         self.along: Floats = self.across[::-1] * [[1], [-1]]
 
@@ -106,6 +109,9 @@ class EdgeAligner:
         ``scale`` (m,): small changes of the first m parameters, the others stay; ``reach`` [px]: half the width that is
         read across an edge.
         """
+        compiled = native.library_for(camera)
+        if compiled and isinstance(model, Plane) and len(starts) == 1 and not starts.any():
+            return [_fit_compiled(*compiled, grey, model.h, points, scale, reach, steps)]
         theta = starts.astype(np.float64)
         count, free = len(theta), len(scale)
         seen_enough = np.ones(count, bool)
@@ -190,11 +196,11 @@ class Plane(Model):
     """Small changes (K, 8) of a homography (3, 3), applied before it (homography.small)."""
 
     def __init__(self, h: Floats) -> None:
-        self._h = h
+        self.h = h
 
     def edges(self, theta: Floats, points: EdgePoints) -> SeenEdges:
         """Return the SeenEdges with parameters ``theta`` (K, 8)."""
-        h = self._h @ homography.small(theta)
+        h = self.h @ homography.small(theta)
         p = h @ points.homogeneous
         w = p[:, 2:]
         at = p[:, :2] / w
@@ -202,10 +208,25 @@ class Plane(Model):
         direction = directions(along, outward)
         # of the derivative of a place by a small change, the part along the direction
         towards = np.concatenate([direction, -(direction * at).sum(1, keepdims=True)], 1) / w
-        by_x, by_y, by_w = (self._h.T @ towards).transpose(1, 0, 2)
+        by_x, by_y, by_w = (self.h.T @ towards).transpose(1, 0, 2)
         x, y, _ = points.homogeneous
         jacobian = np.stack([by_x, by_x * x, by_x * y, by_y, by_y * x, by_y * y, -by_w * x, -by_w * y], 1)
         return SeenEdges(at, direction, jacobian)
+
+
+def _fit_compiled(library: ctypes.CDLL, lens: Floats, grey: Image, h: Floats, points: EdgePoints, scale: Floats,
+                  reach: float, steps: int) -> EdgeFit | None:
+    """Do the same as EdgeAligner.fit of an unchanged Plane with the compiled step of native/edge_alignment.cpp."""
+    count, place = len(points.middle), native.address
+    theta, covariance, numbers = np.empty(8), np.empty((8, 8)), np.empty(2)
+    agrees, h = np.empty(count, bool), np.ascontiguousarray(h, np.float64)
+    limits = np.array([thresholds.MIN_LOCAL_CONTRAST, thresholds.MIN_LOCAL_STEP, thresholds.DARK_GREY,
+                       thresholds.EDGE_OUTLIER, thresholds.MIN_EDGE_OUTLIER, thresholds.EDGES_SETTLED])
+    seen = library.alvar_fit_edges(
+        *native.image(grey), place(lens), place(h), count, place(points.homogeneous), place(points.across),
+        place(scale), ctypes.c_double(reach), steps, place(limits), place(theta), place(covariance), place(numbers),
+        place(agrees))
+    return EdgeFit(theta, covariance, float(numbers[0]), agrees, float(numbers[1])) if seen else None
 
 
 def changed(h: Floats, theta: Floats) -> Floats:

@@ -6,12 +6,13 @@ of a column. Its contrast is (right - left) / (right + left), or that of lower a
 """
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from alvar_core import code
+from alvar_core import code, native
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.detection import thresholds
 from alvar_core.detection.reading import words_of_numbers
@@ -77,10 +78,17 @@ class LocalDecoder:
         place = middle[:, None] + np.array(self.ALONG)[:, None] * along[:, None]
         both = np.stack([place - self.ACROSS * across[:, None], place + self.ACROSS * across[:, None]])
         flat = both.reshape(-1, 2)
-        return np.concatenate([flat, np.ones((len(flat), 1))], 1).T.astype(np.float32)
+        return np.ascontiguousarray(np.concatenate([flat, np.ones((len(flat), 1))], 1).T, np.float32)
 
     def contrasts(self, smooth: Image, h: Floats, points: Floats) -> Floats:
         """Return the contrasts (M, edges, places) at homogeneous points of markers at ``h`` (M, 3, 3), real px."""
+        if native.library:
+            h = np.ascontiguousarray(h, np.float32)
+            seen = np.empty((len(h), points.shape[1] // 2), np.float32)
+            native.library.alvar_contrasts(
+                *native.image(smooth), len(h), native.address(h), seen.shape[1], native.address(points),
+                ctypes.c_float(thresholds.DARK_GREY), native.address(seen))
+            return seen.reshape(len(h), -1, len(self.ALONG))
         p = h.astype(np.float32) @ points
         inverse = 1 / p[:, 2]
         grey = cv2.remap(smooth, p[:, 0] * inverse, p[:, 1] * inverse, cv2.INTER_LINEAR,

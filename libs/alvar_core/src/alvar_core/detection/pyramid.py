@@ -26,6 +26,11 @@ class Pyramid:
             finer = cv2.resize(finer, (wide, high), dst=self._atlas[y:y + high, x:x + wide],
                                interpolation=cv2.INTER_AREA)
 
+    @property
+    def memory(self) -> tuple[Image, Floats]:
+        """Return the array of all sizes and the table of where each is, for compiled steps."""
+        return self._atlas, self._table
+
     def read(self, x: Floats, y: Floats, level: Integers) -> Floats:
         """Return the grey values (M, P), float32, at real pixels ``x``, ``y`` (M, P), float32, of the full image.
 

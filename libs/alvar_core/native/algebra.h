@@ -1,0 +1,67 @@
+// Small matrices, row by row, and medians.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace alvar {
+
+// Solves a x = b by Gaussian elimination: a (n, n) is destroyed, b (n, columns) becomes x. False if a is singular.
+inline bool solve(double* a, double* b, int n, int columns) {
+    for (int k = 0; k < n; ++k) {
+        int pivot = k;
+        for (int i = k + 1; i < n; ++i)
+            if (std::fabs(a[i * n + k]) > std::fabs(a[pivot * n + k])) pivot = i;
+        if (!(std::fabs(a[pivot * n + k]) > 0)) return false;
+        if (pivot != k) {
+            std::swap_ranges(a + k * n, a + (k + 1) * n, a + pivot * n);
+            std::swap_ranges(b + k * columns, b + (k + 1) * columns, b + pivot * columns);
+        }
+        const double inverse = 1 / a[k * n + k];
+        for (int i = k + 1; i < n; ++i) {
+            const double share = a[i * n + k] * inverse;
+            if (share == 0) continue;
+            for (int j = k + 1; j < n; ++j) a[i * n + j] -= share * a[k * n + j];
+            for (int j = 0; j < columns; ++j) b[i * columns + j] -= share * b[k * columns + j];
+        }
+    }
+    for (int k = n - 1; k >= 0; --k) {
+        for (int i = k + 1; i < n; ++i)
+            for (int j = 0; j < columns; ++j) b[k * columns + j] -= a[k * n + i] * b[i * columns + j];
+        for (int j = 0; j < columns; ++j) b[k * columns + j] /= a[k * n + k];
+    }
+    return true;
+}
+
+// Inverts a (n, n), which is destroyed, into `out`. False if a is singular.
+inline bool invert(double* a, double* out, int n) {
+    for (int i = 0; i < n * n; ++i) out[i] = i % (n + 1) == 0;
+    return solve(a, out, n, n);
+}
+
+// out (n, m) = a (n, k) b (k, m)
+inline void multiply(const double* a, const double* b, double* out, int n, int k, int m) {
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < m; ++j) {
+            double sum = 0;
+            for (int l = 0; l < k; ++l) sum += a[i * k + l] * b[l * m + j];
+            out[i * m + j] = sum;
+        }
+}
+
+// Changes a homography by d (8): as homography.small, applied before it. The result has 1 at its end.
+inline void change(double* h, const double* d) {
+    const double small[9] = {1 + d[1], d[2], d[0], d[4], 1 + d[5], d[3], -d[6], -d[7], 1};
+    double out[9];
+    multiply(h, small, out, 3, 3, 3);
+    for (int i = 0; i < 9; ++i) h[i] = out[i] / out[8];
+}
+
+// The element with `middle` smaller ones; the order of the values is lost.
+template <typename Number>
+Number nth(Number* values, int count, int middle) {
+    std::nth_element(values, values + middle, values + count);
+    return values[middle];
+}
+
+}  // namespace alvar

@@ -1,0 +1,104 @@
+// candidates.refined of detection/candidates.py, one quad after the other. Names and formulas are those of that file.
+#include <cstring>
+
+#include "algebra.h"
+#include "image.h"
+
+namespace {
+
+using namespace alvar;
+
+constexpr int kAlong = 5, kAcross = 13, kRises = kAcross - 2;
+const float kPlaces[kAlong] = {0.12f, 0.31f, 0.5f, 0.69f, 0.88f};  // candidates.ALONG
+
+struct Limits {  // the order of candidates.py's limits
+    double reach, nearness, min_rise, outliers;
+};
+
+struct Side {
+    float x, y, along_x, along_y, normal_x, normal_y;
+    float offset[kAlong], weight[kAlong], typical;
+};
+
+ALVAR_FAST void read_side(const Image& smooth, Side& side, float reach, float nearness) {
+    for (int i = 0; i < kAlong; ++i) {
+        const float x = side.x + kPlaces[i] * side.along_x, y = side.y + kPlaces[i] * side.along_y;
+        float across[kAcross], down[kAcross], grey[kAcross];
+        for (int k = 0; k < kAcross; ++k) {
+            const float at = (k - kAcross / 2) * (reach / (kAcross / 2));
+            across[k] = x + at * side.normal_x, down[k] = y + at * side.normal_y;
+        }
+        smooth.read(across, down, kAcross, grey);
+        int best = 0;
+        float most = -1e9f;
+        for (int k = 0; k < kRises; ++k) {
+            const float at = (k + 1 - kAcross / 2) / float(kAcross / 2);
+            const float rise = (grey[k + 2] - grey[k]) * (1 - nearness * at * at);
+            if (rise > most) most = rise, best = k;
+        }
+        side.offset[i] = (best + 1 - kAcross / 2) / float(kAcross / 2);
+        side.weight[i] = most;
+    }
+    float sorted[kAlong];
+    std::memcpy(sorted, side.weight, sizeof sorted);
+    side.typical = nth(sorted, kAlong, kAlong / 2);
+}
+
+// Moves a side onto a robust line through its offsets.
+void move(Side& side, float reach, float outliers) {
+    float sorted[kAlong];
+    std::memcpy(sorted, side.offset, sizeof sorted);
+    float middle = nth(sorted, kAlong, kAlong / 2), slope = 0;
+    for (int again = 0; again < 2; ++again) {
+        float s0 = 0, s1 = 0, s2 = 0, y0 = 0, y1 = 0;
+        for (int i = 0; i < kAlong; ++i) {
+            const float t = kPlaces[i] - 0.5f, r = outliers * (side.offset[i] - middle - slope * t);
+            const float w = std::max(side.weight[i], 0.5f) / ((1 + r * r) * (1 + r * r));
+            s0 += w, s1 += w * t, s2 += w * t * t, y0 += w * side.offset[i], y1 += w * t * side.offset[i];
+        }
+        s2 += 0.02f * s0;
+        const float det = s0 * s2 - s1 * s1;
+        middle = (y0 * s2 - y1 * s1) / det, slope = (s0 * y1 - s1 * y0) / det;
+    }
+    const float shift = (middle - 0.5f * slope) * reach;
+    side.x += shift * side.normal_x, side.y += shift * side.normal_y;
+    side.along_x += slope * reach * side.normal_x, side.along_y += slope * reach * side.normal_y;
+}
+
+}  // namespace
+
+// Changes quads (count, 4, 2) in place and moves those that are kept to the front; returns how many are.
+extern "C" int alvar_refine_sides(const std::uint8_t* greys, std::int64_t stride, int width, int height,
+                                  const double* limits, int count, double* quads) {
+    const Image smooth = {greys, stride, width, height};
+    Limits limit;
+    std::memcpy(&limit, limits, sizeof limit);
+    int kept = 0;
+    for (int m = 0; m < count; ++m) {
+        const double* q = quads + 8 * m;
+        const double area = 0.5 * ((q[0] - q[4]) * (q[3] - q[7]) - (q[1] - q[5]) * (q[2] - q[6]));
+        const float reach = limit.reach * std::sqrt(std::fabs(area));
+        Side sides[4];
+        float typical[4];
+        for (int k = 0; k < 4; ++k) {
+            Side& side = sides[k];
+            const int next = (k + 1) % 4;
+            side.x = q[2 * k], side.y = q[2 * k + 1];
+            side.along_x = q[2 * next] - q[2 * k], side.along_y = q[2 * next + 1] - q[2 * k + 1];
+            const float length = std::sqrt(side.along_x * side.along_x + side.along_y * side.along_y);
+            side.normal_x = side.along_y / length, side.normal_y = -side.along_x / length;
+            read_side(smooth, side, reach, limit.nearness);
+            typical[k] = side.typical;
+        }
+        if (!(nth(typical, 4, 1) > limit.min_rise)) continue;
+        for (Side& side : sides) move(side, reach, limit.outliers);
+        double* out = quads + 8 * kept++;
+        for (int k = 0; k < 4; ++k) {  // where each side meets the one before it
+            const Side &p = sides[(k + 3) % 4], &s = sides[k];
+            const float cross = p.along_x * s.along_y - p.along_y * s.along_x;
+            const float part = ((s.x - p.x) * s.along_y - (s.y - p.y) * s.along_x) / (std::fabs(cross) < 1e-9f ? 1e-9f : cross);
+            out[2 * k] = p.x + part * p.along_x, out[2 * k + 1] = p.y + part * p.along_y;
+        }
+    }
+    return kept;
+}
