@@ -32,7 +32,8 @@ LEAST_TURN = 0.05  # degrees: smaller changes of the rotation error are not name
 LIGHT_CLASSES = ('shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole', 'blinds', 'look-alikes')
 COUNTS = ('false', 'wrong', 'flips')
 OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles', 'uneven_light': 'light', 'local_contrast': 'light',
-              'broken_outlines': 'light', 'edge_alignment': 'light'}  # of what only these modules use
+              'broken_outlines': 'light', 'edge_alignment': 'light',
+              'striped_light': 'light'}  # of what only these modules use
 LIGHT_PHOTOS = 4  # of each class
 
 

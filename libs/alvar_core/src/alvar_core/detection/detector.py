@@ -11,7 +11,8 @@ An image passes these stages, each on all candidates at once:
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
-and measures those again whose greys do not fit the drawing well. bent_paper.BentPaper measures markers whose sides are
+and measures those again whose greys do not fit the drawing well. If the image is full of parallel stripes of light, it
+passes all stages again without them (striped_light). bent_paper.BentPaper measures markers whose sides are
 bows, as a cylinder.
 """
 from __future__ import annotations
@@ -25,7 +26,7 @@ import numpy as np
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
-from alvar_core.detection import candidates, homography, pose, thresholds
+from alvar_core.detection import candidates, homography, pose, striped_light, thresholds
 from alvar_core.detection.acceptance import Appearance, Features, accepted
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
@@ -33,7 +34,7 @@ from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, CoarseMatch, Reader, Reading, black_cells
-from alvar_core.detection.uneven_light import Found, UnevenLight
+from alvar_core.detection.uneven_light import Found, UnevenLight, free_of
 
 MARGINS = range(1, 11)  # [cells]
 
@@ -84,7 +85,7 @@ class Detector:
 
     def __init__(self, size: float, resolution: int = code.MIN_RESOLUTION, margin: int = code.MARGIN,
                  sizes: Mapping[int | str, float] | None = None) -> None:
-        self.buffers = ImageBuffers()
+        self.buffers, self._even_buffers = ImageBuffers(), ImageBuffers()
         self.size, self.sizes = size, {value: checked_size(each) for value, each in (sizes or {}).items()}
         self.resolution, self.margin = code.check_resolution(resolution), checked_margin(margin)
         self.cells = self.resolution + 2 * self.margin
@@ -130,10 +131,31 @@ class Detector:
         if self._uneven is None:
             return found
         found = [self._checked(image, each) for each in found]
+        striped: list[Detection] = []
         if parts is not None:
-            more = [self._of_edges(image, each) for each in self._uneven.find(image, quads, parts, found)]
+            free = self._uneven.free_parts(image, parts, found)
+            striped = self._between_stripes(image, free, found)
+            found = best_of_overlapping(found + striped)
+            more = [self._of_edges(image, each) for each in self._uneven.find(image, quads, free, found)]
             found = best_of_overlapping(found + [each for each in more if each is not None])
-        self._measure_bent(image, [each for each in found if each.side > thresholds.MIN_BENT_SIDE])
+        self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
+        return found
+
+    def _between_stripes(self, image: PreparedImage, parts: Sequence[Floats],
+                         known: Sequence[Detection]) -> list[Detection]:
+        """Return the Detections in the image without the stripes that straight parts are edges of, but known ones."""
+        if not parts:
+            return []
+        angle = striped_light.stripe_angle(np.concatenate(parts), math.hypot(*image.grey.shape))
+        if angle is None:
+            return []
+        even = PreparedImage(striped_light.without_stripes(image.grey, angle), image.camera, self._even_buffers)
+        quads = candidates.candidates(even.smooth, buffers=self._even_buffers)
+        quads = candidates.refined(even.smooth, quads[free_of(known, quads.mean(1))])
+        if not len(quads):
+            return []
+        found = [self._checked(even, each) for each in self._in_even_light(even, quads)]
+        self._measure_bent(even, found)
         return found
 
     def _in_even_light(self, image: PreparedImage, quads: Floats) -> list[Detection]:
@@ -168,6 +190,7 @@ class Detector:
 
     def _measure_bent(self, image: PreparedImage, found: Sequence[Detection]) -> None:
         """Change the Detections of markers whose sides are bows: measure them as bent paper."""
+        found = [each for each in found if each.side > thresholds.MIN_BENT_SIDE]
         if not found:
             return
         bows = self._corners.bow(image, image.camera.to_ideal([each.corners for each in found]))

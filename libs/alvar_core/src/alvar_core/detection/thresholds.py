@@ -170,6 +170,16 @@ LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
 THIN_MARGIN_FIT, THIN_MARGIN_RIM = 0.85, 0.9  # of the code, share of the edges of the rim: accepted if thin
 WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look at the edges if the greys do not fit
 
+# -- Stripes of light and shadow (striped_light.py)
+# Sensitivity: not measured. Without stripes the share is below 0.6 in nine of ten images, the sum below 5 diagonals.
+MIN_STRIPED = 0.75  # share of the length of all straight parts that is left when what lies at right angles cancels
+MIN_STRIPES = 2.0  # image diagonals, of the same sum: less are a few edges
+SAME_STRIPES = (0.9, 0.98, 0.995)  # cosine of twice the angle to the mean, step by step: others are no stripes
+MAX_STRIPED_SIDE = 640  # px of the longer side: the light of larger images is found in smaller ones
+STRIPE_BLUR = 7  # px of that, along the stripes, against noise
+STRIPE_REACH = 0.15  # of the image's longer side: half of the longest dark run that is taken for print
+EVEN_WHITE = 220.0  # grey of what is as bright as the light of its stripe
+
 # -- Bent paper (bent_paper.py, detector.py)
 # Sensitivity: not measured. Sides of flat markers have bows of up to 0.18 px, bent ones (20 cm) of 0.5 to 1.6 px.
 BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder

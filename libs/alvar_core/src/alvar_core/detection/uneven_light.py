@@ -41,18 +41,21 @@ class UnevenLight:
         self._points: dict[int, EdgePoints] = {}  # of the code words seen so far
         self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
 
+    @staticmethod
+    def free_parts(image: PreparedImage, parts: Sequence[Floats], known: Sequence[Detection]) -> list[Floats]:
+        """Return the straight parts (K, 2, 2), of each of the arrays, that are edges and lie on no marker known."""
+        free = [each[free_of(known, each.mean(1))] for each in parts]
+        return [broken_outlines.distinct_parts(image.smooth, each) if len(each) else each for each in free]
+
     def find(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats],
              known: Sequence[Detection] = ()) -> list[Found]:
-        """Return the markers among quads (N, 4, 2) [real px] and in the straight parts of outlines.
+        """Return the markers among quads (N, 4, 2) [real px] and in the straight ``parts`` that are free.
 
         Markers that are ``known`` are not searched for again.
         """
         for each in parts:
-            free = each[_free(each.mean(1), known)]
-            if len(free):
-                free = broken_outlines.distinct_parts(image.smooth, free)
-            quads = np.concatenate([quads, broken_outlines.squares(free)])
-        quads = quads[_free(quads.mean(1), known)]
+            quads = np.concatenate([quads, broken_outlines.squares(each)])
+        quads = quads[free_of(known, quads.mean(1))]
         if not len(quads):
             return []
         h = homography.from_square(quads, self.half)
@@ -130,7 +133,7 @@ class UnevenLight:
         return edge_alignment.changed(h, result.parameters), result
 
 
-def _free(points: Floats, known: Sequence[Detection]) -> Bools:
+def free_of(known: Sequence[Detection], points: Floats) -> Bools:
     """Return which points (N, 2) [px] lie on no marker that is known."""
     free = np.ones(len(points), bool)
     for each in known:
