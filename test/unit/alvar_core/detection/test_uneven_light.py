@@ -159,6 +159,14 @@ def test_tracker_keeps_a_marker_in_a_shadow():
     assert found == [[number]] * 6
 
 
+def test_tracker_keeps_markers_behind_blinds():
+    for number in range(4):
+        shot = marker_classes.photo('blinds', marker_classes.DEVELOPMENT, number)
+        tracker, marker = Tracker(Detector(marker_classes.SIZE)), shot.frame['markers'][0]['id']
+        found = [[each.id for each in tracker.update(np.roll(shot.image, step, 1), shot.camera)] for step in range(6)]
+        assert found == [[marker]] * 6
+
+
 def test_tracker_finds_a_new_marker_in_a_shadow_within_full_every_frames():
     shot = marker_classes.photo('shadow 0.2', marker_classes.DEVELOPMENT, 1)
     for frames_without in (1, 2, 3):

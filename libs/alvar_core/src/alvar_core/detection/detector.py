@@ -143,13 +143,15 @@ class Detector:
 
     def _between_stripes(self, image: PreparedImage, parts: Sequence[Floats],
                          known: Sequence[Detection]) -> list[Detection]:
-        """Return the Detections in the image without the stripes that straight parts are edges of, but known ones."""
-        if not parts:
+        """Return the Detections in the image without its stripes, but known ones.
+
+        Straight ``parts`` tell what stripes there are; without them, those that are known count.
+        """
+        if parts:
+            image.stripes = striped_light.stripe_angle(np.concatenate(parts), math.hypot(*image.grey.shape))
+        if image.stripes is None:
             return []
-        angle = striped_light.stripe_angle(np.concatenate(parts), math.hypot(*image.grey.shape))
-        if angle is None:
-            return []
-        even = PreparedImage(striped_light.without_stripes(image.grey, angle), image.camera, self._even_buffers)
+        even = PreparedImage(striped_light.without_stripes(image.grey, image.stripes), image.camera, self._even_buffers)
         quads = candidates.candidates(even.smooth, buffers=self._even_buffers)
         quads = candidates.refined(even.smooth, quads[free_of(known, quads.mean(1))])
         if not len(quads):

@@ -175,6 +175,7 @@ def _weights(size: Floats, good: Bools, middle: Integers) -> tuple[Floats, Float
         error = 1.4826 * np.partition(size, middle[0], 1)[:, middle[0]]
     else:
         error = 1.4826 * np.sort(size, 1)[np.arange(len(size)), middle]
+        error[np.isinf(error)] = 0.0  # of a start from where no edge is seen: each weight is 0
     size /= (thresholds.EDGE_OUTLIER * np.maximum(error, thresholds.MIN_EDGE_OUTLIER / 3))[:, None]
     np.minimum(size, 1, out=size)
     size *= size

@@ -56,8 +56,11 @@ class ImageBuffers:
 class PreparedImage:
     """An image prepared for the search: ``grey`` and ``smooth`` (height, width) uint8, and its ``camera``.
 
-    It is valid until the buffers are used for the next image. The constructor raises ImageError or CameraError.
+    ``stripes`` [rad]: angle of the stripes of light on it, as far as they are known. It is valid until the buffers are
+    used for the next image. The constructor raises ImageError or CameraError.
     """
+
+    stripes: float | None = None
 
     def __init__(self, image: Image, camera: Camera, buffers: ImageBuffers | None = None) -> None:
         if not isinstance(camera, Camera):

@@ -61,6 +61,7 @@ class Tracker:
         self._frame = 0
         self._shape: tuple[int, ...] = ()
         self._hints: list[Floats] = []  # corners that the next update() examines
+        self._stripes: float | None = None  # angle [rad] of those in the last image that was searched for them
         self._skipped: tuple[PreparedImage, list[Pass]] | None = None  # the last image, the passes not run on it
 
     def update(self, image: Image, camera: Camera) -> list[Detection]:
@@ -102,10 +103,13 @@ class Tracker:
         if not alone:
             quads = np.concatenate([expected, quads[~_alike(quads, expected)]])
         found = self.detector.examine(image, quads, parts)
+        if parts:
+            self._stripes = image.stripes
         missing = [t.detection.corners for t in self.tracks
                    if t.missed < thresholds.SEARCHED_FRAMES and not any(d.id == t.detection.id for d in found)]
         if not missing:
             return found
+        image.stripes = self._stripes
         quads = np.concatenate([missing, self._near(image, missing)])
         return best_of_overlapping(found + self.detector.examine(image, quads))
 
