@@ -57,6 +57,23 @@ inline void change(double* h, const double* d) {
     for (int i = 0; i < 9; ++i) h[i] = out[i] / out[8];
 }
 
+// homography.from_square: from the square [-half, half]^2 to a quad (4, 2)
+inline void from_square(const double* q, double half, double* m) {
+    const double ax = q[2] - q[4], ay = q[3] - q[5], bx = q[6] - q[4], by = q[7] - q[5];
+    const double cx = q[0] - q[2] + q[4] - q[6], cy = q[1] - q[3] + q[5] - q[7];
+    double den = ax * by - bx * ay;
+    if (std::fabs(den) < 1e-12) den = 1e-12;
+    const double g = (cx * by - bx * cy) / den, e = (ax * cy - cx * ay) / den;
+    const double first[9] = {q[2] - q[0] + g * q[2], q[6] - q[0] + e * q[6], q[0],
+                             q[3] - q[1] + g * q[3], q[7] - q[1] + e * q[7], q[1], g, e, 1};
+    const double end = 1 + 0.5 * (g + e);
+    for (int i = 0; i < 3; ++i) {
+        const double* row = first + 3 * i;
+        m[3 * i] = 0.5 / half * row[0] / end, m[3 * i + 1] = 0.5 / half * row[1] / end;
+        m[3 * i + 2] = (row[2] + 0.5 * (row[0] + row[1])) / end;
+    }
+}
+
 // The element with `middle` smaller ones; the order of the values is lost.
 template <typename Number>
 Number nth(Number* values, int count, int middle) {

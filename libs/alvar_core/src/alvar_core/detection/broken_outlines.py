@@ -5,11 +5,13 @@ parts that meet at a right turn are a corner, and two corners that face each oth
 """
 from __future__ import annotations
 
+import ctypes
 from typing import Sequence
 
 import cv2
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Complexes, Floats, Image, Integers
 from alvar_core.detection import thresholds
 
@@ -33,6 +35,11 @@ def straight_parts(outlines: Sequence[Image], shrink: float) -> Floats:
 
 def distinct_parts(smooth: Image, parts: Floats) -> Floats:
     """Return those straight parts (N, 2, 2) that are dark on their right, compared with their left."""
+    if native.library:
+        found = np.array(parts, np.float64, order='C')
+        return found[:native.library.alvar_distinct_parts(
+            *native.image(smooth), len(found), native.address(found), ctypes.c_double(thresholds.PART_SIDE),
+            ctypes.c_double(thresholds.DARK_GREY), ctypes.c_double(thresholds.MIN_LOCAL_CONTRAST))]
     step = parts[:, 1] - parts[:, 0]
     left = np.stack([step[:, 1], -step[:, 0]], 1) * (thresholds.PART_SIDE / np.hypot(*step.T))[:, None]
     along = parts[:, None, 0] + PART_PLACES[:, None] * step[:, None]
@@ -40,14 +47,15 @@ def distinct_parts(smooth: Image, parts: Floats) -> Floats:
     grey = cv2.remap(smooth, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     black, white = grey.astype(np.float32).reshape(len(parts), 2, -1).transpose(1, 0, 2)
     contrast = np.median((white - black) / (white + black + thresholds.DARK_GREY), 1)
-    found: Floats = parts[contrast > thresholds.MIN_LOCAL_CONTRAST]
-    return found
+    return parts[contrast > thresholds.MIN_LOCAL_CONTRAST]
 
 
 def squares(parts: Floats) -> Floats:
     """Return the quads (N, 4, 2), clockwise, that straight parts (K, 2, 2) form, those with most of their rim first."""
     if len(parts) < 3:
         return np.zeros((0, 4, 2))
+    if native.library:
+        return _squares_compiled(native.library, parts)
     step = parts[:, 1] - parts[:, 0]
     length = np.sqrt((step * step).sum(1))
     longest = _longest_by_direction(step, length)
@@ -58,6 +66,18 @@ def squares(parts: Floats) -> Floats:
     if len(first) < 2:
         return np.zeros((0, 4, 2))
     return _facing(start, along, length, first, second, corner)
+
+
+def _squares_compiled(library: ctypes.CDLL, parts: Floats) -> Floats:
+    """Do the same as ``squares`` with the compiled step of native/squares.cpp."""
+    limits = np.array([
+        thresholds.DIRECTIONS, thresholds.MAX_PARTS, thresholds.JOINED_TURN, thresholds.JOINED_GAP,
+        thresholds.JOINED_OFF, thresholds.MIN_PART, thresholds.CORNER_GAP, thresholds.CORNER_SPARE,
+        thresholds.MIN_TURN, thresholds.MIN_OPPOSITE, thresholds.MAX_CORNERS, thresholds.MAX_BROKEN,
+        thresholds.MIN_BROKEN_SIDE, thresholds.MAX_ASPECT, thresholds.MIN_SHOWN])
+    parts, quads = np.ascontiguousarray(parts, np.float64), np.empty((thresholds.MAX_BROKEN, 4, 2))
+    return quads[:library.alvar_squares(len(parts), native.address(parts), native.address(limits),
+                                        native.address(quads))]
 
 
 # Below, points and directions are complex numbers x + i y: then few operations are needed on large arrays.

@@ -5,6 +5,7 @@ bottom left); which corner comes first is not known yet.
 """
 from __future__ import annotations
 
+import ctypes
 from typing import Sequence, Tuple
 
 import cv2
@@ -42,6 +43,8 @@ def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: Ima
     buffers = buffers or ImageBuffers()
     quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, buffers, parts, *each)
                                                      for each in passes])
+    if native.library:
+        return quads
     area = homography.area(quads)
     quads = np.where(area[:, None, None] < 0, quads[:, ::-1], quads)
     side = quads[:, [1, 2, 3, 0]] - quads
@@ -58,16 +61,40 @@ def _one_pass(smooth: Image, buffers: ImageBuffers, parts: list[Floats] | None, 
         method = cv2.INTER_AREA if factor >= 2 else cv2.INTER_LINEAR
         smooth = cv2.resize(smooth, (width, height), dst=buffers.get('shrunk', height, width), interpolation=method)
     dark = binary(smooth, window, offset, buffers)
+    parted = parts is not None and shrink == thresholds.PASSES[0].shrink
+    if native.library:
+        quads, straight = _outlines_compiled(dark, shrink, parted)
+        if parts is not None and parted:
+            parts.append(straight)
+        return quads
     outlines, tree = cv2.findContours(dark, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     if tree is None:
         return np.zeros((0, 4, 2))
-    if parts is not None and shrink == thresholds.PASSES[0].shrink:
+    if parts is not None and parted:
         parts.append(straight_parts(outlines, shrink))
     quads: list[list[Point]] = []
     for i in np.flatnonzero(tree[0, :, 3] < 0).tolist():
         if len(outlines[i]) >= 4 * thresholds.MIN_OUTLINE_SIDE:
             quads += quads_of_outline(outlines[i])
     return (np.array(quads, np.float64).reshape(-1, 4, 2) + 0.5) * shrink - 0.5
+
+
+def _outlines_compiled(dark: Image, shrink: float, parted: bool) -> tuple[Floats, Floats]:
+    """Return the quads (N, 4, 2) of all outlines, and the straight parts (K, 2, 2), by native/outlines.cpp."""
+    assert native.library
+    limits = np.array([
+        thresholds.MIN_OUTLINE_SIDE, thresholds.MIN_FILLED, thresholds.POLYGON_TOLERANCE,
+        thresholds.MAX_POLYGON_CORNERS, thresholds.MAX_ASPECT, thresholds.MIN_BROKEN_OUTLINE,
+        thresholds.PART_TOLERANCE, thresholds.MIN_PART])
+    found, room = np.zeros(2, np.int32), [256, 1024]
+    while True:
+        quads, straight = np.empty((room[0], 4, 2)), np.empty((room[1], 2, 2))
+        native.library.alvar_outlines(
+            *native.image(dark), ctypes.c_double(shrink), native.address(limits), room[0], native.address(quads),
+            room[1] if parted else -1, native.address(straight), native.address(found))
+        if (found <= room).all():
+            return quads[:found[0]], straight[:found[1]]
+        room = found.tolist()
 
 
 def quads_of_outline(outline: Image) -> list[list[Point]]:

@@ -70,7 +70,8 @@ class LocalDecoder:
         self._rim_points = self._pairs(rim, outward)
         shown = steps[:, self._of_code]
         # (1024, 3 E): for each edge which of the three costs counts
-        self._costs = np.concatenate([shown < 0, shown == 0, shown > 0], 1).astype(np.float32).T
+        self._costs = np.ascontiguousarray(np.concatenate([shown < 0, shown == 0, shown > 0], 1).T, np.float32)
+        self._is_code = near
 
     def _pairs(self, middle: Floats, across: Floats) -> Floats:
         """Return homogeneous points (3, 2 * edges * places): before the edges, then after them."""
@@ -82,13 +83,6 @@ class LocalDecoder:
 
     def contrasts(self, smooth: Image, h: Floats, points: Floats) -> Floats:
         """Return the contrasts (M, edges, places) at homogeneous points of markers at ``h`` (M, 3, 3), real px."""
-        if native.library:
-            h = np.ascontiguousarray(h, np.float32)
-            seen = np.empty((len(h), points.shape[1] // 2), np.float32)
-            native.library.alvar_contrasts(
-                *native.image(smooth), len(h), native.address(h), seen.shape[1], native.address(points),
-                ctypes.c_float(thresholds.DARK_GREY), native.address(seen))
-            return seen.reshape(len(h), -1, len(self.ALONG))
         p = h.astype(np.float32) @ points
         inverse = 1 / p[:, 2]
         grey = cv2.remap(smooth, p[:, 0] * inverse, p[:, 1] * inverse, cv2.INTER_LINEAR,
@@ -99,6 +93,12 @@ class LocalDecoder:
 
     def rim(self, smooth: Image, h: Floats) -> tuple[Floats, Floats]:
         """Return, of markers at ``h``, the share of the rim that is an edge, and its typical contrast."""
+        if native.library:
+            h, out, limits = np.ascontiguousarray(h, np.float32), np.empty((2, len(h))), _limits()
+            native.library.alvar_local_rims(
+                *native.image(smooth), len(h), native.address(h), self._rim_points.shape[1] // 2,
+                native.address(self._rim_points), native.address(limits), native.address(out))
+            return out[0], out[1]
         seen = self.contrasts(smooth, h, self._rim_points).reshape(len(h), -1)
         middle = seen.shape[1] // 2
         contrast = np.partition(seen, [middle - 1, middle], 1)[:, middle - 1:middle + 1].mean(1)
@@ -107,6 +107,8 @@ class LocalDecoder:
 
     def match(self, smooth: Image, h: Floats) -> LocalMatch:
         """Return the LocalMatch of markers at ``h`` (M, 3, 3)."""
+        if native.library:
+            return self._match_compiled(native.library, smooth, h)
         rim, contrast = self.rim(smooth, h)
         low, other, high = np.moveaxis(self.contrasts(smooth, h, self._points), 2, 0)
         seen = np.maximum(np.minimum(low, other), np.minimum(np.maximum(low, other), high))  # the median of three
@@ -122,3 +124,19 @@ class LocalDecoder:
         best = fit[rows, word]
         fit[rows, word] = -1
         return LocalMatch(rim, contrast, plain, best, best - fit.max(1), word)
+
+    def _match_compiled(self, library: ctypes.CDLL, smooth: Image, h: Floats) -> LocalMatch:
+        """Do the same as ``match`` with the compiled step of native/decoding.cpp."""
+        h, place = np.ascontiguousarray(h, np.float32), native.address
+        out, words, limits = np.empty((5, len(h))), np.empty(len(h), np.int64), _limits()
+        library.alvar_match_local(
+            *native.image(smooth), len(h), place(h), self._rim_points.shape[1] // 2, place(self._rim_points),
+            len(self._is_code), place(self._points), place(self._is_code), self._costs.shape[1], place(self._costs),
+            place(limits), place(out), place(words))
+        return LocalMatch(*out, words)
+
+
+def _limits() -> Floats:
+    """Return the thresholds that native/decoding.cpp needs."""
+    return np.array([thresholds.DARK_GREY, thresholds.MIN_LOCAL_SHARE, thresholds.MIN_LOCAL_CONTRAST,
+                     thresholds.MAX_PLAIN_CONTRAST, thresholds.MAX_EDGE_COST])

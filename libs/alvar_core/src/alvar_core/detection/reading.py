@@ -1,13 +1,14 @@
 """Read the cells of a marker: compare them with all code words of ALVAR's 5x5 numbers, or read them one by one."""
 from __future__ import annotations
 
+import ctypes
 import functools
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from alvar_core import code
+from alvar_core import code, native
 from alvar_core.arrays import ArrayLike, Bools, Floats, Image, Integers
 from alvar_core.detection import homography, thresholds
 from alvar_core.detection.alignment import Covariance, Grid
@@ -89,7 +90,7 @@ class CoarseDecoder:
         n = resolution + 2
         line = np.arange(n) - (n - 1) / 2
         cells = np.stack([np.tile(line, n), np.repeat(line, n)], 1)
-        self._rim, self._cells = (np.concatenate([p, np.ones((len(p), 1))], 1).T.astype(np.float32)
+        self._rim, self._cells = (np.ascontiguousarray(np.concatenate([p, np.ones((len(p), 1))], 1).T, np.float32)
                                   for p in (self._rim_points(), cells))
         self.words = words_of_numbers() if resolution == 5 else None
         self._known, self._words_t = self._centred_words(resolution)
@@ -121,6 +122,8 @@ class CoarseDecoder:
 
     def match(self, smooth: Image, quads: Floats) -> CoarseMatch:
         """Return the CoarseMatch of quads (N, 4, 2) [real px] in a lightly smoothed image."""
+        if native.library and self.words is not None:
+            return self._match_compiled(native.library, smooth, quads)
         h = homography.from_square(quads, self.half)
         rim = self._grey(smooth, h, self._rim).reshape(-1, 2, 4, len(self.ALONG))
         step = rim[:, 0] - rim[:, 1]
@@ -133,6 +136,19 @@ class CoarseDecoder:
         if not len(kept):
             return CoarseMatch(kept, h[kept], np.zeros(0), np.zeros(0), np.zeros(0, int))
         return CoarseMatch(kept, h[kept], *self._match(self._grey(smooth, h[kept], self._cells)))
+
+    def _match_compiled(self, library: ctypes.CDLL, smooth: Image, quads: Floats) -> CoarseMatch:
+        """Do the same as ``match`` with the compiled step of native/decoding.cpp."""
+        quads, place, count = np.ascontiguousarray(quads, np.float64), native.address, len(quads)
+        limits = np.array([self.half, thresholds.MIN_RIM_STEP_SHARE, thresholds.MIN_RIM_STEP,
+                           thresholds.MIN_RIM_CONTRAST, thresholds.MIN_DARK_RIM])
+        kept, words = np.empty((2, count), np.int64)
+        h, fits = np.empty((count, 3, 3)), np.empty((2, count))
+        n = library.alvar_match_coarse(
+            *native.image(smooth), count, place(quads), place(limits), place(self._rim), self._cells.shape[1],
+            place(self._cells), self._words_t.shape[1], place(self._words_t), place(kept), place(h), place(fits),
+            place(words))
+        return CoarseMatch(kept[:n], h[:n], fits[0, :n], fits[1, :n], words[:n])
 
     def fit(self, smooth: Image, quad: Floats, spread: float) -> float:
         """Return the fit of the best code word to the cells of one quad (4, 2), ``spread`` times as far apart."""

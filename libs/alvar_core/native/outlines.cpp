@@ -1,0 +1,308 @@
+// The outlines of a binary image, the quads around them and their straight parts: what candidates._one_pass and
+// broken_outlines.straight_parts make of cv2.findContours.
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "algebra.h"
+
+namespace {
+
+struct Point {
+    double x, y;
+};
+
+// The order of candidates.py's limits
+struct Limits {
+    double smallest, min_filled, tolerance, max_corners, max_aspect, min_broken, part_tolerance, min_part;
+};
+
+constexpr int kHullPoints = 80;  // longer outlines are thinned before their hull is taken
+
+double cross(const Point& a, const Point& b, const Point& c) {
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+// Follows the borders of the pixels that are not 0, each once, as Suzuki and Abe do (1985).
+class Borders {
+public:
+    Borders(const std::uint8_t* dark, std::int64_t stride, int width, int height)
+        : wide((width + 2 + 15) / 8 * 8), high(height + 2) {
+        marks.assign(static_cast<std::size_t>(wide) * high + 8, kEmpty);
+        for (int y = 0; y < height; ++y) {
+            std::int8_t* row = &marks[(y + 1) * wide + 1];
+            const std::uint8_t* from = dark + y * stride;
+            for (int x = 0; x < width; ++x) row[x] = from[x] != 0;
+        }
+        const int steps[8] = {1, 1 - wide, -wide, -wide - 1, -1, wide - 1, wide, wide + 1};
+        std::memcpy(step, steps, sizeof step);
+    }
+
+    // Calls use(outline, whether it is an outer border) for each.
+    template <typename Use>
+    void each(Use use) {
+        for (int y = 1; y < high - 1; ++y) {
+            std::int8_t* row = &marks[y * wide];
+            int x = 1;
+            while (true) {
+                x = run_of(row, x, false);
+                if (x >= wide) break;
+                if (row[x] == kNew) use(follow(row + x, x - 1, y - 1, false), true);
+                x = run_of(row, x, true);
+                if (row[x - 1] > 0) use(follow(row + x - 1, x - 2, y - 1, true), false);
+            }
+        }
+    }
+
+private:
+    static constexpr std::int8_t kEmpty = 0, kNew = 1, kSeen = 2, kSeenAtRight = -2;
+    int wide, high, step[8];
+    std::vector<std::int8_t> marks;
+    std::vector<Point> outline;
+
+    // The first place from x on that is empty (`filled`: while the run is filled) or not.
+    int run_of(const std::int8_t* row, int x, bool filled) const {
+        if (!filled)
+            for (; x + 8 <= wide; x += 8) {
+                std::uint64_t eight;
+                std::memcpy(&eight, row + x, 8);
+                if (eight) break;
+            }
+        while (x < wide && (row[x] != kEmpty) == filled) ++x;
+        return x;
+    }
+
+    const std::vector<Point>& follow(std::int8_t* start, int x, int y, bool hole) {
+        static const int dx[8] = {1, 1, 0, -1, -1, -1, 0, 1}, dy[8] = {0, -1, -1, -1, 0, 1, 1, 1};
+        outline.clear();
+        const int from = hole ? 0 : 4;
+        int d = from;
+        do d = (d - 1) & 7; while (!start[step[d]] && d != from);
+        if (!start[step[d]]) {
+            *start = kSeenAtRight;
+            outline.push_back({double(x), double(y)});
+            return outline;
+        }
+        const std::int8_t* last = start + step[d];
+        for (std::int8_t* at = start;;) {
+            bool empty_at_right = false;
+            while (true) {
+                d = (d + 1) & 7;
+                if (at[step[d]]) break;
+                empty_at_right |= d == 0;
+            }
+            if (empty_at_right) *at = kSeenAtRight;
+            else if (*at == kNew) *at = kSeen;
+            outline.push_back({double(x), double(y)});
+            std::int8_t* next = at + step[d];
+            if (next == start && at == last) return outline;
+            x += dx[d], y += dy[d], at = next, d = (d + 4) & 7;
+        }
+    }
+};
+
+// Polygons within a tolerance of closed curves, as Douglas and Peucker find them (1973).
+class Simplifier {
+public:
+    const std::vector<Point>& operator()(const std::vector<Point>& curve, double tolerance) {
+        const int count = curve.size();
+        kept.clear(), polygon.clear();
+        int first = 0, second = 0;
+        for (int again = 0; again < 3; ++again) {  // two points that are far apart
+            first = second;
+            double furthest = 0;
+            for (int i = 0; i < count; ++i) {
+                const double x = curve[i].x - curve[first].x, y = curve[i].y - curve[first].y;
+                if (x * x + y * y > furthest) furthest = x * x + y * y, second = i;
+            }
+            if (furthest <= tolerance * tolerance) {
+                polygon.push_back(curve[first]);
+                return polygon;
+            }
+        }
+        if (first > second) std::swap(first, second);
+        kept.push_back(first);
+        split(curve, first, second, tolerance);
+        kept.push_back(second);
+        split(curve, second, first + count, tolerance);
+        for (const int i : kept) polygon.push_back(curve[i % count]);
+        straighten(tolerance);
+        return polygon;
+    }
+
+private:
+    std::vector<int> kept;
+    std::vector<Point> polygon;
+
+    void split(const std::vector<Point>& curve, int begin, int end, double tolerance) {
+        const int count = curve.size();
+        const Point &a = curve[begin % count], &b = curve[end % count];
+        const double x = b.x - a.x, y = b.y - a.y;
+        double furthest = 0;
+        int at = begin;
+        for (int i = begin + 1; i < end; ++i) {
+            const Point& p = curve[i < count ? i : i - count];
+            const double off = std::fabs((p.y - a.y) * x - (p.x - a.x) * y);
+            if (off > furthest) furthest = off, at = i;
+        }
+        if (furthest * furthest <= tolerance * tolerance * (x * x + y * y)) return;
+        split(curve, begin, at, tolerance);
+        kept.push_back(at);
+        split(curve, at, end, tolerance);
+    }
+
+    // Leaves out corners that are hardly any.
+    void straighten(double tolerance) {
+        for (int i = 0, left = polygon.size(); left-- > 0 && polygon.size() > 3;) {
+            const int count = polygon.size();
+            const Point &a = polygon[(i + count - 1) % count], &b = polygon[i % count], &c = polygon[(i + 1) % count];
+            const double off = cross(a, c, b), x = c.x - a.x, y = c.y - a.y;
+            const bool forward = (b.x - a.x) * (c.x - b.x) + (b.y - a.y) * (c.y - b.y) >= 0;
+            if (forward && off * off <= 0.5 * tolerance * tolerance * (x * x + y * y))
+                polygon.erase(polygon.begin() + i % count);
+            else ++i;
+        }
+    }
+};
+
+// The convex hull of an outline: by the first and the last point of each row.
+class Hull {
+public:
+    const std::vector<Point>& operator()(const std::vector<Point>& outline, int stride, int top, int height) {
+        first.assign(height, 1e9), last.assign(height, -1e9);
+        for (std::size_t i = 0; i < outline.size(); i += stride) {
+            const int row = int(outline[i].y) - top;
+            first[row] = std::min(first[row], outline[i].x), last[row] = std::max(last[row], outline[i].x);
+        }
+        hull.clear();
+        for (int row = 0; row < height; ++row)  // down on the right
+            if (last[row] > -1e9) add({last[row], double(top + row)}, 0);
+        const std::size_t turn = hull.size() - 1;
+        for (int row = height - 1; row >= 0; --row)  // up on the left
+            if (last[row] > -1e9) add({first[row], double(top + row)}, turn);
+        if (hull.size() > 1 && hull.back().x == hull[0].x && hull.back().y == hull[0].y) hull.pop_back();
+        return hull;
+    }
+
+private:
+    std::vector<double> first, last;
+    std::vector<Point> hull;
+
+    void add(const Point& p, std::size_t from) {
+        if (hull.size() > from && hull.back().x == p.x && hull.back().y == p.y) return;
+        while (hull.size() >= from + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
+        hull.push_back(p);
+    }
+};
+
+// candidates.four_sides: false if the neighbours of no side meet
+bool four_sides(std::vector<Point>& p) {
+    while (p.size() > 4) {
+        const int n = p.size();
+        int best = -1;
+        double least = 0, best_along = 0;
+        for (int i = 0; i < n; ++i) {
+            const Point &a = p[(i + n - 1) % n], &b = p[i], &c = p[(i + 1) % n], &d = p[(i + 2) % n];
+            const double ux = b.x - a.x, uy = b.y - a.y, wx = c.x - b.x, wy = c.y - b.y, vx = d.x - c.x, vy = d.y - c.y;
+            const double both = ux * vy - uy * vx, turn = ux * wy - uy * wx, next = wx * vy - wy * vx;
+            if (both == 0 || both * turn < 0 || both * next < 0) continue;
+            const double along = next / both, area = along * std::fabs(turn);
+            if (best < 0 || area < least) best = i, least = area, best_along = along;
+        }
+        if (best < 0) return false;
+        const Point &a = p[(best + n - 1) % n], b = p[best];
+        p[best] = {b.x + best_along * (b.x - a.x), b.y + best_along * (b.y - a.y)};
+        p.erase(p.begin() + (best + 1) % n);
+    }
+    return true;
+}
+
+// Where found quads and parts are put, as far as there is room for them.
+struct Results {
+    double shrink;
+    double* out;
+    int room, each, count;
+
+    void add(const Point* points) {
+        if (count++ >= room) return;
+        double* to = out + (count - 1) * 2 * each;
+        for (int i = 0; i < each; ++i) {
+            to[2 * i] = (points[i].x + 0.5) * shrink - 0.5;
+            to[2 * i + 1] = (points[i].y + 0.5) * shrink - 0.5;
+        }
+    }
+};
+
+// Adds a quad, clockwise, if it is large and square enough.
+void add_quad(Results& quads, const Point* p, const Limits& limit) {
+    const double area = 0.5 * ((p[0].x - p[2].x) * (p[1].y - p[3].y) - (p[0].y - p[2].y) * (p[1].x - p[3].x));
+    double shortest = 1e18, longest = 0;
+    for (int i = 0; i < 4; ++i) {
+        const double x = p[(i + 1) % 4].x - p[i].x, y = p[(i + 1) % 4].y - p[i].y, square = x * x + y * y;
+        shortest = std::min(shortest, square), longest = std::max(longest, square);
+    }
+    const double smallest = limit.smallest / quads.shrink;
+    if (!(std::fabs(area) >= smallest * smallest) || !(shortest * limit.max_aspect * limit.max_aspect > longest)) return;
+    const Point turned[4] = {p[3], p[2], p[1], p[0]};
+    quads.add(area < 0 ? turned : p);
+}
+
+class QuadFinder {
+public:
+    void operator()(const std::vector<Point>& outline, const Limits& limit, Results& quads) {
+        double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9, area = 0;
+        const Point* before = &outline.back();
+        for (const Point& p : outline) {
+            left = std::min(left, p.x), right = std::max(right, p.x);
+            top = std::min(top, p.y), bottom = std::max(bottom, p.y);
+            area += before->x * p.y - before->y * p.x;
+            before = &p;
+        }
+        const double width = right - left + 1, height = bottom - top + 1, smaller = std::min(width, height);
+        if (smaller < limit.smallest || 0.5 * std::fabs(area) < limit.min_filled * width * height) return;
+        const int stride = std::max<int>(1, outline.size() / kHullPoints);
+        const auto& shape = hull(outline, stride, int(top), int(height));
+        polygon = simplified(shape, std::max(1.0, limit.tolerance * (width + height)));
+        const int count = polygon.size();
+        if (count < 4 || count > limit.max_corners) return;
+        quad = polygon;
+        if (four_sides(quad)) add_quad(quads, quad.data(), limit);
+        if (count > 4 && count < 7 && smaller > 2 * limit.smallest)
+            for (int i = 0; i < count; ++i) {
+                const Point &a = polygon[(i + count - 2) % count], &b = polygon[(i + count - 1) % count], &c = polygon[i];
+                const Point corners[4] = {a, b, c, {a.x + c.x - b.x, a.y + c.y - b.y}};
+                add_quad(quads, corners, limit);
+            }
+    }
+
+private:
+    Hull hull;
+    Simplifier simplified;
+    std::vector<Point> polygon, quad;
+};
+
+}  // namespace
+
+// Writes quads (quad_room, 4, 2), and straight parts (part_room, 2, 2) unless part_room is negative, of the outlines of
+// what is not 0 in `dark`; sets found (2,): how many quads and parts there are, also beyond the room.
+extern "C" void alvar_outlines(const std::uint8_t* dark, std::int64_t stride, int width, int height, double shrink,
+                               const double* limits, int quad_room, double* quads, int part_room, double* parts,
+                               int* found) {
+    Limits limit;
+    std::memcpy(&limit, limits, sizeof limit);
+    Results all_quads = {shrink, quads, quad_room, 4, 0}, all_parts = {shrink, parts, part_room, 2, 0};
+    QuadFinder find_quads;
+    Simplifier simplified;
+    Borders(dark, stride, width, height).each([&](const std::vector<Point>& outline, bool outer) {
+        if (part_room >= 0 && outline.size() >= limit.min_broken) {
+            const auto& polygon = simplified(outline, limit.part_tolerance);
+            for (std::size_t i = 0; i < polygon.size(); ++i) {
+                const Point ends[2] = {polygon[(i + 1) % polygon.size()], polygon[i]};
+                const double x = ends[0].x - ends[1].x, y = ends[0].y - ends[1].y;
+                if (x * x + y * y >= limit.min_part * limit.min_part) all_parts.add(ends);
+            }
+        }
+        if (outer && outline.size() >= 4 * limit.smallest) find_quads(outline, limit, all_quads);
+    });
+    found[0] = all_quads.count, found[1] = all_parts.count;
+}
