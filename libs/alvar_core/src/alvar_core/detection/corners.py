@@ -1,12 +1,15 @@
 """Measure the corners of aligned markers, and their covariance."""
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Floats
 from alvar_core.detection import homography, thresholds
 from alvar_core.detection.alignment import Alignment
-from alvar_core.detection.edge_refiner import EdgeRefiner
+from alvar_core.detection.edge_refiner import EdgeRefiner, compiled_limits
 from alvar_core.detection.prepared_image import PreparedImage
 
 
@@ -28,13 +31,16 @@ class CornerEstimator:
 
     def bow(self, image: PreparedImage, corners: Floats) -> Floats:
         """Return the second largest height [px] of a side's bow, (M,), of markers with corners (M, 4, 2) [ideal px]."""
-        return self._edges.bow(image.pyramid, image.camera, homography.from_square(corners, self.cells / 2))
+        return self._edges.bow(image.pyramid, image.camera, corners)
 
     def measure(self, image: PreparedImage, state: Alignment, corners: Floats) -> tuple[Floats, Floats]:
         """Return the corners (M, 4, 2) [ideal px] and their inverse covariance (M, 8, 8) [1/px^2].
 
         ``corners`` are those of ``start``; they are changed in place.
         """
+        compiled = native.library_for(image.camera)
+        if compiled:
+            return self._measure_compiled(*compiled, image, state, corners)
         side = np.sqrt(homography.area(corners))
         covariance = self._covariance(state, side)
         large = np.flatnonzero(side > thresholds.MIN_EDGE_SIDE)
@@ -50,6 +56,21 @@ class CornerEstimator:
             floor = _floor(np.full(len(large), thresholds.CORNER_MODEL_ERROR))
             covariance[large] = before - share @ before + floor
         return corners, np.linalg.inv(covariance)
+
+    def _measure_compiled(self, library: ctypes.CDLL, lens: Floats, image: PreparedImage, state: Alignment,
+                          corners: Floats) -> tuple[Floats, Floats]:
+        """Do the same as ``measure`` with the compiled step of native/corners.cpp."""
+        information, place = np.empty((len(corners), 8, 8)), native.address
+        numbers = np.ascontiguousarray([state.blur, state.noise])
+        of_edges, limits = compiled_limits(), np.array([
+            thresholds.SAMPLES_PER_CELL, thresholds.MIN_EDGE_SIDE, thresholds.MAX_EDGE_MOVE,
+            thresholds.CORNER_MODEL_ERROR, thresholds.COARSE_CORNER_ERROR, thresholds.CORNER_NOISE_FACTOR])
+        corners, h, level, normal = (np.ascontiguousarray(each) for each in (corners, state.h, state.level, state.normal))
+        library.alvar_measure_corners(
+            *native.image(image.pyramid.full), place(lens), len(corners), self.cells, place(h), place(numbers[0]),
+            place(level), place(numbers[1]), place(normal), place(of_edges), place(limits), place(corners),
+            place(information))
+        return corners, information
 
     def _covariance(self, state: Alignment, side: Floats) -> Floats:
         """Return the covariance (M, 8, 8) [px^2] of the aligned corners; ``side`` (M,) [px] is that of the markers."""

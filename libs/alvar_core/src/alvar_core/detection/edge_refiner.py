@@ -8,8 +8,11 @@ unless px are stated; sides are counted clockwise from the upper one, corners fr
 """
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Bools, Floats
 from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
@@ -71,13 +74,16 @@ class EdgeRefiner:
         corners, covariance, seen = self._once(pyramid, camera, h, across, px)
         return corners, covariance, good & seen
 
-    def bow(self, pyramid: Pyramid, camera: Camera, h: Floats) -> Floats:
-        """Return the height [px] of the second largest bow of a side, (M,), of markers at ``h`` (M, 3, 3).
+    def bow(self, pyramid: Pyramid, camera: Camera, corners: Floats) -> Floats:
+        """Return the height [px] of the second largest bow of a side, (M,), by corners (M, 4, 2) [ideal px].
 
         Bent paper makes bows of at least two sides, something that covers a part of one, or a crease, makes one: if the
         largest is much larger, it counts by thresholds.BOW_OF_ONE. A bow that noise explains counts 0.
         """
-        corners = homography.apply(h, self._square)
+        compiled = native.library_for(camera)
+        if compiled:
+            return self._bow_compiled(*compiled, pyramid, corners)
+        h = homography.from_square(corners, self._half)
         px = np.sqrt(homography.area(corners))[:, None] / (2 * self._half)
         across = np.minimum(thresholds.BOW_REACH / px, thresholds.MAX_EDGE_REACH).repeat(4, 1)
         offset, enough = self._offsets(pyramid, camera, h, across)
@@ -89,6 +95,13 @@ class EdgeRefiner:
         bows = np.sort(np.where(height > thresholds.BOW_OVER_NOISE * error, height, 0.0) * px, 1)
         bow: Floats = np.maximum(bows[:, -2], thresholds.BOW_OF_ONE * bows[:, -1])
         return bow
+
+    def _bow_compiled(self, library: ctypes.CDLL, lens: Floats, pyramid: Pyramid, corners: Floats) -> Floats:
+        """Do the same as ``bow`` with the compiled step of native/corners.cpp."""
+        corners, bows, limits = np.ascontiguousarray(corners, np.float64), np.empty(len(corners)), compiled_limits()
+        library.alvar_bows(*native.image(pyramid.full), native.address(lens), len(corners), round(2 * self._half),
+                           native.address(corners), native.address(limits), native.address(bows))
+        return bows
 
     def _once(self, pyramid: Pyramid, camera: Camera, h: Floats, across: Floats,
               px: Floats) -> tuple[Floats, Floats, Bools]:
@@ -148,6 +161,15 @@ class EdgeRefiner:
         lines, spread = np.hstack([middle, rise]), np.hstack([s2, -s1, -s1, s0])
         spread *= (noise / px) ** 2 / det
         return lines.reshape(markers, sides, 2), spread.reshape(markers, sides, 2, 2), seen
+
+
+def compiled_limits() -> Floats:
+    """Return the thresholds of edges that native/corners.cpp needs."""
+    return np.array([
+        thresholds.EDGE_REACH, thresholds.EDGE_BLURS, thresholds.MAX_EDGE_REACH, thresholds.EDGE_START,
+        thresholds.MIN_EDGE_STEP, thresholds.MIN_EDGE_CONTRAST, thresholds.EDGE_FITS, thresholds.EDGE_OUTLIER,
+        thresholds.MIN_EDGE_OUTLIER, thresholds.MIN_EDGE_NOISE, thresholds.MIN_EDGE_SEEN, thresholds.BOW_REACH,
+        thresholds.BOW_OVER_NOISE, thresholds.BOW_OF_ONE])
 
 
 def _median(values: Floats) -> Floats:

@@ -18,13 +18,19 @@ class Pyramid:
     """
 
     def __init__(self, grey: Image, buffer: Image | None = None) -> None:
-        height, width = grey.shape
+        self._height, width = grey.shape
+        height = self._height
         boxes, self._table = _layout(width, height)
         self._atlas: Image = np.empty((height + height // 2, width), np.uint8) if buffer is None else buffer
         self._atlas[:height], finer = grey, grey
         for x, y, wide, high in boxes[1:]:
             finer = cv2.resize(finer, (wide, high), dst=self._atlas[y:y + high, x:x + wide],
                                interpolation=cv2.INTER_AREA)
+
+    @property
+    def full(self) -> Image:
+        """Return the image at full size."""
+        return self._atlas[:self._height]
 
     @property
     def memory(self) -> tuple[Image, Floats]:
