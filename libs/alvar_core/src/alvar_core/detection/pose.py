@@ -7,6 +7,7 @@ Camera frame: optical (x right, y down, z forward). Lengths in metres, angles in
 """
 from __future__ import annotations
 
+import ctypes
 import math
 from dataclasses import dataclass
 from typing import Sequence
@@ -14,7 +15,7 @@ from typing import Sequence
 import cv2
 import numpy as np
 
-from alvar_core import drawing
+from alvar_core import drawing, native
 from alvar_core.arrays import ArrayLike, Floats, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import thresholds
@@ -56,6 +57,8 @@ def solve(ideal_corners: ArrayLike, sizes: ArrayLike, camera: Camera,
     if not len(corners):
         return found
     sizes = np.asarray(sizes, np.float64)
+    if native.library:
+        return _solve_compiled(native.library, corners, sizes, camera, information)
     owners, rotations, positions = _both_poses(camera.to_rays(corners), sizes)
     if len(owners):
         points = drawing.UNIT_CORNERS * sizes[owners, None, None]
@@ -65,6 +68,18 @@ def solve(ideal_corners: ArrayLike, sizes: ArrayLike, camera: Camera,
     for solutions in found:
         solutions.sort(key=lambda s: s.chi2)
     return found
+
+
+def _solve_compiled(library: ctypes.CDLL, corners: Floats, sizes: Floats, camera: Camera,
+                    information: Floats) -> list[list[Solution]]:
+    """Do the same as ``solve`` with the compiled step of native/pose.cpp."""
+    corners, sizes, information = (np.ascontiguousarray(each, np.float64) for each in (corners, sizes, information))
+    rows, found = np.empty((len(corners), 2, 14)), np.empty(len(corners), np.int32)
+    lens, place = np.concatenate([camera.focal, camera.centre]), native.address
+    library.alvar_poses(len(corners), place(corners), place(sizes), place(lens), place(information), place(rows),
+                        place(found))
+    return [[Solution(row[:9].reshape(3, 3), row[9:12], float(row[12]), float(row[13])) for row in both[:count]]
+            for both, count in zip(rows, found.tolist())]
 
 
 def _both_poses(rays: Floats, sizes: Floats) -> tuple[Integers, Floats, Floats]:
