@@ -1,10 +1,12 @@
 """Measure features of aligned candidates, and decide which candidates are markers."""
 from __future__ import annotations
 
+import ctypes
 from typing import NamedTuple
 
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Floats
 from alvar_core.detection import thresholds
 from alvar_core.detection.alignment import Aligner, Alignment
@@ -62,28 +64,66 @@ class Appearance:
     """
 
     def __init__(self, aligner: Aligner, resolution: int, margin: int) -> None:
-        self._share, self._weight = aligner.share, aligner.fixed_weight.sum()
-        g, cells = aligner.grid, aligner.grid.cells
+        self._share, self._weight = aligner.share, float(aligner.fixed_weight.sum())
+        g, self._cells = aligner.grid, aligner.grid.cells
+        cells = self._cells
         self._data_samples = np.flatnonzero(g.reach < -margin + 0.5)
         x, y = g.x[self._data_samples], g.y[self._data_samples]
-        self._smooth_basis = np.linalg.qr(np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1))[0]
+        smooth = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1)
+        self._smooth_basis = np.ascontiguousarray(np.linalg.qr(smooth)[0], np.float32)
         half = cells / 2
         strip = (g.reach > 0) & (g.reach < 1 / thresholds.SAMPLES_PER_CELL)
-        strips = [strip & beyond for beyond in (g.x < -half, g.x > half, g.y < -half, g.y > half)]
+        strips = [strip & (np.abs(beside) < half) & beyond for beside, beyond in
+                  ((g.y, g.x < -half), (g.y, g.x > half), (g.x, g.y < -half), (g.x, g.y > half))]
         column, row = (np.floor(v + half) for v in (g.x, g.y))
         members = [(row == y) & (column == x) for y in range(cells) for x in range(cells)]
         chosen = np.array(members + strips)
         # (P, cells^2 + 4): turns samples into their means in each cell and in the four strips around the marker
         self._means = (chosen / chosen.sum(1, keepdims=True)).T.astype(np.float32)
+        self._group = np.full(len(g.x), -1, np.int32)  # the row of _means that a sample counts in
+        for k, each in enumerate(chosen):
+            self._group[each] = k
         self._is_data = np.pad(np.ones((resolution, resolution), bool), margin).ravel()
 
-    def likeness(self, state: Alignment, noise: Floats) -> Floats:
+    def features(self, state: Alignment, noise: Floats) -> list[Features]:
+        """Return the Features of each marker, without those of its Reading.
+
+        The likeness is not a number where the homography is none.
+        """
+        columns = (self._compiled(native.library, state, noise) if native.library
+                   else self._in_numpy(state, noise))
+        rows = zip(*(column.tolist() for column in (*columns, state.contrast, state.noise, state.blur)))
+        return [Features(likeness, outside, detail, int(inside), int(rim), *rest)
+                for likeness, detail, outside, inside, rim, *rest in rows]
+
+    def _compiled(self, library: ctypes.CDLL, state: Alignment, noise: Floats) -> Floats:
+        """Do the same as ``_in_numpy`` with the compiled step of native/appearance.cpp."""
+        count, place, noise = len(state.h), native.address, np.ascontiguousarray(noise, np.float64)
+        samples = [np.ascontiguousarray(each) for each in
+                   (state.values, state.template, state.model, state.gain, state.weights, self._share)]
+        out = np.empty((6, count))
+        library.alvar_features(
+            count, len(self._share), *map(place, samples), ctypes.c_double(self._weight), place(noise),
+            len(self._data_samples), place(self._data_samples), place(self._smooth_basis), self._cells,
+            place(self._group), place(self._is_data), ctypes.c_double(thresholds.MAX_NOISE_SHARE),
+            ctypes.c_double(thresholds.BAD_CELL), place(out))
+        return out
+
+    def _in_numpy(self, state: Alignment, noise: Floats) -> tuple[Floats, ...]:
+        """Return likeness, detail, outside, bad_inside, bad_rim and kept, each (M,)."""
+        with np.errstate(invalid='ignore'):
+            means = ((state.values - state.model) / state.gain) @ self._means
+            bad = np.abs(means[:, :-4]) > thresholds.BAD_CELL
+            inside = bad[:, self._is_data].sum(1)
+            return (self._likeness(state, noise), self._detail(state, noise), means[:, -4:].min(1), inside,
+                    bad.sum(1) - inside, state.weights.sum(1) / self._weight)
+
+    def _likeness(self, state: Alignment, noise: Floats) -> Floats:
         """Return the normalised correlation (M,) of the image with the drawn marker, corrected for noise."""
         v = state.values - (state.values @ self._share)[:, None]
         t = state.template - (state.template @ self._share)[:, None]
-        with np.errstate(invalid='ignore'):
-            energy = without_noise((v * v) @ self._share, noise ** 2)
-            likeness: Floats = ((v * t) @ self._share) / np.sqrt(energy * ((t * t) @ self._share) + 1e-6)
+        energy = without_noise((v * v) @ self._share, noise ** 2)
+        likeness: Floats = ((v * t) @ self._share) / np.sqrt(energy * ((t * t) @ self._share) + 1e-6)
         return likeness
 
     def _detail(self, state: Alignment, noise: Floats) -> Floats:
@@ -97,12 +137,3 @@ class Appearance:
         energy = without_noise((v * v).sum(1), len(self._data_samples) * noise ** 2)
         detail: Floats = (v * t).sum(1) / np.sqrt(energy * (t * t).sum(1) + 1e-6)
         return detail
-
-    def features(self, state: Alignment, likeness: Floats, noise: Floats) -> list[Features]:
-        """Return the Features of each marker, without those of its Reading."""
-        means = ((state.values - state.model) / state.gain) @ self._means
-        bad = np.abs(means[:, :-4]) > thresholds.BAD_CELL
-        inside = bad[:, self._is_data].sum(1)
-        columns = (likeness, means[:, -4:].min(1), self._detail(state, noise), inside, bad.sum(1) - inside,
-                   state.weights.sum(1) / self._weight, state.contrast, state.noise, state.blur)
-        return [Features(*row) for row in zip(*(column.tolist() for column in columns))]

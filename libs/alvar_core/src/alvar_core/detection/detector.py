@@ -278,7 +278,8 @@ class Detector:
         state = self._aligner.run(image.pyramid, image.camera, start.h, start.black, start.blur, start.level,
                                   thresholds.ALIGNMENT_STEPS)
         noise = np.minimum(state.noise, thresholds.SAMPLED_NOISE * image.noise / 2.0 ** state.level)
-        likeness, corners = self._appearance.likeness(state, noise), self._corners.start(state)
+        features, corners = self._appearance.features(state, noise), self._corners.start(state)
+        likeness = np.array([each.likeness for each in features])
         blur = covariance(state.h, state.blur * 4.0 ** state.level)
         good = self._promising(likeness, corners, blur)
         if not len(good):
@@ -287,7 +288,7 @@ class Detector:
         likeness, noise, blur = likeness[good], noise[good], blur.take(good)
         words = [start.words[m] for m in good] if start.words else None
         readings = self._read(state, blur, likeness, noise, words)
-        features = self._appearance.features(state, likeness, noise)
+        features = [features[m] for m in good]
         found, changed = self._judged(image, black, corners, readings, features)
         out = self._detections(image, state, corners, found)
         if changed and words:

@@ -11,7 +11,7 @@ import numpy as np
 from alvar_core import code, native
 from alvar_core.arrays import ArrayLike, Bools, Floats, Image, Integers
 from alvar_core.detection import homography, thresholds
-from alvar_core.detection.alignment import Covariance, Grid
+from alvar_core.detection.alignment import NORMAL_STEP, Covariance, Grid
 
 
 def black_cells(white: ArrayLike, margin: int) -> Bools:
@@ -182,9 +182,11 @@ class Reader:
         self._inside = np.abs(self.grid.line) < reach
         x, y = (v.ravel() for v in np.meshgrid(grid.line[self._inside], grid.line[self._inside]))
         light = np.stack([np.ones_like(x), x, y, x * y], 1)
-        self._light = np.linalg.qr(light)[0].astype(np.float32)
+        self._light = np.ascontiguousarray(np.linalg.qr(light)[0], np.float32)
         self._seen = words_of_numbers() if resolution == 5 else np.zeros((0, 5, 5), bool)
         self._words = self._seen.reshape(-1, 25).astype(np.float32)
+        self._words_t = np.ascontiguousarray(self._words.T)
+        self._inside_line = grid.line[self._inside].astype(np.float32)
 
     def read(self, values: Floats, covariance: Covariance, noise: Floats) -> list[Reading]:
         """Return the best Reading of each marker of resolution 5.
@@ -192,11 +194,24 @@ class Reader:
         ``values`` (M, P) [greys] are those on the grid, ``covariance`` is the blur in cells. ``noise`` (M,) [greys] is
         the standard deviation of the values' noise, which does not reduce the fit.
         """
+        if native.library:
+            return self._read_compiled(native.library, values, covariance, noise)
         ex, ey = self._coverage(covariance)
         flat = self._region(values).reshape(len(values), -1)
         grey = (flat - (flat @ self._light) @ self._light.T).reshape(len(values), ey.shape[1], ex.shape[1])
         matched = (ey.transpose(0, 2, 1) @ grey @ ex).reshape(len(values), -1)
         return [self._number(*each) for each in zip(matched, grey, ex, ey, noise)]
+
+    def _read_compiled(self, library: ctypes.CDLL, values: Floats, covariance: Covariance,
+                       noise: Floats) -> list[Reading]:
+        """Do the same as ``read`` with the compiled step of native/appearance.cpp."""
+        grey, place = np.ascontiguousarray(self._region(values), np.float32), native.address
+        variance, noise = np.array([covariance.xx, covariance.yy], np.float64), np.ascontiguousarray(noise, np.float64)
+        out, words = np.empty((2, len(grey))), np.empty(len(grey), np.int64)
+        library.alvar_read(len(grey), grey.shape[1], place(grey), place(self._inside_line), self.resolution,
+                           place(self._light), place(NORMAL_STEP), place(variance), place(noise), len(self._words),
+                           place(self._words_t), ctypes.c_double(thresholds.MAX_NOISE_SHARE), place(out), place(words))
+        return [self.of_word(*each) for each in zip(words.tolist(), *out.tolist())]
 
     def _coverage(self, covariance: Covariance) -> tuple[Floats, Floats]:
         """Return how much columns and rows of data cells cover each column and row of samples; each (M, S, n)."""
