@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 
 import numpy as np
 
@@ -28,12 +29,11 @@ SHADOWS = ('shadow 0.5', 'shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole')
 
 
 class ClassScore(Score):
-    """A Score with corners and flags."""
+    """A Score with flags, and with the CPU times ``ms`` of the detector."""
 
-    def corners(self):
-        """Return the worst corner error [px] of each marker found."""
-        return [float(np.linalg.norm(np.subtract(m.marker['corners'], m.detection['corners']), axis=1).max())
-                for m in self.matches if m.detection]
+    def __init__(self):
+        super().__init__()
+        self.ms = []
 
     def rotations(self, sure=False):
         """Return the rotation errors [degrees]; ``sure``: only of poses without a flag."""
@@ -52,7 +52,10 @@ def scores(tools, half, count):
             shot = marker_classes.photo(name, half, number)
             for tool, detect in tools.items():
                 score = out[tool].setdefault(name, ClassScore())
-                score.add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, detect(shot.image, shot.camera)))
+                begun = time.thread_time()
+                found = detect(shot.image, shot.camera)
+                score.ms.append(1e3 * (time.thread_time() - begun))
+                score.add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, found))
     return out
 
 
@@ -84,7 +87,12 @@ def table(results):
             row += _columns(by_class[name])
         rows.append(row)
     widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    return '\n'.join('  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows)
+    lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
+    for tool, by_class in results.items():
+        times = [each for name in KINDS for each in by_class[name].ms]
+        lines.append('{}: CPU of an image with a marker, ms: median {:.2f}, 95th percentile {:.2f}'.format(
+            tool, *np.percentile(times, [50, 95])))
+    return '\n'.join(lines)
 
 
 def _columns(score):
@@ -170,7 +178,8 @@ def _scored(shots, answers):
     """Return {class: ClassScore} of a peer's ids and corners; look-alikes are tags to it, so they are left out."""
     out = {name: ClassScore() for name in (*KINDS, LOOK_ALIKES)}
     pose = ArucoBaseline.pose
-    for (name, shot), found in zip(shots, answers):
+    for (name, shot), (found, ms) in zip(shots, answers):
+        out[name].ms.append(ms)
         if name != LOOK_ALIKES:
             records = [record for number, corners in found
                        for record in pose(number, np.array(corners), shot.camera, SIZE)]

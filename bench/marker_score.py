@@ -80,6 +80,11 @@ class Score:
         """Return a percentile of the rotation errors [degrees]."""
         return _percentile([m.rotation_error for m in self.found], percent)
 
+    def corners(self):
+        """Return the worst corner error [px] of each marker found with corners."""
+        return [float(np.linalg.norm(np.subtract(m.marker['corners'], m.detection['corners']), axis=1).max())
+                for m in self.matches if m.detection and m.detection.get('corners')]
+
     @property
     def flips(self):
         """Return how many poses are flipped and not flagged as ambiguous."""

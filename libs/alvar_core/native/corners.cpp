@@ -1,8 +1,10 @@
 // CornerEstimator.measure of detection/corners.py, EdgeRefiner.refine and .bow of detection/edge_refiner.py, one marker
 // after the other. Names and formulas are those of these files.
 #include <cstring>
+#include <vector>
 
 #include "algebra.h"
+#include "edge_fit.h"
 #include "image.h"
 
 namespace {
@@ -22,6 +24,7 @@ struct Limits {
 // The order of corners.py's limits
 struct CornerLimits {
     double samples_per_cell, min_side, max_move, model_error, coarse_error, noise_factor;
+    double cell_reach, max_cell_reach, cell_steps, min_seen, cell_variance;
 };
 
 double along(int i) { return -0.9 + 1.8 * i / (kAlong - 1); }  // edge_refiner.ALONG
@@ -183,15 +186,9 @@ bool refine(const Image& grey, const Lens& lens, const double* h, double half, d
     return measure_edges(grey, lens, h, half, across, px, limit, corners, covariance) && good;
 }
 
-// The covariance (8, 8) [px^2] of aligned corners for noise 1
-bool aligned_spread(const double* h, double half, const double* normal, double* spread) {
-    double ridged[kParameters * kParameters], inverse[kParameters * kParameters], jacobian[8][8], part[8][8];
-    std::memcpy(ridged, normal, sizeof ridged);
-    for (int k = 0; k < kParameters; ++k) {
-        double& diagonal = ridged[k * (kParameters + 1)];
-        diagonal = diagonal * (1 + 1e-6) + 1e-9;
-    }
-    if (!invert(ridged, inverse, kParameters)) return false;
+// The covariance (8, 8) of corners by that of small changes of h, the upper left part of a matrix with `wide` columns
+void spread_of(const double* h, double half, const double* changes, int wide, double* spread) {
+    double jacobian[8][8], part[8][8];
     for (int k = 0; k < kSides; ++k) {
         const double x = kSquare[k][0] * half, y = kSquare[k][1] * half, w = h[6] * x + h[7] * y + h[8];
         for (int axis = 0; axis < 2; ++axis) {
@@ -205,7 +202,7 @@ bool aligned_spread(const double* h, double half, const double* normal, double* 
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
             part[i][j] = 0;
-            for (int k = 0; k < 8; ++k) part[i][j] += jacobian[i][k] * inverse[k * kParameters + j];
+            for (int k = 0; k < 8; ++k) part[i][j] += jacobian[i][k] * changes[k * wide + j];
         }
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
@@ -213,6 +210,18 @@ bool aligned_spread(const double* h, double half, const double* normal, double* 
             for (int k = 0; k < 8; ++k) sum += part[i][k] * jacobian[j][k];
             spread[8 * i + j] = sum;
         }
+}
+
+// The covariance (8, 8) [px^2] of aligned corners for noise 1
+bool aligned_spread(const double* h, double half, const double* normal, double* spread) {
+    double ridged[kParameters * kParameters], inverse[kParameters * kParameters];
+    std::memcpy(ridged, normal, sizeof ridged);
+    for (int k = 0; k < kParameters; ++k) {
+        double& diagonal = ridged[k * (kParameters + 1)];
+        diagonal = diagonal * (1 + 1e-6) + 1e-9;
+    }
+    if (!invert(ridged, inverse, kParameters)) return false;
+    spread_of(h, half, inverse, kParameters, spread);
     return true;
 }
 
@@ -230,19 +239,50 @@ bool combine(const double* sharp, const double* of_edges, double* corners, doubl
     return true;
 }
 
+// Corners (4, 2) by the edges of all cells, and their covariance (8, 8); false if too few are seen.
+bool measure_cells(const Image& grey, const Lens& lens, const double* start, double half, const EdgePoints& points,
+                   const double* scale, const EdgeLimits& edges, const CornerLimits& limit, double* corners,
+                   double* covariance) {
+    double h[9], theta[8], changes[64], numbers[2];
+    std::vector<std::uint8_t> agrees(points.count);
+    from_square(start, half, h);
+    const double reach = std::min(limit.cell_reach * side_of(start) / (2 * half), limit.max_cell_reach);
+    if (!fit_edges(grey, lens, h, points, scale, reach, reach, limit.cell_steps, edges, theta, changes, numbers,
+                   agrees.data()))
+        return false;
+    int seen = 0;
+    for (const auto each : agrees) seen += each;
+    change(h, theta);
+    corners_at(h, half, corners);
+    spread_of(h, half, changes, 8, covariance);
+    for (int i = 0; i < 64; ++i) covariance[i] *= limit.cell_variance;
+    return seen > limit.min_seen * points.count;
+}
+
+bool near(const double* a, const double* b, double reach) {
+    bool all = true;
+    for (int i = 0; i < 8; ++i) all = all && std::fabs(a[i] - b[i]) < reach;
+    return all;
+}
+
 }  // namespace
 
 // Changes corners (markers, 4, 2) [ideal px] of markers at h; writes their information (markers, 8, 8). `normal`
-// (markers, 15, 15): that of the alignment. Where a matrix is singular, the information is 0.
+// (markers, 15, 15): that of the alignment; of each marker, `edges`: how many points are on the edges of its cells,
+// `middle` and `outward` (2, edges): where, and the direction from black to white. Where a matrix is singular, the information is 0.
 extern "C" void alvar_measure_corners(const std::uint8_t* greys, std::int64_t stride, int width, int height,
                                       const double* lens_numbers, int markers, int cells, const double* h,
                                       const double* blur, const std::int64_t* level, const double* noise,
-                                      const double* normal, const double* edge_limits, const double* limits,
-                                      double* corners, double* information) {
+                                      const double* normal, const std::int64_t* edges, const double* const* middle,
+                                      const double* const* outward, const double* scale, const double* edge_limits,
+                                      const double* cell_limits, const double* limits, double* corners,
+                                      double* information) {
     const Image grey = {greys, stride, width, height};
     const Lens lens(lens_numbers);
     Limits of_edges;
+    EdgeLimits of_cells;
     CornerLimits limit;
+    std::memcpy(&of_cells, cell_limits, sizeof of_cells);
     std::memcpy(&of_edges, edge_limits, sizeof of_edges);
     std::memcpy(&limit, limits, sizeof limit);
     const double half = 0.5 * cells;
@@ -251,18 +291,19 @@ extern "C" void alvar_measure_corners(const std::uint8_t* greys, std::int64_t st
         double covariance[64], sharp[8], sharp_covariance[64];
         std::fill(information, information + 64, 0.0);
         if (!aligned_spread(h, half, normal, covariance)) continue;
-        const double scale = limit.noise_factor * std::max(noise[m], 1.0) * std::max(noise[m], 1.0);
+        const double variance = limit.noise_factor * std::max(noise[m], 1.0) * std::max(noise[m], 1.0);
         const double sampled = side / cells / limit.samples_per_cell;
         const double floor = std::max(limit.model_error * size, limit.coarse_error * sampled * sampled);
-        for (double& each : covariance) each *= scale;
+        for (double& each : covariance) each *= variance;
         for (int i = 0; i < 8; ++i) covariance[9 * i] += floor * floor;
         if (side > limit.min_side) {
-            bool good = refine(grey, lens, h, half, std::sqrt(blur[m]) * size, of_edges, sharp, sharp_covariance);
-            for (int i = 0; i < 8; ++i) good = good && std::fabs(sharp[i] - corners[i]) < limit.max_move * side / cells;
-            if (good) {
-                if (!combine(sharp, sharp_covariance, corners, covariance)) continue;
-                for (int i = 0; i < 8; ++i) covariance[9 * i] += limit.model_error * limit.model_error;
-            }
+            const double reach = limit.max_move * side / cells;
+            const EdgePoints points = {int(edges[m]), middle[m], middle[m] + edges[m], outward[m], outward[m] + edges[m]};
+            bool moved = refine(grey, lens, h, half, std::sqrt(blur[m]) * size, of_edges, sharp, sharp_covariance)
+                         && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
+            moved |= measure_cells(grey, lens, corners, half, points, scale, of_cells, limit, sharp, sharp_covariance)
+                     && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
+            for (int i = 0; moved && i < 8; ++i) covariance[9 * i] += limit.model_error * limit.model_error;
         }
         if (!invert(covariance, information, 8)) std::fill(information, information + 64, 0.0);
     }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "algebra.h"
+#include "edge_fit.h"
 #include "image.h"
 
 namespace {
@@ -11,16 +12,6 @@ namespace {
 using namespace alvar;
 
 constexpr int kFree = 8, kAcross = 15, kEnds = 3;
-
-// The order of edge_alignment.py's limits
-struct Limits {
-    double min_contrast, min_step, dark_grey, outlier, min_outlier, settled;
-};
-
-struct Points {  // (count,) each: places in cells, direction from black to white
-    int count;
-    const double *x, *y, *right, *down;
-};
 
 struct Fit {
     std::vector<double> jacobian, offset, size, weight, sorted;  // (count, 8), (count,)
@@ -30,7 +21,7 @@ struct Fit {
         : jacobian(count * kFree), offset(count), size(count), weight(count), sorted(count), good(count) {}
 
     // The typical size of a residual; sets the weights.
-    double weigh(int count, int middle, const Limits& limit) {
+    double weigh(int count, int middle, const EdgeLimits& limit) {
         for (int i = 0; i < count; ++i) sorted[i] = good[i] ? size[i] : std::numeric_limits<double>::infinity();
         const double error = 1.4826 * nth(sorted.data(), count, middle);
         const double scale = 1 / (limit.outlier * std::max(error, limit.min_outlier / 3));
@@ -44,7 +35,7 @@ struct Fit {
 
 // Sets the Jacobian, offsets and which are edges, with parameters theta; returns the number of edges.
 ALVAR_FAST int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, const double* theta,
-                    const Points& points, const double* scale, double reach, const Limits& limit) {
+                    const EdgePoints& points, const double* scale, double reach, const EdgeLimits& limit) {
     double h[9];
     const double small[9] = {1 + theta[1], theta[2],  theta[0], theta[4], 1 + theta[5],
                              theta[3],     -theta[6], -theta[7], 1};
@@ -109,23 +100,16 @@ ALVAR_FAST void normal_equations(const Fit& fit, int count, double* normal, doub
 
 }  // namespace
 
-// Returns whether enough edges are seen. theta (8), covariance (8, 8), numbers: error, cost; agrees (count,).
-extern "C" int alvar_fit_edges(const std::uint8_t* greys, std::int64_t stride, int width, int height,
-                               const double* lens_numbers, const double* h, int count, const double* middle,
-                               const double* outward, const double* scale, double reach, int steps,
-                               const double* limits, double* theta, double* covariance, double* numbers,
-                               std::uint8_t* agrees) {
-    const Image grey = {greys, stride, width, height};
-    const Lens lens(lens_numbers);
-    Limits limit;
-    std::memcpy(&limit, limits, sizeof limit);
-    const Points points = {count, middle, middle + count, outward, outward + count};
+bool alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points,
+                      const double* scale, double reach, double first_reach, int steps, const EdgeLimits& limit,
+                      double* theta, double* covariance, double* numbers, std::uint8_t* agrees) {
+    const int count = points.count;
     Fit fit(count);
     double normal[kFree * kFree], copy[kFree * kFree], change[kFree], error = 0;
     std::fill(theta, theta + kFree, 0.0);
     for (int step = 0; step < steps; ++step) {
-        const int visible = look(fit, grey, lens, h, theta, points, scale, reach * (step ? 1.0 : 1.6), limit);
-        if (visible < 3 * kFree) return 0;
+        const int visible = look(fit, grey, lens, h, theta, points, scale, step ? reach : first_reach, limit);
+        if (visible < 3 * kFree) return false;
         const int half = std::min(visible / 2, count - 1);
         for (int i = 0; i < count; ++i) fit.size[i] = std::fabs(fit.offset[i]);
         error = fit.weigh(count, half, limit);
@@ -133,7 +117,7 @@ extern "C" int alvar_fit_edges(const std::uint8_t* greys, std::int64_t stride, i
         for (int again = 0; again < 3; ++again) {
             normal_equations(fit, count, normal, change);
             std::memcpy(copy, normal, sizeof copy);
-            if (!solve(copy, change, kFree, 1)) return 0;
+            if (!solve(copy, change, kFree, 1)) return false;
             furthest = 0;
             for (int i = 0; i < count; ++i) {
                 double moved = 0;
@@ -146,7 +130,7 @@ extern "C" int alvar_fit_edges(const std::uint8_t* greys, std::int64_t stride, i
         for (int k = 0; k < kFree; ++k) theta[k] += change[k] * scale[k];
         if (step && furthest < limit.settled) break;
     }
-    if (!invert(normal, covariance, kFree)) return 0;
+    if (!invert(normal, covariance, kFree)) return false;
     const double square = std::max(error, 0.03) * std::max(error, 0.03);
     for (int k = 0; k < kFree; ++k)
         for (int l = 0; l < kFree; ++l) covariance[k * kFree + l] *= square * scale[k] * scale[l];
@@ -155,5 +139,18 @@ extern "C" int alvar_fit_edges(const std::uint8_t* greys, std::int64_t stride, i
         agrees[i] = fit.good[i] && fit.weight[i] > 0.1;
         numbers[1] += fit.good[i] ? std::min(fit.size[i] * fit.size[i], 1.0) : 1.0;
     }
-    return 1;
+    return true;
+}
+
+// Returns whether enough edges are seen; `middle` (2, count), `outward` (2, count).
+extern "C" int alvar_fit_edges(const std::uint8_t* greys, std::int64_t stride, int width, int height,
+                               const double* lens_numbers, const double* h, int count, const double* middle,
+                               const double* outward, const double* scale, double reach, double first_reach, int steps,
+                               const double* limits, double* theta, double* covariance, double* numbers,
+                               std::uint8_t* agrees) {
+    EdgeLimits limit;
+    std::memcpy(&limit, limits, sizeof limit);
+    return fit_edges({greys, stride, width, height}, Lens(lens_numbers), h,
+                     {count, middle, middle + count, outward, outward + count}, scale, reach, first_reach, steps, limit,
+                     theta, covariance, numbers, agrees);
 }

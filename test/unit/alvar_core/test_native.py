@@ -146,18 +146,19 @@ def test_coarse_decoding(monkeypatch, square):
 
 
 def aligned(shot, corners):
-    """Return the Alignment of the marker of a shot with its drawing, and the PreparedImage."""
+    """Return the Alignment of the marker of a shot with its drawing, the PreparedImage, and the black cells."""
     image = PreparedImage(shot.image, shot.camera)
     h = homography.from_square(shot.camera.to_ideal(corners)[None], HALF)
     black = black_cells(code.encode(shot.frame['markers'][0]['id']), 2)[None]
     turned = np.array([np.rot90(black[0], k) for k in range(4)])
     states = [Aligner(9, 3).run(image.pyramid, shot.camera, h, each[None], np.ones(1), np.zeros(1, int), 6)
               for each in turned]
-    return min(states, key=lambda state: state.noise[0]), image
+    best = min(range(4), key=lambda k: states[k].noise[0])
+    return states[best], image, turned[best:best + 1]
 
 
 def test_features_and_reading(monkeypatch, square):
-    state, _ = aligned(*square)
+    state, _, _ = aligned(*square)
     aligner = Aligner(9, 3)
     appearance, reader = Appearance(aligner, 5, 2), Reader(aligner.grid, 5, 2)
     ours, plain = (call(appearance.features, state, state.noise) for call in both(monkeypatch))
@@ -176,10 +177,10 @@ def both(monkeypatch):
 @pytest.mark.parametrize('name', ['even', '20 to 25 px', 'bent 10 cm', 'tilt'])
 def test_corners_and_bows(monkeypatch, name):
     shot = shots(name, 1)[0]
-    state, image = aligned(shot, np.array(shot.frame['markers'][0]['corners']))
+    state, image, black = aligned(shot, np.array(shot.frame['markers'][0]['corners']))
     estimator = CornerEstimator(9)
     start = estimator.start(state)
-    (ours, of_ours), (plain, of_plain) = (call(estimator.measure, image, state, start.copy())
+    (ours, of_ours), (plain, of_plain) = (call(estimator.measure, image, state, start.copy(), black)
                                           for call in both(monkeypatch))
     assert np.abs(ours - plain).max() < ROUNDING
     assert np.diag(np.linalg.inv(of_ours[0])) == pytest.approx(np.diag(np.linalg.inv(of_plain[0])), rel=0.2)
@@ -190,10 +191,10 @@ def test_corners_and_bows(monkeypatch, name):
 def test_corners_without_information():
     """A singular matrix says nothing: both poses are then as good."""
     shot = shots('even', 1)[0]
-    state, image = aligned(shot, np.array(shot.frame['markers'][0]['corners']))
+    state, image, black = aligned(shot, np.array(shot.frame['markers'][0]['corners']))
     state.normal[:] = np.nan
     estimator = CornerEstimator(9)
-    corners, information = estimator.measure(image, state, estimator.start(state))
+    corners, information = estimator.measure(image, state, estimator.start(state), black)
     assert not np.nan_to_num(information).any()
     solutions = pose.solve(corners, [0.1], shot.camera, np.nan_to_num(information))[0]
     assert pose.ambiguity(solutions)[1] or len(solutions) < 2

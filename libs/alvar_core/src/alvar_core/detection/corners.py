@@ -2,25 +2,32 @@
 from __future__ import annotations
 
 import ctypes
+from typing import Sequence
 
 import numpy as np
 
 from alvar_core import native
-from alvar_core.arrays import Floats
-from alvar_core.detection import homography, thresholds
+from alvar_core.arrays import Bools, Floats
+from alvar_core.detection import edge_alignment, edge_refiner, homography, thresholds
 from alvar_core.detection.alignment import Alignment
-from alvar_core.detection.edge_refiner import EdgeRefiner, compiled_limits
+from alvar_core.detection.edge_alignment import EdgeAligner, EdgePoints, Plane, changed
+from alvar_core.detection.edge_refiner import EdgeRefiner
 from alvar_core.detection.prepared_image import PreparedImage
 
 
 class CornerEstimator:
-    """Measures corners of markers with ``cells`` cells per side: by the alignment, and by the edges of large ones."""
+    """Measures corners of markers with ``cells`` cells per side.
+
+    Each large one is measured three times: by the alignment, by its outer edges and by the edges of all its cells. The
+    mean weighted by the covariances is more exact than each of them.
+    """
 
     def __init__(self, cells: int) -> None:
         half = cells / 2
         self.cells = cells
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-        self._edges = EdgeRefiner(cells)
+        self._edges, self._aligner = EdgeRefiner(cells), EdgeAligner()
+        self._scale = edge_alignment.scale_of(half)
         self._homogeneous = np.concatenate([self.square, np.ones((4, 1))], 1)[:, :, None]
         # (4, 2 or 3, 8): derivative of the corners, before the homography, by its small changes (homography.small)
         self._jacobian_basis = np.array([(homography.small(np.eye(8)) @ p - p)[..., 0].T for p in self._homogeneous])
@@ -33,43 +40,74 @@ class CornerEstimator:
         """Return the second largest height [px] of a side's bow, (M,), of markers with corners (M, 4, 2) [ideal px]."""
         return self._edges.bow(image.pyramid, image.camera, corners)
 
-    def measure(self, image: PreparedImage, state: Alignment, corners: Floats) -> tuple[Floats, Floats]:
+    def measure(self, image: PreparedImage, state: Alignment, corners: Floats,
+                black: Bools) -> tuple[Floats, Floats]:
         """Return the corners (M, 4, 2) [ideal px] and their inverse covariance (M, 8, 8) [1/px^2].
 
-        ``corners`` are those of ``start``; they are changed in place.
+        ``corners`` are those of ``start``; they are changed in place. ``black`` (M, n, n): the cells of the markers.
         """
+        points = [edge_alignment.edges_of_cells(cells) for cells in black]
         compiled = native.library_for(image.camera)
         if compiled:
-            return self._measure_compiled(*compiled, image, state, corners)
+            return self._measure_compiled(*compiled, image, state, corners, points)
         side = np.sqrt(homography.area(corners))
         covariance = self._covariance(state, side)
         large = np.flatnonzero(side > thresholds.MIN_EDGE_SIDE)
+        moved = np.zeros(len(corners), bool)
         if len(large):
             sigma = np.sqrt(state.blur[large]) * 2.0 ** state.level[large]
             sharp, of_edges, good = self._edges.refine(image.pyramid, image.camera, state.h[large], sigma)
-            moved = sharp - corners[large]
-            good &= np.abs(moved).max((1, 2)) < thresholds.MAX_EDGE_MOVE * side[large] / self.cells
-            large, moved = large[good], moved[good].reshape(-1, 8, 1)
-            before = covariance[large]
-            share = before @ np.linalg.inv(before + of_edges[good])  # weight of the edges
-            corners[large] += (share @ moved).reshape(-1, 4, 2)
-            floor = _floor(np.full(len(large), thresholds.CORNER_MODEL_ERROR))
-            covariance[large] = before - share @ before + floor
+            for m, *seen in zip(large[good], sharp[good], of_edges[good]):
+                moved[m] |= self._combine(corners[m], covariance[m], *seen)
+        for m in large:
+            of_cells = self._by_cells(image, corners[m], points[m])
+            moved[m] |= of_cells is not None and self._combine(corners[m], covariance[m], *of_cells)
+        covariance[moved] += _floor(np.full(moved.sum(), thresholds.CORNER_MODEL_ERROR))
         return corners, np.linalg.inv(covariance)
 
+    def _by_cells(self, image: PreparedImage, corners: Floats, points: EdgePoints) -> tuple[Floats, Floats] | None:
+        """Return the corners (4, 2) according to the edges of all cells and their covariance (8, 8), or None."""
+        h = homography.from_square(corners[None], self.cells / 2)[0]
+        cell = float(homography.mean_side(corners[None])[0]) / self.cells
+        reach = min(thresholds.LOCAL_REACH * cell, thresholds.MAX_LOCAL_REACH)
+        fit = self._aligner.fit(image.grey, image.camera, Plane(h), np.zeros((1, 8)), points, self._scale, reach,
+                                thresholds.CELL_STEPS, reach)[0]
+        if fit is None or fit.seen <= thresholds.MIN_SEEN_EDGES:
+            return None
+        h = changed(h, fit.parameters)[None]
+        jacobian = self._jacobian(h)[0]
+        covariance = jacobian @ fit.covariance @ jacobian.T * thresholds.CELL_VARIANCE
+        return homography.apply(h, self.square)[0], covariance
+
+    def _combine(self, corners: Floats, covariance: Floats, sharp: Floats, of_sharp: Floats) -> bool:
+        """Change corners (4, 2) and their covariance (8, 8) to the weighted mean with others; False if too far off."""
+        move = sharp - corners
+        reach = thresholds.MAX_EDGE_MOVE * np.sqrt(homography.area(corners[None])[0]) / self.cells
+        if not np.abs(move).max() < reach:
+            return False
+        share = covariance @ np.linalg.inv(covariance + of_sharp)
+        corners += (share @ move.ravel()).reshape(4, 2)
+        covariance -= share @ covariance
+        return True
+
     def _measure_compiled(self, library: ctypes.CDLL, lens: Floats, image: PreparedImage, state: Alignment,
-                          corners: Floats) -> tuple[Floats, Floats]:
+                          corners: Floats, points: Sequence[EdgePoints]) -> tuple[Floats, Floats]:
         """Do the same as ``measure`` with the compiled step of native/corners.cpp."""
         information, place = np.empty((len(corners), 8, 8)), native.address
         numbers = np.ascontiguousarray([state.blur, state.noise])
-        of_edges, limits = compiled_limits(), np.array([
+        of_edges, of_cells, limits = edge_refiner.compiled_limits(), edge_alignment.compiled_limits(), np.array([
             thresholds.SAMPLES_PER_CELL, thresholds.MIN_EDGE_SIDE, thresholds.MAX_EDGE_MOVE,
-            thresholds.CORNER_MODEL_ERROR, thresholds.COARSE_CORNER_ERROR, thresholds.CORNER_NOISE_FACTOR])
+            thresholds.CORNER_MODEL_ERROR, thresholds.COARSE_CORNER_ERROR, thresholds.CORNER_NOISE_FACTOR,
+            thresholds.LOCAL_REACH, thresholds.MAX_LOCAL_REACH, thresholds.CELL_STEPS, thresholds.MIN_SEEN_EDGES,
+            thresholds.CELL_VARIANCE])
         corners, h, level, normal = (np.ascontiguousarray(each) for each in (corners, state.h, state.level, state.normal))
+        counts = np.array([len(each.middle) for each in points], np.int64)
+        middle, outward = (np.array([place(each).value for each in arrays], np.uintp) for arrays in
+                           ([each.homogeneous for each in points], [each.across for each in points]))
         library.alvar_measure_corners(
             *native.image(image.pyramid.full), place(lens), len(corners), self.cells, place(h), place(numbers[0]),
-            place(level), place(numbers[1]), place(normal), place(of_edges), place(limits), place(corners),
-            place(information))
+            place(level), place(numbers[1]), place(normal), place(counts), place(middle), place(outward),
+            place(self._scale), place(of_edges), place(of_cells), place(limits), place(corners), place(information))
         return corners, information
 
     def _covariance(self, state: Alignment, side: Floats) -> Floats:
@@ -82,12 +120,16 @@ class CornerEstimator:
 
     def _spread(self, state: Alignment) -> Floats:
         """Return the covariance (M, 8, 8) of the corners [ideal px] for noise 1."""
-        h = state.h[:, None]
-        p = h @ self._homogeneous  # (M, 4, 3, 1)
-        jacobian = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self._jacobian_basis
-        jacobian = jacobian.reshape(-1, 8, 8)
+        jacobian = self._jacobian(state.h)
         spread: Floats = jacobian @ state.spread() @ jacobian.transpose(0, 2, 1)
         return spread
+
+    def _jacobian(self, h: Floats) -> Floats:
+        """Return the derivative (M, 8, 8) of the corners [ideal px] by small changes of h (M, 3, 3)."""
+        h = h[:, None]
+        p = h @ self._homogeneous  # (M, 4, 3, 1)
+        jacobian: Floats = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self._jacobian_basis
+        return jacobian.reshape(-1, 8, 8)
 
 
 def _floor(sigma: Floats) -> Floats:

@@ -354,7 +354,9 @@ class Detector:
         if not found:
             return []
         which = np.array([each.place for each in found])
-        corners, information = self._corners.measure(image, state.take(which), corners[which])
+        corners, information = self._corners.measure(
+            image, state.take(which), corners[which],
+            np.array([black_cells(each.reading.white, self.margin) for each in found]))
         order = np.array([[(k + each.reading.content.turns) % 4 for k in range(4)] for each in found])
         eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
         corners = np.take_along_axis(corners, order[:, :, None], 1)

@@ -7,6 +7,7 @@ disturbs is an outlier of the fit. Coordinates are in cells as in alignment.py.
 from __future__ import annotations
 
 import ctypes
+import functools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,6 +18,9 @@ from alvar_core import native
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
+
+
+PLACES = np.array([-0.25, 0.25])  # along an edge, where a marker that is flat is read
 
 
 @dataclass
@@ -43,6 +47,11 @@ class SeenEdges(NamedTuple):
     at: Floats
     direction: Floats
     jacobian: Floats
+
+
+def scale_of(half: float) -> Floats:
+    """Return small changes (8,) of a Plane that move the corners, at +-``half`` cells, equally far."""
+    return 1e-3 / np.array([1 / half, 1, 1, 1 / half, 1, 1, half, half])
 
 
 class Model:
@@ -92,6 +101,16 @@ def edge_points(black: Bools, places: Floats) -> EdgePoints:
     return EdgePoints(np.concatenate(middle), np.concatenate(outward))
 
 
+def edges_of_cells(black: Bools) -> EdgePoints:
+    """Return the points on the edges of a marker's cells (n, n), bool; those of most markers are kept."""
+    return _kept_edges(black.tobytes(), len(black))
+
+
+@functools.lru_cache(maxsize=1024)  # as many as there are numbers in four orientations
+def _kept_edges(black: bytes, cells: int) -> EdgePoints:
+    return edge_points(np.frombuffer(black, bool).reshape(cells, cells), PLACES)
+
+
 class EdgeAligner:
     """Fits a Model to the edges in an image."""
 
@@ -103,22 +122,25 @@ class EdgeAligner:
         self._ends[:, 2] = 1 / len(self.ACROSS)
 
     def fit(self, grey: Image, camera: Camera, model: Model, starts: Floats, points: EdgePoints, scale: Floats,
-            reach: float, steps: int) -> list[EdgeFit | None]:
+            reach: float, steps: int, first_reach: float | None = None) -> list[EdgeFit | None]:
         """Return the EdgeFit of a model from each of ``starts`` (K, n); None if too few edges are seen.
 
         ``scale`` (m,): small changes of the first m parameters, the others stay; ``reach`` [px]: half the width that is
-        read across an edge.
+        read across an edge, ``first_reach`` that of the first step (None: FIRST_LOCAL_REACH times
+        as much).
         """
+        if first_reach is None:
+            first_reach = thresholds.FIRST_LOCAL_REACH * reach
         compiled = native.library_for(camera)
         if compiled and isinstance(model, Plane) and len(starts) == 1 and not starts.any():
-            return [_fit_compiled(*compiled, grey, model.h, points, scale, reach, steps)]
+            return [_fit_compiled(*compiled, grey, model.h, points, scale, reach, first_reach, steps)]
         theta = starts.astype(np.float64)
         count, free = len(theta), len(scale)
         seen_enough = np.ones(count, bool)
         for step in range(steps):
             at, direction, jacobian = model.edges(theta, points)
             jacobian = jacobian[:, :free] * scale[:, None]
-            offset, good = self._offsets(grey, camera, at, direction, reach * (1.6 if step == 0 else 1.0))
+            offset, good = self._offsets(grey, camera, at, direction, reach if step else first_reach)
             visible = good.sum(1)
             seen_enough &= visible >= 3 * free
             if not seen_enough.any():
@@ -216,18 +238,23 @@ class Plane(Model):
 
 
 def _fit_compiled(library: ctypes.CDLL, lens: Floats, grey: Image, h: Floats, points: EdgePoints, scale: Floats,
-                  reach: float, steps: int) -> EdgeFit | None:
+                  reach: float, first_reach: float, steps: int) -> EdgeFit | None:
     """Do the same as EdgeAligner.fit of an unchanged Plane with the compiled step of native/edge_alignment.cpp."""
     count, place = len(points.middle), native.address
     theta, covariance, numbers = np.empty(8), np.empty((8, 8)), np.empty(2)
     agrees, h = np.empty(count, bool), np.ascontiguousarray(h, np.float64)
-    limits = np.array([thresholds.MIN_LOCAL_CONTRAST, thresholds.MIN_LOCAL_STEP, thresholds.DARK_GREY,
-                       thresholds.EDGE_OUTLIER, thresholds.MIN_EDGE_OUTLIER, thresholds.EDGES_SETTLED])
+    limits = compiled_limits()
     seen = library.alvar_fit_edges(
         *native.image(grey), place(lens), place(h), count, place(points.homogeneous), place(points.across),
-        place(scale), ctypes.c_double(reach), steps, place(limits), place(theta), place(covariance), place(numbers),
+        place(scale), ctypes.c_double(reach), ctypes.c_double(first_reach), steps, place(limits), place(theta), place(covariance), place(numbers),
         place(agrees))
     return EdgeFit(theta, covariance, float(numbers[0]), agrees, float(numbers[1])) if seen else None
+
+
+def compiled_limits() -> Floats:
+    """Return the thresholds that native/edge_fit.h needs."""
+    return np.array([thresholds.MIN_LOCAL_CONTRAST, thresholds.MIN_LOCAL_STEP, thresholds.DARK_GREY,
+                     thresholds.EDGE_OUTLIER, thresholds.MIN_EDGE_OUTLIER, thresholds.EDGES_SETTLED])
 
 
 def changed(h: Floats, theta: Floats) -> Floats:

@@ -130,6 +130,8 @@ EDGE_FITS = 3  # what is far off counts less each time
 EDGE_OUTLIER, MIN_EDGE_OUTLIER = 3.0, 0.4  # noise, px: what is further off is covered
 MIN_EDGE_NOISE = 0.03  # px: rounding, pixels that are no points
 MIN_EDGE_SEEN = 0.6  # share of each side
+CELL_STEPS = 2  # of the fit to the edges of all cells, from where the outer edges are
+CELL_VARIANCE = 2.0  # times that of this fit: errors of neighbouring edges are not independent
 
 # -- Squares of broken outlines (broken_outlines.py)
 # Sensitivity, on photos of shadows: none.
@@ -162,6 +164,7 @@ MAX_LOCAL = 12  # candidates in one image whose edges are aligned
 EVEN_KEPT = 0.87  # share of the samples that agree with the drawing: more needs no look at the edges
 LOCAL_REACH = 0.42  # cells: what is read across an edge, at most
 MAX_LOCAL_REACH = 2.3  # px
+FIRST_LOCAL_REACH = 1.6  # times that, in the first step of a fit that may start far away
 LOCAL_STEPS = 4
 EDGES_SETTLED = 0.02  # px: a step that moves no edge further is the last
 MIN_SEEN_EDGES = 0.6  # share of the edges that are seen and agree

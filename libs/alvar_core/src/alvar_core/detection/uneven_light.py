@@ -8,12 +8,10 @@ import numpy as np
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
 from alvar_core.detection.detection import Detection
-from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, EdgePoints, edge_points
+from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, EdgePoints
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import black_cells
-
-PLACES = np.array([-0.25, 0.25])
 
 
 class Found(NamedTuple):
@@ -37,8 +35,7 @@ class UnevenLight:
         self.decoder, self.aligner = LocalDecoder(margin), EdgeAligner()
         self.half = self.decoder.half
         self.margin, half = margin, self.half
-        self._scale = 1e-3 / np.array([1 / half, 1, 1, 1 / half, 1, 1, half, half])  # of equal moves of the corners
-        self._points: dict[int, EdgePoints] = {}  # of the code words seen so far
+        self._scale = edge_alignment.scale_of(half)
         self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
 
     @staticmethod
@@ -110,9 +107,7 @@ class UnevenLight:
         return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance)
 
     def _edges(self, word: int) -> EdgePoints:
-        if word not in self._points:
-            self._points[word] = edge_points(black_cells(self.decoder.words[word], self.margin), PLACES)
-        return self._points[word]
+        return edge_alignment.edges_of_cells(black_cells(self.decoder.words[word], self.margin))
 
     def _real(self, image: PreparedImage, h: Floats) -> Floats:
         if not image.camera.distorted:
