@@ -125,7 +125,7 @@ struct Level {  // a row of Pyramid's table
     float scale, x_offset, y_offset, left, top, right, bottom;
 };
 
-ALVAR_FAST void align(Marker& m, const Image& atlas, const Level& box, double level_scale, const Lens& lens,
+void align(Marker& m, const Image& atlas, const Level& box, double level_scale, const Lens& lens,
                       const std::uint8_t* black, const float* normal_step, const Limits& limit, int steps,
                       unsigned redraw, State s) {
     const Grid& grid = m.grid;

@@ -17,7 +17,7 @@ double without_noise(double energy, double noise, double max_share) {
 }
 
 // Removes the part of `values` (count,) that an orthonormal basis (count, functions) explains.
-ALVAR_FAST void remove_part(float* values, const float* basis, int count, int functions) {
+void remove_part(float* values, const float* basis, int count, int functions) {
     double shares[kSmooth] = {};
     for (int i = 0; i < count; ++i)
         for (int k = 0; k < functions; ++k) shares[k] += double(values[i]) * basis[i * functions + k];
@@ -29,7 +29,7 @@ ALVAR_FAST void remove_part(float* values, const float* basis, int count, int fu
 }
 
 // Normalised correlation of values with a drawing, both (samples,), weighted by shares
-ALVAR_FAST double correlation(const float* values, const float* drawing, const float* share, int samples, double noise,
+double correlation(const float* values, const float* drawing, const float* share, int samples, double noise,
                               double max_noise_share) {
     double v = 0, t = 0, vv = 0, tt = 0, vt = 0;
     for (int i = 0; i < samples; ++i) {
@@ -47,7 +47,7 @@ float step_of(float z, const float* normal_step) {
 }
 
 // The index of the word that fits best, of words (cells, all_words), 1 for white; sets the fits of it and of the next.
-ALVAR_FAST int best_word(const double* gram, const double* matched, int cells, double energy, int all_words,
+int best_word(const double* gram, const double* matched, int cells, double energy, int all_words,
                          const float* words, float* first, float* second) {
     constexpr int kBatch = 64;
     int best = 0;

@@ -20,7 +20,7 @@ struct Side {
     float offset[kAlong], weight[kAlong], typical;
 };
 
-ALVAR_FAST void read_side(const Image& smooth, Side& side, float reach, float nearness) {
+void read_side(const Image& smooth, Side& side, float reach, float nearness) {
     for (int i = 0; i < kAlong; ++i) {
         const float x = side.x + kPlaces[i] * side.along_x, y = side.y + kPlaces[i] * side.along_y;
         float across[kAcross], down[kAcross], grey[kAcross];

@@ -45,7 +45,7 @@ struct Offsets {
     double offset[kPlaces], enough[kPlaces];
 };
 
-ALVAR_FAST void measure_offsets(const Image& grey, const Lens& lens, const double* h, double half, const double* across,
+void measure_offsets(const Image& grey, const Lens& lens, const double* h, double half, const double* across,
                                 const Limits& limit, Offsets& out) {
     float step[kPlaces], rest[kPlaces], sorted[kPlaces];
     for (int side = 0; side < kSides; ++side) {

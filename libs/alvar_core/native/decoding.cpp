@@ -10,7 +10,7 @@ namespace {
 using namespace alvar;
 
 // Greys at homogeneous points (3, stride), of which `count` are read from `first` on.
-ALVAR_FAST void read(const Image& smooth, const float* h, const float* points, int stride, int first, int count,
+void read(const Image& smooth, const float* h, const float* points, int stride, int first, int count,
                      float* grey) {
     float u[kBlock], v[kBlock];
     for (int i = 0; i < count; i += kBlock) {
@@ -24,13 +24,26 @@ ALVAR_FAST void read(const Image& smooth, const float* h, const float* points, i
     }
 }
 
-// sums (columns) = values (rows) times a matrix (rows, columns)
-ALVAR_FAST void times(const float* values, const float* matrix, int rows, int columns, float* sums) {
+// sums (kBatch, columns) = values (kBatch, rows) times a matrix (rows, columns): the matrix is read once
+constexpr int kBatch = 4;
+
+void times(const float* values, const float* matrix, int rows, int columns, float* sums) {
+    std::fill(sums, sums + kBatch * columns, 0.0f);
+    for (int k = 0; k < rows; ++k) {
+        const float a = values[k], b = values[rows + k], c = values[2 * rows + k], d = values[3 * rows + k];
+        const float* row = matrix + std::size_t(k) * columns;
+        float *p = sums, *q = sums + columns, *r = sums + 2 * columns, *s = sums + 3 * columns;
+        for (int i = 0; i < columns; ++i) p[i] += a * row[i], q[i] += b * row[i], r[i] += c * row[i], s[i] += d * row[i];
+    }
+}
+
+// sums (columns) = values (rows) times a matrix (rows, columns) of 0 and 1
+void sum_chosen(const float* values, const std::uint8_t* matrix, int rows, int columns, float* sums) {
     std::fill(sums, sums + columns, 0.0f);
     int k = 0;
     for (; k + 4 <= rows; k += 4) {
         const float a = values[k], b = values[k + 1], c = values[k + 2], d = values[k + 3];
-        const float* row = matrix + std::size_t(k) * columns;
+        const std::uint8_t* row = matrix + std::size_t(k) * columns;
         for (int i = 0; i < columns; ++i)
             sums[i] += a * row[i] + b * row[i + columns] + (c * row[i + 2 * columns] + d * row[i + 3 * columns]);
     }
@@ -106,23 +119,33 @@ extern "C" int alvar_match_coarse(const std::uint8_t* greys, std::int64_t stride
     const Image smooth = {greys, stride, width, height};
     CoarseLimits limit;
     std::memcpy(&limit, limits, sizeof limit);
-    std::vector<float> grey(cells), fit(all_words);
+    std::vector<float> grey(kBatch * cells), fit(kBatch * all_words);
     int found = 0;
     for (int m = 0; m < count; ++m) {
         double* h = homographies + 9 * found;
         from_square(quads + 8 * m, limit.half, h);
         float single[9];
         std::copy(h, h + 9, single);
-        if (!has_dark_rim(smooth, single, rim, limit)) continue;
-        read(smooth, single, cell_points, cells, 0, cells, grey.data());
+        if (has_dark_rim(smooth, single, rim, limit)) kept[found++] = m;
+    }
+    for (int first = 0; first < found; first += kBatch) {
+        const int some = std::min(kBatch, found - first);
+        for (int k = 0; k < some; ++k) {
+            float single[9];
+            std::copy(homographies + 9 * (first + k), homographies + 9 * (first + k + 1), single);
+            read(smooth, single, cell_points, cells, 0, cells, &grey[k * cells]);
+        }
         times(grey.data(), words, cells, all_words, fit.data());
-        double sum = 0, square = 0;
-        for (const float each : grey) sum += each, square += double(each) * each;
-        const double spread = std::sqrt(std::max(square - sum * sum / cells, 1.0));
-        float gap;
-        best[found] = best_of(fit.data(), all_words, &gap);
-        fits[found] = fit[best[found]] / spread, fits[count + found] = gap / spread;
-        kept[found++] = m;
+        for (int k = 0; k < some; ++k) {
+            double sum = 0, square = 0;
+            for (int i = k * cells; i < (k + 1) * cells; ++i) sum += grey[i], square += double(grey[i]) * grey[i];
+            const double spread = std::sqrt(std::max(square - sum * sum / cells, 1.0));
+            const float* of_words = &fit[k * all_words];
+            float gap;
+            const int word = best_of(of_words, all_words, &gap);
+            best[first + k] = word;
+            fits[first + k] = of_words[word] / spread, fits[count + first + k] = gap / spread;
+        }
     }
     return found;
 }
@@ -139,10 +162,10 @@ extern "C" void alvar_local_rims(const std::uint8_t* greys, std::int64_t stride,
 }
 
 // Writes rim, contrast, plain, fit, gap (5, markers) of a LocalMatch, and the words (markers,). An edge has kAround
-// pairs of points; `of_code` (edges,) are those of the code; costs (3 * those, all_words).
+// pairs of points; `of_code` (edges,) are those of the code; costs (3 * those, all_words): 1 where it counts.
 extern "C" void alvar_match_local(const std::uint8_t* greys, std::int64_t stride, int width, int height, int markers,
                                   const float* h, int rim_pairs, const float* rim_points, int edges,
-                                  const float* points, const std::uint8_t* of_code, int all_words, const float* costs,
+                                  const float* points, const std::uint8_t* of_code, int all_words, const std::uint8_t* costs,
                                   const double* limits, double* out, std::int64_t* words) {
     constexpr int kAround = 3;  // of LocalDecoder.ALONG
     const Image smooth = {greys, stride, width, height};
@@ -168,7 +191,7 @@ extern "C" void alvar_match_local(const std::uint8_t* greys, std::int64_t stride
             cost[in_code + k] = std::min(std::fabs(seen), cap);
             cost[2 * in_code + k] = std::min(std::max(1 - seen, 0.0f), cap);
         }
-        times(cost.data(), costs, 3 * in_code, all_words, fit.data());
+        sum_chosen(cost.data(), costs, 3 * in_code, all_words, fit.data());
         float gap;
         for (float& each : fit) each = 1 - each / (cap * in_code);
         words[m] = best_of(fit.data(), all_words, &gap);

@@ -34,7 +34,7 @@ struct Fit {
 };
 
 // Sets the Jacobian, offsets and which are edges, with parameters theta; returns the number of edges.
-ALVAR_FAST int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, const double* theta,
+int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, const double* theta,
                     const EdgePoints& points, const double* scale, double reach, const EdgeLimits& limit) {
     double h[9];
     const double small[9] = {1 + theta[1], theta[2],  theta[0], theta[4], 1 + theta[5],
@@ -82,7 +82,7 @@ ALVAR_FAST int look(Fit& fit, const Image& grey, const Lens& lens, const double*
 }
 
 // The weighted normal equations, with a small ridge; their right side in `change`.
-ALVAR_FAST void normal_equations(const Fit& fit, int count, double* normal, double* change) {
+void normal_equations(const Fit& fit, int count, double* normal, double* change) {
     std::fill(normal, normal + kFree * kFree, 0.0);
     std::fill(change, change + kFree, 0.0);
     for (int i = 0; i < count; ++i) {

@@ -5,12 +5,6 @@
 
 namespace alvar {
 
-// Compiled twice on x86: for every processor, and for those with AVX2; the better one is chosen when it is loaded.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define ALVAR_FAST __attribute__((target_clones("default", "avx2")))
-#else
-#define ALVAR_FAST
-#endif
 #define ALVAR_INLINE inline __attribute__((always_inline))
 
 ALVAR_INLINE float within(float value, float low, float high) {  // NaN becomes low

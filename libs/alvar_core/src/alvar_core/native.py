@@ -15,7 +15,7 @@ import numpy as np
 from alvar_core.arrays import Floats, Image
 from alvar_core.camera import Camera
 
-NAME = 'libalvar_core_native.so'  # a library of the package, found as any other: by LD_LIBRARY_PATH
+NAME, FOR_AVX2 = 'libalvar_core_native.so', 'libalvar_core_native_avx2.so'  # found as others: by LD_LIBRARY_PATH
 ImageArguments = Tuple[ctypes.c_void_p, ctypes.c_int64, int, int]
 
 
@@ -23,7 +23,8 @@ def _load() -> ctypes.CDLL | None:
     if os.environ.get('ALVAR_CORE_PLAIN'):
         return None
     try:
-        return ctypes.CDLL(NAME)
+        plain = ctypes.CDLL(NAME)
+        return ctypes.CDLL(FOR_AVX2) if plain.alvar_processor_has_avx2() else plain
     except OSError:
         return None
 

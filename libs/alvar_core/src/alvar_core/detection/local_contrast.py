@@ -70,7 +70,7 @@ class LocalDecoder:
         self._rim_points = self._pairs(rim, outward)
         shown = steps[:, self._of_code]
         # (1024, 3 E): for each edge which of the three costs counts
-        self._costs = np.ascontiguousarray(np.concatenate([shown < 0, shown == 0, shown > 0], 1).T, np.float32)
+        self._costs = np.ascontiguousarray(np.concatenate([shown < 0, shown == 0, shown > 0], 1).T)
         self._is_code = near
 
     def _pairs(self, middle: Floats, across: Floats) -> Floats:
@@ -118,7 +118,7 @@ class LocalDecoder:
         seen = seen[:, self._of_code]
         cap = thresholds.MAX_EDGE_COST
         cost = np.concatenate([np.clip(1 + seen, 0, cap), np.clip(np.abs(seen), 0, cap), np.clip(1 - seen, 0, cap)], 1)
-        fit = 1 - cost.astype(np.float32) @ self._costs / (cap * seen.shape[1])
+        fit = 1 - cost.astype(np.float32) @ self._costs.astype(np.float32) / (cap * seen.shape[1])
         rows = np.arange(len(fit))
         word = fit.argmax(1)
         best = fit[rows, word]
