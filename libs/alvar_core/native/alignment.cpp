@@ -4,6 +4,7 @@
 
 #include "algebra.h"
 #include "image.h"
+#include "steps.h"
 
 namespace {
 

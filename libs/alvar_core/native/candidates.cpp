@@ -3,6 +3,7 @@
 
 #include "algebra.h"
 #include "image.h"
+#include "steps.h"
 
 namespace {
 

@@ -6,6 +6,7 @@
 #include "algebra.h"
 #include "edge_fit.h"
 #include "image.h"
+#include "steps.h"
 
 namespace {
 
@@ -239,6 +240,31 @@ bool combine(const double* sharp, const double* of_edges, double* corners, doubl
     return true;
 }
 
+// edge_alignment.edge_points of black cells (cells, cells) at edge_alignment.PLACES
+struct CellEdges {
+    std::vector<double> x, y, right, down;
+
+    CellEdges(const std::uint8_t* black, int cells) {
+        const auto is_white = [&](int row, int column) {
+            return row < 0 || column < 0 || row >= cells || column >= cells || !black[row * cells + column];
+        };
+        for (int line = 0; line < cells; ++line)
+            for (int edge = 0; edge <= cells; ++edge)
+                for (int axis = 0; axis < 2; ++axis) {
+                    const bool before = axis ? is_white(edge - 1, line) : is_white(line, edge - 1);
+                    const bool after = axis ? is_white(edge, line) : is_white(line, edge);
+                    if (before == after) continue;
+                    for (const double place : {-0.25, 0.25}) {
+                        const double along = line + 0.5 - 0.5 * cells + place, across = edge - 0.5 * cells;
+                        x.push_back(axis ? along : across), y.push_back(axis ? across : along);
+                        right.push_back(axis ? 0 : after - before), down.push_back(axis ? after - before : 0);
+                    }
+                }
+    }
+
+    EdgePoints points() const { return {int(x.size()), x.data(), y.data(), right.data(), down.data()}; }
+};
+
 // Corners (4, 2) by the edges of all cells, and their covariance (8, 8); false if too few are seen.
 bool measure_cells(const Image& grey, const Lens& lens, const double* start, double half, const EdgePoints& points,
                    const double* scale, const EdgeLimits& edges, const CornerLimits& limit, double* corners,
@@ -268,14 +294,12 @@ bool near(const double* a, const double* b, double reach) {
 }  // namespace
 
 // Changes corners (markers, 4, 2) [ideal px] of markers at h; writes their information (markers, 8, 8). `normal`
-// (markers, 15, 15): that of the alignment; of each marker, `edges`: how many points are on the edges of its cells,
-// `middle` and `outward` (2, edges): where, and the direction from black to white. Where a matrix is singular, the information is 0.
+// (markers, 15, 15): that of the alignment; `black` (markers, cells, cells). Where a matrix is singular, the information is 0.
 extern "C" void alvar_measure_corners(const std::uint8_t* greys, std::int64_t stride, int width, int height,
                                       const double* lens_numbers, int markers, int cells, const double* h,
                                       const double* blur, const std::int64_t* level, const double* noise,
-                                      const double* normal, const std::int64_t* edges, const double* const* middle,
-                                      const double* const* outward, const double* scale, const double* edge_limits,
-                                      const double* cell_limits, const double* limits, double* corners,
+                                      const double* normal, const std::uint8_t* black, const double* scale,
+                                      const double* edge_limits, const double* cell_limits, const double* limits, double* corners,
                                       double* information) {
     const Image grey = {greys, stride, width, height};
     const Lens lens(lens_numbers);
@@ -298,10 +322,10 @@ extern "C" void alvar_measure_corners(const std::uint8_t* greys, std::int64_t st
         for (int i = 0; i < 8; ++i) covariance[9 * i] += floor * floor;
         if (side > limit.min_side) {
             const double reach = limit.max_move * side / cells;
-            const EdgePoints points = {int(edges[m]), middle[m], middle[m] + edges[m], outward[m], outward[m] + edges[m]};
+            const CellEdges of_marker(black + m * cells * cells, cells);
             bool moved = refine(grey, lens, h, half, std::sqrt(blur[m]) * size, of_edges, sharp, sharp_covariance)
                          && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
-            moved |= measure_cells(grey, lens, corners, half, points, scale, of_cells, limit, sharp, sharp_covariance)
+            moved |= measure_cells(grey, lens, corners, half, of_marker.points(), scale, of_cells, limit, sharp, sharp_covariance)
                      && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
             for (int i = 0; moved && i < 8; ++i) covariance[9 * i] += limit.model_error * limit.model_error;
         }

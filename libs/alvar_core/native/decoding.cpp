@@ -4,6 +4,7 @@
 
 #include "algebra.h"
 #include "image.h"
+#include "steps.h"
 
 namespace {
 
@@ -148,6 +149,23 @@ extern "C" int alvar_match_coarse(const std::uint8_t* greys, std::int64_t stride
         }
     }
     return found;
+}
+
+// The fit of the best word to the cells of a quad (4, 2) that are `spread` times as far apart.
+extern "C" double alvar_coarse_fit(const std::uint8_t* greys, std::int64_t stride, int width, int height,
+                                   const double* quad, double half, double spread, int cells, const float* cell_points,
+                                   int all_words, const float* words) {
+    const Image smooth = {greys, stride, width, height};
+    double h[9];
+    float single[9];
+    from_square(quad, half / spread, h);  // of places that are so many times as large
+    std::copy(h, h + 9, single);
+    std::vector<float> grey(kBatch * cells), fit(kBatch * all_words);
+    read(smooth, single, cell_points, cells, 0, cells, grey.data());
+    times(grey.data(), words, cells, all_words, fit.data());
+    double sum = 0, square = 0;
+    for (int i = 0; i < cells; ++i) sum += grey[i], square += double(grey[i]) * grey[i];
+    return *std::max_element(fit.begin(), fit.begin() + all_words) / std::sqrt(std::max(square - sum * sum / cells, 1.0));
 }
 
 // Writes share and contrast (2, markers) of the rims of markers at h (markers, 3, 3).

@@ -51,7 +51,7 @@ struct Image {
 
 // fx fy cx cy, then k1 k2 p1 p2 k3 k4 k5 k6 of Camera; all but the first four are 0 without distortion.
 struct Lens {
-    float fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6;
+    double fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6;
     bool distorted;
 
     explicit Lens(const double* v)
@@ -63,13 +63,33 @@ struct Lens {
     // Turns `count` ideal places into real ones.
     ALVAR_INLINE void to_real(float* x, float* y, int count) const {
         if (!distorted) return;
-        const float per_fx = 1 / fx, per_fy = 1 / fy;
+        const float per_fx = 1 / fx, per_fy = 1 / fy, wide = fx, high = fy, left = cx, top = cy, p = p1, q = p2;
+        const float a = k1, b = k2, c = k3, d = k4, e = k5, f = k6;
         for (int i = 0; i < count; ++i) {
-            const float u = (x[i] - cx) * per_fx, v = (y[i] - cy) * per_fy;
+            const float u = (x[i] - left) * per_fx, v = (y[i] - top) * per_fy;
             const float uu = u * u, vv = v * v, uv = u * v, r2 = uu + vv;
-            const float scale = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
-            x[i] = (u * scale + 2 * p1 * uv + p2 * (r2 + 2 * uu)) * fx + cx;
-            y[i] = (v * scale + p1 * (r2 + 2 * vv) + 2 * p2 * uv) * fy + cy;
+            const float scale = (1 + r2 * (a + r2 * (b + r2 * c))) / (1 + r2 * (d + r2 * (e + r2 * f)));
+            x[i] = (u * scale + 2 * p * uv + q * (r2 + 2 * uu)) * wide + left;
+            y[i] = (v * scale + p * (r2 + 2 * vv) + 2 * q * uv) * high + top;
+        }
+    }
+
+    // The same for one place in doubles.
+    void to_real(double x, double y, double* real_x, double* real_y) const {
+        const double u = (x - cx) / fx, v = (y - cy) / fy, uu = u * u, vv = v * v, uv = u * v, r2 = uu + vv;
+        const double scale = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
+        *real_x = (u * scale + 2 * p1 * uv + p2 * (r2 + 2 * uu)) * fx + cx;
+        *real_y = (v * scale + p1 * (r2 + 2 * vv) + 2 * p2 * uv) * fy + cy;
+    }
+
+    // Turns a real place into the ideal one, which is where the real one of it is: by repeated correction.
+    void to_ideal(double x, double y, double* ideal_x, double* ideal_y) const {
+        *ideal_x = x, *ideal_y = y;
+        for (int again = 0; again < 20; ++again) {
+            double real_x, real_y;
+            to_real(*ideal_x, *ideal_y, &real_x, &real_y);
+            *ideal_x += x - real_x, *ideal_y += y - real_y;
+            if (std::fabs(x - real_x) + std::fabs(y - real_y) < 1e-3) break;
         }
     }
 };

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "algebra.h"
+#include "steps.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import ctypes
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,6 +38,12 @@ class Features(NamedTuple):
     fit: float = 0.0
     gap: float = 0.0
 
+    @classmethod
+    def of_row(cls, row: Floats) -> Features:
+        """Return those of a row of native/detector.cpp."""
+        likeness, outside, detail, inside, rim, *rest = row.tolist()
+        return cls(likeness, outside, detail, int(inside), int(rim), *rest)
+
 
 def demand(f: Features) -> Demand:
     """Return the Demand for a candidate: higher if the likeness is low or cells are covered."""
@@ -64,11 +70,11 @@ class Appearance:
     """
 
     def __init__(self, aligner: Aligner, resolution: int, margin: int) -> None:
-        self._share, self._weight = aligner.share, float(aligner.fixed_weight.sum())
+        self._share, self.weight = aligner.share, float(aligner.fixed_weight.sum())
         g, self._cells = aligner.grid, aligner.grid.cells
         cells = self._cells
-        self._data_samples = np.flatnonzero(g.reach < -margin + 0.5)
-        x, y = g.x[self._data_samples], g.y[self._data_samples]
+        self.data_samples = np.flatnonzero(g.reach < -margin + 0.5)
+        x, y = g.x[self.data_samples], g.y[self.data_samples]
         smooth = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], 1)
         self._smooth_basis = np.ascontiguousarray(np.linalg.qr(smooth)[0], np.float32)
         half = cells / 2
@@ -96,6 +102,10 @@ class Appearance:
         return [Features(likeness, outside, detail, int(inside), int(rim), *rest)
                 for likeness, detail, outside, inside, rim, *rest in rows]
 
+    def compiled_arrays(self) -> tuple[Any, ...]:
+        """Return what native/appearance.cpp needs: shares, functions of the data cells, their samples, groups, data."""
+        return self._share, self._smooth_basis, self.data_samples, self._group, self._is_data
+
     def _compiled(self, library: ctypes.CDLL, state: Alignment, noise: Floats) -> Floats:
         """Do the same as ``_in_numpy`` with the compiled step of native/appearance.cpp."""
         count, place, noise = len(state.h), native.address, np.ascontiguousarray(noise, np.float64)
@@ -103,8 +113,8 @@ class Appearance:
                    (state.values, state.template, state.model, state.gain, state.weights, self._share)]
         out = np.empty((6, count))
         library.alvar_features(
-            count, len(self._share), *map(place, samples), ctypes.c_double(self._weight), place(noise),
-            len(self._data_samples), place(self._data_samples), place(self._smooth_basis), self._cells,
+            count, len(self._share), *map(place, samples), ctypes.c_double(self.weight), place(noise),
+            len(self.data_samples), place(self.data_samples), place(self._smooth_basis), self._cells,
             place(self._group), place(self._is_data), ctypes.c_double(thresholds.MAX_NOISE_SHARE),
             ctypes.c_double(thresholds.BAD_CELL), place(out))
         return out
@@ -116,7 +126,7 @@ class Appearance:
             bad = np.abs(means[:, :-4]) > thresholds.BAD_CELL
             inside = bad[:, self._is_data].sum(1)
             return (self._likeness(state, noise), self._detail(state, noise), means[:, -4:].min(1), inside,
-                    bad.sum(1) - inside, state.weights.sum(1) / self._weight)
+                    bad.sum(1) - inside, state.weights.sum(1) / self.weight)
 
     def _likeness(self, state: Alignment, noise: Floats) -> Floats:
         """Return the normalised correlation (M,) of the image with the drawn marker, corrected for noise."""
@@ -131,9 +141,9 @@ class Appearance:
 
         Smooth changes of brightness, up to second order in x and y, are removed first.
         """
-        both = np.concatenate([state.values, state.template]).take(self._data_samples, 1)
+        both = np.concatenate([state.values, state.template]).take(self.data_samples, 1)
         both -= (both @ self._smooth_basis) @ self._smooth_basis.T
         v, t = both[:len(state.h)], both[len(state.h):]
-        energy = without_noise((v * v).sum(1), len(self._data_samples) * noise ** 2)
+        energy = without_noise((v * v).sum(1), len(self.data_samples) * noise ** 2)
         detail: Floats = (v * t).sum(1) / np.sqrt(energy * (t * t).sum(1) + 1e-6)
         return detail

@@ -235,19 +235,23 @@ class Aligner:
         samples = np.empty((6, markers, len(self.grid.x)), np.float32)
         numbers, normal = np.zeros((3, markers)), np.zeros((markers, PARAMETERS, PARAMETERS))
         atlas, table = pyramid.memory
-        limits = np.array([
-            thresholds.FIRST_OUTLIER, thresholds.OUTLIER, thresholds.MIN_START_GAIN, *thresholds.GAIN_LIMITS,
-            thresholds.MAX_STEP, *thresholds.BLUR_STEP_LIMITS, *thresholds.BLUR_LIMITS, thresholds.MIN_OUTLIER_NOISE,
-            thresholds.MIN_OUTLIER_CONTRAST, thresholds.SETTLED, thresholds.STEPS_OF_ALL])
+        line, weight, normal_step, limits = self.compiled_arrays()
         black, place = np.ascontiguousarray(black), native.address
         library.alvar_align(
             markers, *native.image(atlas), place(table), place(lens), cells,
-            self.grid.count, place(self._line), place(self.fixed_weight), place(NORMAL_STEP), place(limits), steps,
+            self.grid.count, place(line), place(weight), place(normal_step), place(limits), steps,
             sum(1 << step for step in redraw), place(black), place(level), place(h), place(blur), place(samples),
             place(numbers), place(normal))
         values, template, model, gain, dark, weights = samples
         contrast, noise, moved = numbers
         return Alignment(h, blur, level, values, template, model, gain, dark, contrast, weights, noise, normal, moved)
+
+    def compiled_arrays(self) -> tuple[Floats, ...]:
+        """Return what native/alignment.cpp needs: samples in a row [cells], their weights, NORMAL_STEP, limits."""
+        return self._line, self.fixed_weight, NORMAL_STEP, np.array([
+            thresholds.FIRST_OUTLIER, thresholds.OUTLIER, thresholds.MIN_START_GAIN, *thresholds.GAIN_LIMITS,
+            thresholds.MAX_STEP, *thresholds.BLUR_STEP_LIMITS, *thresholds.BLUR_LIMITS, thresholds.MIN_OUTLIER_NOISE,
+            thresholds.MIN_OUTLIER_CONTRAST, thresholds.SETTLED, thresholds.STEPS_OF_ALL])
 
     def _step(self, last: Alignment, pyramid: Pyramid, camera: Camera, drawing: Drawing) -> Alignment:
         values = pyramid.read(*self.grid.places(last.h, camera), last.level)

@@ -146,6 +146,12 @@ def four_sides(corners: Sequence[Point]) -> list[Point] | None:
     return p
 
 
+def side_limits() -> Floats:
+    """Return the thresholds that native/candidates.cpp needs."""
+    return np.array([thresholds.SIDE_REACH, thresholds.SIDE_NEARNESS, thresholds.MIN_SIDE_RISE,
+                     thresholds.SIDE_OUTLIERS])
+
+
 ALONG = np.array([0.12, 0.31, 0.5, 0.69, 0.88], np.float32)  # positions along a side, as shares of its length
 POWERS = np.stack([np.ones_like(ALONG), ALONG - 0.5, (ALONG - 0.5) ** 2], 1)
 ACROSS = np.linspace(-1, 1, 13, dtype=np.float32)  # positions across it, as shares of the reach
@@ -162,8 +168,7 @@ def refined(smooth: Image, quads: Floats) -> Floats:
         return quads
     if native.library:
         out = np.array(quads, np.float64, order='C')
-        limits = np.array([thresholds.SIDE_REACH, thresholds.SIDE_NEARNESS, thresholds.MIN_SIDE_RISE,
-                           thresholds.SIDE_OUTLIERS])
+        limits = side_limits()
         kept = native.library.alvar_refine_sides(*native.image(smooth), native.address(limits), len(out),
                                                  native.address(out))
         return out[:kept]

@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Sequence
 
 import numpy as np
 
@@ -46,10 +45,9 @@ class CornerEstimator:
 
         ``corners`` are those of ``start``; they are changed in place. ``black`` (M, n, n): the cells of the markers.
         """
-        points = [edge_alignment.edges_of_cells(cells) for cells in black]
         compiled = native.library_for(image.camera)
         if compiled:
-            return self._measure_compiled(*compiled, image, state, corners, points)
+            return self._measure_compiled(*compiled, image, state, corners, black)
         side = np.sqrt(homography.area(corners))
         covariance = self._covariance(state, side)
         large = np.flatnonzero(side > thresholds.MIN_EDGE_SIDE)
@@ -60,7 +58,7 @@ class CornerEstimator:
             for m, *seen in zip(large[good], sharp[good], of_edges[good]):
                 moved[m] |= self._combine(corners[m], covariance[m], *seen)
         for m in large:
-            of_cells = self._by_cells(image, corners[m], points[m])
+            of_cells = self._by_cells(image, corners[m], edge_alignment.edges_of_cells(black[m]))
             moved[m] |= of_cells is not None and self._combine(corners[m], covariance[m], *of_cells)
         covariance[moved] += _floor(np.full(moved.sum(), thresholds.CORNER_MODEL_ERROR))
         return corners, np.linalg.inv(covariance)
@@ -91,24 +89,26 @@ class CornerEstimator:
         return True
 
     def _measure_compiled(self, library: ctypes.CDLL, lens: Floats, image: PreparedImage, state: Alignment,
-                          corners: Floats, points: Sequence[EdgePoints]) -> tuple[Floats, Floats]:
+                          corners: Floats, black: Bools) -> tuple[Floats, Floats]:
         """Do the same as ``measure`` with the compiled step of native/corners.cpp."""
         information, place = np.empty((len(corners), 8, 8)), native.address
         numbers = np.ascontiguousarray([state.blur, state.noise])
-        of_edges, of_cells, limits = edge_refiner.compiled_limits(), edge_alignment.compiled_limits(), np.array([
+        constants = self.compiled_arrays()
+        corners, h, level, normal, black = (np.ascontiguousarray(each) for each in
+                                            (corners, state.h, state.level, state.normal, black))
+        library.alvar_measure_corners(
+            *native.image(image.pyramid.full), place(lens), len(corners), self.cells, place(h), place(numbers[0]),
+            place(level), place(numbers[1]), place(normal), place(black), *map(place, constants),
+            place(corners), place(information))
+        return corners, information
+
+    def compiled_arrays(self) -> tuple[Floats, ...]:
+        """Return what native/corners.cpp needs: scale of changes, limits of outer edges, of all edges, of corners."""
+        return self._scale, edge_refiner.compiled_limits(), edge_alignment.compiled_limits(), np.array([
             thresholds.SAMPLES_PER_CELL, thresholds.MIN_EDGE_SIDE, thresholds.MAX_EDGE_MOVE,
             thresholds.CORNER_MODEL_ERROR, thresholds.COARSE_CORNER_ERROR, thresholds.CORNER_NOISE_FACTOR,
             thresholds.LOCAL_REACH, thresholds.MAX_LOCAL_REACH, thresholds.CELL_STEPS, thresholds.MIN_SEEN_EDGES,
             thresholds.CELL_VARIANCE])
-        corners, h, level, normal = (np.ascontiguousarray(each) for each in (corners, state.h, state.level, state.normal))
-        counts = np.array([len(each.middle) for each in points], np.int64)
-        middle, outward = (np.array([place(each).value for each in arrays], np.uintp) for arrays in
-                           ([each.homogeneous for each in points], [each.across for each in points]))
-        library.alvar_measure_corners(
-            *native.image(image.pyramid.full), place(lens), len(corners), self.cells, place(h), place(numbers[0]),
-            place(level), place(numbers[1]), place(normal), place(counts), place(middle), place(outward),
-            place(self._scale), place(of_edges), place(of_cells), place(limits), place(corners), place(information))
-        return corners, information
 
     def _covariance(self, state: Alignment, side: Floats) -> Floats:
         """Return the covariance (M, 8, 8) [px^2] of the aligned corners; ``side`` (M,) [px] is that of the markers."""

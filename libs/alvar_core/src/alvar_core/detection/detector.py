@@ -23,13 +23,14 @@ from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
 
-from alvar_core import code
+from alvar_core import code, native
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import candidates, homography, pose, striped_light, thresholds
 from alvar_core.detection.acceptance import Appearance, Features, accepted
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
+from alvar_core.detection.compiled_search import CompiledSearch
 from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
@@ -97,8 +98,12 @@ class Detector:
         self._reader = Reader(self._aligner.grid, self.resolution, self.margin)
         self._corners, self._paper = CornerEstimator(self.cells), BentPaper(self.cells)
         self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
+        self._compiled = None
         if self._decoder.words is not None:
             self._black_words = black_cells(self._decoder.words, self.margin)
+            if native.library:
+                self._compiled = CompiledSearch(native.library, self._decoder, self._aligner, self._appearance,
+                                                self._reader, self._corners, self._black_words)
 
     @property
     def size(self) -> float:
@@ -126,8 +131,7 @@ class Detector:
         ``parts``: those that candidates.candidates found; squares in uneven light are made of them. None: do not search
         for markers in uneven light at all, which takes as long as all the rest.
         """
-        refined = candidates.refined(image.smooth, quads)
-        found = self._in_even_light(image, refined) if len(refined) else []
+        found = self._in_even_light(image, quads) if len(quads) else []
         if self._uneven is None:
             return found
         found = [self._checked(image, each) for each in found]
@@ -153,7 +157,7 @@ class Detector:
             return []
         even = PreparedImage(striped_light.without_stripes(image.grey, image.stripes), image.camera, self._even_buffers)
         quads = candidates.candidates(even.smooth, buffers=self._even_buffers)
-        quads = candidates.refined(even.smooth, quads[free_of(known, quads.mean(1))])
+        quads = quads[free_of(known, quads.mean(1))]
         if not len(quads):
             return []
         found = [self._checked(even, each) for each in self._in_even_light(even, quads)]
@@ -161,7 +165,11 @@ class Detector:
         return found
 
     def _in_even_light(self, image: PreparedImage, quads: Floats) -> list[Detection]:
-        """Return the Detections among refined quads whose greys fit a drawing."""
+        """Return the Detections among quads whose greys fit a drawing."""
+        compiled = native.library_for(image.camera)
+        if compiled and self._compiled:
+            return self._in_one_step(self._compiled, compiled[1], image, quads)
+        quads = candidates.refined(image.smooth, quads)
         match = self._decoder.match(image.smooth, quads)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
@@ -171,19 +179,33 @@ class Detector:
             return []
         found = best_of_overlapping(self._align(image, quads[chosen], match, chosen))
         well = (match.fit[chosen] > thresholds.WELL_READ_FIT) & (match.gap[chosen] > thresholds.WELL_READ_GAP)
-        return found + self._well_read(image, quads, match, np.array(chosen)[well].tolist(), found)
+        which = np.array(chosen)[well]
+        return found + self._well_read(image, quads[which], match.word[which], found)
 
-    def _well_read(self, image: PreparedImage, quads: Floats, match: CoarseMatch, which: Sequence[int],
+    def _in_one_step(self, search: CompiledSearch, lens: Floats, image: PreparedImage,
+                     quads: Floats) -> list[Detection]:
+        """Do the same as ``_in_even_light`` with the compiled step; look closer at what that is unsure of."""
+        seen, unsure, well_read = search.find(image, lens, quads, self.size, self.sizes)
+        found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
+                 for each in seen]
+        if len(unsure.h):
+            words = list(zip(unsure.word, unsure.fit, unsure.gap))
+            found += self._finish(image, _Start(unsure.h, self._black_words[unsure.word], unsure.blur, unsure.level,
+                                                words))
+        found = best_of_overlapping(found)
+        return found + self._well_read(image, well_read[:, :8].reshape(-1, 4, 2), well_read[:, 8].astype(int), found)
+
+    def _well_read(self, image: PreparedImage, quads: Floats, words: Integers,
                    known: Sequence[Detection]) -> list[Detection]:
         """Return the Detections of quads that were well read, though their greys do not fit: of thin margins."""
         found: list[Detection] = []
-        for k in which:
-            centre, side = quads[k].mean(0).tolist(), float(homography.mean_side(quads[k:k + 1])[0])
+        for quad, word in zip(quads, words.tolist()):
+            centre, side = quad.mean(0).tolist(), float(homography.mean_side(quad[None])[0])
             if self._uneven is None or any(math.dist(each.centre, centre) < thresholds.OVERLAP * side
                                            for each in (*known, *found)):
                 continue
-            one = self._uneven.aligned(image, quads[k], int(match.word[k]))
-            if one is None or one.word != match.word[k] or one.fit < thresholds.THIN_MARGIN_FIT \
+            one = self._uneven.aligned(image, quad, word)
+            if one is None or one.word != word or one.fit < thresholds.THIN_MARGIN_FIT \
                     or one.gap < thresholds.CLEAR.surplus * (thresholds.BEST_FIT - one.fit):
                 continue
             more = self._of_edges(image, one)
@@ -367,12 +389,17 @@ class Detector:
         out = []
         for m, solutions in enumerate(pose.solve(corners, sizes, image.camera, information)):
             if solutions and solutions[0].error < thresholds.MAX_POSE_ERROR * sides[m]:
-                share, ambiguous = pose.ambiguity(solutions)
-                best, features = solutions[0], found[m].features
-                out.append(Detection(found[m].reading.content.value, real[m], best.rotation, best.position,
-                                     features.likeness, share, ambiguous, best.error, solutions, features,
-                                     information[m]))
+                out.append(_detection(found[m].reading.content.value, real[m], solutions, found[m].features,
+                                      information[m]))
         return out
+
+
+def _detection(value: int | str, corners: Floats, solutions: list[pose.Solution], features: Features,
+               information: Floats) -> Detection:
+    share, ambiguous = pose.ambiguity(solutions)
+    best = solutions[0]
+    return Detection(value, corners, best.rotation, best.position, features.likeness, share, ambiguous, best.error,
+                     solutions, features, information)
 
 
 def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:

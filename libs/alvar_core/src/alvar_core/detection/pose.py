@@ -37,6 +37,11 @@ class Solution:
     error: float
     chi2: float
 
+    @classmethod
+    def of_row(cls, row: Floats) -> Solution:
+        """Return that of a row of native/pose.cpp."""
+        return cls(row[:9].reshape(3, 3), row[9:12], float(row[12]), float(row[13]))
+
     @property
     def quaternion(self) -> Floats:
         """Return the orientation x y z w, w >= 0."""
@@ -78,8 +83,7 @@ def _solve_compiled(library: ctypes.CDLL, corners: Floats, sizes: Floats, camera
     lens, place = np.concatenate([camera.focal, camera.centre]), native.address
     library.alvar_poses(len(corners), place(corners), place(sizes), place(lens), place(information), place(rows),
                         place(found))
-    return [[Solution(row[:9].reshape(3, 3), row[9:12], float(row[12]), float(row[13])) for row in both[:count]]
-            for both, count in zip(rows, found.tolist())]
+    return [[Solution.of_row(row) for row in both[:count]] for both, count in zip(rows, found.tolist())]
 
 
 def _both_poses(rays: Floats, sizes: Floats) -> tuple[Integers, Floats, Floats]:

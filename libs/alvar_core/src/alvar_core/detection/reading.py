@@ -140,18 +140,28 @@ class CoarseDecoder:
     def _match_compiled(self, library: ctypes.CDLL, smooth: Image, quads: Floats) -> CoarseMatch:
         """Do the same as ``match`` with the compiled step of native/decoding.cpp."""
         quads, place, count = np.ascontiguousarray(quads, np.float64), native.address, len(quads)
-        limits = np.array([self.half, thresholds.MIN_RIM_STEP_SHARE, thresholds.MIN_RIM_STEP,
-                           thresholds.MIN_RIM_CONTRAST, thresholds.MIN_DARK_RIM])
+        limits, rim, points, word_table = self.compiled_arrays()
         kept, words = np.empty((2, count), np.int64)
         h, fits = np.empty((count, 3, 3)), np.empty((2, count))
         n = library.alvar_match_coarse(
-            *native.image(smooth), count, place(quads), place(limits), place(self._rim), self._cells.shape[1],
-            place(self._cells), self._words_t.shape[1], place(self._words_t), place(kept), place(h), place(fits),
+            *native.image(smooth), count, place(quads), place(limits), place(rim), points.shape[1], place(points),
+            word_table.shape[1], place(word_table), place(kept), place(h), place(fits),
             place(words))
         return CoarseMatch(kept[:n], h[:n], fits[0, :n], fits[1, :n], words[:n])
 
+    def compiled_arrays(self) -> tuple[Floats, ...]:
+        """Return what native/decoding.cpp needs: limits, points of the rim and of the cells, words."""
+        limits = np.array([self.half, thresholds.MIN_RIM_STEP_SHARE, thresholds.MIN_RIM_STEP,
+                           thresholds.MIN_RIM_CONTRAST, thresholds.MIN_DARK_RIM])
+        return limits, self._rim, self._cells, self._words_t
+
     def fit(self, smooth: Image, quad: Floats, spread: float) -> float:
         """Return the fit of the best code word to the cells of one quad (4, 2), ``spread`` times as far apart."""
+        if native.library and self.words is not None:
+            quad, place, (_, _, points, words) = np.ascontiguousarray(quad, np.float64), native.address, self.compiled_arrays()
+            return float(native.library.alvar_coarse_fit(
+                *native.image(smooth), place(quad), ctypes.c_double(self.half), ctypes.c_double(spread),
+                points.shape[1], place(points), words.shape[1], place(words)))
         h = homography.from_square(quad[None], self.half)
         cells = self._cells * np.array([[spread], [spread], [1]], np.float32)
         return float(self._match(self._grey(smooth, h, cells))[0][0])
@@ -187,6 +197,7 @@ class Reader:
         self._words = self._seen.reshape(-1, 25).astype(np.float32)
         self._words_t = np.ascontiguousarray(self._words.T)
         self._inside_line = grid.line[self._inside].astype(np.float32)
+        self.region = int(self._inside.argmax()), int(self._inside.sum())  # first and number of the samples in a row
 
     def read(self, values: Floats, covariance: Covariance, noise: Floats) -> list[Reading]:
         """Return the best Reading of each marker of resolution 5.
@@ -212,6 +223,10 @@ class Reader:
                            place(self._light), place(NORMAL_STEP), place(variance), place(noise), len(self._words),
                            place(self._words_t), ctypes.c_double(thresholds.MAX_NOISE_SHARE), place(out), place(words))
         return [self.of_word(*each) for each in zip(words.tolist(), *out.tolist())]
+
+    def compiled_arrays(self) -> tuple[Floats, ...]:
+        """Return what native/appearance.cpp needs: the samples in a row [cells], light, words."""
+        return self._inside_line, self._light, self._words_t
 
     def _coverage(self, covariance: Covariance) -> tuple[Floats, Floats]:
         """Return how much columns and rows of data cells cover each column and row of samples; each (M, S, n)."""

@@ -1,0 +1,111 @@
+"""The search for markers of resolution 5 in even light as one compiled step, native/detector.cpp.
+
+It does what Detector._in_even_light does, but names what needs a closer look instead of taking it.
+"""
+from __future__ import annotations
+
+import ctypes
+from typing import Mapping, NamedTuple
+
+import numpy as np
+
+from alvar_core import native
+from alvar_core.arrays import Bools, Floats, Integers
+from alvar_core.detection import thresholds
+from alvar_core.detection.acceptance import Appearance, Features
+from alvar_core.detection.alignment import Aligner
+from alvar_core.detection.candidates import side_limits
+from alvar_core.detection.corners import CornerEstimator
+from alvar_core.detection.prepared_image import PreparedImage
+from alvar_core.detection.pose import Solution
+from alvar_core.detection.reading import CoarseDecoder, Reader
+
+NUMBERS = 256
+# The columns of a row of native/detector.cpp: its Record, its Start
+NUMBER, TURNS, CORNERS, INFORMATION, POSES, SOLUTIONS, FEATURES = (
+    0, 1, slice(2, 10), slice(10, 74), 74, slice(75, 103), slice(103, 114))
+H, WORD, BLUR, LEVEL, FIT, GAP = slice(0, 9), 9, 10, 11, 12, 13
+
+
+class Seen(NamedTuple):
+    """A marker: its number, corners (4, 2) [real px] as drawn, their information (8, 8), its poses and Features."""
+
+    number: int
+    corners: Floats
+    information: Floats
+    solutions: list[Solution]
+    features: Features
+
+
+class Unsure(NamedTuple):
+    """K candidates that need a closer look.
+
+    ``h`` (K, 3, 3), ``blur`` (K,) and ``level`` (K,): where their alignment starts; ``word`` (K,): index of the code
+    word, ``fit`` and ``gap`` (K,): of the coarse decoding.
+    """
+
+    h: Floats
+    word: Integers
+    blur: Floats
+    level: Integers
+    fit: Floats
+    gap: Floats
+
+
+class CompiledSearch:
+    """Finds markers with ``cells`` cells per side, with the parts of a Detector."""
+
+    def __init__(self, library: ctypes.CDLL, decoder: CoarseDecoder, aligner: Aligner, appearance: Appearance,
+                 reader: Reader, corners: CornerEstimator, black_words: Bools) -> None:
+        self._library = library
+        coarse, align, look, read = (part.compiled_arrays() for part in (decoder, aligner, appearance, reader))
+        first, inside = reader.region
+        numbers = np.array([aligner.grid.cells, aligner.grid.count, len(appearance.data_samples), coarse[2].shape[1],
+                            first, inside], np.int64)
+        # the order of Constants in native/detector.cpp
+        self._arrays = [_limits(), side_limits(), *coarse, *align, np.ascontiguousarray(black_words), *look, *read,
+                        *corners.compiled_arrays(), numbers, np.array([appearance.weight])]
+        self._constants = np.array([native.address(each).value for each in self._arrays], np.uintp)
+        self._rows = np.empty((thresholds.MAX_ALIGNED, FEATURES.stop)), np.empty((thresholds.MAX_ALIGNED, GAP + 1)), \
+            np.empty((thresholds.MAX_ALIGNED, 9))
+
+    def find(self, image: PreparedImage, lens: Floats, quads: Floats, size: float,
+             sizes: Mapping[int | str, float]) -> tuple[list[Seen], Unsure, Floats]:
+        """Return what is Seen among quads (N, 4, 2) [real px], the Unsure, and (K, 9) corners and word of well read ones.
+
+        ``lens``: the numbers of the camera; ``size`` [m] is that of markers not in ``sizes``.
+        """
+        quads, all_sizes, place = np.array(quads, np.float64, order='C'), np.full(NUMBERS, size), native.address
+        for number, each in sizes.items():
+            if isinstance(number, int) and 0 <= number < NUMBERS:
+                all_sizes[number] = each
+        atlas, table = image.pyramid.memory
+        found = np.zeros(3, np.int32)
+        self._library.alvar_find_in_even_light(
+            place(self._constants), *native.image(image.smooth), *native.image(atlas), place(table), place(lens),
+            ctypes.c_double(image.noise), len(quads), place(quads), place(all_sizes), thresholds.MAX_ALIGNED,
+            *map(place, self._rows), place(found))
+        seen, unsure, well_read = (rows[:count].copy() for rows, count in zip(self._rows, found.tolist()))
+        return ([_seen(row) for row in seen],
+                Unsure(unsure[:, H].reshape(-1, 3, 3), unsure[:, WORD].astype(int), unsure[:, BLUR],
+                       unsure[:, LEVEL].astype(int), unsure[:, FIT], unsure[:, GAP]), well_read)
+
+
+def _seen(row: Floats) -> Seen:
+    solutions = [Solution.of_row(each) for each in row[SOLUTIONS].reshape(2, -1)[:int(row[POSES])]]
+    return Seen(int(row[NUMBER]), row[CORNERS].reshape(4, 2), row[INFORMATION].reshape(8, 8), solutions,
+                Features.of_row(row[FEATURES]))
+
+
+def _limits() -> Floats:
+    """Return the thresholds that native/detector.cpp needs."""
+    return np.array([
+        thresholds.MIN_COARSE_FIT, thresholds.COARSE_GAP_WEIGHT, thresholds.MAX_ALIGNED, thresholds.SAME_QUAD,
+        thresholds.START_BLUR, *thresholds.NEXT_LEVEL, thresholds.ALIGNMENT_STEPS, thresholds.WELL_READ_FIT,
+        thresholds.WELL_READ_GAP, thresholds.SAMPLED_NOISE, thresholds.MIN_MARKER_AREA, thresholds.MIN_LIKENESS,
+        thresholds.MAX_BLUR, thresholds.SURE_FIT, thresholds.SURE_GAP, thresholds.CONTRAST_SPARE,
+        thresholds.CHANGED_FIT, *thresholds.CODE_COVERED, *thresholds.COVERED, *thresholds.CLEAR, *thresholds.UNLIKE,
+        thresholds.CODE_COVERED_CELLS, thresholds.WIDE_GAP, thresholds.COVERED_CELLS, thresholds.CLEAR_LIKENESS,
+        thresholds.BEST_FIT, thresholds.MIN_GAP, thresholds.MIN_KEPT, thresholds.MAX_BAD_RIM, thresholds.MIN_OUTSIDE,
+        thresholds.WHOLE_LIKENESS, thresholds.SURE_MARGIN_DETAIL, thresholds.MAX_POSE_ERROR,
+        thresholds.MAX_NOISE_SHARE, thresholds.BAD_CELL])
