@@ -10,8 +10,17 @@ namespace {
 
 using namespace alvar;
 
-constexpr int kParameters = 15, kRows = kParameters + 1, kLane = 8;
+constexpr int kParameters = 15, kRows = kParameters + 1, kLane = 8, kBatch = 4;
+constexpr int kMostCells = 64;  // of a side: code.py allows fewer
 typedef float Lanes __attribute__((vector_size(kLane * sizeof(float))));
+
+ALVAR_INLINE Lanes load(const float* from) {
+    Lanes lanes;
+    std::memcpy(&lanes, from, sizeof lanes);
+    return lanes;
+}
+
+ALVAR_INLINE void store(const Lanes& lanes, float* to) { std::memcpy(to, &lanes, sizeof lanes); }
 
 // The order of alignment.py's LIMITS
 struct Limits {
@@ -46,16 +55,26 @@ struct Marker {
     int n, wide, edges;                // samples per row, with padding; edges of cells
     std::vector<float> profile[2][3];  // [x, y][value, first, second derivative]: (cells, wide)
     std::vector<float> steps, rows;    // of profiles, of draw
-    std::vector<float> shape, by_x, by_y, by_blur, x, y, basis, robust, residual;  // (n, wide)
+    std::vector<float> shape, by_x, by_y, by_blur, x, y, basis, robust;  // (n, wide)
+    std::vector<float> values, model, gain, dark, weights, residual;     // (n, wide)
+    std::vector<float> line, fixed_weight;  // the grid's, with padding of weight 0
+    std::vector<int> noise_samples;         // a third of the places with weight
 
     explicit Marker(const Grid& g) : grid(g), n(g.count), wide(g.padded()), edges(g.cells + 1) {
         for (auto& axis : profile)
             for (auto& part : axis) part.assign(grid.cells * wide, 0);
         steps.assign(3 * edges * wide, 0);
         rows.assign(3 * grid.cells * wide, 0);
-        for (auto* each : {&shape, &by_x, &by_y, &by_blur, &x, &y, &robust}) each->assign(n * wide, 0);
-        basis.assign(kRows * wide, 0);
-        residual.assign(n * n, 0);
+        for (auto* each : {&shape, &by_x, &by_y, &by_blur, &x, &y, &robust, &values, &model, &gain, &dark, &weights,
+                           &residual, &fixed_weight})
+            each->assign(n * wide, 0);
+        basis.assign(kRows * kBatch * wide, 0);
+        line.assign(wide, 0);
+        std::copy_n(grid.line, n, line.begin());
+        for (int j = 0; j < n; ++j) std::copy_n(grid.weight + j * n, n, &fixed_weight[j * wide]);
+        int place = 0;
+        for (int i = 0; i < n * wide; ++i)
+            if (fixed_weight[i] > 0 && place++ % 3 == 0) noise_samples.push_back(i);
     }
 
     ALVAR_INLINE void profiles(std::vector<float>* out, float variance, const float* normal_step) {
@@ -63,8 +82,8 @@ struct Marker {
         float *value = &steps[0], *first = &steps[edges * wide], *second = &steps[2 * edges * wide];
         for (int e = 0; e < edges; ++e) {
             const float at = e - grid.cells * 0.5f;
-            for (int i = 0; i < n; ++i) {
-                const float z = (grid.line[i] - at) * s;
+            for (int i = 0; i < wide; ++i) {
+                const float z = (line[i] - at) * s;
                 const float zz = z * z < 30 ? z * z : 30;
                 const float u = z * (normal_step[0] + zz * (normal_step[1] + zz * normal_step[2]));
                 const float density = fast_exp(-0.5f * zz) * s * 0.3989423f;
@@ -76,6 +95,25 @@ struct Marker {
         for (int part = 0; part < 3; ++part)
             for (int i = 0; i < grid.cells * wide; ++i)
                 out[part][i] = steps[part * edges * wide + i] - steps[part * edges * wide + wide + i];
+    }
+
+    // The functions at a row of samples, one every `stride` numbers: derivatives by the parameters, then the values, each
+    // times the root of the weight.
+    ALVAR_INLINE void set_basis(int j, float* b, int stride) const {
+        const float v = line[j], per_half = 2.0f / grid.cells, v_half = v * per_half;
+        const float *t = &shape[j * wide], *tx = &by_x[j * wide], *ty = &by_y[j * wide], *tb = &by_blur[j * wide];
+        const float *of_gain = &gain[j * wide], *of_values = &values[j * wide], *of_weights = &weights[j * wide];
+        const float* across = line.data();
+        for (int i = 0; i < wide; i += kLane) {
+            Lanes root;
+            for (int k = 0; k < kLane; ++k) root[k] = std::sqrt(of_weights[i + k]);
+            const Lanes u = load(across + i), g = load(of_gain + i) * root, u_half = u * per_half;
+            const Lanes x = load(tx + i) * g, y = load(ty + i) * g, both = x * u + y * v, light = load(t + i) * root;
+            const Lanes all[kRows] = {x, x * u, x * v, y, y * u, y * v, both * u, both * v,
+                                      light, light * u_half, light * v_half, root, root * u_half, root * v_half,
+                                      load(tb + i) * root, load(of_values + i) * root};
+            for (int k = 0; k < kRows; ++k) store(all[k], b + k * stride + i);
+        }
     }
 
     // The drawing of black cells (cells, cells) with a blur of covariance xx, yy, xy [cells^2]
@@ -94,24 +132,25 @@ struct Marker {
         const float *plain = &rows[0], *first = &rows[cells * wide], *second = &rows[2 * cells * wide];
         for (int j = 0; j < n; ++j) {
             float *t = &shape[j * wide], *tx = &by_x[j * wide], *ty = &by_y[j * wide], *tb = &by_blur[j * wide];
-            std::memset(t, 0, wide * sizeof(float));
-            std::memset(tx, 0, wide * sizeof(float));
-            std::memset(ty, 0, wide * sizeof(float));
-            std::memset(tb, 0, wide * sizeof(float));
+            int near[kMostCells], count = 0;
             for (int r = 0; r < cells; ++r) {
                 const float a = profile[1][0][r * wide + j], b = profile[1][1][r * wide + j];
                 const float c = profile[1][2][r * wide + j];
-                if (std::fabs(a) + std::fabs(b) + std::fabs(c) < 1e-7f) continue;  // too far away
-                const float *p = plain + r * wide, *q = first + r * wide, *s = second + r * wide;
-                for (int i = 0; i < wide; ++i) {
-                    const float cross = b * xy * q[i];
-                    t[i] -= a * p[i] + cross;
-                    tx[i] -= a * q[i];
-                    ty[i] -= b * p[i];
-                    tb[i] -= 0.5f * xx * a * s[i] + 0.5f * yy * c * p[i] + cross;
-                }
+                if (std::fabs(a) + std::fabs(b) + std::fabs(c) >= 1e-7f) near[count++] = r;  // others are too far away
             }
-            for (int i = 0; i < n; ++i) t[i] += 1;
+            for (int i = 0; i < wide; i += kLane) {
+                Lanes of_shape = {}, of_x = {}, of_y = {}, of_blur = {};
+                for (int k = 0; k < count; ++k) {
+                    const int r = near[k];
+                    const float a = profile[1][0][r * wide + j], b = profile[1][1][r * wide + j];
+                    const float c = profile[1][2][r * wide + j];
+                    const Lanes p = load(plain + r * wide + i), q = load(first + r * wide + i);
+                    const Lanes cross = b * xy * q;
+                    of_shape += a * p + cross, of_x += a * q, of_y += b * p;
+                    of_blur += 0.5f * xx * a * load(second + r * wide + i) + 0.5f * yy * c * p + cross;
+                }
+                store(1.0f - of_shape, t + i), store(-of_x, tx + i), store(-of_y, ty + i), store(-of_blur, tb + i);
+            }
         }
     }
 };
@@ -131,6 +170,7 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
                       unsigned redraw, State s) {
     const Grid& grid = m.grid;
     const int n = m.n, wide = m.wide;
+    const float* line = m.line.data();
     const float half = grid.cells * 0.5f, per_half = 1 / half;
     const double reach_of[8] = {1, half, half, 1, half, half, half * half, half * half};
     for (int step = 0; step < steps; ++step) {
@@ -143,87 +183,70 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
             const double xx = a * a + c * c, yy = b * b + d * d, xy = a * b + c * d;
             const double scale = *s.blur * level_scale / (xx * yy - xy * xy);
             m.draw(black, yy * scale, xx * scale, -xy * scale, normal_step);
-            for (int j = 0; j < n; ++j) std::memcpy(s.templates + j * n, &m.shape[j * wide], n * sizeof(float));
         }
         // places and values
         const float f[9] = {float(h[0]), float(h[1]), float(h[2]), float(h[3]), float(h[4]),
                             float(h[5]), float(h[6]), float(h[7]), float(h[8])};
         for (int j = 0; j < n; ++j) {
-            const float v = grid.line[j], px = f[1] * v + f[2], py = f[4] * v + f[5], pw = f[7] * v + f[8];
+            const float v = line[j], px = f[1] * v + f[2], py = f[4] * v + f[5], pw = f[7] * v + f[8];
             float *x = &m.x[j * wide], *y = &m.y[j * wide];
-            for (int i = 0; i < n; ++i) {
-                const float u = grid.line[i], w = 1 / (f[6] * u + pw);
+            for (int i = 0; i < wide; ++i) {
+                const float u = line[i], w = 1 / (f[6] * u + pw);
                 x[i] = (f[0] * u + px) * w;
                 y[i] = (f[3] * u + py) * w;
             }
-            lens.to_real(x, y, n);
-            for (int i = 0; i < n; ++i) {
+            lens.to_real(x, y, wide);
+            for (int i = 0; i < wide; ++i) {
                 x[i] = x[i] * box.scale + box.x_offset;
                 y[i] = y[i] * box.scale + box.y_offset;
             }
             for (int i = 0; i < n; i += kBlock)
                 atlas.read(x + i, y + i, std::min(kBlock, n - i), box.left, box.top, box.right, box.bottom,
-                           s.values + j * n + i);
+                           &m.values[j * wide + i]);
         }
         if (step == 0) {  // the first weights and gain
-            double sum = 0, of_value = 0, of_shape = 0, both = 0, square = 0;
-            for (int i = 0; i < n * n; ++i) {
-                const double w = grid.weight[i];
-                sum += w, of_value += w * s.values[i], of_shape += w * s.templates[i];
-                both += w * s.values[i] * s.templates[i], square += w * s.templates[i] * s.templates[i];
+            float sum = 0, of_value = 0, of_shape = 0, both = 0, square = 0;
+            for (int i = 0; i < n * wide; ++i) {
+                const float w = m.fixed_weight[i], value = m.values[i], shape = m.shape[i];
+                sum += w, of_value += w * value, of_shape += w * shape;
+                both += w * value * shape, square += w * shape * shape;
             }
             of_value /= sum, of_shape /= sum;
             double gain = (both / sum - of_value * of_shape) / (square / sum - of_shape * of_shape + 1e-6);
             gain = gain > limit.min_start_gain ? gain : limit.min_start_gain;
-            std::fill(s.gain, s.gain + n * n, static_cast<float>(gain));
-            std::memcpy(s.weights, grid.weight, n * n * sizeof(float));
+            std::fill(m.gain.begin(), m.gain.end(), static_cast<float>(gain));
+            m.weights = m.fixed_weight;
         }
-        // normal equations: the basis of one row of samples at a time
-        Lanes product[kRows / 4 * (kRows / 4 + 1) / 2][16] = {};
-        for (int j = 0; j < n; ++j) {
-            const float v = grid.line[j], v_half = v * per_half;
-            const float *t = &m.shape[j * wide], *tx = &m.by_x[j * wide], *ty = &m.by_y[j * wide];
-            const float *gain = s.gain + j * n, *values = s.values + j * n, *weights = s.weights + j * n;
-            float* b = &m.basis[0];
-            for (int i = 0; i < n; ++i) {
-                const float u = grid.line[i], root = std::sqrt(weights[i]);
-                const float bx = tx[i] * gain[i] * root, by = ty[i] * gain[i] * root, both = bx * u + by * v;
-                b[i] = bx, b[wide + i] = bx * u, b[2 * wide + i] = bx * v;
-                b[3 * wide + i] = by, b[4 * wide + i] = by * u, b[5 * wide + i] = by * v;
-                b[6 * wide + i] = both * u, b[7 * wide + i] = both * v;
-                const float tr = t[i] * root;
-                b[8 * wide + i] = tr, b[9 * wide + i] = tr * u * per_half, b[10 * wide + i] = tr * v_half;
-                b[11 * wide + i] = root, b[12 * wide + i] = root * u * per_half, b[13 * wide + i] = root * v_half;
-                b[14 * wide + i] = m.by_blur[j * wide + i] * root, b[15 * wide + i] = values[i] * root;
-            }
-            int block = 0;
-            for (int p = 0; p < kRows; p += 4)
-                for (int q = p; q < kRows; q += 4, ++block) {
-                    Lanes sums[16];
-                    for (int k = 0; k < 16; ++k) sums[k] = product[block][k];
-                    for (int i = 0; i < wide; i += kLane) {
-                        Lanes left[4], right[4];
-                        for (int k = 0; k < 4; ++k) {
-                            std::memcpy(&left[k], b + (p + k) * wide + i, sizeof(Lanes));
-                            std::memcpy(&right[k], b + (q + k) * wide + i, sizeof(Lanes));
+        // normal equations: the basis of some rows of samples at a time, of products of 4 by 2 functions
+        constexpr int kHigh = 4, kWide = 2;
+        Lanes product[kRows / kHigh][kRows / kWide][kHigh * kWide] = {};
+        for (int first = 0; first < n; first += kBatch) {
+            const int some = std::min(kBatch, n - first), length = some * wide, stride = kBatch * wide;
+            for (int j = 0; j < some; ++j) m.set_basis(first + j, &m.basis[j * wide], stride);
+            for (int p = 0; p < kRows; p += kHigh)
+                for (int q = p; q < kRows; q += kWide) {
+                    Lanes* total = product[p / kHigh][q / kWide];
+                    Lanes sums[kHigh * kWide] = {};
+                    for (int i = 0; i < length; i += kLane) {
+                        const float* at = &m.basis[i];
+                        const Lanes right[kWide] = {load(at + q * stride), load(at + (q + 1) * stride)};
+                        for (int k = 0; k < kHigh; ++k) {
+                            const Lanes left = load(at + (p + k) * stride);
+                            sums[kWide * k] += left * right[0], sums[kWide * k + 1] += left * right[1];
                         }
-                        for (int k = 0; k < 16; ++k) sums[k] += left[k / 4] * right[k % 4];
                     }
-                    for (int k = 0; k < 16; ++k) product[block][k] = sums[k];
+                    for (int k = 0; k < kHigh * kWide; ++k) total[k] += sums[k];
                 }
         }
         double ridged[kParameters * kParameters], theta[kParameters];
-        int block = 0;
-        for (int p = 0; p < kRows; p += 4)
-            for (int q = p; q < kRows; q += 4, ++block)
-                for (int k = 0; k < 16; ++k) {
-                    double sum = 0;
-                    for (int lane = 0; lane < kLane; ++lane) sum += product[block][k][lane];
-                    const int row = p + k / 4, column = q + k % 4;
-                    if (row == kParameters) continue;
-                    if (column == kParameters) theta[row] = sum;
-                    else s.normal[row * kParameters + column] = s.normal[column * kParameters + row] = sum;
-                }
+        for (int row = 0; row < kParameters; ++row)
+            for (int column = row / kHigh * kHigh; column < kRows; ++column) {
+                const Lanes& sums = product[row / kHigh][column / kWide][row % kHigh * kWide + column % kWide];
+                double sum = 0;
+                for (int lane = 0; lane < kLane; ++lane) sum += sums[lane];
+                if (column == kParameters) theta[row] = sum;
+                else s.normal[row * kParameters + column] = s.normal[column * kParameters + row] = sum;
+            }
         std::memcpy(ridged, s.normal, sizeof ridged);
         for (int k = 0; k < kParameters; ++k) {
             ridged[k * kRows] *= 1 + 1e-6;
@@ -233,30 +256,23 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
         // model, residual
         float c[kParameters];
         for (int k = 0; k < kParameters; ++k) c[k] = theta[k];
+        const double contrast = theta[8];
+        const float grey = contrast > 1 ? contrast : 1, low = limit.low_gain * grey, high = limit.high_gain * grey;
         for (int j = 0; j < n; ++j) {
-            const float v = grid.line[j];
+            const float v = line[j];
             const float *t = &m.shape[j * wide], *tx = &m.by_x[j * wide], *ty = &m.by_y[j * wide];
-            const float* tb = &m.by_blur[j * wide];
-            const float *gain = s.gain + j * n, *values = s.values + j * n;
-            float *model = s.model + j * n, *residual = &m.residual[j * n];
-            for (int i = 0; i < n; ++i) {
-                const float u = grid.line[i], along = c[6] * u + c[7] * v;
+            const float *tb = &m.by_blur[j * wide], *values = &m.values[j * wide];
+            float *model = &m.model[j * wide], *residual = &m.residual[j * wide], *gain = &m.gain[j * wide];
+            float* dark = &m.dark[j * wide];
+            for (int i = 0; i < wide; ++i) {
+                const float u = line[i], along = c[6] * u + c[7] * v;
                 const float shift = tx[i] * gain[i] * (c[0] + c[1] * u + c[2] * v + along * u)
                                     + ty[i] * gain[i] * (c[3] + c[4] * u + c[5] * v + along * v);
                 const float light = c[8] + (c[9] * u + c[10] * v) * per_half;
-                const float dark = c[11] + (c[12] * u + c[13] * v) * per_half;
-                model[i] = shift + t[i] * light + dark + c[14] * tb[i];
+                dark[i] = c[11] + (c[12] * u + c[13] * v) * per_half;
+                model[i] = shift + t[i] * light + dark[i] + c[14] * tb[i];
                 residual[i] = values[i] - model[i];
-            }
-        }
-        const double contrast = theta[8];
-        const float grey = contrast > 1 ? contrast : 1;
-        for (int j = 0; j < n; ++j) {
-            const float v = grid.line[j] * per_half;
-            for (int i = 0; i < n; ++i) {
-                const float u = grid.line[i] * per_half;
-                s.gain[j * n + i] = within(c[8] + c[9] * u + c[10] * v, limit.low_gain * grey, limit.high_gain * grey);
-                s.dark[j * n + i] = c[11] + c[12] * u + c[13] * v;
+                gain[i] = within(light, low, high);
             }
         }
         const double blur = *s.blur * (1 + within(theta[14] / grey, limit.low_blur_step, limit.high_blur_step));
@@ -269,19 +285,23 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
         }
         change(h, move);
         // noise and weights
-        int counted = 0, place = 0;
-        for (int i = 0; i < n * n; ++i)
-            if (grid.weight[i] > 0 && place++ % 3 == 0) m.robust[counted++] = std::fabs(m.residual[i]);
+        int counted = 0;
+        for (const int place : m.noise_samples) m.robust[counted++] = std::fabs(m.residual[place]);
         *s.noise = 1.4826 * nth(m.robust.data(), counted, counted / 2);
         const double least = limit.min_noise * std::max(contrast, limit.min_contrast);
         const float per_limit = 1 / ((step ? limit.outlier : limit.first_outlier) * std::max(*s.noise, least));
-        for (int i = 0; i < n * n; ++i) {
+        for (int i = 0; i < n * wide; ++i) {
             float part = m.residual[i] * per_limit;
             part = part * part < 1 ? 1 - part * part : 0;
-            s.weights[i] = part * part * grid.weight[i];
+            m.weights[i] = part * part * m.fixed_weight[i];
         }
         *s.contrast = contrast;
     }
+    const std::pair<const std::vector<float>*, float*> results[] = {
+        {&m.values, s.values}, {&m.shape, s.templates}, {&m.model, s.model},
+        {&m.gain, s.gain},     {&m.dark, s.dark},       {&m.weights, s.weights}};
+    for (const auto& each : results)
+        for (int j = 0; j < n; ++j) std::copy_n(&(*each.first)[j * wide], n, each.second + j * n);
 }
 
 }  // namespace

@@ -41,7 +41,8 @@ def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: Ima
     """
     passes = thresholds.PASSES if passes is None else passes
     buffers = buffers or ImageBuffers()
-    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(smooth, buffers, parts, *each)
+    shrunk: dict[float, Image] = {1: smooth}
+    quads = np.concatenate([np.zeros((0, 4, 2))] + [_one_pass(shrunk, buffers, parts, *each)
                                                      for each in passes])
     if native.library:
         return quads
@@ -54,12 +55,20 @@ def candidates(smooth: Image, passes: Sequence[Pass] | None = None, buffers: Ima
     return found
 
 
-def _one_pass(smooth: Image, buffers: ImageBuffers, parts: list[Floats] | None, shrink: float, window: int,
+def _shrunk(images: dict[float, Image], factor: float, buffers: ImageBuffers) -> Image:
+    """Return the image shrunk by a factor; ``images`` {factor: image} has the full one and gets all that are made."""
+    if factor not in images:
+        full = images[1] if factor <= 2 else _shrunk(images, factor / 2, buffers)  # halving twice is faster
+        ratio = min(factor, 2.0)
+        width, height = int(full.shape[1] / ratio), int(full.shape[0] / ratio)
+        images[factor] = cv2.resize(full, (width, height), dst=buffers.get('shrunk', height, width),
+                                    interpolation=cv2.INTER_AREA if ratio >= 2 else cv2.INTER_LINEAR)
+    return images[factor]
+
+
+def _one_pass(images: dict[float, Image], buffers: ImageBuffers, parts: list[Floats] | None, shrink: float, window: int,
               offset: int) -> Floats:
-    for factor in (2, shrink / 2) if shrink > 2 else (shrink,):  # halving twice is faster than quartering
-        width, height = int(smooth.shape[1] / factor), int(smooth.shape[0] / factor)
-        method = cv2.INTER_AREA if factor >= 2 else cv2.INTER_LINEAR
-        smooth = cv2.resize(smooth, (width, height), dst=buffers.get('shrunk', height, width), interpolation=method)
+    smooth = _shrunk(images, shrink, buffers)
     dark = binary(smooth, window, offset, buffers)
     parted = parts is not None and shrink == thresholds.PASSES[0].shrink
     if native.library:

@@ -5,12 +5,12 @@ It does what Detector._in_even_light does, but names what needs a closer look in
 from __future__ import annotations
 
 import ctypes
-from typing import Mapping, NamedTuple
+from typing import Any, Mapping, NamedTuple
 
 import numpy as np
 
 from alvar_core import native
-from alvar_core.arrays import Bools, Floats, Integers
+from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import thresholds
 from alvar_core.detection.acceptance import Appearance, Features
 from alvar_core.detection.alignment import Aligner
@@ -18,13 +18,13 @@ from alvar_core.detection.candidates import side_limits
 from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.pose import Solution
-from alvar_core.detection.reading import CoarseDecoder, Reader
+from alvar_core.detection.reading import CoarseDecoder, Reader, words_of_numbers
 
-NUMBERS = 256
-# The columns of a row of native/detector.cpp: its Record, its Start
-NUMBER, TURNS, CORNERS, INFORMATION, POSES, SOLUTIONS, FEATURES = (
-    0, 1, slice(2, 10), slice(10, 74), 74, slice(75, 103), slice(103, 114))
-H, WORD, BLUR, LEVEL, FIT, GAP = slice(0, 9), 9, 10, 11, 12, 13
+# The rows of native/detector.cpp: a marker, and what needs a closer look; each number is a double
+RECORD = np.dtype([('number', 'f8'), ('turns', 'f8'), ('corners', 'f8', (4, 2)), ('information', 'f8', (8, 8)),
+                   ('poses', 'f8'), ('solutions', 'f8', (2, 14)), ('features', 'f8', 11)])
+START = np.dtype([('h', 'f8', (3, 3)), ('word', 'f8'), ('blur', 'f8'), ('level', 'f8'), ('fit', 'f8'), ('gap', 'f8')])
+WELL_READ = np.dtype([('quad', 'f8', (4, 2)), ('word', 'f8')])
 
 
 class Seen(NamedTuple):
@@ -35,21 +35,6 @@ class Seen(NamedTuple):
     information: Floats
     solutions: list[Solution]
     features: Features
-
-
-class Unsure(NamedTuple):
-    """K candidates that need a closer look.
-
-    ``h`` (K, 3, 3), ``blur`` (K,) and ``level`` (K,): where their alignment starts; ``word`` (K,): index of the code
-    word, ``fit`` and ``gap`` (K,): of the coarse decoding.
-    """
-
-    h: Floats
-    word: Integers
-    blur: Floats
-    level: Integers
-    fit: Floats
-    gap: Floats
 
 
 class CompiledSearch:
@@ -66,19 +51,19 @@ class CompiledSearch:
         self._arrays = [_limits(), side_limits(), *coarse, *align, np.ascontiguousarray(black_words), *look, *read,
                         *corners.compiled_arrays(), numbers, np.array([appearance.weight])]
         self._constants = np.array([native.address(each).value for each in self._arrays], np.uintp)
-        self._rows = np.empty((thresholds.MAX_ALIGNED, FEATURES.stop)), np.empty((thresholds.MAX_ALIGNED, GAP + 1)), \
-            np.empty((thresholds.MAX_ALIGNED, 9))
+        self._rows = [np.empty(thresholds.MAX_ALIGNED, kind) for kind in (RECORD, START, WELL_READ)]
 
     def find(self, image: PreparedImage, lens: Floats, quads: Floats, size: float,
-             sizes: Mapping[int | str, float]) -> tuple[list[Seen], Unsure, Floats]:
-        """Return what is Seen among quads (N, 4, 2) [real px], the Unsure, and (K, 9) corners and word of well read ones.
+             sizes: Mapping[int | str, float]) -> tuple[list[Seen], Any, Any]:
+        """Return what is Seen among quads (N, 4, 2) [real px], the STARTs of the others, and what is WELL_READ.
 
-        ``lens``: the numbers of the camera; ``size`` [m] is that of markers not in ``sizes``.
+        ``lens``: the numbers of the camera; ``size`` [m] is that of markers not in ``sizes``. START: ``h`` (3, 3),
+        ``blur`` and ``level`` are where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding.
         """
-        quads, all_sizes, place = np.array(quads, np.float64, order='C'), np.full(NUMBERS, size), native.address
+        quads, all_sizes, place = np.array(quads, np.float64, order='C'), np.full(len(words_of_numbers()) // 4, size), native.address
         for number, each in sizes.items():
-            if isinstance(number, int) and 0 <= number < NUMBERS:
-                all_sizes[number] = each
+            if number in range(len(all_sizes)):
+                all_sizes[int(number)] = each
         atlas, table = image.pyramid.memory
         found = np.zeros(3, np.int32)
         self._library.alvar_find_in_even_light(
@@ -86,15 +71,13 @@ class CompiledSearch:
             ctypes.c_double(image.noise), len(quads), place(quads), place(all_sizes), thresholds.MAX_ALIGNED,
             *map(place, self._rows), place(found))
         seen, unsure, well_read = (rows[:count].copy() for rows, count in zip(self._rows, found.tolist()))
-        return ([_seen(row) for row in seen],
-                Unsure(unsure[:, H].reshape(-1, 3, 3), unsure[:, WORD].astype(int), unsure[:, BLUR],
-                       unsure[:, LEVEL].astype(int), unsure[:, FIT], unsure[:, GAP]), well_read)
+        return [_seen(*row) for row in seen], unsure, well_read
 
 
-def _seen(row: Floats) -> Seen:
-    solutions = [Solution.of_row(each) for each in row[SOLUTIONS].reshape(2, -1)[:int(row[POSES])]]
-    return Seen(int(row[NUMBER]), row[CORNERS].reshape(4, 2), row[INFORMATION].reshape(8, 8), solutions,
-                Features.of_row(row[FEATURES]))
+def _seen(number: float, _turns: float, corners: Floats, information: Floats, poses: float, solutions: Floats,
+          features: Floats) -> Seen:
+    return Seen(int(number), corners, information, [Solution.of_row(each) for each in solutions[:int(poses)]],
+                Features.of_row(features))
 
 
 def _limits() -> Floats:

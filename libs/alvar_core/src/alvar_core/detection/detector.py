@@ -188,12 +188,13 @@ class Detector:
         seen, unsure, well_read = search.find(image, lens, quads, self.size, self.sizes)
         found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
                  for each in seen]
-        if len(unsure.h):
-            words = list(zip(unsure.word, unsure.fit, unsure.gap))
-            found += self._finish(image, _Start(unsure.h, self._black_words[unsure.word], unsure.blur, unsure.level,
-                                                words))
+        if len(unsure):
+            drawn = unsure['word'].astype(int)
+            words = list(zip(drawn, unsure['fit'], unsure['gap']))
+            found += self._finish(image, _Start(unsure['h'], self._black_words[drawn], unsure['blur'],
+                                                unsure['level'].astype(int), words))
         found = best_of_overlapping(found)
-        return found + self._well_read(image, well_read[:, :8].reshape(-1, 4, 2), well_read[:, 8].astype(int), found)
+        return found + self._well_read(image, well_read['quad'], well_read['word'].astype(int), found)
 
     def _well_read(self, image: PreparedImage, quads: Floats, words: Integers,
                    known: Sequence[Detection]) -> list[Detection]:
