@@ -170,6 +170,8 @@ class Detector:
         if compiled and self._compiled:
             return self._in_one_step(self._compiled, compiled[1], image, quads)
         quads = candidates.refined(image.smooth, quads)
+        if not len(quads):
+            return []
         match = self._decoder.match(image.smooth, quads)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
