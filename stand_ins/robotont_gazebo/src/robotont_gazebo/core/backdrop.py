@@ -9,7 +9,6 @@ from kinematic_core.worlds.floor_plan import Colour
 from robotont_gazebo.core import textures
 from robotont_gazebo.core.camera import CameraPose, PinholeCamera
 
-PERIOD = 2 * textures.TILE  # [m] after which the floor repeats
 SHARPNESS = 1.1  # pixels of the floor's image per pixel of the camera, in the geometric mean of its two directions
 LEVELS = 5  # images of the floor, each half as fine as the previous one; beyond the last one it is plain
 ZENITH_TONE, HORIZON_WHITE = 0.82, 0.55  # brightness of the sky at the top, and share of white at the horizon
@@ -62,10 +61,10 @@ class Background:
         """Draw the floor in ``part``: first row, end row, first column, end column."""
         camera, (first, end, left, right) = self._camera, part
         aside = max(-camera.right[0], camera.right[-1])
-        reach = PERIOD * math.ceil(depth * math.hypot(1.0, aside) / PERIOD + 1.0)
+        reach = textures.PERIOD * math.ceil(depth * math.hypot(1.0, aside) / textures.PERIOD + 1.0)
         image = textures.floor(self._colour, halved, reach)
         resolution = textures.FLOOR_RESOLUTION / 2 ** halved
-        x, y = (value - PERIOD * round(value / PERIOD) + reach for value in (pose.x, pose.y))
+        x, y = (value - textures.PERIOD * round(value / textures.PERIOD) + reach for value in (pose.x, pose.y))
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         # In units of the row's depth, z = focal * height / (row - cy): world = camera + z * (forward + slope * right).
         to_world = np.array([[sin * pose.z, x, cos * pose.z], [-cos * pose.z, y, sin * pose.z], [0.0, 1.0, 0.0]])
