@@ -288,8 +288,6 @@ class Block {
     }
 
   private:
-    ROBOTONT_INLINE static void put(std::uint64_t bytes, std::uint8_t* out) { std::memcpy(out, &bytes, sizeof bytes); }
-
     const Camera& camera_;
     std::int64_t left_ = 0, columns_ = 0;
     std::vector<std::uint32_t> colours_, cover_;  // (height, kBlock); (height,): the nearest layer that hides all behind
