@@ -1,5 +1,5 @@
-// The picture of the layers that visibility.cpp has found: what core/backdrop.py, faces.py and layers.py draw, in blocks
-// of columns. Greys between those of a pattern's image differ from cv2.warpPerspective's by their rounding.
+// The picture of the layers that visibility.cpp has found: what core/backdrop.py, faces.py and layers.py draw, in
+// blocks of columns. Greys between those of a pattern's image differ from cv2.warpPerspective's by their rounding.
 #include <algorithm>
 #include <cstring>
 #include <vector>
@@ -179,10 +179,11 @@ struct Part {
     }
 
     void place(int i, double metres, double z, const Camera& camera, const Pose& pose, const Style& style) {
-        const double offset = style.pad - 0.5, last = source->width - 1.0;
-        const double across = std::min(std::max(metres * source->along + offset, 0.0), last) * kPart;
-        const std::int32_t whole = std::min(static_cast<std::int32_t>(across + 0.5),
-                                            static_cast<std::int32_t>(last) * kPart - 1);
+        const double offset = style.pad - 0.5, last = (source->width - 1.0) * kPart - 1;
+        double across = (metres * source->along + offset) * kPart;
+        across = across > 0 ? across : 0;
+        across = across < last ? across : last;
+        const std::int32_t whole = static_cast<std::int32_t>(across + 0.5);
         column[i] = whole / kPart, right[i] = whole % kPart;
         const double each = z / camera.focal * source->up;
         down[i] = static_cast<float>(each);
@@ -290,7 +291,7 @@ class Block {
   private:
     const Camera& camera_;
     std::int64_t left_ = 0, columns_ = 0;
-    std::vector<std::uint32_t> colours_, cover_;  // (height, kBlock); (height,): the nearest layer that hides all behind
+    std::vector<std::uint32_t> colours_, cover_;  // (height, kBlock); (height,): the nearest layer that hides the rest
 };
 
 }  // namespace

@@ -51,7 +51,8 @@ struct CameraInFrame {
 
     CameraInFrame(const Solid& solid, const Pose& pose) {
         const double dx = pose.x - solid.x, dy = pose.y - solid.y;
-        forward_x = solid.cos * pose.cos + solid.sin * pose.sin, forward_y = solid.cos * pose.sin - solid.sin * pose.cos;
+        forward_x = solid.cos * pose.cos + solid.sin * pose.sin;
+        forward_y = solid.cos * pose.sin - solid.sin * pose.cos;
         x = solid.cos * dx + solid.sin * dy, y = solid.cos * dy - solid.sin * dx;
         right_x = forward_y, right_y = -forward_x;
     }

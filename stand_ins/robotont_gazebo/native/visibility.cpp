@@ -1,5 +1,5 @@
-// visible_from of core/visibility.py, and the runs that core/faces.py finds in its layers. The formulas, their order and
-// so every bit of the layers are those of the Python files.
+// visible_from of core/visibility.py, and the runs that core/faces.py finds in its layers. The formulas, their order
+// and so every bit of the layers are those of the Python files.
 #include <algorithm>
 #include <limits>
 #include <vector>

@@ -1,8 +1,8 @@
 """The compiled steps of the renderer (robotont_gazebo/native), where they were built.
 
-Without them, visibility.visible_from, Background, FacePainter and LayerMask do the same in numpy: where the package was
-not built by catkin, and where the environment variable ROBOTONT_GAZEBO_PLAIN is set. Layers are the same to the bit;
-the colours of patterns differ by their rounding.
+Without them, visibility.visible_from, Background, FacePainter, LayerMask and Renderer do the same in numpy: where the
+package was not built by catkin, and where the environment variable ROBOTONT_GAZEBO_PLAIN is set. Layers and depths are
+the same to the bit; the colours of patterns differ by their rounding.
 """
 import ctypes
 import math
@@ -139,6 +139,17 @@ class Scene:
                                      ctypes.c_void_p(_address(self._solids)), ctypes.byref(self._layers),
                                      ctypes.byref(self._style), ctypes.byref(self._picture))
         return pixels
+
+    def draw_depth(self, out: np.ndarray, pose: CameraPose, down: np.ndarray, near: float, far: float) -> None:
+        """Draw the depths [m] between ``near`` and ``far`` of all solids onto ``out`` (height, width) float32.
+
+        NaN elsewhere; ``down`` (height,): y / z of each row.
+        """
+        self._look(pose)
+        self._steps.robotont_depth(ctypes.byref(self._camera), ctypes.byref(self._pose),
+                                   ctypes.c_void_p(_address(self._solids)), ctypes.byref(self._layers),
+                                   ctypes.c_void_p(_address(down)), ctypes.c_double(near), ctypes.c_double(far),
+                                   ctypes.c_void_p(_address(out)))
 
     def _source(self, key: Tuple[int, ...]) -> int:
         """Return the index of the source of a face: solid, kind, face, levels along and up."""

@@ -81,6 +81,9 @@ class Renderer:
         rows = self.camera.down
         out = np.empty((self.camera.height, self.camera.width), np.float32)
         out[:] = self._reported(np.where(rows > 0.0, pose.z / np.maximum(rows, 1e-9), np.nan))[:, None]
+        if self._scene:
+            self._scene.draw_depth(out, pose, rows, *self._depth_range)
+            return out
         for layer in reversed(self.visible_from(pose).layers):
             self._draw_depth(out, pose, layer)
         return out
