@@ -7,7 +7,7 @@ the same to the bit; the colours of patterns differ by their rounding.
 import ctypes
 import math
 import os
-from typing import Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -161,7 +161,7 @@ class Scene:
             self._sources[index] = self._new_source(*key)
         return index
 
-    def _new_source(self, solid: int, kind: int, face: int, along: int, up: int) -> tuple:
+    def _new_source(self, solid: int, kind: int, face: int, along: int, up: int) -> Tuple[Any, ...]:
         pattern = self._painter.patterns.get((solid, face)) if kind == FRONT else None
         if pattern is not None:
             mipmap = pattern.tones()
