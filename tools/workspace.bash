@@ -321,7 +321,8 @@ build_stamp() {
   our_packages "$ws/src" 2>/dev/null | sed 's/^/package  /'
   cd "$repo" || return
   find . -name '.?*' -prune -o -type f \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' \
-    -o -name '*.srv' -o -name '*.action' -o -name '*.cmake' -o -name '*.cfg' -o -path ./run -o -path './tools/*.bash' \) -print0 | LC_ALL=C sort -z | xargs -0 sha256sum
+    -o -name '*.srv' -o -name '*.action' -o -name '*.cmake' -o -name '*.cfg' -o -path '*/native/*' -o -path ./run \
+    -o -path './tools/*.bash' \) -print0 | LC_ALL=C sort -z | xargs -0 sha256sum
   find . -name '.?*' -prune -o -name __pycache__ -prune -o -type f \( -path '*/scripts/*' -o -path '*/launch/*' \
     -o -name '*.test' \) -print | LC_ALL=C sort | sed 's/^/file  /'
 }

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 
-from kinematic_core.worlds.floor_plan import Box
+from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
 from robotont_gazebo.core.camera import DEPTH_FAR, DEPTH_NEAR, NEAR
 from robotont_gazebo.core.faces import TOP_SHADE, UNDER_SHADE, shade
 
@@ -90,3 +90,17 @@ def inner(solid, colour):
         for column in range(3):
             out &= (np.abs(padded[row:row + height, column:column + width] - face) < 8.0).all(-1)
     return out
+
+
+def random_plan(rng):
+    """Return a FloorPlan with up to 8 boxes, 4 cylinders and 3 panels around the origin."""
+    def colour():
+        return tuple(int(part) for part in rng.integers(40, 230, 3))
+    heights = rng.permutation(24) * 0.05 + 0.05  # none alike: two ends in one plane would both be right
+    boxes = [Box(f'box{k}', *rng.uniform(-3, 3, 2), rng.uniform(-4, 4), *rng.uniform(0.05, 2.5, 2), heights[k],
+                 rng.choice([0.0, 0.0, 0.0, 0.11 + 0.003 * k]), colour()) for k in range(rng.integers(0, 9))]
+    cylinders = [Cylinder(f'cylinder{k}', *rng.uniform(-3, 3, 2), rng.uniform(0.05, 0.7), heights[12 + k],
+                          rng.choice([0.0, 0.0, 0.31 + 0.003 * k]), colour()) for k in range(rng.integers(0, 5))]
+    panels = [Panel(f'panel{k}', k, *rng.uniform(-3, 3, 2), rng.uniform(-4, 4), bottom=0.05 + 0.001 * k)
+              for k in range(rng.integers(0, 4))]
+    return FloorPlan(tuple(boxes), tuple(cylinders), tuple(panels))

@@ -10,6 +10,8 @@ from robotont_gazebo.core.faces import shade
 from robotont_gazebo.core.renderer import Renderer
 from unit_support import reference_camera as reference
 
+pytestmark = pytest.mark.usefixtures('each_renderer')
+
 EYE = 0.2155  # [m] height of the Robotont's camera
 SAME, CLOSE = 0.85, 6.0  # least correlation of a pattern with the expected one, most mean difference in greys
 GREY = (160, 160, 160)

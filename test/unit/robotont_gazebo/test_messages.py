@@ -91,7 +91,7 @@ def test_camera_info_is_that_of_90_degrees():
 def test_cloud_has_points_and_colours():
     points = np.arange(18, dtype=np.float32).reshape(2, 3, 3)
     colour = np.zeros((2, 3, 3), np.uint8)
-    colour[1, 2] = 0x12, 0x34, 0x56
+    colour[1, 2] = 0x56, 0x34, 0x12
     message = camera_node.cloud(rospy.Header(), points, colour)
     assert (message.height, message.width, message.point_step, message.row_step) == (2, 3, 16, 48)
     data = np.frombuffer(message.data, np.float32).reshape(2, 3, 4)

@@ -14,6 +14,8 @@ from robotont_gazebo.core import worlds
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.core.textures import INK, PAPER
 
+pytestmark = pytest.mark.usefixtures('each_renderer')
+
 PACKAGE = pathlib.Path(__file__).parents[3] / 'stand_ins' / 'robotont_gazebo'
 MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')
 EYE = 0.2155  # [m] height of the Robotont's camera

@@ -10,6 +10,8 @@ from robotont_gazebo.core.camera import DEPTH_FAR, DEPTH_NEAR, CameraPose
 from robotont_gazebo.core.renderer import Renderer
 from unit_support import reference_camera as reference
 
+pytestmark = pytest.mark.usefixtures('each_renderer')
+
 EYE = 0.2155  # [m] height of the Robotont's camera
 DEPTH_TOLERANCE = 1e-4  # of the depth
 COLOUR_TOLERANCE = 3  # greys
@@ -108,23 +110,10 @@ def test_pose_that_is_not_finite_is_refused(pose):
 
 # ---------------------------------------------------------------------------------------------- against the ray tracer
 
-def random_plan(rng):
-    def colour():
-        return tuple(int(part) for part in rng.integers(40, 230, 3))
-    heights = rng.permutation(24) * 0.05 + 0.05  # none alike: two ends in one plane would both be right
-    boxes = [Box(f'box{k}', *rng.uniform(-3, 3, 2), rng.uniform(-4, 4), *rng.uniform(0.05, 2.5, 2), heights[k],
-                 rng.choice([0.0, 0.0, 0.0, 0.11 + 0.003 * k]), colour()) for k in range(rng.integers(0, 9))]
-    cylinders = [Cylinder(f'cylinder{k}', *rng.uniform(-3, 3, 2), rng.uniform(0.05, 0.7), heights[12 + k],
-                          rng.choice([0.0, 0.0, 0.31 + 0.003 * k]), colour()) for k in range(rng.integers(0, 5))]
-    panels = [Panel(f'panel{k}', k, *rng.uniform(-3, 3, 2), rng.uniform(-4, 4), bottom=0.05 + 0.001 * k)
-              for k in range(rng.integers(0, 4))]
-    return FloorPlan(tuple(boxes), tuple(cylinders), tuple(panels))
-
-
 @pytest.mark.parametrize('seed', range(40))
 def test_order_depth_and_colour_equal_the_ray_tracers(seed):
     rng = np.random.default_rng(seed)
-    world = random_plan(rng)
+    world = reference.random_plan(rng)
     pose = (*rng.uniform(-3, 3, 2), rng.choice([EYE, EYE, 0.6, 1.5]), rng.uniform(-4, 4))
     rendered = Renderer(world, 200, 150, patterns=False)
     depth, solid, colour = reference.trace(world, rendered.camera, pose)

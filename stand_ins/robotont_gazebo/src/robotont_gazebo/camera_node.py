@@ -87,9 +87,9 @@ class CameraNode:
         if self._plan is None or not (wants_colour or wants_depth or wants_points):
             return
         renderer, place = self._current_renderer(truth.header.stamp), camera_place(truth.pose.pose)
-        colour = renderer.render(place) if wants_colour or wants_points else None
+        colour = renderer.render(place, bgr=True) if wants_colour or wants_points else None
         if wants_colour:
-            self._colour.publish(to_image(cv2.cvtColor(colour, cv2.COLOR_RGB2BGR), 'bgr8', self._info.header))
+            self._colour.publish(to_image(colour, 'bgr8', self._info.header))
         if wants_depth or wants_points:
             depth = renderer.depth(place)
             message = to_image(depth, DEPTH, self._info.header)
@@ -146,10 +146,10 @@ def camera_info(frame, pinhole):
 
 
 def cloud(header, points, colour):
-    """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours (height, width, 3) RGB."""
+    """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours (height, width, 3) BGR."""
     height, width = points.shape[:2]
-    words = cv2.cvtColor(colour, cv2.COLOR_RGB2BGRA).view(np.uint32)[..., 0] & np.uint32(0xFFFFFF)
-    packed = cv2.merge([*cv2.split(points), words.view(np.float32)])
+    packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)  # the fastest way to a fourth number beside three
+    packed.view(np.uint32)[..., 3] = cv2.cvtColor(colour, cv2.COLOR_BGR2BGRA).view(np.uint32)[..., 0] & 0xFFFFFF
     return PointCloud2(header=header, height=height, width=width, fields=FIELDS, point_step=16, row_step=16 * width,
                        is_dense=False, data=packed.tobytes())
 

@@ -1,6 +1,7 @@
 """Draw the faces of solids: bricks and markers in perspective, plain colours, shaded cylinders."""
 import math
-from typing import Dict, Iterator, Tuple, Union
+from functools import partial
+from typing import Callable, Dict, Iterator, NamedTuple, Tuple
 
 import cv2
 import numpy as np
@@ -24,10 +25,18 @@ from robotont_gazebo.core.visibility import (
 LIGHT = (0.16, 0.10)  # additional brightness of faces towards +x and +y
 UPRIGHT, TOP_SHADE, UNDER_SHADE = 0.81, 1.0, 0.55  # brightness of upright faces on average, upper and lower ends
 COARSEST = 12  # a pattern's image is halved at most this many times
+FINEST_STEPS = COARSEST * textures.PANEL_STEPS  # levels of the image with most of them; kLevels of native/scene.h
 SHARPER = 0.4  # halvings by which a wall's image has a higher resolution than the camera's
 
 Row = Tuple[float, float, float]
-Wall = Tuple[Colour, float, int, bool]  # the arguments of textures.wall, which makes the image when it is first seen
+
+
+class Pattern(NamedTuple):
+    """Functions that return a face's Mipmap, when it is seen: in colour, and its tones (0..255) of ``colour`` (3,)."""
+
+    image: Callable[[], textures.Mipmap]
+    tones: Callable[[], textures.Mipmap]
+    colour: np.ndarray
 
 
 def shade(normal_x: textures.FloatOrArray, normal_y: textures.FloatOrArray) -> textures.FloatOrArray:
@@ -36,30 +45,37 @@ def shade(normal_x: textures.FloatOrArray, normal_y: textures.FloatOrArray) -> t
 
 
 class FacePainter:
-    """Draws one Layer of Solids; ``patterns``: False for plain colours."""
+    """Draws one Layer of Solids; ``patterns``: False for plain colours.
+
+    patterns: the Pattern of (solid, face); plain (N, kinds, faces, 4): the colours of all others; patterned, sizes
+    (N, faces): where there is a pattern, and its pixels per pixel of the camera, 1 m away.
+    """
 
     def __init__(self, solids: Solids, camera: PinholeCamera, patterns: bool) -> None:
         self._solids, self._camera = solids, camera
         self._resolution = np.full((solids.count, ROUND + 1), np.nan)  # [px/m] of patterned faces, nan: plain
-        self._plain = np.zeros((solids.count, 3, ROUND + 1, 4), np.uint8)  # colours by solid, kind and face
-        self._pattern: Dict[Tuple[int, int], Union[textures.Mipmap, Wall]] = {}  # by solid and face
+        self.plain = np.zeros((solids.count, 3, ROUND + 1, 4), np.uint8)  # colours by solid, kind and face
+        self.patterns: Dict[Tuple[int, int], Pattern] = {}
         self._steps, self._sharper = np.ones(solids.count), np.full(solids.count, SHARPER)
         for index, shape in enumerate(solids.shapes):
             self._prepare(index, shape, patterns)
-        self._patterned = ~np.isnan(self._resolution)
-        self._sizes = np.where(self._patterned, self._resolution, 1.0) / camera.focal  # [pattern's px/px] 1 m away
+        self.patterned = ~np.isnan(self._resolution)
+        self.sizes = np.where(self.patterned, self._resolution, 1.0) / camera.focal
 
     def _prepare(self, index: int, shape: Solid, patterns: bool) -> None:
         colour, solids = np.array(shape.colour, float), self._solids
         cos, sin = solids.cos[index], solids.sin[index]
         normals = ((-cos, -sin), (cos, sin), (sin, -cos), (-sin, cos), (0.0, 0.0))  # in the order of the faces
         brightness = np.array([[shade(*normal) for normal in normals], [TOP_SHADE] * 5, [UNDER_SHADE] * 5])
-        self._plain[index] = textures.rgba(brightness[..., None] * colour)
+        self.plain[index] = textures.rgba(brightness[..., None] * colour)
         if not patterns or not isinstance(shape, Box):
             return
         if index in solids.panel_of:
             panel = solids.panel_of[index]
-            self._pattern[index, LEFT_OF_X] = textures.panel(panel.marker_id, panel.size, panel.marker_size)
+            what = panel.marker_id, panel.size, panel.marker_size
+            textures.panel_tones(*what)  # refuses an impossible id
+            self.patterns[index, LEFT_OF_X] = Pattern(partial(textures.panel, *what),
+                                                      partial(textures.panel_tones, *what), np.full(3, 255.0))
             self._resolution[index, LEFT_OF_X] = textures.PANEL_PIXELS / panel.size
             self._steps[index], self._sharper[index] = textures.PANEL_STEPS, 0.0
         elif shape.height >= textures.COURSE:
@@ -67,12 +83,14 @@ class FacePainter:
                 length = shape.width if face in (LEFT_OF_X, RIGHT_OF_X) else shape.length
                 coarser = textures.coarser_for(length, shape.height)
                 tone = round(brightness[FRONT, face] * textures.SHADES) / textures.SHADES
-                self._pattern[index, face] = _colour(shape.colour), tone, coarser, shape.bottom <= 0.0
+                size = coarser, shape.bottom <= 0.0
+                self.patterns[index, face] = Pattern(partial(textures.wall, _colour(shape.colour), tone, *size),
+                                                     partial(textures.wall_tones, *size), colour * tone)
                 self._resolution[index, face] = textures.WALL_RESOLUTION / 2 ** coarser
 
     def draw(self, drawn: np.ndarray, pose: CameraPose, layer: Layer, mask: LayerMask) -> None:
         """Draw a layer onto ``drawn``, (height, width, 4) uint8 RGBA; outside its mask the result is undefined."""
-        patterned = self._patterned[layer.solid, layer.face] & (layer.kind == FRONT) & (layer.solid >= 0)
+        patterned = self.patterned[layer.solid, layer.face] & (layer.kind == FRONT) & (layer.solid >= 0)
         if not patterned.all():
             self._fill(drawn, pose, layer, mask, ~patterned & (layer.solid >= 0))
         if patterned.any():
@@ -84,7 +102,7 @@ class FacePainter:
                               (left, right, *mask.rows_of(left, right)))
 
     def _fill(self, drawn: np.ndarray, pose: CameraPose, layer: Layer, mask: LayerMask, columns: np.ndarray) -> None:
-        colours = self._plain[layer.solid, layer.kind, layer.face]
+        colours = self.plain[layer.solid, layer.kind, layer.face]
         curved = columns & (layer.face == ROUND) & (layer.kind == FRONT)
         if curved.any():
             colours[curved] = self._round_colours(pose, layer, np.flatnonzero(curved))
@@ -105,11 +123,18 @@ class FacePainter:
 
     def _levels(self, layer: Layer) -> Tuple[np.ndarray, np.ndarray]:
         """Return the levels (width,) along and up of the pattern's image in each column, whole numbers."""
-        size = self._sizes[layer.solid, layer.face] * layer.depth
+        size = self.sizes[layer.solid, layer.face] * layer.depth
         sharper, steps = self._sharper[layer.solid], self._steps[layer.solid]
         along, up = (np.round(np.clip(np.log2(ratio) - sharper, 0, COARSEST) * steps).astype(int)
                      for ratio in (size / layer.incidence, size))
         return along, up
+
+    def level_sizes(self) -> np.ndarray:
+        """Return the sizes [pattern's px/px] from which on ``_levels`` are 1, 2, ..., (N, FINEST_STEPS); inf: never."""
+        number, steps = np.arange(1, FINEST_STEPS + 1), self._steps[:, None]
+        halvings = (number - 0.5) / steps + self._sharper[:, None]
+        sizes: np.ndarray = np.where(number <= COARSEST * steps, 2.0 ** halvings, np.inf)
+        return sizes
 
     def _map(self, drawn: np.ndarray, pose: CameraPose, which: Tuple[int, int], level: Tuple[int, int],
              part: Tuple[int, int, int, int]) -> None:
@@ -117,8 +142,7 @@ class FacePainter:
         left, right, top, bottom = part
         if top >= bottom:
             return
-        pattern = self._pattern[which]
-        mipmap = pattern if isinstance(pattern, textures.Mipmap) else textures.wall(*pattern)
+        mipmap = self.patterns[which].image()
         image, along, up = mipmap.at(int(level[0]), int(level[1]))
         camera = self._camera
         x, y, z = left - camera.cx, top - camera.cy, camera.focal  # a ray through the part's pixel (0, 0)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from kinematic_core.worlds.floor_plan import FloorPlan
-from robotont_gazebo.core import visibility
+from robotont_gazebo.core import native, visibility
 from robotont_gazebo.core.backdrop import Background
 from robotont_gazebo.core.camera import (
     DEPTH_FAR,
@@ -43,21 +43,34 @@ class Renderer:
         self._solids = visibility.Solids(plan)
         self._background = Background(self.camera, plan.ground_colour, plan.sky_colour, patterns)
         self._painter = FacePainter(self._solids, self.camera, patterns)
-        self._canvas = np.zeros((self.camera.height, self.camera.width, 4), np.uint8)
-        self._scratch = np.zeros_like(self._canvas)
+        self._scene = native.library and native.Scene(native.library, self._solids, self.camera, self._painter,
+                                                      self._background)
+        self._canvas = self._scratch = np.zeros((0, 0, 4), np.uint8)  # of the drawing without compiled steps
         self._last_pose: Optional[CameraPose] = None
         self._last_visible: visibility.VisibleLayers
 
-    def render(self, camera_pose: Sequence[float]) -> np.ndarray:
-        """Return the image (height, width, 3) uint8 RGB, a new array, of a camera at (x, y, z, yaw) [m, rad]."""
+    def render(self, camera_pose: Sequence[float], bgr: bool = False) -> np.ndarray:
+        """Return the image of a camera at (x, y, z, yaw) [m, rad]: a new array (height, width, 3) uint8.
+
+        RGB, or with ``bgr`` in OpenCV's order.
+        """
         pose = require_pose(camera_pose)
-        visible = self._visible_from(pose)
+        if self._scene:
+            return self._scene.picture(pose, bgr)
+        return cv2.cvtColor(self._drawn(pose), cv2.COLOR_RGBA2BGR if bgr else cv2.COLOR_RGBA2RGB)
+
+    def _drawn(self, pose: CameraPose) -> np.ndarray:
+        """Return the image (height, width, 4) uint8 RGBA, which is overwritten by the next one."""
+        if not self._canvas.size:
+            self._canvas, self._scratch = (np.zeros((self.camera.height, self.camera.width, 4), np.uint8)
+                                           for _ in range(2))
+        visible = self.visible_from(pose)
         self._background.draw(self._canvas, pose, visible.floor_from)
         for layer in reversed(visible.layers):
             mask = LayerMask(layer, self.camera.height)
             self._painter.draw(self._scratch, pose, layer, mask)
             mask.blend(self._canvas, self._scratch)
-        return cv2.cvtColor(self._canvas, cv2.COLOR_RGBA2RGB)
+        return self._canvas
 
     def depth(self, camera_pose: Sequence[float]) -> np.ndarray:
         """Return the depth (height, width) float32 [m] along the optical axis from (x, y, z, yaw) [m, rad].
@@ -68,11 +81,17 @@ class Renderer:
         rows = self.camera.down
         out = np.empty((self.camera.height, self.camera.width), np.float32)
         out[:] = self._reported(np.where(rows > 0.0, pose.z / np.maximum(rows, 1e-9), np.nan))[:, None]
-        for layer in reversed(self._visible_from(pose).layers):
+        if self._scene:
+            self._scene.draw_depth(out, pose, rows, *self._depth_range)
+            return out
+        for layer in reversed(self.visible_from(pose).layers):
             self._draw_depth(out, pose, layer)
         return out
 
-    def _visible_from(self, pose: CameraPose) -> visibility.VisibleLayers:
+    def visible_from(self, pose: CameraPose) -> visibility.VisibleLayers:
+        """Return the VisibleLayers for a camera at ``pose``; the next call for another pose may overwrite them."""
+        if self._scene:
+            return self._scene.visible_from(pose)
         if pose != self._last_pose:
             self._last_visible, self._last_pose = visibility.visible_from(self._solids, self.camera, pose), pose
         return self._last_visible

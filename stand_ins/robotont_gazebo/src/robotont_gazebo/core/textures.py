@@ -30,6 +30,7 @@ MARGIN_CELLS = 2  # of a marker's black border
 PAD = 4  # [px] by which an image is extended beyond its edges
 TILE, GROUT, TILE_TONES = 0.5, 0.012, (1.0, 0.93)  # [m] of the floor's tiles and the joints between them
 GROUT_TONE = 0.82
+PERIOD = 2 * TILE  # [m] after which the floor repeats
 FLOOR_RESOLUTION = 256  # [px/m] of the finest floor image
 
 
@@ -44,7 +45,8 @@ class PaddedImage(NamedTuple):
 class Mipmap:
     """A face's image in smaller and smaller sizes, in both directions independently; each is made when first needed.
 
-    ``length``, ``height`` [m] are those of the face. Each ``steps`` levels, the size is halved.
+    ``image`` (rows, columns, 4), or (rows, columns) for tones; ``length``, ``height`` [m] are those of the face. Each
+    ``steps`` levels, the size is halved.
     """
 
     def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1) -> None:
@@ -99,6 +101,12 @@ def wall(colour: Colour, shade: float, coarser: int, on_floor: bool) -> Mipmap:
 
 
 @functools.lru_cache(maxsize=16)
+def wall_tones(coarser: int, on_floor: bool) -> Mipmap:
+    """Return the Mipmap of the tones of ``wall``, 0..255: parts of the colour."""
+    return Mipmap(_tones(coarser, on_floor), WALL_LENGTH * 2 ** coarser, WALL_HEIGHT * 2 ** coarser)
+
+
+@functools.lru_cache(maxsize=16)
 def _tones(coarser: int, on_floor: bool) -> np.ndarray:
     """Return the brightness of a brick wall's image, (rows, columns) uint8."""
     resolution = WALL_RESOLUTION / 2 ** coarser
@@ -127,34 +135,58 @@ def _bricks(along: np.ndarray, up: np.ndarray) -> np.ndarray:
 def panel(marker_id: int, size: float, marker_size: float) -> Mipmap:
     """Return the Mipmap of a panel's face: an ALVAR marker, marker_size [m] wide, in a white square, size [m] wide.
 
-    Edges of cells are drawn with subpixel accuracy. Raises alvar_core's CodeError for an impossible id.
+    Raises alvar_core's CodeError for an impossible id.
     """
+    tones = _panel_tones(marker_id, size, marker_size)
+    return Mipmap(rgba(np.repeat(tones[..., None], 3, axis=2)), size, size, PANEL_STEPS)
+
+
+@functools.lru_cache(maxsize=64)
+def panel_tones(marker_id: int, size: float, marker_size: float) -> Mipmap:
+    """Return the Mipmap of the greys of ``panel``, 0..255."""
+    return Mipmap(_panel_tones(marker_id, size, marker_size), size, size, PANEL_STEPS)
+
+
+def _panel_tones(marker_id: int, size: float, marker_size: float) -> np.ndarray:
+    """Return the greys of a panel's image, (rows, columns) uint8; edges of cells have subpixel accuracy."""
     cells = code.encode(marker_id)
     count = len(cells) + 2 * MARGIN_CELLS
     black = np.pad(~cells, MARGIN_CELLS, constant_values=True).astype(float)
     edges = (0.5 * (size - marker_size) + np.arange(count + 1) * marker_size / count) * PANEL_PIXELS / size
     before = np.clip(np.arange(PANEL_PIXELS + 1)[:, None] - edges[:-1], 0.0, np.diff(edges))
     share = np.diff(before, axis=0)  # (px, cells): how much of a pixel lies in a cell
-    grey = PAPER + (INK - PAPER) * (share @ black @ share.T)
-    return Mipmap(rgba(np.repeat(grey[..., None], 3, axis=2)), size, size, PANEL_STEPS)
+    greys: np.ndarray = np.round(PAPER + (INK - PAPER) * (share @ black @ share.T)).astype(np.uint8)
+    return greys
 
 
 @functools.lru_cache(maxsize=32)
 def floor(colour: Colour, halved: int, reach: float) -> np.ndarray:
     """Return the RGBA image (N, N, 4) of the floor around a crossing of its tiles' joints, ``reach`` [m] to each side.
 
-    FLOOR_RESOLUTION / 2**halved px/m; column 0 at the smallest x, row 0 at the smallest y.
+    ``reach``: whole periods. FLOOR_RESOLUTION / 2**halved px/m; column 0 at the smallest x, row 0 at the smallest y.
     """
+    periods = 2 * round(reach / PERIOD)
+    return np.tile(rgba(_floor_period(halved)[..., None] * np.array(colour, float)), (periods, periods, 1))
+
+
+@functools.lru_cache(maxsize=8)
+def floor_tones(halved: int) -> np.ndarray:
+    """Return the tones of the floor, 0..255: one period of the image, and then its first row and column once more."""
+    tones: np.ndarray = np.pad(np.round(_floor_period(halved) * 255).astype(np.uint8), (0, 1), mode='wrap')
+    return tones
+
+
+def _floor_period(halved: int) -> np.ndarray:
+    """Return one period of the floor's tones, (N, N) floats 0..1."""
     resolution = FLOOR_RESOLUTION / 2 ** halved
     fine: int = 2 ** min(halved, 3)  # parts of a pixel that are averaged
-    position = (np.arange(2 * round(reach * resolution) * fine) + 0.5) / (resolution * fine) - reach
+    position = (np.arange(round(PERIOD * resolution) * fine) + 0.5) / (resolution * fine)
     joint = np.abs((position + 0.5 * TILE) % TILE - 0.5 * TILE) < 0.5 * GROUT
-    odd = np.floor(position / TILE).astype(int) % 2
-    grout = _averaged(joint, fine)
-    odd = _averaged(odd, fine)
+    grout, odd = _averaged(joint, fine), _averaged(np.floor(position / TILE).astype(int) % 2, fine)
     tone = TILE_TONES[0] + (TILE_TONES[1] - TILE_TONES[0]) * np.abs(odd[:, None] - odd)
     grout = 1.0 - (1.0 - grout[:, None]) * (1.0 - grout)
-    return rgba((tone + (GROUT_TONE - tone) * grout)[..., None] * np.array(colour, float))
+    period: np.ndarray = tone + (GROUT_TONE - tone) * grout
+    return period
 
 
 def _averaged(values: np.ndarray, fine: int) -> np.ndarray:
