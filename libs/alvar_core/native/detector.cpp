@@ -188,7 +188,12 @@ public:
             }
         }
         align(state, first);
-        judge(state, first, sizes, records, starts);
+        std::vector<Start> changed;
+        judge(state, first, true, sizes, records, changed);
+        if (changed.empty()) return;
+        State again(changed.size(), shape.count * shape.count, shape.cells);
+        align(again, changed);
+        judge(again, changed, false, sizes, records, changed);
     }
 
 private:
@@ -230,8 +235,10 @@ private:
                     state.numbers.data(), state.normal.data());
     }
 
-    void judge(State& state, const std::vector<Start>& first, const double* sizes, std::vector<Record>& records,
-               std::vector<Start>& starts) const {
+    // Adds the markers to the records, and those whose reading differs from the drawing to `changed`, drawn as they are
+    // read. `coarse`: where the coarse decoding is sure, its result is kept.
+    void judge(State& state, const std::vector<Start>& first, bool coarse, const double* sizes,
+               std::vector<Record>& records, std::vector<Start>& changed) const {
         const int markers = state.markers;
         std::vector<double> noise(markers), seen(6 * markers);
         for (int m = 0; m < markers; ++m)
@@ -250,10 +257,16 @@ private:
                 continue;
             std::int64_t word = first[m].word;
             f.fit = first[m].fit, f.gap = first[m].gap;
-            if (!(f.fit > limit.sure_fit && f.gap > limit.sure_gap && f.likeness > limit.sure_fit))
+            if (!coarse || !(f.fit > limit.sure_fit && f.gap > limit.sure_gap && f.likeness > limit.sure_fit))
                 word = read(state, m, blur, noise[m], f);
             if (word != first[m].word) {
-                if (f.fit > limit.changed_fit) starts.push_back(first[m]);
+                if (coarse && f.fit > limit.changed_fit) {
+                    Start start;
+                    std::copy_n(&state.h[9 * m], 9, start.h);
+                    start.word = word, start.blur = state.blur[m], start.level = state.level[m];
+                    start.fit = start.gap = 0;
+                    changed.push_back(start);
+                }
             } else if (accepted(f, limit) && !has_other_margin(corners, f)) {
                 add(state, m, word, corners, f, sizes, records);
             }
