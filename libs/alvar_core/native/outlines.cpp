@@ -5,8 +5,11 @@
 #include <vector>
 
 #include "algebra.h"
+#include "image.h"
 
 namespace {
+
+using namespace alvar;
 
 struct Point {
     double x, y;
@@ -23,16 +26,52 @@ double cross(const Point& a, const Point& b, const Point& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// Follows the borders of the pixels that are not 0, each once, as Suzuki and Abe do (1985).
+// On rows of bytes, which the compiler takes for parts of one another without __restrict: 1 where the difference is at
+// least `offset`; the sums of three; 1 where they are at least five.
+void compare(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, std::uint8_t offset, int width,
+             std::uint8_t* __restrict out) {
+    for (int x = 0; x < width; ++x) {
+        const std::uint8_t difference = a[x] > b[x] ? a[x] - b[x] : 0;
+        out[x] = difference >= offset;
+    }
+}
+
+void add(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c, int width, std::uint8_t* __restrict out) {
+    for (int x = 0; x < width; ++x) out[x] = a[x] + b[x] + c[x];
+}
+
+void count(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c, int width, std::int8_t* __restrict out) {
+    for (int x = 0; x < width; ++x) {
+        const std::uint8_t sum = a[x] + b[x] + c[x];
+        out[x] = sum >= 5;
+    }
+}
+
+// Follows the borders of the dark pixels, each once, as Suzuki and Abe do (1985). Dark are those of which five of the
+// nine around them are darker than the mean by at least `offset`: candidates.binary.
 class Borders {
 public:
-    Borders(const std::uint8_t* dark, std::int64_t stride, int width, int height)
-        : wide((width + 2 + 15) / 8 * 8), high(height + 2) {
-        marks.assign(static_cast<std::size_t>(wide) * high + 8, kEmpty);
-        for (int y = 0; y < height; ++y) {
-            std::int8_t* row = &marks[(y + 1) * wide + 1];
-            const std::uint8_t* from = dark + y * stride;
-            for (int x = 0; x < width; ++x) row[x] = from[x] != 0;
+    Borders(const Image& smooth, const Image& mean, int offset)
+        : wide((smooth.width + 2 + 15) / 8 * 8), high(smooth.height + 2) {
+        const int width = smooth.width, height = smooth.height;
+        marks.resize(static_cast<std::size_t>(wide) * high + 8);
+        std::fill_n(marks.begin(), wide, kEmpty);
+        std::fill(marks.end() - wide - 8, marks.end(), kEmpty);
+        std::vector<std::uint8_t> darker(width + 2), sums(3 * width);  // of a pixel and its neighbours in its row
+        for (int y = 0; y <= height; ++y) {
+            if (y < height) {
+                const std::uint8_t *grey = smooth.greys + y * smooth.stride, *around = mean.greys + y * mean.stride;
+                compare(around, grey, offset, width, &darker[1]);
+                darker[0] = darker[1], darker[width + 1] = darker[width];
+                add(&darker[0], &darker[1], &darker[2], width, &sums[y % 3 * width]);
+            }
+            if (y == 0) continue;
+            const std::uint8_t *above = &sums[std::max(y - 2, 0) % 3 * width], *own = &sums[(y - 1) % 3 * width];
+            const std::uint8_t* below = &sums[std::min(y, height - 1) % 3 * width];
+            std::int8_t* row = &marks[y * wide];
+            row[0] = kEmpty;
+            count(above, own, below, width, row + 1);
+            std::fill(row + width + 1, row + wide, kEmpty);
         }
         const int steps[8] = {1, 1 - wide, -wide, -wide - 1, -1, wide - 1, wide, wide + 1};
         std::memcpy(step, steps, sizeof step);
@@ -111,20 +150,41 @@ private:
     }
 };
 
+// The last of the numbers `of(i)` from `begin` to `end` that is the largest and above 0, in *most; else `begin`.
+template <typename Of>
+ALVAR_INLINE int largest(int begin, int end, Of of, float* most) {
+    constexpr int kBlock = 16;
+    int best = begin, block = -1;
+    *most = 0;
+    for (int i = begin; i < end; i += kBlock) {
+        const int some = std::min(kBlock, end - i);
+        float here = 0;
+        for (int k = 0; k < some; ++k) here = std::max(here, of(i + k));
+        if (here > *most) *most = here, block = i;
+    }
+    float found = 0;
+    for (int i = block; block >= 0 && i < std::min(block + kBlock, end); ++i)
+        if (of(i) > found) found = of(i), best = i;
+    return best;
+}
+
 // Polygons within a tolerance of closed curves, as Douglas and Peucker find them (1973).
 class Simplifier {
 public:
     const std::vector<Point>& operator()(const std::vector<Point>& curve, double tolerance) {
         const int count = curve.size();
         kept.clear(), polygon.clear();
+        xs.resize(2 * count), ys.resize(2 * count);  // twice, so that no part has to go on at the start
+        for (int i = 0; i < count; ++i) {
+            xs[i] = xs[count + i] = curve[i].x, ys[i] = ys[count + i] = curve[i].y;
+        }
         int first = 0, second = 0;
         for (int again = 0; again < 3; ++again) {  // two points that are far apart
             first = second;
-            double furthest = 0;
-            for (int i = 0; i < count; ++i) {
-                const double x = curve[i].x - curve[first].x, y = curve[i].y - curve[first].y;
-                if (x * x + y * y > furthest) furthest = x * x + y * y, second = i;
-            }
+            const float x = xs[first], y = ys[first];
+            float furthest;
+            second = largest(0, count, [&](int i) { return (xs[i] - x) * (xs[i] - x) + (ys[i] - y) * (ys[i] - y); },
+                             &furthest);
             if (furthest <= tolerance * tolerance) {
                 polygon.push_back(curve[first]);
                 return polygon;
@@ -132,9 +192,9 @@ public:
         }
         if (first > second) std::swap(first, second);
         kept.push_back(first);
-        split(curve, first, second, tolerance);
+        split(first, second, tolerance * tolerance);
         kept.push_back(second);
-        split(curve, second, first + count, tolerance);
+        split(second, first + count, tolerance * tolerance);
         for (const int i : kept) polygon.push_back(curve[i % count]);
         straighten(tolerance);
         return polygon;
@@ -142,23 +202,18 @@ public:
 
 private:
     std::vector<int> kept;
+    std::vector<float> xs, ys;
     std::vector<Point> polygon;
 
-    void split(const std::vector<Point>& curve, int begin, int end, double tolerance) {
-        const int count = curve.size();
-        const Point &a = curve[begin % count], &b = curve[end % count];
-        const double x = b.x - a.x, y = b.y - a.y;
-        double furthest = 0;
-        int at = begin;
-        for (int i = begin + 1; i < end; ++i) {
-            const Point& p = curve[i < count ? i : i - count];
-            const double off = std::fabs((p.y - a.y) * x - (p.x - a.x) * y);
-            if (off > furthest) furthest = off, at = i;
-        }
-        if (furthest * furthest <= tolerance * tolerance * (x * x + y * y)) return;
-        split(curve, begin, at, tolerance);
+    void split(int begin, int end, double square) {
+        const float ax = xs[begin], ay = ys[begin], x = xs[end] - ax, y = ys[end] - ay;
+        float furthest;
+        const int at = largest(begin + 1, end, [&](int i) { return std::fabs((ys[i] - ay) * x - (xs[i] - ax) * y); },
+                               &furthest);
+        if (double(furthest) * furthest <= square * (double(x) * x + double(y) * y)) return;
+        split(begin, at, square);
         kept.push_back(at);
-        split(curve, at, end, tolerance);
+        split(at, end, square);
     }
 
     // Leaves out corners that are hardly any.
@@ -294,8 +349,9 @@ private:
 }  // namespace
 
 // Writes quads (quad_room, 4, 2), and straight parts (part_room, 2, 2) unless part_room is negative, of the outlines of
-// what is not 0 in `dark`; sets found (2,): how many quads and parts there are, also beyond the room.
-extern "C" void alvar_outlines(const std::uint8_t* dark, std::int64_t stride, int width, int height, double shrink,
+// what is darker than the mean; sets found (2,): how many quads and parts there are, also beyond the room.
+extern "C" void alvar_outlines(const std::uint8_t* greys, std::int64_t stride, int width, int height,
+                               const std::uint8_t* mean, std::int64_t mean_stride, int, int, int offset, double shrink,
                                const double* limits, int quad_room, double* quads, int part_room, double* parts,
                                int* found) {
     Limits limit;
@@ -303,7 +359,7 @@ extern "C" void alvar_outlines(const std::uint8_t* dark, std::int64_t stride, in
     Results all_quads = {shrink, quads, quad_room, 4, 0}, all_parts = {shrink, parts, part_room, 2, 0};
     QuadFinder find_quads;
     Simplifier simplified;
-    Borders(dark, stride, width, height).each([&](const std::vector<Point>& outline, bool outer) {
+    Borders({greys, stride, width, height}, {mean, mean_stride, width, height}, offset).each([&](const std::vector<Point>& outline, bool outer) {
         if (part_room >= 0 && outline.size() >= limit.min_broken) {
             const auto& polygon = simplified(outline, limit.part_tolerance);
             for (std::size_t i = 0; i < polygon.size(); ++i) {

@@ -21,13 +21,17 @@ from alvar_core.detection.thresholds import Pass
 Point = Tuple[float, float]
 
 
+def mean_around(smooth: Image, window: int, buffers: ImageBuffers) -> Image:
+    """Return the mean of the window (width and height) around each pixel."""
+    return cv2.blur(smooth, (window, window), dst=buffers.get('dark', *smooth.shape),
+                    borderType=cv2.BORDER_REPLICATE | cv2.BORDER_ISOLATED)
+
+
 def binary(smooth: Image, window: int, offset: int, buffers: ImageBuffers) -> Image:
     """Return a binary image in which pixels darker than the mean of their surroundings are 255."""
-    height, width = smooth.shape
-    dark, clean = (buffers.get(name, height, width) for name in ('dark', 'clean'))
+    dark, clean = mean_around(smooth, window, buffers), buffers.get('clean', *smooth.shape)
     # As cv2.adaptiveThreshold with a mean of the window, which looks each difference up in a table.
-    mean = cv2.blur(smooth, (window, window), dst=dark, borderType=cv2.BORDER_REPLICATE | cv2.BORDER_ISOLATED)
-    darker = cv2.subtract(mean, smooth, dst=clean)
+    darker = cv2.subtract(dark, smooth, dst=clean)
     _, dark = cv2.threshold(darker, offset - 1, 255, cv2.THRESH_BINARY, dst=dark)
     return cv2.medianBlur(dark, 3, dst=clean)
 
@@ -69,13 +73,13 @@ def _shrunk(images: dict[float, Image], factor: float, buffers: ImageBuffers) ->
 def _one_pass(images: dict[float, Image], buffers: ImageBuffers, parts: list[Floats] | None, shrink: float, window: int,
               offset: int) -> Floats:
     smooth = _shrunk(images, shrink, buffers)
-    dark = binary(smooth, window, offset, buffers)
     parted = parts is not None and shrink == thresholds.PASSES[0].shrink
     if native.library:
-        quads, straight = _outlines_compiled(dark, shrink, parted)
+        quads, straight = _outlines_compiled(smooth, mean_around(smooth, window, buffers), offset, shrink, parted)
         if parts is not None and parted:
             parts.append(straight)
         return quads
+    dark = binary(smooth, window, offset, buffers)
     outlines, tree = cv2.findContours(dark, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     if tree is None:
         return np.zeros((0, 4, 2))
@@ -88,7 +92,8 @@ def _one_pass(images: dict[float, Image], buffers: ImageBuffers, parts: list[Flo
     return (np.array(quads, np.float64).reshape(-1, 4, 2) + 0.5) * shrink - 0.5
 
 
-def _outlines_compiled(dark: Image, shrink: float, parted: bool) -> tuple[Floats, Floats]:
+def _outlines_compiled(smooth: Image, mean: Image, offset: int, shrink: float,
+                       parted: bool) -> tuple[Floats, Floats]:
     """Return the quads (N, 4, 2) of all outlines, and the straight parts (K, 2, 2), by native/outlines.cpp."""
     assert native.library
     limits = np.array([
@@ -99,7 +104,7 @@ def _outlines_compiled(dark: Image, shrink: float, parted: bool) -> tuple[Floats
     while True:
         quads, straight = np.empty((room[0], 4, 2)), np.empty((room[1], 2, 2))
         native.library.alvar_outlines(
-            *native.image(dark), ctypes.c_double(shrink), native.address(limits), room[0], native.address(quads),
+            *native.image(smooth), *native.image(mean), offset, ctypes.c_double(shrink), native.address(limits), room[0], native.address(quads),
             room[1] if parted else -1, native.address(straight), native.address(found))
         if (found <= room).all():
             return quads[:found[0]], straight[:found[1]]
