@@ -22,19 +22,22 @@ struct Side {
 };
 
 void read_side(const Image& smooth, Side& side, float reach, float nearness) {
+    float across[kAlong * kAcross], down[kAlong * kAcross], grey[kAlong * kAcross];
     for (int i = 0; i < kAlong; ++i) {
         const float x = side.x + kPlaces[i] * side.along_x, y = side.y + kPlaces[i] * side.along_y;
-        float across[kAcross], down[kAcross], grey[kAcross];
         for (int k = 0; k < kAcross; ++k) {
             const float at = (k - kAcross / 2) * (reach / (kAcross / 2));
-            across[k] = x + at * side.normal_x, down[k] = y + at * side.normal_y;
+            across[i * kAcross + k] = x + at * side.normal_x, down[i * kAcross + k] = y + at * side.normal_y;
         }
-        smooth.read(across, down, kAcross, grey);
+    }
+    smooth.read(across, down, kAlong * kAcross, grey);
+    for (int i = 0; i < kAlong; ++i) {
+        const float* here = grey + i * kAcross;
         int best = 0;
         float most = -1e9f;
         for (int k = 0; k < kRises; ++k) {
             const float at = (k + 1 - kAcross / 2) / float(kAcross / 2);
-            const float rise = (grey[k + 2] - grey[k]) * (1 - nearness * at * at);
+            const float rise = (here[k + 2] - here[k]) * (1 - nearness * at * at);
             if (rise > most) most = rise, best = k;
         }
         side.offset[i] = (best + 1 - kAcross / 2) / float(kAcross / 2);

@@ -12,13 +12,15 @@ namespace {
 using namespace alvar;
 
 constexpr int kFree = 8, kAcross = 15, kEnds = 3;
+constexpr int kRead = 16;  // one more, which is not used: then eight are read at once
 
 struct Fit {
-    std::vector<double> jacobian, offset, size, weight, sorted;  // (count, 8), (count,)
+    std::vector<double> jacobian, offset, size, weight, sorted, weighted;  // (8, count), (count,)
     std::vector<char> good;
 
     explicit Fit(int count)
-        : jacobian(count * kFree), offset(count), size(count), weight(count), sorted(count), good(count) {}
+        : jacobian(count * kFree), offset(count), size(count), weight(count), sorted(count), weighted(count),
+          good(count) {}
 
     // The typical size of a residual; sets the weights.
     double weigh(int count, int middle, const EdgeLimits& limit) {
@@ -58,16 +60,16 @@ int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, con
         const double by_y = (start[1] * du + start[4] * dv + start[7] * dw) / w;
         const double by_w = (start[2] * du + start[5] * dv + start[8] * dw) / w;
         const double row[kFree] = {by_x, by_x * x, by_x * y, by_y, by_y * x, by_y * y, -by_w * x, -by_w * y};
-        for (int k = 0; k < kFree; ++k) fit.jacobian[i * kFree + k] = row[k] * scale[k];
+        for (int k = 0; k < kFree; ++k) fit.jacobian[k * points.count + i] = row[k] * scale[k];
 
-        float px[kAcross], py[kAcross], read[kAcross], sum = 0;
-        for (int k = 0; k < kAcross; ++k) {
+        float px[kRead], py[kRead], read[kRead], sum = 0;
+        for (int k = 0; k < kRead; ++k) {
             const double at = reach * (k - kAcross / 2) / (kAcross / 2);
             px[k] = u + du * at, py[k] = v + dv * at;
         }
-        lens.to_real(px, py, kAcross);
-        grey.read(px, py, kAcross, read);
-        for (const float each : read) sum += each;
+        lens.to_real(px, py, kRead);
+        grey.read(px, py, kRead, read);
+        for (int k = 0; k < kAcross; ++k) sum += read[k];
         const float black = (read[0] + read[1] + read[2]) / kEnds;
         const float white = (read[kAcross - 3] + read[kAcross - 2] + read[kAcross - 1]) / kEnds;
         const float step = white - black, mean = sum / kAcross;
@@ -82,15 +84,18 @@ int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, con
 }
 
 // The weighted normal equations, with a small ridge; their right side in `change`.
-void normal_equations(const Fit& fit, int count, double* normal, double* change) {
-    std::fill(normal, normal + kFree * kFree, 0.0);
-    std::fill(change, change + kFree, 0.0);
-    for (int i = 0; i < count; ++i) {
-        const double* row = &fit.jacobian[i * kFree];
-        for (int k = 0; k < kFree; ++k) {
-            const double weighted = row[k] * fit.weight[i];
-            for (int l = 0; l < kFree; ++l) normal[k * kFree + l] += weighted * row[l];
-            change[k] += weighted * fit.offset[i];
+void normal_equations(Fit& fit, int count, double* normal, double* change) {
+    for (int k = 0; k < kFree; ++k) {
+        const double *row = &fit.jacobian[k * count], *weight = fit.weight.data(), *offset = fit.offset.data();
+        double* weighted = fit.weighted.data();
+        double sum = 0;
+        for (int i = 0; i < count; ++i) weighted[i] = row[i] * weight[i], sum += row[i] * weight[i] * offset[i];
+        change[k] = sum;
+        for (int l = 0; l <= k; ++l) {
+            const double* other = &fit.jacobian[l * count];
+            double product = 0;
+            for (int i = 0; i < count; ++i) product += weighted[i] * other[i];
+            normal[k * kFree + l] = normal[l * kFree + k] = product;
         }
     }
     double trace = 0;
@@ -118,12 +123,13 @@ bool alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, cons
             normal_equations(fit, count, normal, change);
             std::memcpy(copy, normal, sizeof copy);
             if (!solve(copy, change, kFree, 1)) return false;
+            std::fill(fit.weighted.begin(), fit.weighted.end(), 0.0);
+            for (int k = 0; k < kFree; ++k)
+                for (int i = 0; i < count; ++i) fit.weighted[i] += fit.jacobian[k * count + i] * change[k];
             furthest = 0;
             for (int i = 0; i < count; ++i) {
-                double moved = 0;
-                for (int k = 0; k < kFree; ++k) moved += fit.jacobian[i * kFree + k] * change[k];
-                fit.size[i] = std::fabs(fit.offset[i] - moved);
-                furthest = std::max(furthest, std::fabs(moved));
+                fit.size[i] = std::fabs(fit.offset[i] - fit.weighted[i]);
+                furthest = std::max(furthest, std::fabs(fit.weighted[i]));
             }
             error = fit.weigh(count, half, limit);
         }

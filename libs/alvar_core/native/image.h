@@ -15,7 +15,7 @@ ALVAR_INLINE float within(float value, float low, float high) {  // NaN becomes 
 // Places are read to a part of a pixel, of greys that then fit in 31 bits; blocks of places at once.
 constexpr int kPartBits = 10;
 constexpr std::int32_t kParts = 1 << kPartBits;
-constexpr int kBlock = 64;
+constexpr int kBlock = 72;
 
 // Rows of `width` greys, `stride` bytes from one to the next.
 struct Image {
