@@ -373,3 +373,8 @@ extern "C" void alvar_bows(const std::uint8_t* greys, std::int64_t stride, int w
         bows[m] = std::max(sizes[2], limit.bow_of_one * sizes[3]);
     }
 }
+
+// homography.from_square of quads (count, 4, 2)
+extern "C" void alvar_from_squares(int count, const double* quads, double half, double* homographies) {
+    for (int i = 0; i < count; ++i) from_square(quads + 8 * i, half, homographies + 9 * i);
+}

@@ -52,6 +52,7 @@ class CompiledSearch:
                         *corners.compiled_arrays(), numbers, np.array([appearance.weight])]
         self._constants = np.array([native.address(each).value for each in self._arrays], np.uintp)
         self._rows = [np.empty(thresholds.MAX_ALIGNED, kind) for kind in (RECORD, START, WELL_READ)]
+        self._places = [native.address(rows) for rows in self._rows]
 
     def find(self, image: PreparedImage, lens: Floats, quads: Floats, size: float,
              sizes: Mapping[int | str, float]) -> tuple[list[Seen], Any, Any]:
@@ -69,7 +70,7 @@ class CompiledSearch:
         self._library.alvar_find_in_even_light(
             place(self._constants), *native.image(image.smooth), *native.image(atlas), place(table), place(lens),
             ctypes.c_double(image.noise), len(quads), place(quads), place(all_sizes), thresholds.MAX_ALIGNED,
-            *map(place, self._rows), place(found))
+            *self._places, place(found))
         seen, unsure, well_read = (rows[:count].copy() for rows, count in zip(self._rows, found.tolist()))
         return [_seen(*row) for row in seen], unsure, well_read
 

@@ -1,8 +1,11 @@
 """Homographies in batches of M: compute them from four corners, apply them to points, change them slightly."""
 from __future__ import annotations
 
+import ctypes
+
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import ArrayLike, Floats
 
 _SMALL = np.zeros((8, 9))  # the element of the matrix that each small change adds to
@@ -16,6 +19,10 @@ def from_square(quads: ArrayLike, half: float) -> Floats:
     The corners of a quad are top left, then clockwise in the image.
     """
     q = np.asarray(quads, np.float64)
+    if native.library:
+        q, m = np.ascontiguousarray(q), np.empty((len(q), 3, 3))
+        native.library.alvar_from_squares(len(q), native.address(q), ctypes.c_double(half), native.address(m))
+        return m
     first, ends = q[:, :1], q[:, 1::2]
     to_ends, rest = ends - q[:, 2:3], q[:, 0] - q[:, 1] + q[:, 2] - q[:, 3]
     (ax, ay), (bx, by) = to_ends.transpose(1, 2, 0)

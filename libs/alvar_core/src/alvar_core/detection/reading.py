@@ -17,7 +17,10 @@ from alvar_core.detection.alignment import NORMAL_STEP, Covariance, Grid
 def black_cells(white: ArrayLike, margin: int) -> Bools:
     """Return the black cells (..., n + 2 margin, n + 2 margin), bool, of markers; ``white`` (..., n, n) bool."""
     white = np.asarray(white, bool)
-    return np.pad(~white, [(0, 0)] * (white.ndim - 2) + [(margin, margin)] * 2, constant_values=True)
+    rows, columns = white.shape[-2:]
+    black = np.ones((*white.shape[:-2], rows + 2 * margin, columns + 2 * margin), bool)  # numpy.pad takes ten times as long
+    np.logical_not(white, out=black[..., margin:margin + rows, margin:margin + columns])
+    return black
 
 
 @functools.lru_cache(maxsize=1)
