@@ -85,20 +85,30 @@ struct LocalLimits {  // the order of local_contrast.py's limits
     double dark_grey, min_share, min_contrast, max_plain, max_cost;
 };
 
-// Of `pairs` pairs of points, (after - before) / (after + before)
-void contrasts(const Image& smooth, const float* h, const float* points, int pairs, double dark_grey, float* seen,
-               float* after) {
-    read(smooth, h, points, 2 * pairs, 0, pairs, seen);
-    read(smooth, h, points, 2 * pairs, pairs, pairs, after);
+// Of `count` of all pairs of points, from `first` on, (after - before) / (after + before)
+void contrasts(const Image& smooth, const float* h, const float* points, int pairs, int first, int count,
+               double dark_grey, float* seen, float* after) {
+    read(smooth, h, points, 2 * pairs, first, count, seen);
+    read(smooth, h, points, 2 * pairs, pairs + first, count, after);
     const float dark = dark_grey;
-    for (int i = 0; i < pairs; ++i) seen[i] = (after[i] - seen[i]) / (after[i] + seen[i] + dark);
+    for (int i = 0; i < count; ++i) seen[i] = (after[i] - seen[i]) / (after[i] + seen[i] + dark);
 }
 
-// Sets the share of the rim that is an edge, and its typical contrast.
-void rim_of(const Image& smooth, const float* h, int pairs, const float* points, const LocalLimits& limit, float* buffer,
-            double* share, double* contrast) {
+// Sets the share of the rim that is an edge, and its typical contrast; both to 0 once the share must be below `least`.
+void rim_of(const Image& smooth, const float* h, int pairs, const float* points, const LocalLimits& limit,
+            double least_share, float* buffer, double* share, double* contrast) {
+    constexpr int kSome = 36;
     float *seen = buffer, *other = buffer + pairs;
-    contrasts(smooth, h, points, pairs, limit.dark_grey, seen, other);
+    int none = 0;
+    for (int first = 0; first < pairs; first += kSome) {
+        const int some = std::min(kSome, pairs - first);
+        contrasts(smooth, h, points, pairs, first, some, limit.dark_grey, seen + first, other);
+        for (int i = first; i < first + some; ++i) none += !(seen[i] > limit.min_contrast);
+        if (none > (1 - least_share) * pairs) {
+            *share = *contrast = 0;
+            return;
+        }
+    }
     std::copy(seen, seen + pairs, other);
     const float upper = nth(other, pairs, pairs / 2);
     const float lower = pairs % 2 ? upper : *std::max_element(other, other + pairs / 2);
@@ -168,15 +178,16 @@ extern "C" double alvar_coarse_fit(const std::uint8_t* greys, std::int64_t strid
     return *std::max_element(fit.begin(), fit.begin() + all_words) / std::sqrt(std::max(square - sum * sum / cells, 1.0));
 }
 
-// Writes share and contrast (2, markers) of the rims of markers at h (markers, 3, 3).
+// Writes share and contrast (2, markers) of the rims of markers at h (markers, 3, 3), where the share is `least` or more.
 extern "C" void alvar_local_rims(const std::uint8_t* greys, std::int64_t stride, int width, int height, int markers,
-                                 const float* h, int pairs, const float* points, const double* limits, double* out) {
+                                 const float* h, int pairs, const float* points, const double* limits, double least,
+                                 double* out) {
     const Image smooth = {greys, stride, width, height};
     LocalLimits limit;
     std::memcpy(&limit, limits, sizeof limit);
     std::vector<float> buffer(2 * pairs);
     for (int m = 0; m < markers; ++m)
-        rim_of(smooth, h + 9 * m, pairs, points, limit, buffer.data(), out + m, out + markers + m);
+        rim_of(smooth, h + 9 * m, pairs, points, limit, least, buffer.data(), out + m, out + markers + m);
 }
 
 // Writes rim, contrast, plain, fit, gap (5, markers) of a LocalMatch, and the words (markers,). An edge has kAround
@@ -194,8 +205,8 @@ extern "C" void alvar_match_local(const std::uint8_t* greys, std::int64_t stride
     const float cap = limit.max_cost;
     for (int m = 0; m < markers; ++m) {
         double* contrast = out + markers + m;
-        rim_of(smooth, h + 9 * m, rim_pairs, rim_points, limit, buffer.data(), out + m, contrast);
-        contrasts(smooth, h + 9 * m, points, pairs, limit.dark_grey, &buffer[0], &buffer[pairs]);
+        rim_of(smooth, h + 9 * m, rim_pairs, rim_points, limit, 0.0, buffer.data(), out + m, contrast);
+        contrasts(smooth, h + 9 * m, points, pairs, 0, pairs, limit.dark_grey, &buffer[0], &buffer[pairs]);
         const float scale = 1 / std::max(*contrast, limit.min_contrast);
         int stepped = 0, in_code = 0;
         for (int e = 0; e < edges; ++e) {

@@ -92,12 +92,16 @@ class LocalDecoder:
         return out.reshape(len(h), -1, len(self.ALONG))
 
     def rim(self, smooth: Image, h: Floats) -> tuple[Floats, Floats]:
-        """Return, of markers at ``h``, the share of the rim that is an edge, and its typical contrast."""
+        """Return, of markers at ``h``, the share of the rim that is an edge, and its typical contrast.
+
+        Both may be 0 where the share is below thresholds.MIN_LOCAL_RIM.
+        """
         if native.library:
             h, out, limits = np.ascontiguousarray(h, np.float32), np.empty((2, len(h))), _limits()
             native.library.alvar_local_rims(
                 *native.image(smooth), len(h), native.address(h), self._rim_points.shape[1] // 2,
-                native.address(self._rim_points), native.address(limits), native.address(out))
+                native.address(self._rim_points), native.address(limits),
+                ctypes.c_double(thresholds.MIN_LOCAL_RIM), native.address(out))
             return out[0], out[1]
         seen = self.contrasts(smooth, h, self._rim_points).reshape(len(h), -1)
         middle = seen.shape[1] // 2
