@@ -90,6 +90,8 @@ def table(results):
     lines = ['  '.join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
     for tool, by_class in results.items():
         times = [each for name in KINDS for each in by_class[name].ms]
+        if not times:
+            continue
         lines.append('{}: CPU of an image with a marker, ms: median {:.2f}, 95th percentile {:.2f}'.format(
             tool, *np.percentile(times, [50, 95])))
     return '\n'.join(lines)

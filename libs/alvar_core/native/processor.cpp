@@ -1,4 +1,6 @@
-// What the processor can do, for native.py.
+// What the processor and this library can do, for native.py.
+
+extern "C" int alvar_interface() { return ALVAR_INTERFACE; }
 
 extern "C" int alvar_processor_has_avx2() {
 #if defined(__x86_64__) && defined(__GNUC__)

@@ -56,3 +56,6 @@ extern "C" void robotont_depth(const Camera* camera, const Pose* pose, const Sol
         }
     }
 }
+
+// For native.py: which arguments the steps of this library take
+extern "C" int robotont_interface() { return ROBOTONT_INTERFACE; }

@@ -273,6 +273,13 @@ def test_a_fisheye_is_left_to_numpy():
     assert native.library_for(default_camera())[0] is native.library
 
 
+def test_a_library_with_another_interface_is_left_out(monkeypatch):
+    monkeypatch.setattr(native, 'INTERFACE', native.INTERFACE + 1)
+    assert native._load() is None
+    monkeypatch.setattr(native, 'NAME', 'libm.so.6')  # one that does not know of interfaces
+    assert native._load() is None
+
+
 def test_the_environment_switches_the_compiled_steps_off():
     program = 'from alvar_core import native; print(native.library)'
     out = subprocess.run([sys.executable, '-c', program], env={**os.environ, 'ALVAR_CORE_PLAIN': '1'},

@@ -75,10 +75,10 @@ def _one_pass(images: dict[float, Image], buffers: ImageBuffers, parts: list[Flo
     smooth = _shrunk(images, shrink, buffers)
     parted = parts is not None and shrink == thresholds.PASSES[0].shrink
     if native.library:
-        quads, straight = _outlines_compiled(smooth, mean_around(smooth, window, buffers), offset, shrink, parted)
+        found, straight = _outlines_compiled(smooth, mean_around(smooth, window, buffers), offset, shrink, parted)
         if parts is not None and parted:
             parts.append(straight)
-        return quads
+        return found
     dark = binary(smooth, window, offset, buffers)
     outlines, tree = cv2.findContours(dark, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     if tree is None:
@@ -104,8 +104,9 @@ def _outlines_compiled(smooth: Image, mean: Image, offset: int, shrink: float,
     while True:
         quads, straight = np.empty((room[0], 4, 2)), np.empty((room[1], 2, 2))
         native.library.alvar_outlines(
-            *native.image(smooth), *native.image(mean), offset, ctypes.c_double(shrink), native.address(limits), room[0], native.address(quads),
-            room[1] if parted else -1, native.address(straight), native.address(found))
+            *native.image(smooth), *native.image(mean), offset, ctypes.c_double(shrink),
+            native.address(limits), room[0], native.address(quads), room[1] if parted else -1,
+            native.address(straight), native.address(found))
         if (found <= room).all():
             return quads[:found[0]], straight[:found[1]]
         room = found.tolist()

@@ -16,8 +16,8 @@ from alvar_core.detection.acceptance import Appearance, Features
 from alvar_core.detection.alignment import Aligner
 from alvar_core.detection.candidates import side_limits
 from alvar_core.detection.corners import CornerEstimator
-from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.pose import Solution
+from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, Reader, words_of_numbers
 
 # The rows of native/detector.cpp: a marker, and what needs a closer look; each number is a double
@@ -61,7 +61,8 @@ class CompiledSearch:
         ``lens``: the numbers of the camera; ``size`` [m] is that of markers not in ``sizes``. START: ``h`` (3, 3),
         ``blur`` and ``level`` are where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding.
         """
-        quads, all_sizes, place = np.array(quads, np.float64, order='C'), np.full(len(words_of_numbers()) // 4, size), native.address
+        quads, place = np.array(quads, np.float64, order='C'), native.address
+        all_sizes = np.full(len(words_of_numbers()) // 4, size)
         for number, each in sizes.items():
             if number in range(len(all_sizes)):
                 all_sizes[int(number)] = each

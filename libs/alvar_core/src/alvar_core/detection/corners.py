@@ -94,11 +94,11 @@ class CornerEstimator:
         information, place = np.empty((len(corners), 8, 8)), native.address
         numbers = np.ascontiguousarray([state.blur, state.noise])
         constants = self.compiled_arrays()
-        corners, h, level, normal, black = (np.ascontiguousarray(each) for each in
-                                            (corners, state.h, state.level, state.normal, black))
+        corners, cells = np.ascontiguousarray(corners), np.ascontiguousarray(black)
+        h, level, normal = (np.ascontiguousarray(each) for each in (state.h, state.level, state.normal))
         library.alvar_measure_corners(
             *native.image(image.pyramid.full), place(lens), len(corners), self.cells, place(h), place(numbers[0]),
-            place(level), place(numbers[1]), place(normal), place(black), *map(place, constants),
+            place(level), place(numbers[1]), place(normal), place(cells), *map(place, constants),
             place(corners), place(information))
         return corners, information
 

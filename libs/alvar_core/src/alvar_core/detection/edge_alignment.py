@@ -19,7 +19,6 @@ from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
 
-
 PLACES = np.array([-0.25, 0.25])  # along an edge, where a marker that is flat is read
 
 
@@ -246,8 +245,8 @@ def _fit_compiled(library: ctypes.CDLL, lens: Floats, grey: Image, h: Floats, po
     limits = compiled_limits()
     seen = library.alvar_fit_edges(
         *native.image(grey), place(lens), place(h), count, place(points.homogeneous), place(points.across),
-        place(scale), ctypes.c_double(reach), ctypes.c_double(first_reach), steps, place(limits), place(theta), place(covariance), place(numbers),
-        place(agrees))
+        place(scale), ctypes.c_double(reach), ctypes.c_double(first_reach), steps, place(limits), place(theta),
+        place(covariance), place(numbers), place(agrees))
     return EdgeFit(theta, covariance, float(numbers[0]), agrees, float(numbers[1])) if seen else None
 
 

@@ -137,7 +137,8 @@ class LocalDecoder:
             *native.image(smooth), len(h), place(h), self._rim_points.shape[1] // 2, place(self._rim_points),
             len(self._is_code), place(self._points), place(self._is_code), self._costs.shape[1], place(self._costs),
             place(limits), place(out), place(words))
-        return LocalMatch(*out, words)
+        rim, contrast, plain, fit, gap = out
+        return LocalMatch(rim, contrast, plain, fit, gap, words)
 
 
 def _limits() -> Floats:

@@ -18,7 +18,7 @@ def black_cells(white: ArrayLike, margin: int) -> Bools:
     """Return the black cells (..., n + 2 margin, n + 2 margin), bool, of markers; ``white`` (..., n, n) bool."""
     white = np.asarray(white, bool)
     rows, columns = white.shape[-2:]
-    black = np.ones((*white.shape[:-2], rows + 2 * margin, columns + 2 * margin), bool)  # numpy.pad takes ten times as long
+    black = np.ones((*white.shape[:-2], rows + 2 * margin, columns + 2 * margin), bool)  # numpy.pad takes longer
     np.logical_not(white, out=black[..., margin:margin + rows, margin:margin + columns])
     return black
 
@@ -161,7 +161,8 @@ class CoarseDecoder:
     def fit(self, smooth: Image, quad: Floats, spread: float) -> float:
         """Return the fit of the best code word to the cells of one quad (4, 2), ``spread`` times as far apart."""
         if native.library and self.words is not None:
-            quad, place, (_, _, points, words) = np.ascontiguousarray(quad, np.float64), native.address, self.compiled_arrays()
+            quad, place = np.ascontiguousarray(quad, np.float64), native.address
+            _, _, points, words = self.compiled_arrays()
             return float(native.library.alvar_coarse_fit(
                 *native.image(smooth), place(quad), ctypes.c_double(self.half), ctypes.c_double(spread),
                 points.shape[1], place(points), words.shape[1], place(words)))

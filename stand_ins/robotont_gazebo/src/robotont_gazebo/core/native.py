@@ -20,6 +20,7 @@ from robotont_gazebo.core.visibility import FRONT, ROUND, SEAM, TIE, Layer, Soli
 
 NAME = 'librobotont_gazebo_native.so'  # a library of the package, found as any other: by LD_LIBRARY_PATH
 PLAIN = 'ROBOTONT_GAZEBO_PLAIN'  # the environment variable that switches them off
+INTERFACE = 1  # to be raised with each change of what a step is given or returns: a library built before is left out
 LAYERS, RUNS, SOURCES = 8, 128, 64  # room for so many at first
 
 
@@ -27,8 +28,9 @@ def _load() -> Optional[ctypes.CDLL]:
     if os.environ.get(PLAIN):
         return None
     try:
-        return ctypes.CDLL(NAME)
-    except OSError:
+        steps = ctypes.CDLL(NAME)
+        return steps if steps.robotont_interface() == INTERFACE else None
+    except (OSError, AttributeError):  # it is not there, or so old that it cannot say what it is
         return None
 
 
