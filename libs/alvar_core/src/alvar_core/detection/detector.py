@@ -183,8 +183,7 @@ class Detector:
                                            for each in (*known, *found)):
                 continue
             one = self._uneven.aligned(image, quads[k], int(match.word[k]))
-            if one is None or one.word != match.word[k] or one.fit < thresholds.THIN_MARGIN_FIT \
-                    or one.gap < thresholds.CLEAR.surplus * (thresholds.BEST_FIT - one.fit):
+            if one is None or one.word != match.word[k] or one.fit < thresholds.AGAIN_FIT:
                 continue
             more = self._of_edges(image, one)
             found += [more] if more else []
@@ -192,7 +191,7 @@ class Detector:
 
     def _measure_bent(self, image: PreparedImage, found: Sequence[Detection]) -> None:
         """Change the Detections of markers whose sides are bows: measure them as bent paper."""
-        found = [each for each in found if each.side > thresholds.MIN_BENT_SIDE]
+        found = [each for each in found if each.side > thresholds.MIN_BENT_SIDE and not each.thin_margin]
         if not found:
             return
         bows = self._corners.bow(image, image.camera.to_ideal([each.corners for each in found]))
@@ -230,7 +229,7 @@ class Detector:
         share, ambiguous = pose.ambiguity(solutions)
         best = solutions[0]
         return Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous, best.error,
-                         solutions, None, information)
+                         solutions, None, information, thin_margin=found.thin)
 
     def _align(self, image: PreparedImage, quads: Floats, match: CoarseMatch, chosen: list[int]) -> list[Detection]:
         cell = homography.mean_side(quads) / self.cells

@@ -167,8 +167,10 @@ EDGES_SETTLED = 0.02  # px: a step that moves no edge further is the last
 MIN_SEEN_EDGES = 0.6  # share of the edges that are seen and agree
 LOCAL_FIT, LOCAL_GAP, LOCAL_SURPLUS = 0.72, 0.035, 0.25  # of the aligned marker: accepted; as of a Demand
 LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
-THIN_MARGIN_FIT, THIN_MARGIN_RIM = 0.85, 0.9  # of the code, share of the edges of the rim: accepted if thin
-WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look at the edges if the greys do not fit
+RIM_INSIDE, RIM_NEAR, RIM_FAR = 0.36, 0.14, 0.6  # cells inside the rim, and beyond it, where margins are read
+THIN_MARGIN_STEP, THIN_MARGIN_SHARE = 0.75, 0.5  # of the contrast near the rim, share of the rim: less is a thin margin
+THIN_MARGIN_REACH, THIN_MARGIN_RIM = 0.15, 0.9  # cells read across the rim, share of it that agrees: accepted
+WELL_READ_FIT, WELL_READ_GAP, AGAIN_FIT = 0.9, 0.1, 0.75  # of the coarse decoding: worth a look at the edges if the greys do not fit
 
 # -- Stripes of light and shadow (striped_light.py)
 # Sensitivity: not measured. Without stripes the share is below 0.6 in nine of ten images, the sum below 5 diagonals.
