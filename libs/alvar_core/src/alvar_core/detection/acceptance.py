@@ -55,6 +55,12 @@ def accepted(f: Features) -> bool:
             and f.fit > asked.fit and surplus > asked.surplus and f.detail > asked.detail)
 
 
+def may_be_covered(f: Features) -> bool:
+    """Return whether a candidate with these features, which is no marker by them, may be one that is partly covered."""
+    return (f.kept > thresholds.MIN_KEPT and f.bad_rim <= thresholds.MAX_BAD_RIM and f.bad_rim + f.bad_inside > 0
+            and f.outside > thresholds.MIN_OUTSIDE)
+
+
 class Appearance:
     """Compares aligned markers of one resolution and margin (cells) with their drawings.
 

@@ -7,7 +7,7 @@ An image passes these stages, each on all candidates at once:
 1. candidates.candidates finds dark quadrilaterals; candidates.refined moves their sides to where the grey rises.
 2. reading.CoarseDecoder selects quads with a dark border and finds the most similar code word of each.
 3. alignment.Aligner fits the drawn marker to the image; reading.Reader then reads the cells again.
-4. acceptance decides whether it is a marker.
+4. acceptance decides whether it is a marker; what is none is read again without the cells that may be covered.
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
@@ -27,10 +27,11 @@ from alvar_core import code
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import candidates, homography, pose, striped_light, thresholds
-from alvar_core.detection.acceptance import Appearance, Features, accepted
+from alvar_core.detection.acceptance import Appearance, Features, accepted, may_be_covered
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
 from alvar_core.detection.corners import CornerEstimator
+from alvar_core.detection.covered_cells import CoveredReader
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, CoarseMatch, Reader, Reading, black_cells
@@ -95,6 +96,7 @@ class Detector:
         self._aligner = Aligner(self.cells, thresholds.SAMPLES_PER_CELL)
         self._appearance = Appearance(self._aligner, self.resolution, self.margin)
         self._reader = Reader(self._aligner.grid, self.resolution, self.margin)
+        self._covered = CoveredReader(self._aligner.grid, self.margin) if self._decoder.words is not None else None
         self._corners, self._paper = CornerEstimator(self.cells), BentPaper(self.cells)
         self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
         if self._decoder.words is not None:
@@ -288,6 +290,7 @@ class Detector:
         readings = self._read(state, blur, likeness, noise, words)
         features = self._appearance.features(state, likeness, noise)
         found, changed = self._judged(image, black, corners, readings, features)
+        self._uncover(image, state, blur, black, corners, readings, features, found, changed)
         out = self._detections(image, state, corners, found)
         if changed and words:
             again = np.array([black_cells(reading.white, self.margin) for _, reading in changed])
@@ -336,6 +339,25 @@ class Detector:
             elif reading.fit > thresholds.CHANGED_FIT:
                 changed.append((m, reading))
         return found, changed
+
+    def _uncover(self, image: PreparedImage, state: Alignment, blur: Covariance, black: Bools, corners: Floats,
+                 readings: Sequence[Reading | None], features: Sequence[Features], found: list[_Accepted],
+                 changed: list[tuple[int, Reading]]) -> None:
+        """Read the candidates again that are no markers so far, without the cells that something may cover."""
+        for m in sorted(set(range(len(readings))).difference(each.place for each in found)):
+            seen = features[m]
+            if self._covered is None or readings[m] is None or not may_be_covered(seen):
+                continue
+            shares, noise = (state.values[m] - state.dark[m]) / state.gain[m], seen.noise / max(seen.contrast, 1.0)
+            again = self._covered.read(shares, noise, Covariance(*(each[m] for each in blur)))
+            if again is None:
+                continue
+            reading = self._reader.of_word(again.word, 1 - again.error, again.gap)
+            if (black_cells(reading.white, self.margin) != black[m]).any():
+                changed[:] = [each for each in changed if each[0] != m] + [(m, reading)]
+            elif again.gap > thresholds.COVERED_GAP + thresholds.COVERED_GAP_BY_ERROR * again.error \
+                    and not self._has_other_margin(image, corners[m], seen):
+                found.append(_Accepted(m, reading, seen._replace(fit=reading.fit, gap=reading.gap)))
 
     def _has_other_margin(self, image: PreparedImage, corners: Floats, features: Features) -> bool:
         """Return whether the cells match a code word better with a margin one cell narrower or wider."""

@@ -118,6 +118,16 @@ SURE_MARGIN_DETAIL = 0.93  # above this detail the margin is not doubted
 OVERLAP = 0.4  # of the side: markers nearer to each other are one
 MAX_POSE_ERROR = 0.05  # of the side: rms reprojection error of the best pose
 
+# -- Reading of partly covered markers (covered_cells.py)
+# Sensitivity: not measured. Code words differ in at least 4 cells.
+ODD_CELL, ODD_NOISE = (0.15, 0.35), 4.0  # of the contrast, least and most; of the noise: beyond black or white is odd
+ODD_PLACES = 2.0  # odd samples: the cell may be covered
+BETWEEN_CELL = 0.2  # of the contrast, from grey: may be covered
+COVERED_BORDER, COVERED_DEPTH = 0.35, 3  # of the contrast, cells of the border that are not black; cells next to them
+MIN_UNCOVERED = 12  # data cells
+MAX_UNCOVERED_ERROR, MIN_UNCOVERED_GAP = 0.5, 1.0  # of the contrast, in any cell; squared and summed: to the next word
+COVERED_GAP, COVERED_GAP_BY_ERROR = 1.4, 2.0  # the same gap, what of the error is added: accepted
+
 # -- Corners of large markers (edge_refiner.py, detector.py)
 # Sensitivity: none above 0.05 degrees, but +0.09 of 7x7 (MAX_EDGE_REACH).
 MIN_EDGE_SIDE = 36.0  # px, from where on edges are measured
@@ -170,7 +180,8 @@ LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
 RIM_INSIDE, RIM_NEAR, RIM_FAR = 0.36, 0.14, 0.6  # cells inside the rim, and beyond it, where margins are read
 THIN_MARGIN_STEP, THIN_MARGIN_SHARE = 0.75, 0.5  # of the contrast near the rim, share of the rim: less is a thin margin
 THIN_MARGIN_REACH, THIN_MARGIN_RIM = 0.15, 0.9  # cells read across the rim, share of it that agrees: accepted
-WELL_READ_FIT, WELL_READ_GAP, AGAIN_FIT = 0.9, 0.1, 0.75  # of the coarse decoding: worth a look at the edges if the greys do not fit
+WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look at the edges if the greys do not fit
+AGAIN_FIT = 0.75  # of the local contrasts of these: accepted
 
 # -- Stripes of light and shadow (striped_light.py)
 # Sensitivity: not measured. Without stripes the share is below 0.6 in nine of ten images, the sum below 5 diagonals.
