@@ -7,6 +7,7 @@ import pytest
 
 import marker_classes
 from alvar_core import code
+from alvar_core.camera import default_camera
 from alvar_core.detection import broken_outlines, candidates, homography, striped_light
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.edge_alignment import edge_points
@@ -131,6 +132,18 @@ def test_markers_with_a_thin_margin_on_a_dark_table_are_found_exact_and_without_
     assert score.recall == 100 and score.wrong == score.false == 0
     assert np.median(score.corners()) < 0.2 and np.percentile(score.corners(), 90) < 0.6  # px
     assert sum(score.flags()) <= 1
+
+
+@pytest.mark.parametrize('contrast, cell', [(20, 2.6), (17, 3.5), (30, 2.3)])
+def test_faint_small_marker_on_a_table_as_dark_as_its_print_is_found(contrast, cell):
+    camera, side = default_camera(320, 240), round(11 * cell)  # px; a white margin of one cell
+    for number in range(0, 256, 50):
+        white = np.pad(np.pad(code.encode(number), 2), 1, constant_values=True)
+        printed = np.kron(30 + contrast * white.astype(np.float32), np.ones((12, 12), np.float32))
+        image = np.full((240, 320), 30, np.float32)
+        image[100:100 + side, 140:140 + side] = cv2.resize(printed, (side, side), interpolation=cv2.INTER_AREA)
+        image = cv2.GaussianBlur(image, (0, 0), 0.8).astype(np.uint8)
+        assert [each.id for each in Detector(0.1).detect(image, camera)] == [number]
 
 
 def test_most_markers_of_13_to_20_px_are_found():

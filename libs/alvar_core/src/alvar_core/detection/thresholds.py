@@ -42,7 +42,7 @@ class Demand(NamedTuple):
 # -- Candidate outlines (candidates.py)
 # Sensitivity: one marker more or less of medium (1.2 %) and hard (1.1 %), at most two of 7x7; rotation of hard +0.4.
 PASSES = (
-    Pass(1.5, 13, 5),  # small and faint markers
+    Pass(1.5, 9, 3),  # small and faint markers
     Pass(2, 21, 15),  # markers that something thin touches
     Pass(4, 9, 4),  # large and faint markers in noise
 )
@@ -110,7 +110,7 @@ MIN_GAP, WIDE_GAP = 0.03, 0.1  # to the next best word
 BEST_FIT = 1.03  # the fit that leaves nothing unexplained
 BAD_CELL = 0.4  # of the contrast: a cell whose mean differs more is a bad one
 COVERED_CELLS, CODE_COVERED_CELLS = 3, 2  # bad cells, those of the data counted twice; bad data cells
-MAX_BAD_RIM = 6  # cells
+MAX_BAD_RIM = 4  # cells
 MIN_KEPT = 0.7  # share of the samples that agree with the drawing
 MIN_OUTSIDE = -0.3  # of the contrast: paper darker than this along a whole side belongs to something larger, ...
 WHOLE_LIKENESS = 0.92  # ... unless the likeness is this high
