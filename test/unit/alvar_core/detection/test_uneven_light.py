@@ -98,6 +98,13 @@ def test_markers_behind_blinds_are_found_and_exact():
     assert score.wrong == score.false == score.flips == 0
 
 
+def test_markers_in_the_glare_of_a_lamp_are_exact():
+    score = scored('glare', 16)
+    assert score.recall >= 80 and np.median(score.corners()) < 0.15 and max(score.corners()) < 1.0  # px
+    assert max(score.rotations(sure=True)) < 3.0 and sum(score.flags()) <= 1  # degrees
+    assert score.wrong == score.false == 0
+
+
 def striped(angle, left=0.25):
     """Return an image of a dark disc behind stripes at an angle [rad], and their light."""
     y, x = np.mgrid[:240, :320].astype(float)
@@ -149,6 +156,13 @@ def test_faint_small_marker_on_a_table_as_dark_as_its_print_is_found(contrast, c
 def test_most_markers_of_13_to_20_px_are_found():
     score = scored('13 to 20 px', 10)
     assert score.recall >= 70 and score.wrong == score.false == 0
+
+
+def test_few_right_poses_of_small_markers_have_a_flag_and_no_wrong_one_has_none():
+    for name, most in ('13 to 20 px', 0.4), ('20 to 25 px', 0.15):
+        score = scored(name, 40)
+        assert np.mean(score.flags(good_only=True)) < most
+        assert max(score.rotations(sure=True)) < 5.0  # degrees
 
 
 def test_no_look_alike_is_a_marker():

@@ -30,13 +30,14 @@ class CornerEstimator:
         """Return the second largest height [px] of a side's bow, (M,), of markers with corners (M, 4, 2) [ideal px]."""
         return self._edges.bow(image.pyramid, image.camera, homography.from_square(corners, self.cells / 2))
 
-    def measure(self, image: PreparedImage, state: Alignment, corners: Floats) -> tuple[Floats, Floats]:
+    def measure(self, image: PreparedImage, state: Alignment, corners: Floats,
+                kept: Floats) -> tuple[Floats, Floats]:
         """Return the corners (M, 4, 2) [ideal px] and their inverse covariance (M, 8, 8) [1/px^2].
 
-        ``corners`` are those of ``start``; they are changed in place.
+        ``corners`` are those of ``start``; they are changed in place. ``kept`` (M,): share of the samples that agree.
         """
         side = np.sqrt(homography.area(corners))
-        covariance = self._covariance(state, side)
+        covariance = self._covariance(state, side, kept)
         large = np.flatnonzero(side > thresholds.MIN_EDGE_SIDE)
         if len(large):
             sigma = np.sqrt(state.blur[large]) * 2.0 ** state.level[large]
@@ -51,12 +52,13 @@ class CornerEstimator:
             covariance[large] = before - share @ before + floor
         return corners, np.linalg.inv(covariance)
 
-    def _covariance(self, state: Alignment, side: Floats) -> Floats:
+    def _covariance(self, state: Alignment, side: Floats, kept: Floats) -> Floats:
         """Return the covariance (M, 8, 8) [px^2] of the aligned corners; ``side`` (M,) [px] is that of the markers."""
         noise = np.maximum(state.noise, 1.0)[:, None, None]
         coarse = thresholds.COARSE_CORNER_ERROR * (side / self.cells / thresholds.SAMPLES_PER_CELL) ** 2
         covariance: Floats = self._spread(state) * (thresholds.CORNER_NOISE_FACTOR * noise ** 2)
-        covariance += _floor(np.maximum(thresholds.CORNER_MODEL_ERROR * 2.0 ** state.level, coarse))
+        misfit = np.maximum(thresholds.ALIGNED_ERROR, thresholds.MISFIT_ERROR * (1 - kept))
+        covariance += _floor(np.maximum(misfit * 2.0 ** state.level, coarse))
         return covariance
 
     def _spread(self, state: Alignment) -> Floats:

@@ -214,8 +214,13 @@ class Detector:
         f = detection.features
         if self._uneven is None or f is None or f.kept > thresholds.EVEN_KEPT:
             return detection
-        found = self._uneven.aligned(image, detection.corners, int(detection.id))
-        return detection if found is None else self._of_edges(image, found) or detection
+        at = image, detection.corners, int(detection.id)
+        found = self._uneven.aligned(*at)
+        if found is None and detection.side > thresholds.MIN_EDGE_SIDE:  # what is read there does not change the number
+            found = self._uneven.aligned(*at, known=True)
+        if found is None:
+            return detection
+        return self._of_edges(image, found._replace(fit=max(found.fit, detection.confidence))) or detection
 
     def _of_edges(self, image: PreparedImage, found: Found) -> Detection | None:
         """Return the Detection of a marker that was measured by its edges; None without a pose."""
@@ -374,7 +379,8 @@ class Detector:
         if not found:
             return []
         which = np.array([each.place for each in found])
-        corners, information = self._corners.measure(image, state.take(which), corners[which])
+        kept = np.array([each.features.kept for each in found])
+        corners, information = self._corners.measure(image, state.take(which), corners[which], kept)
         order = np.array([[(k + each.reading.content.turns) % 4 for k in range(4)] for each in found])
         eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
         corners = np.take_along_axis(corners, order[:, :, None], 1)

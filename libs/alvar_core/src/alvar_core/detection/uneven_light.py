@@ -82,8 +82,11 @@ class UnevenLight:
                 found.append(one)
         return found
 
-    def aligned(self, image: PreparedImage, quad: Floats, word: int) -> Found | None:
-        """Return the marker with a code word at a quad (4, 2) [real px]; None if its edges are not there."""
+    def aligned(self, image: PreparedImage, quad: Floats, word: int, known: bool = False) -> Found | None:
+        """Return the marker with a code word at a quad (4, 2) [real px]; None if its edges are not there.
+
+        The word is not read again if it is ``known``.
+        """
         h = homography.from_square(image.camera.to_ideal(quad)[None], self.half)[0]
         for _ in range(3):
             fit = self._fit(image, h, word)
@@ -91,7 +94,7 @@ class UnevenLight:
                 return None
             h, result = fit
             again = self.decoder.match(image.smooth, self._real(image, h))
-            if int(again.word[0]) == word:
+            if known or int(again.word[0]) == word:
                 break
             word = int(again.word[0])
         else:
@@ -103,7 +106,7 @@ class UnevenLight:
                 return None
             h, result, covariance = fitted
             again = self.decoder.match(image.smooth, self._real(image, h))
-            if int(again.word[0]) != word or result.seen < thresholds.THIN_MARGIN_RIM:
+            if not known and int(again.word[0]) != word or result.seen < thresholds.THIN_MARGIN_RIM:
                 return None
             rim = self._thin_rim(image, h)
         else:
@@ -111,9 +114,9 @@ class UnevenLight:
         surplus = again.gap[0] / (thresholds.BEST_FIT - again.fit[0])
         shown = (again.plain[0] > thresholds.LOCAL_PLAIN and rim > thresholds.LOCAL_RIM
                  and result.seen > thresholds.MIN_SEEN_EDGES)
-        good = (again.fit[0] > thresholds.LOCAL_FIT and again.gap[0] > thresholds.LOCAL_GAP
-                and surplus > thresholds.LOCAL_SURPLUS and shown)
-        if not good:
+        read = (again.fit[0] > thresholds.LOCAL_FIT and again.gap[0] > thresholds.LOCAL_GAP
+                and surplus > thresholds.LOCAL_SURPLUS)
+        if not (shown and (known or read)):
             return None
         corners = homography.apply(h[None], self._square)[0]
         covariance = covariance + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
