@@ -4,12 +4,12 @@ import pytest
 
 from alvar_core.camera import default_camera
 from alvar_core.detection import homography
-from alvar_core.detection.bent_paper import Cylinder
+from alvar_core.detection.bent_paper import Crease, Cylinder
 from alvar_core.detection.edge_alignment import EdgeAligner, Plane, edge_points
 
 BLACK = np.array([[True, False, True], [True, True, True], [False, True, True]])
 H = np.array([[30.0, 4, 300], [-6, 25, 200], [0.01, -0.02, 1]])
-CYLINDER = Cylinder(default_camera(), 3)
+CYLINDER, CREASE = Cylinder(default_camera(), 3), Crease(default_camera(), 3)
 POSE = [2.9, 0.3, -0.4, 0.2, -0.1, 6.0]  # rotation vector, position [widths]
 
 
@@ -20,7 +20,8 @@ def place_on_plane(theta, points):
 @pytest.mark.parametrize('model, place, starts', [
     (Plane(H), place_on_plane, [np.zeros(8), np.full(8, 0.02)]),
     (CYLINDER, CYLINDER.places, [[*POSE, 0.0, 0.0], [*POSE, 0.5, 0.8], [*POSE, -0.4, 2.0]]),
-], ids=['plane', 'cylinder'])
+    (CREASE, CREASE.places, [[*POSE, 0.2, 0.8, 0.15], [*POSE, -0.3, 4.0, 0.1]]),
+], ids=['plane', 'cylinder', 'crease'])
 def test_edges_of_a_model(model, place, starts):
     points, theta, small = edge_points(BLACK, np.array([-0.3, 0.2])), np.array(starts), 1e-6
     seen = model.edges(theta, points)
@@ -32,7 +33,7 @@ def test_edges_of_a_model(model, place, starts):
     assert (seen.direction * outward).sum(1).min() > 0
     assert (seen.direction ** 2).sum(1) == pytest.approx(1)
     for k in range(theta.shape[1]):
-        moved = place(theta + small * (np.arange(8) == k), points.middle).transpose(0, 2, 1) - at
+        moved = place(theta + small * (np.arange(theta.shape[1]) == k), points.middle).transpose(0, 2, 1) - at
         # derivatives by bend and axis are differences: 0.2 px in some tens
         assert seen.jacobian[:, k] == pytest.approx((moved * seen.direction).sum(1) / small, abs=0.2, rel=0.01)
 

@@ -13,7 +13,7 @@ An image passes these stages, each on all candidates at once:
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
 and measures those again whose greys do not fit the drawing well. If the image is full of parallel stripes of light, it
 passes all stages again without them (striped_light). bent_paper.BentPaper measures markers whose sides are
-bows, as a cylinder.
+bows, or whose corners are in no plane, as a cylinder or two planes.
 """
 from __future__ import annotations
 
@@ -192,21 +192,23 @@ class Detector:
         return found
 
     def _measure_bent(self, image: PreparedImage, found: Sequence[Detection]) -> None:
-        """Change the Detections of markers whose sides are bows: measure them as bent paper."""
+        """Change the Detections of markers whose sides are bows or in no plane: measure them as bent, creased paper."""
         found = [each for each in found if each.side > thresholds.MIN_BENT_SIDE and not each.thin_margin]
         if not found:
             return
         bows = self._corners.bow(image, image.camera.to_ideal([each.corners for each in found]))
         for detection, bow in zip(found, bows):
-            if bow > thresholds.MIN_BOW:
+            if bow > thresholds.MIN_BOW or _is_not_flat(detection):
                 reach = min(thresholds.LOCAL_REACH * detection.side / self.cells, thresholds.MAX_LOCAL_REACH)
                 black = black_cells(code.encode(int(detection.id)), self.margin)
                 size = self.sizes.get(detection.id, self.size)
                 poses = [(each.rotation, each.position) for each in detection.solutions]
-                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach)
+                limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
+                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit)
                 if sheet is None:
                     detection.doubtful = bow > thresholds.MAX_BOW
-                elif abs(sheet.bend) > thresholds.MIN_BEND or sheet.doubtful:
+                elif abs(sheet.bend) > thresholds.MIN_BEND and not sheet.doubtful \
+                        or sheet.doubtful and bow > thresholds.MIN_BOW:
                     _bend(detection, sheet, image.camera)
 
     def _checked(self, image: PreparedImage, detection: Detection) -> Detection:
@@ -397,6 +399,16 @@ class Detector:
                                      features.likeness, share, ambiguous, best.error, solutions, features,
                                      information[m]))
         return out
+
+
+def _is_not_flat(detection: Detection) -> bool:
+    """Return whether the corners of a marker agree with no plane; in uneven light less is expected of them."""
+    limit = thresholds.MAX_FLAT_CHI2 if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_CHI2
+    return detection.solutions[0].chi2 > limit
+
+
+def _is_in_even_light(detection: Detection) -> bool:
+    return detection.features is not None and detection.features.kept > thresholds.EVEN_KEPT
 
 
 def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:

@@ -193,18 +193,24 @@ STRIPE_BLUR = 7  # px of that, along the stripes, against noise
 STRIPE_REACH = 0.15  # of the image's longer side: half of the longest dark run that is taken for print
 EVEN_WHITE = 220.0  # grey of what is as bright as the light of its stripe
 
-# -- Bent paper (bent_paper.py, detector.py)
+# -- Bent and creased paper (bent_paper.py, detector.py)
 # Sensitivity: not measured. Sides of flat markers have bows of up to 0.18 px, bent ones (20 cm) of 0.5 to 1.6 px.
 BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder
+# Of a flat pose (2 degrees of freedom), in even, in uneven light: more is worth such a fit, too. 99 % of 200 flat
+# markers have less than 4; in soft shadows and glare there are up to 37.
+MAX_FLAT_CHI2, MAX_UNEVEN_CHI2 = 5.0, 40.0
 BOW_OVER_NOISE = 3.0  # standard deviations: a smaller bow is none
 MAX_BOW = 1.0  # px: doubtful if no cylinder fits
 BOW_OF_ONE = 0.5  # how much the largest bow counts beside the second largest, of what covers a part of one side
 MIN_BENT_SIDE = 36.0  # px
 MIN_BEND = 0.06  # rad over the marker's width: less is flat
-MAX_BENT_ERROR, MAX_BENT_TURN = 0.06, 0.035  # px of the edges, rad of the rotation's error: more is doubtful
+MAX_BENT_ERROR, MAX_UNEVEN_ERROR = 0.065, 0.1  # px of the edges, in even, in uneven light: more is doubtful
+MAX_BENT_TURN = 0.035  # rad of the rotation's error: more is doubtful
 MIN_BENT_SEEN = 0.7  # share of the edges that agree with the cylinder: less is doubtful
 BEND_AXES, BEND_STEPS = 4, 4  # directions of the axis that are tried; steps of each
-BEND_STARTS = (-0.4, 0.4)  # rad, from which each is tried: from flat paper a fit may stay flat
+BEND_STARTS = (-0.6, 0.6)  # rad, from which each is tried: from flat paper a fit may stay flat
+FOLD_STARTS, CREASE_START = (-0.15, 0.15), 0.2  # rad, widths from the middle: from where a crease is tried
+MAX_CREASE = 0.6  # widths from the middle: a crease further away folds at most a corner
 BEND_FREED = 2  # best ones of each pose, whose axis is then fitted, too
 BEND_OTHER_TURN, BEND_OTHER_COST = 0.15, 1.3  # rad, of the cost: another pose as good makes a pose doubtful
 
@@ -217,7 +223,7 @@ ALIGNED_ERROR, MISFIT_ERROR = 0.02, 0.8  # px of the level; px, times the share 
 COARSE_CORNER_ERROR = 0.04  # px, times the square of the px between two samples of the alignment
 CORNER_NOISE_FACTOR = 1.5  # of the variance that independent samples would give
 DEFAULT_CORNER_ERROR = 0.2  # px, of corners without a covariance
-AMBIGUOUS_CHI2 = 12.0  # two poses are ambiguous while chi2 differs less
+AMBIGUOUS_CHI2 = 16.0  # two poses are ambiguous while chi2 differs less
 SAME_ROTATION = math.radians(3.0)  # two poses nearer to each other are one
 
 # -- Tracking (tracker.py)
