@@ -55,10 +55,13 @@ def accepted(f: Features) -> bool:
             and f.fit > asked.fit and surplus > asked.surplus and f.detail > asked.detail)
 
 
-def may_be_covered(f: Features) -> bool:
-    """Return whether a candidate with these features, which is no marker by them, may be one that is partly covered."""
+def may_be_covered(f: Features, fit: float) -> bool:
+    """Return whether a candidate with these features, which is no marker by them, may be one that is partly covered.
+
+    ``fit``: that of its Reading.
+    """
     return (f.kept > thresholds.MIN_KEPT and f.bad_rim <= thresholds.MAX_BAD_RIM and f.bad_rim + f.bad_inside > 0
-            and f.outside > thresholds.MIN_OUTSIDE)
+            and f.outside > thresholds.MIN_OUTSIDE and fit > thresholds.CHANGED_FIT)
 
 
 class Appearance:

@@ -54,17 +54,20 @@ class CoveredReader:
         spare = min(max(thresholds.ODD_NOISE * noise, low), high)
         places = ((grey < -spare) | (grey > 1 + spare)).astype(np.float32)
         odd = (profiles[0].T @ places @ profiles[1] > thresholds.ODD_PLACES) | (cells < -high) | (cells > 1 + high)
-        data = cells[1:-1, 1:-1].ravel()
+        data = cells[1:-1, 1:-1].ravel().astype(np.float32)
         for unknown in _unknown(cells, odd[1:-1, 1:-1]):
             known = ~unknown.ravel()
             if known.sum() < thresholds.MIN_UNCOVERED:
                 return None
-            part = data[known]
-            cost = ((self._words[:, known] - part) ** 2).sum(1)
-            best, second = np.argpartition(cost, 1)[:2].tolist()
-            error = float(np.abs(self._words[best, known] - part).max())
-            if error < thresholds.MAX_UNCOVERED_ERROR and cost[second] - cost[best] > thresholds.MIN_UNCOVERED_GAP:
-                return CoveredReading(best, error, float(cost[second] - cost[best]))
+            # of (w - d)^2, where w is 0 or 1, what depends on w
+            cost = self._words @ (known * (1 - 2 * data))
+            best = int(cost.argmin())
+            error = float((np.abs(self._words[best] - data) * known).max())
+            if error < thresholds.MAX_UNCOVERED_ERROR:
+                least, cost[best] = float(cost[best]), np.inf
+                gap = float(cost.min()) - least
+                if gap > thresholds.MIN_UNCOVERED_GAP:
+                    return CoveredReading(best, error, gap)
         return None
 
 

@@ -198,7 +198,7 @@ class Detector:
             return
         bows = self._corners.bow(image, image.camera.to_ideal([each.corners for each in found]))
         for detection, bow in zip(found, bows):
-            if bow > thresholds.MIN_BOW or _is_not_flat(detection):
+            if bow > thresholds.MIN_BOW or _is_not_flat(detection, bow):
                 reach = min(thresholds.LOCAL_REACH * detection.side / self.cells, thresholds.MAX_LOCAL_REACH)
                 black = black_cells(code.encode(int(detection.id)), self.margin)
                 size = self.sizes.get(detection.id, self.size)
@@ -351,9 +351,15 @@ class Detector:
                  readings: Sequence[Reading | None], features: Sequence[Features], found: list[_Accepted],
                  changed: list[tuple[int, Reading]]) -> None:
         """Read the candidates again that are no markers so far, without the cells that something may cover."""
-        for m in sorted(set(range(len(readings))).difference(each.place for each in found)):
+        if self._covered is None:
+            return
+        taken = [each.place for each in found]
+        for m, reading in enumerate(readings):
             seen = features[m]
-            if self._covered is None or readings[m] is None or not may_be_covered(seen):
+            if reading is None or m in taken or not may_be_covered(seen, reading.fit):
+                continue
+            near = thresholds.OVERLAP * float(homography.mean_side(corners[m:m + 1])[0])
+            if any(math.dist(corners[m].mean(0), corners[k].mean(0)) < near for k in taken):
                 continue
             shares, noise = (state.values[m] - state.dark[m]) / state.gain[m], seen.noise / max(seen.contrast, 1.0)
             again = self._covered.read(shares, noise, Covariance(*(each[m] for each in blur)))
@@ -401,9 +407,11 @@ class Detector:
         return out
 
 
-def _is_not_flat(detection: Detection) -> bool:
-    """Return whether the corners of a marker agree with no plane; in uneven light less is expected of them."""
+def _is_not_flat(detection: Detection, bow: float) -> bool:
+    """Return whether the corners of a marker agree with no plane; more is needed in uneven light, and without a bow."""
     limit = thresholds.MAX_FLAT_CHI2 if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_CHI2
+    if not bow:
+        limit = max(limit, thresholds.MAX_STRAIGHT_CHI2)
     return detection.solutions[0].chi2 > limit
 
 

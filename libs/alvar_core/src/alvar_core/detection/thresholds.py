@@ -196,9 +196,9 @@ EVEN_WHITE = 220.0  # grey of what is as bright as the light of its stripe
 # -- Bent and creased paper (bent_paper.py, detector.py)
 # Sensitivity: not measured. Sides of flat markers have bows of up to 0.18 px, bent ones (20 cm) of 0.5 to 1.6 px.
 BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder
-# Of a flat pose (2 degrees of freedom), in even, in uneven light: more is worth such a fit, too. 99 % of 200 flat
-# markers have less than 4; in soft shadows and glare there are up to 37.
-MAX_FLAT_CHI2, MAX_UNEVEN_CHI2 = 5.0, 40.0
+# Of a flat pose (2 degrees of freedom), in even light, with straight sides, in uneven light: more is worth such a fit,
+# too. 99 % of 200 flat markers have less than 4, noisy ones up to 15; in soft shadows and glare there are up to 37.
+MAX_FLAT_CHI2, MAX_STRAIGHT_CHI2, MAX_UNEVEN_CHI2 = 5.0, 20.0, 60.0
 BOW_OVER_NOISE = 3.0  # standard deviations: a smaller bow is none
 MAX_BOW = 1.0  # px: doubtful if no cylinder fits
 BOW_OF_ONE = 0.5  # how much the largest bow counts beside the second largest, of what covers a part of one side
