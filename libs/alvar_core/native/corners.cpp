@@ -24,7 +24,7 @@ struct Limits {
 
 // The order of corners.py's limits
 struct CornerLimits {
-    double samples_per_cell, min_side, max_move, model_error, coarse_error, noise_factor;
+    double samples_per_cell, min_side, max_move, model_error, aligned_error, misfit_error, coarse_error, noise_factor;
     double cell_reach, max_cell_reach, cell_steps, min_seen, cell_variance;
 };
 
@@ -294,12 +294,13 @@ bool near(const double* a, const double* b, double reach) {
 }  // namespace
 
 // Changes corners (markers, 4, 2) [ideal px] of markers at h; writes their information (markers, 8, 8). `normal`
-// (markers, 15, 15): that of the alignment; `black` (markers, cells, cells). Where a matrix is singular, the information is 0.
+// (markers, 15, 15): that of the alignment; `kept` (markers,): share of the samples that agree;
+// `black` (markers, cells, cells). Where a matrix is singular, the information is 0.
 extern "C" void alvar_measure_corners(const std::uint8_t* greys, std::int64_t stride, int width, int height,
                                       const double* lens_numbers, int markers, int cells, const double* h,
                                       const double* blur, const std::int64_t* level, const double* noise,
-                                      const double* normal, const std::uint8_t* black, const double* scale,
-                                      const double* edge_limits, const double* cell_limits, const double* limits, double* corners,
+                                      const double* kept, const double* normal, const std::uint8_t* black,
+                                      const double* scale, const double* edge_limits, const double* cell_limits, const double* limits, double* corners,
                                       double* information) {
     const Image grey = {greys, stride, width, height};
     const Lens lens(lens_numbers);
@@ -317,7 +318,8 @@ extern "C" void alvar_measure_corners(const std::uint8_t* greys, std::int64_t st
         if (!aligned_spread(h, half, normal, covariance)) continue;
         const double variance = limit.noise_factor * std::max(noise[m], 1.0) * std::max(noise[m], 1.0);
         const double sampled = side / cells / limit.samples_per_cell;
-        const double floor = std::max(limit.model_error * size, limit.coarse_error * sampled * sampled);
+        const double misfit = std::max(limit.aligned_error, limit.misfit_error * (1 - kept[m]));
+        const double floor = std::max(misfit * size, limit.coarse_error * sampled * sampled);
         for (double& each : covariance) each *= variance;
         for (int i = 0; i < 8; ++i) covariance[9 * i] += floor * floor;
         if (side > limit.min_side) {

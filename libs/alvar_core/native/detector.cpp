@@ -25,9 +25,10 @@ struct Limits {
     double min_coarse_fit, gap_weight, max_aligned, same_quad, start_blur, next_level[2], steps, well_read_fit,
         well_read_gap;
     double sampled_noise, min_area, min_likeness, max_blur, sure_fit, sure_gap, contrast_spare, changed_fit;
-    Demand code_covered, covered, clear, unlike;
+    Demand code_covered, covered, clear, unlike, sure;
     double code_covered_cells, wide_gap, covered_cells, clear_likeness, best_fit, min_gap, min_kept, max_bad_rim,
-        min_outside, whole_likeness, sure_margin_detail, max_pose_error, max_noise_share, bad_cell;
+        min_outside, whole_likeness, sure_kept, sure_outside, sure_margin_detail, max_pose_error, max_noise_share,
+        bad_cell, overlap;
 };
 
 // The order of compiled_search.py's constants
@@ -70,6 +71,21 @@ struct Record {  // a marker, the order of compiled_search.py's rows
 
 struct Start {  // of what needs a closer look: where its alignment starts, and its coarse decoding
     double h[9], word, blur, level, fit, gap;
+};
+
+struct Place {
+    double x, y, side;
+};
+
+// A Start that is drawn as it was read, and the one that it was before
+struct Changed {
+    std::vector<Start> now, before;
+};
+
+struct Found {
+    std::vector<Record> records;
+    std::vector<Start> unsure;
+    std::vector<Place> places, unsure_places;  // of the records, of what is unsure
 };
 
 double area(const double* q) {
@@ -119,9 +135,17 @@ const Demand& demand(const Features& f, const Limits& limit) {
 bool accepted(const Features& f, const Limits& limit) {
     const Demand& asked = demand(f, limit);
     const double surplus = f.gap / (limit.best_fit - std::min(f.fit, 1.0));
-    return f.gap > limit.min_gap && f.kept > limit.min_kept && f.bad_rim <= limit.max_bad_rim
+    if (f.bad_rim > limit.max_bad_rim) return false;
+    if (f.fit > limit.sure.fit && surplus > limit.sure.surplus && f.detail > limit.sure.detail)
+        return f.kept > limit.sure_kept && f.outside > limit.sure_outside;
+    return f.gap > limit.min_gap && f.kept > limit.min_kept
            && (f.outside > limit.min_outside || f.likeness > limit.whole_likeness) && f.fit > asked.fit
            && surplus > asked.surplus && f.detail > asked.detail;
+}
+
+bool may_be_covered(const Features& f, const Limits& limit) {
+    return f.kept > limit.min_kept && f.bad_rim <= limit.max_bad_rim && f.bad_rim + f.bad_inside > 0
+           && f.outside > limit.min_outside && f.fit > limit.changed_fit;
 }
 
 // The state of an alignment of `markers` markers, as in alignment.Alignment.
@@ -188,12 +212,22 @@ public:
             }
         }
         align(state, first);
-        std::vector<Start> changed;
-        judge(state, first, true, sizes, records, changed);
-        if (changed.empty()) return;
-        State again(changed.size(), shape.count * shape.count, shape.cells);
-        align(again, changed);
-        judge(again, changed, false, sizes, records, changed);
+        Found found;
+        Changed changed;
+        judge(state, first, first, &changed, sizes, found);
+        if (!changed.now.empty()) {
+            State again(changed.now.size(), shape.count * shape.count, shape.cells);
+            align(again, changed.now);
+            judge(again, changed.now, changed.before, nullptr, sizes, found);
+        }
+        records = found.records;
+        for (std::size_t k = 0; k < found.unsure.size(); ++k) {
+            const Place& at = found.unsure_places[k];
+            const bool known = std::any_of(found.places.begin(), found.places.end(), [&](const Place& other) {
+                return std::hypot(other.x - at.x, other.y - at.y) < limit.overlap * at.side;
+            });
+            if (!known) starts.push_back(found.unsure[k]);
+        }
     }
 
 private:
@@ -235,10 +269,10 @@ private:
                     state.numbers.data(), state.normal.data());
     }
 
-    // Adds the markers to the records, and those whose reading differs from the drawing to `changed`, drawn as they are
-    // read. `coarse`: where the coarse decoding is sure, its result is kept.
-    void judge(State& state, const std::vector<Start>& first, bool coarse, const double* sizes,
-               std::vector<Record>& records, std::vector<Start>& changed) const {
+    // Adds the markers and what is unsure to `found`, and those whose reading differs from the drawing to `changed`, drawn
+    // as they are read; without it, the coarse decoding is not asked. `origins`: what unsure ones are to start from.
+    void judge(State& state, const std::vector<Start>& first, const std::vector<Start>& origins, Changed* changed,
+               const double* sizes, Found& found) const {
         const int markers = state.markers;
         std::vector<double> noise(markers), seen(6 * markers);
         for (int m = 0; m < markers; ++m)
@@ -257,18 +291,21 @@ private:
                 continue;
             std::int64_t word = first[m].word;
             f.fit = first[m].fit, f.gap = first[m].gap;
-            if (!coarse || !(f.fit > limit.sure_fit && f.gap > limit.sure_gap && f.likeness > limit.sure_fit))
+            if (!changed || !(f.fit > limit.sure_fit && f.gap > limit.sure_gap && f.likeness > limit.sure_fit))
                 word = read(state, m, blur, noise[m], f);
-            if (word != first[m].word) {
-                if (coarse && f.fit > limit.changed_fit) {
-                    Start start;
-                    std::copy_n(&state.h[9 * m], 9, start.h);
-                    start.word = word, start.blur = state.blur[m], start.level = state.level[m];
-                    start.fit = start.gap = 0;
-                    changed.push_back(start);
-                }
-            } else if (accepted(f, limit) && !has_other_margin(corners, f)) {
-                add(state, m, word, corners, f, sizes, records);
+            const Place place = {(corners[0] + corners[2] + corners[4] + corners[6]) / 4,
+                                 (corners[1] + corners[3] + corners[5] + corners[7]) / 4, std::sqrt(area(corners))};
+            const bool drawn = word == first[m].word;
+            if (drawn && accepted(f, limit) && !has_other_margin(corners, f)) {
+                if (add(state, m, word, corners, f, sizes, found.records)) found.places.push_back(place);
+            } else if (may_be_covered(f, limit)) {
+                found.unsure.push_back(origins[m]), found.unsure_places.push_back(place);
+            } else if (!drawn && changed && f.fit > limit.changed_fit) {
+                Start start;
+                std::copy_n(&state.h[9 * m], 9, start.h);
+                start.word = word, start.blur = state.blur[m], start.level = state.level[m];
+                start.fit = start.gap = 0;
+                changed->now.push_back(start), changed->before.push_back(origins[m]);
             }
         }
     }
@@ -322,13 +359,13 @@ private:
         return std::max(fits[0], fits[2]) > fits[1];
     }
 
-    // Measures a marker, and adds it if a pose fits its corners.
-    void add(State& state, int m, std::int64_t word, double* corners, const Features& f, const double* sizes,
+    // Measures a marker, and adds it if a pose fits its corners; returns whether one does.
+    bool add(State& state, int m, std::int64_t word, double* corners, const Features& f, const double* sizes,
              std::vector<Record>& records) const {
         const int black = shape.cells * shape.cells;
         double information[64], turned[8];
         alvar_measure_corners(full.greys, full.stride, full.width, full.height, lens_numbers, 1, shape.cells,
-                              &state.h[9 * m], &state.blur[m], &state.level[m], &state.numbers[state.markers + m],
+                              &state.h[9 * m], &state.blur[m], &state.level[m], &state.numbers[state.markers + m], &f.kept,
                               &state.normal[225 * m], &state.black[m * black], is.scale, is.edge_limits, is.cell_limits,
                               is.corner_limits, corners, information);
         Record record;
@@ -342,9 +379,10 @@ private:
         int poses = 0;
         alvar_poses(1, turned, sizes + number, lens_numbers, record.information, record.solutions[0], &poses);
         to_real(turned, record.corners);
-        if (!poses || !(record.solutions[0][12] < limit.max_pose_error * std::sqrt(area(record.corners)))) return;
+        if (!poses || !(record.solutions[0][12] < limit.max_pose_error * std::sqrt(area(record.corners)))) return false;
         record.poses = poses, record.features = f;
         records.push_back(record);
+        return true;
     }
 };
 

@@ -76,6 +76,7 @@ int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, con
         bool good = step > limit.min_contrast * (white + black + limit.dark_grey) && step > limit.min_step;
         for (int k = 0; k < kAcross; k += kAcross - 1)
             good = good && px[k] > 0 && px[k] < grey.width - 1 && py[k] > 0 && py[k] < grey.height - 1;
+        good = good && mean >= black && mean <= white;  // else the step lies beyond what is read
         fit.good[i] = good;
         fit.offset[i] = good ? (1 - 2 * (mean - black) / step) * reach * kAcross / (kAcross - 1) : 0;
         visible += good;

@@ -32,9 +32,10 @@ void alvar_read(int markers, int side, const float* values, const float* line, i
 
 void alvar_measure_corners(const std::uint8_t* greys, std::int64_t stride, int width, int height,
                            const double* lens_numbers, int markers, int cells, const double* h, const double* blur,
-                           const std::int64_t* level, const double* noise, const double* normal,
-                           const std::uint8_t* black, const double* scale, const double* edge_limits,
-                           const double* cell_limits, const double* limits, double* corners, double* information);
+                           const std::int64_t* level, const double* noise, const double* kept,
+                           const double* normal, const std::uint8_t* black, const double* scale,
+                           const double* edge_limits, const double* cell_limits, const double* limits, double* corners,
+                           double* information);
 
 void alvar_poses(int markers, const double* corners, const double* sizes, const double* lens_numbers,
                  const double* information, double* rows, int* found);

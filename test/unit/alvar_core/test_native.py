@@ -180,7 +180,7 @@ def test_corners_and_bows(monkeypatch, name):
     state, image, black = aligned(shot, np.array(shot.frame['markers'][0]['corners']))
     estimator = CornerEstimator(9)
     start = estimator.start(state)
-    (ours, of_ours), (plain, of_plain) = (call(estimator.measure, image, state, start.copy(), black)
+    (ours, of_ours), (plain, of_plain) = (call(estimator.measure, image, state, start.copy(), black, np.array([0.95]))
                                           for call in both(monkeypatch))
     assert np.abs(ours - plain).max() < ROUNDING
     assert np.diag(np.linalg.inv(of_ours[0])) == pytest.approx(np.diag(np.linalg.inv(of_plain[0])), rel=0.2)
@@ -194,7 +194,7 @@ def test_corners_without_information():
     state, image, black = aligned(shot, np.array(shot.frame['markers'][0]['corners']))
     state.normal[:] = np.nan
     estimator = CornerEstimator(9)
-    corners, information = estimator.measure(image, state, estimator.start(state), black)
+    corners, information = estimator.measure(image, state, estimator.start(state), black, np.array([0.95]))
     assert not np.nan_to_num(information).any()
     solutions = pose.solve(corners, [0.1], shot.camera, np.nan_to_num(information))[0]
     assert pose.ambiguity(solutions)[1] or len(solutions) < 2

@@ -17,7 +17,11 @@ CLEAR = Features(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, 
     ({'fit': 0.9, 'gap': 0.08, 'bad_rim': 3}, False), ({'fit': 0.9, 'gap': 0.12, 'bad_rim': 3}, True),
     ({'bad_rim': 7}, False),
     ({'fit': 0.9, 'gap': 0.11, 'bad_inside': 2, 'detail': 0.8}, True),  # a cover that no other word explains
-    ({'outside': -0.4, 'likeness': 0.9}, False), ({'outside': -0.4}, True),  # a part of a marker; one touched by a bar
+    # a part of a marker; one touched by a bar
+    ({'outside': -0.4, 'likeness': 0.9, 'gap': 0.08}, False), ({'outside': -0.4, 'gap': 0.08}, True),
+    # bent paper, with a code that is surely read: surplus 0.15 / 0.06 = 2.5; one that is not
+    ({'outside': -0.4, 'likeness': 0.9, 'kept': 0.65}, True), ({'kept': 0.65, 'gap': 0.08}, False),
+    ({'outside': -0.6, 'likeness': 0.9}, False),
     ({'fit': 1.04}, True),
 ])
 def test_candidate_is_accepted(features, expected):

@@ -4,12 +4,12 @@ import pytest
 
 from alvar_core.camera import default_camera
 from alvar_core.detection import homography
-from alvar_core.detection.bent_paper import Cylinder
-from alvar_core.detection.edge_alignment import Plane, edge_points
+from alvar_core.detection.bent_paper import Crease, Cylinder
+from alvar_core.detection.edge_alignment import EdgeAligner, Plane, edge_points
 
 BLACK = np.array([[True, False, True], [True, True, True], [False, True, True]])
 H = np.array([[30.0, 4, 300], [-6, 25, 200], [0.01, -0.02, 1]])
-CYLINDER = Cylinder(default_camera(), 3)
+CYLINDER, CREASE = Cylinder(default_camera(), 3), Crease(default_camera(), 3)
 POSE = [2.9, 0.3, -0.4, 0.2, -0.1, 6.0]  # rotation vector, position [widths]
 
 
@@ -20,7 +20,8 @@ def place_on_plane(theta, points):
 @pytest.mark.parametrize('model, place, starts', [
     (Plane(H), place_on_plane, [np.zeros(8), np.full(8, 0.02)]),
     (CYLINDER, CYLINDER.places, [[*POSE, 0.0, 0.0], [*POSE, 0.5, 0.8], [*POSE, -0.4, 2.0]]),
-], ids=['plane', 'cylinder'])
+    (CREASE, CREASE.places, [[*POSE, 0.2, 0.8, 0.15], [*POSE, -0.3, 4.0, 0.1]]),
+], ids=['plane', 'cylinder', 'crease'])
 def test_edges_of_a_model(model, place, starts):
     points, theta, small = edge_points(BLACK, np.array([-0.3, 0.2])), np.array(starts), 1e-6
     seen = model.edges(theta, points)
@@ -32,6 +33,19 @@ def test_edges_of_a_model(model, place, starts):
     assert (seen.direction * outward).sum(1).min() > 0
     assert (seen.direction ** 2).sum(1) == pytest.approx(1)
     for k in range(theta.shape[1]):
-        moved = place(theta + small * (np.arange(8) == k), points.middle).transpose(0, 2, 1) - at
+        moved = place(theta + small * (np.arange(theta.shape[1]) == k), points.middle).transpose(0, 2, 1) - at
         # derivatives by bend and axis are differences: 0.2 px in some tens
         assert seen.jacobian[:, k] == pytest.approx((moved * seen.direction).sum(1) / small, abs=0.2, rel=0.01)
+
+
+def test_strip_as_bright_as_what_lies_beyond_is_no_edge():
+    """Black, 3 px white, dark: the ends of what is read differ little, and the step would be far beyond it."""
+    image = np.full((120, 120), 25, np.uint8)
+    image[27:93, 27:93] = 180
+    image[30:90, 30:90] = 18
+    points = edge_points(np.ones((3, 3), bool), np.array([-0.3, 0.0, 0.3]))
+    h = homography.from_square(np.array([[[29.5, 29.5], [89.5, 29.5], [89.5, 89.5], [29.5, 89.5]]]), 1.5)[0]
+    fits = [EdgeAligner().fit(image, default_camera(120, 120), Plane(h), np.full((1, 8), start), points,
+                              np.full(8, 1e-3), reach, 1)[0]
+            for start in (0.0, 1e-9) for reach in (4.0, 1.2)]  # from 0 on the compiled step fits
+    assert [each is not None for each in fits] == [False, True, False, True]  # 6.4 px and 1.9 px are read

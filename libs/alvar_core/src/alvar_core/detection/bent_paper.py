@@ -1,7 +1,8 @@
-"""Measure a marker on bent paper: the pose of the plane that touches the middle, and a cylinder.
+"""Measure a marker on bent or creased paper: the pose of the plane that touches the middle, and the paper's shape.
 
-Paper bends about one axis. The fit moves a cylinder in the camera's frame until the edges of the cells agree with the
-image (edge_alignment.py), from both poses of the flat marker and some directions of the axis.
+Paper bends about one axis, or is folded along a line. The fit moves a cylinder, and two planes, in the camera's frame
+until the edges of the cells agree with the image (edge_alignment.py), from both poses of the flat marker and some
+directions of the axis. The better one counts.
 """
 from __future__ import annotations
 
@@ -23,19 +24,20 @@ from alvar_core.detection.edge_alignment import (
     directions,
     edge_points,
 )
+from alvar_core.rotations import angle_between
 
 FIRST_PLACES = np.array([0.0])  # along an edge, [cells], while the axis is fixed
 PLACES = np.array([-0.3, 0.0, 0.3])
 STEP = 1e-3  # rad, for the derivatives by bend and axis
-SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-2, 1e-2])  # of the parameters of a cylinder
+SCALE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-2, 1e-2, 1e-2])  # of the parameters of Curved paper
 
 
 class Sheet(NamedTuple):
     """A bent marker.
 
     ``rotation`` (3, 3), ``position`` (3,) [m] of the plane that touches its middle; ``bend`` [rad]: how much the paper
-    turns over the marker's width, positive for a bulge towards the camera; ``corners`` (4, 2) [ideal px];
-    ``error`` [px]: typical residual of the edges; ``turn_error`` [rad]: standard deviation of the rotation;
+    turns over the marker's width, or at a crease, positive for a bulge towards the camera; ``corners`` (4, 2)
+    [ideal px]; ``error`` [px]: typical residual of the edges; ``turn_error`` [rad]: standard deviation of the rotation;
     ``sure``: the pose is better by far than the second best; ``doubtful``: it may be off by more than 5 degrees.
     """
 
@@ -49,27 +51,24 @@ class Sheet(NamedTuple):
     doubtful: bool
 
 
-class Cylinder(Model):
-    """A bent marker with ``cells`` cells per side: rotation vector, position [widths], bend [rad], axis [rad].
-
-    The paper is straight along the direction at axis + pi / 2 to the marker's x axis.
-    """
+class Curved(Model):
+    """A curved marker with ``cells`` cells per side: rotation vector, position [widths], then what its shape is."""
 
     def __init__(self, camera: Camera, cells: int) -> None:
         self._camera, self._cells = camera, cells
         self._to_widths = np.array([[1 / cells], [-1 / cells]])
 
     def places(self, theta: Floats, points: Floats) -> Floats:
-        """Return the ideal pixels (K, P, 2) of points (P, 2) [cells] with parameters ``theta`` (K, 8)."""
-        paper, _ = self._bent(theta[:, 6:7], theta[:, 7:], self._to_widths * points.T)
+        """Return the ideal pixels (K, P, 2) of points (P, 2) [cells] with parameters ``theta`` (K, n)."""
+        paper, _ = self._bent(theta[:, 6:], self._to_widths * points.T)
         turns = np.array([cv2.Rodrigues(row)[0] for row in theta[:, :3]])
         place = turns @ paper + theta[:, 3:6, None]
         return (place[:, :2] / place[:, 2:]).transpose(0, 2, 1) * self._camera.focal + self._camera.centre
 
     def edges(self, theta: Floats, points: EdgePoints) -> SeenEdges:
-        """Return the SeenEdges with parameters ``theta`` (K, 8)."""
-        bend, axis, st = theta[:, 6:7], theta[:, 7:], self._to_widths * points.middle.T
-        paper, ways = self._bent(bend, axis, st, self._to_widths * points.along, self._to_widths * points.across)
+        """Return the SeenEdges with parameters ``theta`` (K, n)."""
+        shape, st = theta[:, 6:], self._to_widths * points.middle.T
+        paper, ways = self._bent(shape, st, self._to_widths * points.along, self._to_widths * points.across)
         turns, by_turn = zip(*(cv2.Rodrigues(row) for row in theta[:, :3]))
         turn = np.array(turns)
         place = turn @ paper + theta[:, 3:6, None]
@@ -81,24 +80,87 @@ class Cylinder(Model):
         towards = np.concatenate([towards, -(towards * rays).sum(1, keepdims=True)], 1)
         on_paper = turn.transpose(0, 2, 1) @ towards
         turned = np.array(by_turn).reshape(len(theta), 3, 3, 3) @ paper[:, None]
-        moved = [(self._bent(bend + more, axis + turn_of_axis, st)[0] - paper) / STEP
-                 for more, turn_of_axis in ((STEP, 0), (0, STEP))]
+        moved = [(self._bent(shape + more, st)[0] - paper) / STEP for more in STEP * np.eye(shape.shape[1])]
         jacobian = np.concatenate([(turned * towards[:, None]).sum(2), towards,
                                    np.stack([(each * on_paper).sum(1) for each in moved], 1)], 1)
         return SeenEdges(rays * focal + self._camera.centre[:, None], direction, jacobian)
 
-    def _bent(self, bend: Floats, axis: Floats, st: Floats, *ways: Floats) -> tuple[Floats, list[Floats]]:
+    def _bent(self, shape: Floats, st: Floats, *ways: Floats) -> tuple[Floats, list[Floats]]:
         """Return where points ``st`` (2, P) [widths] of the paper are (K, 3, P), and the same of ``ways`` from them."""
-        c, n = np.cos(axis), np.sin(axis)
+        c, n = np.cos(shape[:, 1:2]), np.sin(shape[:, 1:2])
         arc, v = st[0] * c + st[1] * n, st[1] * c - st[0] * n
-        u = arc * np.sinc(bend * arc / np.pi)
-        z = -0.5 * bend * (arc * np.sinc(bend * arc / (2 * np.pi))) ** 2
+        u, z, turn = self._profile(shape, arc)
         out = []
         for way in ways:
             along, beside = way[0] * c + way[1] * n, way[1] * c - way[0] * n
-            rising = np.cos(bend * arc) * along
-            out.append(np.stack([rising * c - beside * n, rising * n + beside * c, -np.sin(bend * arc) * along], 1))
+            rising = np.cos(turn) * along
+            out.append(np.stack([rising * c - beside * n, rising * n + beside * c, -np.sin(turn) * along], 1))
         return np.stack([u * c - v * n, u * n + v * c, z], 1), out
+
+    def of_middle(self, theta: Floats) -> Floats:
+        """Return the parameters (n,) of the same paper whose pose is that of the plane that touches the middle."""
+        return theta
+
+    def bend(self, theta: Floats) -> float:
+        """Return how much the paper turns [rad]."""
+        return float(theta[6])
+
+    def _profile(self, shape: Floats, arc: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return places across the bend, heights [widths] and slopes [rad] at ``arc`` (K, P) [widths] from the middle.
+
+        All are (K, P).
+        """
+        raise NotImplementedError
+
+
+class Cylinder(Curved):
+    """A marker bent as a cylinder, by: bend [rad], axis [rad].
+
+    The paper is straight along the direction at axis + pi / 2 to the marker's x axis.
+    """
+
+    def _profile(self, shape: Floats, arc: Floats) -> tuple[Floats, Floats, Floats]:
+        bend = shape[:, :1]
+        turn = bend * arc
+        return arc * np.sinc(turn / np.pi), -0.5 * bend * (arc * np.sinc(turn / (2 * np.pi))) ** 2, turn
+
+
+class Crease(Curved):
+    """A marker folded once, by: fold [rad], direction [rad] across the crease, its distance [widths] from the middle.
+
+    The plane that the pose is of has the middle.
+    """
+
+    def of_middle(self, theta: Floats) -> Floats:
+        """Return the parameters (n,) of the same paper whose pose is that of the plane that has the middle."""
+        fold, way, offset = theta[6:]
+        if offset >= 0:
+            return theta
+        across, turn = np.array([np.cos(way), np.sin(way), 0]), cv2.Rodrigues(theta[:3])[0]
+        middle = offset * (1 - np.cos(fold)) * across + [0, 0, offset * np.sin(fold)]
+        folded = turn @ cv2.Rodrigues(fold * np.array([-across[1], across[0], 0]))[0]
+        return np.array([*cv2.Rodrigues(folded)[0][:, 0], *(turn @ middle + theta[3:6]), fold, way + np.pi, -offset])
+
+    def bend(self, theta: Floats) -> float:
+        """Return how much the paper turns [rad] on the marker."""
+        return float(theta[6]) if theta[8] < thresholds.MAX_CREASE else 0.0
+
+    def _profile(self, shape: Floats, arc: Floats) -> tuple[Floats, Floats, Floats]:
+        fold, offset = shape[:, :1], shape[:, 2:]
+        beyond = np.maximum(arc - offset, 0)
+        return np.minimum(arc, offset) + beyond * np.cos(fold), -beyond * np.sin(fold), np.where(beyond > 0, fold, 0)
+
+
+class Fit(NamedTuple):
+    """An EdgeFit and the model whose parameters it has."""
+
+    model: Curved
+    edges: EdgeFit
+
+    @property
+    def rotation(self) -> Floats:
+        """Return the rotation (3, 3)."""
+        return cv2.Rodrigues(self.edges.parameters[:3])[0].astype(np.float64)
 
 
 class BentPaper:
@@ -109,50 +171,61 @@ class BentPaper:
         self._square = drawing.UNIT_CORNERS[:, :2] * [cells, -cells]
 
     def measure(self, grey: Image, camera: Camera, black: Bools, poses: Sequence[tuple[Floats, Floats]], size: float,
-                reach: float) -> Sheet | None:
+                reach: float, max_error: float) -> Sheet | None:
         """Return the Sheet of a marker; None if its edges cannot be followed.
 
         ``black`` (n, n) are its upright cells, ``poses`` (rotation, position [m]) those of a flat marker there,
-        ``size`` [m] its width, ``reach`` [px] half the width that is read across an edge.
+        ``size`` [m] its width, ``reach`` [px] half the width that is read across an edge; with a larger error than
+        ``max_error`` [px] it is doubtful.
         """
-        model, points = Cylinder(camera, self.cells), edge_points(black, FIRST_PLACES)
         axes = np.arange(thresholds.BEND_AXES) * np.pi / thresholds.BEND_AXES
+        ways = np.arange(2 * thresholds.BEND_AXES) * np.pi / thresholds.BEND_AXES  # a crease has two sides
         flat = [[*cv2.Rodrigues(rotation)[0][:, 0], *position / size] for rotation, position in poses]
-        starts = np.array([[*start, bend, axis] for start in flat for bend in thresholds.BEND_STARTS for axis in axes])
-        # the axis is free at the end only: of flat paper it has none
-        fits = self._aligner.fit(grey, camera, model, starts, points, SCALE[:7], reach, thresholds.BEND_STEPS)
-        each_pose = len(starts) // len(flat)
-        best = [fit.parameters for k in range(0, len(fits), each_pose)
-                for fit in _best_first(fits[k:k + each_pose])[:thresholds.BEND_FREED]]
-        if not best:
-            return None
-        points = edge_points(black, PLACES)
-        found = _best_first(self._aligner.fit(grey, camera, model, np.array(best), points, SCALE, reach,
-                                              thresholds.BEND_STEPS))
-        found = [each for each in found if each.parameters[5] > 0]
+        bent = [[bend, axis] for bend in thresholds.BEND_STARTS for axis in axes]
+        folded = [[fold, way, thresholds.CREASE_START] for fold in thresholds.FOLD_STARTS for way in ways]
+        found: list[Fit] = []
+        for model, shapes in (Cylinder(camera, self.cells), bent), (Crease(camera, self.cells), folded):
+            found += self._fits(grey, camera, model, black, flat, shapes, reach)
+        found = [each for each in found if each.edges.parameters[5] > 0]
         if not found:
             return None
-        fit = found[0]
-        return self._sheet(model, fit, self._sure(fit, found), size)
+        best = min(found, key=lambda each: each.edges.cost)
+        return self._sheet(best, self._sure(best, found), size, max_error)
 
-    def _sure(self, best: EdgeFit, found: Sequence[EdgeFit]) -> bool:
-        """Return whether no fit with another rotation is nearly as good."""
-        here = cv2.Rodrigues(best.parameters[:3])[0]
+    def _fits(self, grey: Image, camera: Camera, model: Curved, black: Bools, flat: Sequence[Sequence[float]],
+              shapes: Sequence[Sequence[float]], reach: float) -> list[Fit]:
+        """Return the Fits of a model from each of the poses ``flat`` and each of ``shapes``."""
+        starts = np.array([[*pose, *shape] for pose in flat for shape in shapes])
+        # where the axis or the crease is stays fixed until the end: flat paper has none
+        fits = self._aligner.fit(grey, camera, model, starts, edge_points(black, FIRST_PLACES), SCALE[:7], reach,
+                                 thresholds.BEND_STEPS)
+        best = [fit.parameters for k in range(0, len(fits), len(shapes))
+                for fit in _best_first(fits[k:k + len(shapes)])[:thresholds.BEND_FREED]]
+        if not best:
+            return []
+        fits = self._aligner.fit(grey, camera, model, np.array(best), edge_points(black, PLACES),
+                                 SCALE[:starts.shape[1]], reach, thresholds.BEND_STEPS)
+        found = _best_first(fits)
         for fit in found:
-            turn = np.arccos(np.clip((np.trace(here.T @ cv2.Rodrigues(fit.parameters[:3])[0]) - 1) / 2, -1, 1))
-            if turn > thresholds.BEND_OTHER_TURN and fit.cost < thresholds.BEND_OTHER_COST * best.cost:
+            fit.parameters = model.of_middle(fit.parameters)
+        return [Fit(model, fit) for fit in found]
+
+    def _sure(self, best: Fit, found: Sequence[Fit]) -> bool:
+        """Return whether no fit with another rotation is nearly as good."""
+        for fit in found:
+            turn = angle_between(best.rotation, fit.rotation)
+            if turn > thresholds.BEND_OTHER_TURN and fit.edges.cost < thresholds.BEND_OTHER_COST * best.edges.cost:
                 return False
         return True
 
-    def _sheet(self, model: Cylinder, fit: EdgeFit, sure: bool, size: float) -> Sheet:
-        theta = fit.parameters
-        corners = model.places(theta[None], self._square)[0]
+    def _sheet(self, best: Fit, sure: bool, size: float, max_error: float) -> Sheet:
+        fit, theta = best.edges, best.edges.parameters
+        corners = best.model.places(theta[None], self._square)[0]
         turn_error = float(np.sqrt(np.trace(fit.covariance[:3, :3])))
-        doubtful = (fit.error > thresholds.MAX_BENT_ERROR or turn_error > thresholds.MAX_BENT_TURN
-                    or fit.seen < thresholds.MIN_BENT_SEEN)
-        rotation: Floats = cv2.Rodrigues(theta[:3])[0].astype(np.float64)
-        return Sheet(rotation, theta[3:6] * size, float(theta[6]), corners, fit.error, turn_error,
-                     sure, doubtful)
+        bend = best.model.bend(theta)
+        unknown = abs(bend) > thresholds.MIN_BEND and turn_error > thresholds.MAX_BENT_TURN  # flat paper has no axis
+        doubtful = unknown or fit.error > max_error or fit.seen < thresholds.MIN_BENT_SEEN
+        return Sheet(best.rotation, theta[3:6] * size, bend, corners, fit.error, turn_error, sure, doubtful)
 
 
 def _best_first(fits: Sequence[EdgeFit | None]) -> list[EdgeFit]:

@@ -90,7 +90,8 @@ def _limits() -> Floats:
         thresholds.WELL_READ_GAP, thresholds.SAMPLED_NOISE, thresholds.MIN_MARKER_AREA, thresholds.MIN_LIKENESS,
         thresholds.MAX_BLUR, thresholds.SURE_FIT, thresholds.SURE_GAP, thresholds.CONTRAST_SPARE,
         thresholds.CHANGED_FIT, *thresholds.CODE_COVERED, *thresholds.COVERED, *thresholds.CLEAR, *thresholds.UNLIKE,
-        thresholds.CODE_COVERED_CELLS, thresholds.WIDE_GAP, thresholds.COVERED_CELLS, thresholds.CLEAR_LIKENESS,
+        *thresholds.SURE, thresholds.CODE_COVERED_CELLS, thresholds.WIDE_GAP, thresholds.COVERED_CELLS,
+        thresholds.CLEAR_LIKENESS,
         thresholds.BEST_FIT, thresholds.MIN_GAP, thresholds.MIN_KEPT, thresholds.MAX_BAD_RIM, thresholds.MIN_OUTSIDE,
-        thresholds.WHOLE_LIKENESS, thresholds.SURE_MARGIN_DETAIL, thresholds.MAX_POSE_ERROR,
-        thresholds.MAX_NOISE_SHARE, thresholds.BAD_CELL])
+        thresholds.WHOLE_LIKENESS, thresholds.SURE_KEPT, thresholds.SURE_OUTSIDE, thresholds.SURE_MARGIN_DETAIL,
+        thresholds.MAX_POSE_ERROR, thresholds.MAX_NOISE_SHARE, thresholds.BAD_CELL, thresholds.OVERLAP])

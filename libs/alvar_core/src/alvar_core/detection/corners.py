@@ -40,16 +40,17 @@ class CornerEstimator:
         return self._edges.bow(image.pyramid, image.camera, corners)
 
     def measure(self, image: PreparedImage, state: Alignment, corners: Floats,
-                black: Bools) -> tuple[Floats, Floats]:
+                black: Bools, kept: Floats) -> tuple[Floats, Floats]:
         """Return the corners (M, 4, 2) [ideal px] and their inverse covariance (M, 8, 8) [1/px^2].
 
-        ``corners`` are those of ``start``; they are changed in place. ``black`` (M, n, n): the cells of the markers.
+        ``corners`` are those of ``start``; they are changed in place. ``black`` (M, n, n): the cells of the markers;
+        ``kept`` (M,): share of the samples that agree.
         """
         compiled = native.library_for(image.camera)
         if compiled:
-            return self._measure_compiled(*compiled, image, state, corners, black)
+            return self._measure_compiled(*compiled, image, state, corners, black, kept)
         side = np.sqrt(homography.area(corners))
-        covariance = self._covariance(state, side)
+        covariance = self._covariance(state, side, kept)
         large = np.flatnonzero(side > thresholds.MIN_EDGE_SIDE)
         moved = np.zeros(len(corners), bool)
         if len(large):
@@ -89,16 +90,16 @@ class CornerEstimator:
         return True
 
     def _measure_compiled(self, library: ctypes.CDLL, lens: Floats, image: PreparedImage, state: Alignment,
-                          corners: Floats, black: Bools) -> tuple[Floats, Floats]:
+                          corners: Floats, black: Bools, kept: Floats) -> tuple[Floats, Floats]:
         """Do the same as ``measure`` with the compiled step of native/corners.cpp."""
         information, place = np.empty((len(corners), 8, 8)), native.address
-        numbers = np.ascontiguousarray([state.blur, state.noise])
+        blur, noise, share = np.array([state.blur, state.noise, kept], np.float64)
         constants = self.compiled_arrays()
         corners, cells = np.ascontiguousarray(corners), np.ascontiguousarray(black)
         h, level, normal = (np.ascontiguousarray(each) for each in (state.h, state.level, state.normal))
         library.alvar_measure_corners(
-            *native.image(image.pyramid.full), place(lens), len(corners), self.cells, place(h), place(numbers[0]),
-            place(level), place(numbers[1]), place(normal), place(cells), *map(place, constants),
+            *native.image(image.pyramid.full), place(lens), len(corners), self.cells, place(h), place(blur),
+            place(level), place(noise), place(share), place(normal), place(cells), *map(place, constants),
             place(corners), place(information))
         return corners, information
 
@@ -106,16 +107,17 @@ class CornerEstimator:
         """Return what native/corners.cpp needs: scale of changes, limits of outer edges, of all edges, of corners."""
         return self._scale, edge_refiner.compiled_limits(), edge_alignment.compiled_limits(), np.array([
             thresholds.SAMPLES_PER_CELL, thresholds.MIN_EDGE_SIDE, thresholds.MAX_EDGE_MOVE,
-            thresholds.CORNER_MODEL_ERROR, thresholds.COARSE_CORNER_ERROR, thresholds.CORNER_NOISE_FACTOR,
-            thresholds.LOCAL_REACH, thresholds.MAX_LOCAL_REACH, thresholds.CELL_STEPS, thresholds.MIN_SEEN_EDGES,
-            thresholds.CELL_VARIANCE])
+            thresholds.CORNER_MODEL_ERROR, thresholds.ALIGNED_ERROR, thresholds.MISFIT_ERROR,
+            thresholds.COARSE_CORNER_ERROR, thresholds.CORNER_NOISE_FACTOR, thresholds.LOCAL_REACH,
+            thresholds.MAX_LOCAL_REACH, thresholds.CELL_STEPS, thresholds.MIN_SEEN_EDGES, thresholds.CELL_VARIANCE])
 
-    def _covariance(self, state: Alignment, side: Floats) -> Floats:
+    def _covariance(self, state: Alignment, side: Floats, kept: Floats) -> Floats:
         """Return the covariance (M, 8, 8) [px^2] of the aligned corners; ``side`` (M,) [px] is that of the markers."""
         noise = np.maximum(state.noise, 1.0)[:, None, None]
         coarse = thresholds.COARSE_CORNER_ERROR * (side / self.cells / thresholds.SAMPLES_PER_CELL) ** 2
         covariance: Floats = self._spread(state) * (thresholds.CORNER_NOISE_FACTOR * noise ** 2)
-        covariance += _floor(np.maximum(thresholds.CORNER_MODEL_ERROR * 2.0 ** state.level, coarse))
+        misfit = np.maximum(thresholds.ALIGNED_ERROR, thresholds.MISFIT_ERROR * (1 - kept))
+        covariance += _floor(np.maximum(misfit * 2.0 ** state.level, coarse))
         return covariance
 
     def _spread(self, state: Alignment) -> Floats:

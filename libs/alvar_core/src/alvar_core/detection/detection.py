@@ -27,7 +27,8 @@ class Detection:
     first, ``features`` what the acceptance has measured, ``information`` (8, 8) [1/px^2] the inverse covariance of the
     corners. ``bend`` [rad]: how much the paper turns over the marker's width, positive for a bulge towards the camera;
     the pose is then that of the plane that touches the middle. ``doubtful``: the pose may be off by more than 5
-    degrees, because the paper is creased or bent in a way that the image does not tell.
+    degrees, because the paper is creased or bent in a way that the image does not tell. ``thin_margin``: the white
+    margin is too narrow to measure the rim of the black square.
     """
 
     id: int | str
@@ -43,6 +44,7 @@ class Detection:
     information: Floats | None = field(repr=False, default=None)
     bend: float = 0.0
     doubtful: bool = False
+    thin_margin: bool = field(repr=False, default=False)
 
     @cached_property
     def centre(self) -> tuple[float, float]:

@@ -7,13 +7,13 @@ An image passes these stages, each on all candidates at once:
 1. candidates.candidates finds dark quadrilaterals; candidates.refined moves their sides to where the grey rises.
 2. reading.CoarseDecoder selects quads with a dark border and finds the most similar code word of each.
 3. alignment.Aligner fits the drawn marker to the image; reading.Reader then reads the cells again.
-4. acceptance decides whether it is a marker.
+4. acceptance decides whether it is a marker; what is none is read again without the cells that may be covered.
 5. corners.CornerEstimator measures the corners and their covariance; pose.solve computes both poses.
 
 uneven_light.UnevenLight then finds markers of resolution 5 that shadows, glare or bent paper hide from these stages,
 and measures those again whose greys do not fit the drawing well. If the image is full of parallel stripes of light, it
 passes all stages again without them (striped_light). bent_paper.BentPaper measures markers whose sides are
-bows, as a cylinder.
+bows, or whose corners are in no plane, as a cylinder or two planes.
 """
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ from alvar_core import code, native
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import candidates, homography, pose, striped_light, thresholds
-from alvar_core.detection.acceptance import Appearance, Features, accepted
+from alvar_core.detection.acceptance import Appearance, Features, accepted, may_be_covered
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
 from alvar_core.detection.compiled_search import CompiledSearch
 from alvar_core.detection.corners import CornerEstimator
+from alvar_core.detection.covered_cells import CoveredReader
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, CoarseMatch, Reader, Reading, black_cells
@@ -96,6 +97,7 @@ class Detector:
         self._aligner = Aligner(self.cells, thresholds.SAMPLES_PER_CELL)
         self._appearance = Appearance(self._aligner, self.resolution, self.margin)
         self._reader = Reader(self._aligner.grid, self.resolution, self.margin)
+        self._covered = CoveredReader(self._aligner.grid, self.margin) if self._decoder.words is not None else None
         self._corners, self._paper = CornerEstimator(self.cells), BentPaper(self.cells)
         self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
         self._compiled = None
@@ -208,29 +210,30 @@ class Detector:
                                            for each in (*known, *found)):
                 continue
             one = self._uneven.aligned(image, quad, word)
-            if one is None or one.word != word or one.fit < thresholds.THIN_MARGIN_FIT \
-                    or one.gap < thresholds.CLEAR.surplus * (thresholds.BEST_FIT - one.fit):
+            if one is None or one.word != word or one.fit < thresholds.AGAIN_FIT:
                 continue
             more = self._of_edges(image, one)
             found += [more] if more else []
         return found
 
     def _measure_bent(self, image: PreparedImage, found: Sequence[Detection]) -> None:
-        """Change the Detections of markers whose sides are bows: measure them as bent paper."""
-        found = [each for each in found if each.side > thresholds.MIN_BENT_SIDE]
+        """Change the Detections of markers whose sides are bows or in no plane: measure them as bent, creased paper."""
+        found = [each for each in found if each.side > thresholds.MIN_BENT_SIDE and not each.thin_margin]
         if not found:
             return
         bows = self._corners.bow(image, image.camera.to_ideal([each.corners for each in found]))
         for detection, bow in zip(found, bows):
-            if bow > thresholds.MIN_BOW:
+            if bow > (thresholds.SLIGHT_BOW if _is_not_flat(detection) else thresholds.MIN_BOW):
                 reach = min(thresholds.LOCAL_REACH * detection.side / self.cells, thresholds.MAX_LOCAL_REACH)
                 black = black_cells(code.encode(int(detection.id)), self.margin)
                 size = self.sizes.get(detection.id, self.size)
                 poses = [(each.rotation, each.position) for each in detection.solutions]
-                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach)
+                limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
+                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit)
                 if sheet is None:
                     detection.doubtful = bow > thresholds.MAX_BOW
-                elif abs(sheet.bend) > thresholds.MIN_BEND or sheet.doubtful:
+                elif abs(sheet.bend) > thresholds.MIN_BEND and not sheet.doubtful \
+                        or sheet.doubtful and bow > thresholds.MIN_BOW:
                     _bend(detection, sheet, image.camera)
 
     def _checked(self, image: PreparedImage, detection: Detection) -> Detection:
@@ -238,8 +241,13 @@ class Detector:
         f = detection.features
         if self._uneven is None or f is None or f.kept > thresholds.EVEN_KEPT:
             return detection
-        found = self._uneven.aligned(image, detection.corners, int(detection.id))
-        return detection if found is None else self._of_edges(image, found) or detection
+        at = image, detection.corners, int(detection.id)
+        found = self._uneven.aligned(*at)
+        if found is None and detection.side > thresholds.MIN_EDGE_SIDE:  # what is read there does not change the number
+            found = self._uneven.aligned(*at, known=True)
+        if found is None:
+            return detection
+        return self._of_edges(image, found._replace(fit=max(found.fit, detection.confidence))) or detection
 
     def _of_edges(self, image: PreparedImage, found: Found) -> Detection | None:
         """Return the Detection of a marker that was measured by its edges; None without a pose."""
@@ -255,7 +263,7 @@ class Detector:
         share, ambiguous = pose.ambiguity(solutions)
         best = solutions[0]
         return Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous, best.error,
-                         solutions, None, information)
+                         solutions, None, information, thin_margin=found.thin)
 
     def _align(self, image: PreparedImage, quads: Floats, match: CoarseMatch, chosen: list[int]) -> list[Detection]:
         cell = homography.mean_side(quads) / self.cells
@@ -315,6 +323,7 @@ class Detector:
         readings = self._read(state, blur, likeness, noise, words)
         features = [features[m] for m in good]
         found, changed = self._judged(image, black, corners, readings, features)
+        self._uncover(image, state, blur, black, corners, readings, features, found, changed)
         out = self._detections(image, state, corners, found)
         if changed and words:
             again = np.array([black_cells(reading.white, self.margin) for _, reading in changed])
@@ -364,6 +373,31 @@ class Detector:
                 changed.append((m, reading))
         return found, changed
 
+    def _uncover(self, image: PreparedImage, state: Alignment, blur: Covariance, black: Bools, corners: Floats,
+                 readings: Sequence[Reading | None], features: Sequence[Features], found: list[_Accepted],
+                 changed: list[tuple[int, Reading]]) -> None:
+        """Read the candidates again that are no markers so far, without the cells that something may cover."""
+        if self._covered is None:
+            return
+        taken = [each.place for each in found]
+        for m, reading in enumerate(readings):
+            seen = features[m]
+            if reading is None or m in taken or not may_be_covered(seen, reading.fit):
+                continue
+            near = thresholds.OVERLAP * float(homography.mean_side(corners[m:m + 1])[0])
+            if any(math.dist(corners[m].mean(0), corners[k].mean(0)) < near for k in taken):
+                continue
+            shares, noise = (state.values[m] - state.dark[m]) / state.gain[m], seen.noise / max(seen.contrast, 1.0)
+            again = self._covered.read(shares, noise, Covariance(*(each[m] for each in blur)))
+            if again is None:
+                continue
+            reading = self._reader.of_word(again.word, 1 - again.error, again.gap)
+            if (black_cells(reading.white, self.margin) != black[m]).any():
+                changed[:] = [each for each in changed if each[0] != m] + [(m, reading)]
+            elif again.gap > thresholds.COVERED_GAP + thresholds.COVERED_GAP_BY_ERROR * again.error \
+                    and not self._has_other_margin(image, corners[m], seen):
+                found.append(_Accepted(m, reading, seen._replace(fit=reading.fit, gap=reading.gap)))
+
     def _has_other_margin(self, image: PreparedImage, corners: Floats, features: Features) -> bool:
         """Return whether the cells match a code word better with a margin one cell narrower or wider."""
         if features.detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
@@ -381,7 +415,8 @@ class Detector:
         which = np.array([each.place for each in found])
         corners, information = self._corners.measure(
             image, state.take(which), corners[which],
-            np.array([black_cells(each.reading.white, self.margin) for each in found]))
+            np.array([black_cells(each.reading.white, self.margin) for each in found]),
+            np.array([each.features.kept for each in found]))
         order = np.array([[(k + each.reading.content.turns) % 4 for k in range(4)] for each in found])
         eight = (2 * order[:, :, None] + [0, 1]).reshape(-1, 8)
         corners = np.take_along_axis(corners, order[:, :, None], 1)
@@ -403,6 +438,16 @@ def _detection(value: int | str, corners: Floats, solutions: list[pose.Solution]
     best = solutions[0]
     return Detection(value, corners, best.rotation, best.position, features.likeness, share, ambiguous, best.error,
                      solutions, features, information)
+
+
+def _is_not_flat(detection: Detection) -> bool:
+    """Return whether the corners of a marker agree with no plane; more is needed in uneven light."""
+    limit = thresholds.MAX_FLAT_CHI2 if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_CHI2
+    return detection.solutions[0].chi2 > limit
+
+
+def _is_in_even_light(detection: Detection) -> bool:
+    return detection.features is not None and detection.features.kept > thresholds.EVEN_KEPT
 
 
 def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:

@@ -177,6 +177,7 @@ class EdgeAligner:
         step = white - black
         good = (step > thresholds.MIN_LOCAL_CONTRAST * (white + black + thresholds.DARK_GREY))
         good &= step > thresholds.MIN_LOCAL_STEP
+        good &= (mean >= black) & (mean <= white)  # else the step lies beyond what is read
         for place, size in (x, grey.shape[1]), (y, grey.shape[0]):
             if not (place.min() > 0 and place.max() < size - 1):
                 ends = place.reshape(*good.shape, -1)[..., ::len(self.ACROSS) - 1]

@@ -5,6 +5,7 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from alvar_core import code
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
 from alvar_core.detection.detection import Detection
@@ -18,7 +19,7 @@ class Found(NamedTuple):
     """A marker that was found.
 
     ``word``: index of its code word, ``fit`` and ``gap`` of that; ``corners`` (4, 2) [ideal px], their ``covariance``
-    (8, 8) [px^2].
+    (8, 8) [px^2]; ``thin``: the white margin is too narrow to measure the rim.
     """
 
     word: int
@@ -26,6 +27,7 @@ class Found(NamedTuple):
     gap: float
     corners: Floats
     covariance: Floats
+    thin: bool
 
 
 class UnevenLight:
@@ -36,7 +38,9 @@ class UnevenLight:
         self.half = self.decoder.half
         self.margin, half = margin, self.half
         self._scale = edge_alignment.scale_of(half)
+        self._points: dict[tuple[int, str], EdgePoints] = {}  # of the code words seen so far
         self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+        self._near, self._far = (self._rim_points(beyond) for beyond in (thresholds.RIM_NEAR, thresholds.RIM_FAR))
 
     @staticmethod
     def free_parts(image: PreparedImage, parts: Sequence[Floats], known: Sequence[Detection]) -> list[Floats]:
@@ -76,8 +80,11 @@ class UnevenLight:
                 found.append(one)
         return found
 
-    def aligned(self, image: PreparedImage, quad: Floats, word: int) -> Found | None:
-        """Return the marker with a code word at a quad (4, 2) [real px]; None if its edges are not there."""
+    def aligned(self, image: PreparedImage, quad: Floats, word: int, known: bool = False) -> Found | None:
+        """Return the marker with a code word at a quad (4, 2) [real px]; None if its edges are not there.
+
+        The word is not read again if it is ``known``.
+        """
         h = homography.from_square(image.camera.to_ideal(quad)[None], self.half)[0]
         for _ in range(3):
             fit = self._fit(image, h, word)
@@ -85,29 +92,93 @@ class UnevenLight:
                 return None
             h, result = fit
             again = self.decoder.match(image.smooth, self._real(image, h))
-            if int(again.word[0]) == word:
+            if known or int(again.word[0]) == word:
                 break
             word = int(again.word[0])
         else:
             return None
+        rim, thin = again.rim[0], self._is_thin(image, h)
+        if thin:
+            fitted = self._without_paper(image, h, word)
+            if fitted is None:
+                return None
+            h, result, covariance = fitted
+            again = self.decoder.match(image.smooth, self._real(image, h))
+            if not known and int(again.word[0]) != word or result.seen < thresholds.THIN_MARGIN_RIM:
+                return None
+            rim = self._thin_rim(image, h)
+        else:
+            covariance = self._of_corners(h, result.covariance)
         surplus = again.gap[0] / (thresholds.BEST_FIT - again.fit[0])
-        # a rim of which each edge agrees may have a thin margin: what is beyond is darker again
-        outer = np.abs(self._edges(word).middle).max(1) == self.half
-        rim = again.rim[0] > thresholds.LOCAL_RIM or (again.fit[0] > thresholds.THIN_MARGIN_FIT
-                                                      and result.agrees[outer].mean() > thresholds.THIN_MARGIN_RIM)
-        shown = again.plain[0] > thresholds.LOCAL_PLAIN and rim and result.seen > thresholds.MIN_SEEN_EDGES
-        good = (again.fit[0] > thresholds.LOCAL_FIT and again.gap[0] > thresholds.LOCAL_GAP
-                and surplus > thresholds.LOCAL_SURPLUS and shown)
-        if not good:
+        shown = (again.plain[0] > thresholds.LOCAL_PLAIN and rim > thresholds.LOCAL_RIM
+                 and result.seen > thresholds.MIN_SEEN_EDGES)
+        read = (again.fit[0] > thresholds.LOCAL_FIT and again.gap[0] > thresholds.LOCAL_GAP
+                and surplus > thresholds.LOCAL_SURPLUS)
+        if not (shown and (known or read)):
             return None
         corners = homography.apply(h[None], self._square)[0]
-        moves = homography.apply(h @ homography.small(np.eye(8) * 1e-5), self._square) - corners
-        jacobian = moves.reshape(8, 8).T / 1e-5
-        covariance = jacobian @ result.covariance @ jacobian.T + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
-        return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance)
+        covariance = covariance + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
+        return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance, thin)
 
-    def _edges(self, word: int) -> EdgePoints:
-        return edge_alignment.edges_of_cells(black_cells(self.decoder.words[word], self.margin))
+    def _of_corners(self, h: Floats, covariance: Floats) -> Floats:
+        """Return the covariance (8, 8) [px^2] of the corners, from that of small changes of ``h``."""
+        moves = homography.apply(h @ homography.small(np.eye(8) * 1e-5), self._square)
+        jacobian = (moves - homography.apply(h[None], self._square)).reshape(8, 8).T / 1e-5
+        of_corners: Floats = jacobian @ covariance @ jacobian.T
+        return of_corners
+
+    def _without_paper(self, image: PreparedImage, h: Floats, word: int) -> tuple[Floats, EdgeFit, Floats] | None:
+        """Return homography (3, 3), EdgeFit and covariance of the corners (8, 8) [px^2] with a thin white margin.
+
+        The dark beyond moves all edges of the rim outward alike: they give the shape, those of the code the size.
+        """
+        inner = self._fit(image, h, word, 'code')
+        outer = self._fit(image, h, word, 'rim', thresholds.THIN_MARGIN_REACH)
+        if inner is None or outer is None:
+            return None
+        inside = self._square * (code.MIN_RESOLUTION / 2 / self.half)
+        moved = inner[0] @ homography.small(np.concatenate([np.zeros((1, 8)), np.eye(8) * 1e-5]))
+        size = homography.mean_side(homography.apply(moved, inside))
+        by_change = (size[1:] / size[0] - 1) / 1e-5
+        grown = size[0] / float(homography.mean_side(homography.apply(outer[0][None], inside))[0])
+        h = outer[0] @ np.diag([grown, grown, 1.0])
+        corners = homography.apply(h[None], self._square)[0]
+        apart = (corners - corners.mean(0)).ravel()
+        variance = by_change @ inner[1].covariance @ by_change
+        return h, outer[1], self._of_corners(h, outer[1].covariance) + np.outer(apart, apart) * variance
+
+    def _edges(self, word: int, which: str) -> EdgePoints:
+        """Return the EdgePoints of a code word: those of its 'code', of its 'rim', or 'all'."""
+        if (word, which) not in self._points:
+            points = edge_alignment.edges_of_cells(black_cells(self.decoder.words[word], self.margin))
+            if which != 'all':
+                chosen = (np.abs(points.middle).max(1) == self.half) == (which == 'rim')
+                points = EdgePoints(points.middle[chosen], points.outward[chosen])
+            self._points[word, which] = points
+        return self._points[word, which]
+
+    def _rim_points(self, beyond: float) -> Floats:
+        """Return homogeneous points (3, 2 E), E inside the rim and E ``beyond`` [cells] it."""
+        line, sides = ((np.arange(6 * self.half) + 0.5) / 3 - self.half), []  # three for each cell, as contrasts() asks
+        for reach in (self.half - thresholds.RIM_INSIDE, self.half + beyond):
+            full = np.full(len(line), reach)
+            sides += [[line, -full], [full, line], [line, full], [-full, line]]
+        return np.concatenate([[*side, np.ones(len(line))] for side in sides], 1).astype(np.float32)
+
+    def _beyond(self, image: PreparedImage, h: Floats, points: Floats) -> Floats:
+        """Return the contrasts (E,) of what is beyond the rim with what is inside."""
+        return self.decoder.contrasts(image.smooth, self._real(image, h), points).ravel()
+
+    def _is_thin(self, image: PreparedImage, h: Floats) -> bool:
+        """Return whether what is beyond the white margin is dark again, so near that it disturbs the rim's edges."""
+        near, far = (self._beyond(image, h, points) for points in (self._near, self._far))
+        return bool((far < thresholds.THIN_MARGIN_STEP * np.median(near)).mean() > thresholds.THIN_MARGIN_SHARE)
+
+    def _thin_rim(self, image: PreparedImage, h: Floats) -> float:
+        """Return the share of the rim beyond which it is white."""
+        near = self._beyond(image, h, self._near)
+        least = max(thresholds.MIN_LOCAL_CONTRAST, thresholds.MIN_LOCAL_SHARE * float(np.median(near)))
+        return float((near > least).mean())
 
     def _real(self, image: PreparedImage, h: Floats) -> Floats:
         if not image.camera.distorted:
@@ -116,13 +187,19 @@ class UnevenLight:
         real = np.stack(image.camera.to_real(corners[..., 0], corners[..., 1]), -1)
         return homography.from_square(real, self.half)
 
-    def _fit(self, image: PreparedImage, h: Floats, word: int) -> tuple[Floats, EdgeFit] | None:
-        """Return the homography (3, 3) after the alignment with the edges, and the EdgeFit."""
+    def _fit(self, image: PreparedImage, h: Floats, word: int, which: str = 'all',
+             reach: float | None = None) -> tuple[Floats, EdgeFit] | None:
+        """Return the homography (3, 3) after the alignment with edges, and the EdgeFit.
+
+        ``reach`` [cells]: half the width that is read across an edge, thresholds.LOCAL_REACH by default.
+        """
+        reach = thresholds.LOCAL_REACH if reach is None else reach
         corners = homography.apply(h[None], self._square)
-        cell = float(homography.mean_side(corners)[0]) / (2 * self.half)
-        reach = min(thresholds.LOCAL_REACH * cell, thresholds.MAX_LOCAL_REACH)
+        longest = float(np.linalg.norm(np.roll(corners, -1, 1) - corners, axis=2).max())
+        cell = float(homography.mean_side(corners)[0]) ** 2 / longest / (2 * self.half)  # its smaller width, if tilted
         result = self.aligner.fit(image.grey, image.camera, edge_alignment.Plane(h), np.zeros((1, 8)),
-                                  self._edges(word), self._scale, reach, thresholds.LOCAL_STEPS)[0]
+                                  self._edges(word, which), self._scale,
+                                  min(reach * cell, thresholds.MAX_LOCAL_REACH), thresholds.LOCAL_STEPS)[0]
         if result is None:
             return None
         return edge_alignment.changed(h, result.parameters), result

@@ -1,0 +1,93 @@
+"""Read markers of which something covers cells: without the cells that may be covered.
+
+Any two code words differ in at least four cells, so up to three unknown cells never hide which one it is. Which cells
+are covered is not known for sure: those that are neither black nor white, and those next to places of the border that
+are not black, because what reaches into a marker crosses its border.
+"""
+from __future__ import annotations
+
+from typing import Iterator, NamedTuple
+
+import cv2
+import numpy as np
+
+from alvar_core.arrays import Bools, Floats
+from alvar_core.detection import thresholds
+from alvar_core.detection.alignment import Covariance, Grid
+from alvar_core.detection.reading import words_of_numbers
+
+NEIGHBOURS = np.ones((3, 3), np.uint8)
+
+
+class CoveredReading(NamedTuple):
+    """The index of a code word, how much the uncovered cells differ from it at most, and how much more from the next.
+
+    The latter is a sum of squares.
+    """
+
+    word: int
+    error: float
+    gap: float
+
+
+class CoveredReader:
+    """Reads aligned markers of resolution 5 and ``margin`` cells; ``grid`` is that of the aligned values."""
+
+    def __init__(self, grid: Grid, margin: int) -> None:
+        self._grid, half = grid, grid.cells / 2
+        self._inside = np.abs(grid.line) < half - margin + 1
+        self._columns = slice(margin - 1, grid.cells - margin + 1)  # the data cells and one of the border on each side
+        self._words = words_of_numbers().reshape(-1, 25).astype(np.float32)
+
+    def read(self, shares: Floats, noise: float, blur: Covariance) -> CoveredReading | None:
+        """Return the reading with the fewest unknown cells that is sure; None if there is none.
+
+        ``shares`` (P,) are the samples, 0 black to 1 white, ``noise`` is their standard deviation; ``blur`` has one
+        value in each field.
+        """
+        side = self._grid.count
+        grey = shares.reshape(side, side)[self._inside][:, self._inside]
+        profiles = self._grid.profiles(np.array([blur.yy, blur.xx]))[:, 0, self._inside, self._columns]
+        by_row, by_column = (_pseudo_inverse(each) for each in profiles)
+        cells = by_row @ grey @ by_column.T
+        low, high = thresholds.ODD_CELL
+        spare = min(max(thresholds.ODD_NOISE * noise, low), high)
+        places = ((grey < -spare) | (grey > 1 + spare)).astype(np.float32)
+        odd = (profiles[0].T @ places @ profiles[1] > thresholds.ODD_PLACES) | (cells < -high) | (cells > 1 + high)
+        data = cells[1:-1, 1:-1].ravel().astype(np.float32)
+        for unknown in _unknown(cells, odd[1:-1, 1:-1]):
+            known = ~unknown.ravel()
+            if known.sum() < thresholds.MIN_UNCOVERED:
+                return None
+            # of (w - d)^2, where w is 0 or 1, what depends on w
+            cost = self._words @ (known * (1 - 2 * data))
+            best = int(cost.argmin())
+            error = float((np.abs(self._words[best] - data) * known).max())
+            if error < thresholds.MAX_UNCOVERED_ERROR:
+                least, cost[best] = float(cost[best]), np.inf
+                gap = float(cost.min()) - least
+                if gap > thresholds.MIN_UNCOVERED_GAP:
+                    return CoveredReading(best, error, gap)
+        return None
+
+
+def _unknown(cells: Floats, odd: Bools) -> Iterator[Bools]:
+    """Yield which of the data cells (5, 5) may be covered, fewest first: ``odd`` ones, then those near the border.
+
+    ``cells`` (7, 7) have one of the border on each side.
+    """
+    yield odd
+    between = odd | (np.abs(cells[1:-1, 1:-1] - 0.5) < thresholds.BETWEEN_CELL)
+    yield between
+    reached = np.abs(cells) > thresholds.COVERED_BORDER
+    reached[1:-1, 1:-1] = False
+    for _ in range(thresholds.COVERED_DEPTH):
+        reached = cv2.dilate(reached.astype(np.uint8), NEIGHBOURS) > 0
+        yield between | reached[1:-1, 1:-1]
+
+
+def _pseudo_inverse(coverage: Floats) -> Floats:
+    gram = coverage.T @ coverage
+    inverse: Floats = np.linalg.solve(gram + thresholds.CELL_RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram)),
+                                      coverage.T)
+    return inverse
