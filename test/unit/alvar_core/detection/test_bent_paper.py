@@ -102,3 +102,9 @@ def test_paper_is_not_bent_by_a_wrong_calibration(monkeypatch):
         for found in detector.detect(shot.image, wrong):
             assert found.bend == 0 and not found.doubtful
     assert not measured  # it would take longer than all the rest
+
+
+def test_a_part_of_a_bent_marker_is_not_read_as_another_one():
+    shot = marker_classes.photo('bent 6 cm', marker_classes.DEVELOPMENT, 8)  # was once found as 240, at a part of 187
+    assert [found.id for found in Detector(marker_classes.SIZE).detect(shot.image, shot.camera)
+            if found.id != shot.frame['markers'][0]['id']] == []

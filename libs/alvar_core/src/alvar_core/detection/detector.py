@@ -210,7 +210,8 @@ class Detector:
                                            for each in (*known, *found)):
                 continue
             one = self._uneven.aligned(image, quad, word)
-            if one is None or one.word != word or one.fit < thresholds.AGAIN_FIT:
+            least = thresholds.AGAIN_THIN_FIT if one is not None and one.thin else thresholds.AGAIN_FIT
+            if one is None or one.word != word or one.fit < least:
                 continue
             more = self._of_edges(image, one)
             found += [more] if more else []

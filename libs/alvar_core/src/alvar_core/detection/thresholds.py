@@ -186,7 +186,7 @@ RIM_INSIDE, RIM_NEAR, RIM_FAR = 0.36, 0.14, 0.6  # cells inside the rim, and bey
 THIN_MARGIN_STEP, THIN_MARGIN_SHARE = 0.75, 0.5  # of the contrast near the rim, share of the rim: less is a thin margin
 THIN_MARGIN_REACH, THIN_MARGIN_RIM = 0.15, 0.9  # cells read across the rim, share of it that agrees: accepted
 WELL_READ_FIT, WELL_READ_GAP = 0.9, 0.1  # of the coarse decoding: worth a look at the edges if the greys do not fit
-AGAIN_FIT = 0.75  # of the local contrasts of these: accepted
+AGAIN_FIT, AGAIN_THIN_FIT = 0.85, 0.75  # of the local contrasts of these: accepted; with a thin margin
 
 # -- Stripes of light and shadow (striped_light.py)
 # Sensitivity: not measured. Without stripes the share is below 0.6 in nine of ten images, the sum below 5 diagonals.
