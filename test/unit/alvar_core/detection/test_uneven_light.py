@@ -91,6 +91,14 @@ def test_markers_in_a_shadow_are_found_and_exact(name):
     assert score.wrong == score.false == score.flips == 0
 
 
+@pytest.mark.parametrize('number', [1, 28])
+def test_square_is_read_where_others_beside_it_have_as_good_a_rim(number, monkeypatch):
+    monkeypatch.setitem(marker_classes.HALVES, 'others', 10)
+    shot = marker_classes.photo('pole', 'others', number)
+    found = Detector(marker_classes.SIZE).detect(shot.image, shot.camera)
+    assert [each.id for each in found] == [shot.frame['markers'][0]['id']]
+
+
 def test_markers_behind_blinds_are_found_and_exact():
     score = scored('blinds', 8)
     assert score.recall >= 90 and np.median(score.corners()) < 0.25  # px
