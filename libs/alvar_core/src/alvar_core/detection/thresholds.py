@@ -48,7 +48,7 @@ PASSES = (
 )
 MIN_OUTLINE_SIDE = 6  # px of the shrunk image
 MIN_FILLED = 0.12  # share of the outline's box that the outline encloses
-MAX_ASPECT = 4.0  # longest to shortest side
+MAX_ASPECT = 6.0  # longest to shortest side
 POLYGON_TOLERANCE = 0.03  # of the box's width and height: how far the polygon may be off the outline
 MAX_POLYGON_CORNERS = 9
 SAME_QUAD = 0.25  # of the side: quads with corners nearer than this are one
