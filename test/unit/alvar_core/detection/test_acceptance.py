@@ -15,7 +15,7 @@ CLEAR = Features(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, 
     ({'fit': 0.9, 'gap': 0.08}, True),  # 0.62
     ({'fit': 0.9, 'gap': 0.08, 'likeness': 0.85}, False), ({'fit': 0.9, 'gap': 0.12, 'likeness': 0.85}, True),
     ({'fit': 0.9, 'gap': 0.08, 'bad_rim': 3}, False), ({'fit': 0.9, 'gap': 0.12, 'bad_rim': 3}, True),
-    ({'bad_rim': 7}, False),
+    ({'bad_rim': 7, 'fit': 0.9}, False), ({'bad_rim': 7}, True),
     ({'fit': 0.9, 'gap': 0.11, 'bad_inside': 2, 'detail': 0.8}, True),  # a cover that no other word explains
     # a part of a marker; one touched by a bar
     ({'outside': -0.4, 'likeness': 0.9, 'gap': 0.08}, False), ({'outside': -0.4, 'gap': 0.08}, True),

@@ -91,6 +91,17 @@ def test_markers_in_a_shadow_are_found_and_exact(name):
     assert score.wrong == score.false == score.flips == 0
 
 
+@pytest.mark.parametrize('name, number', [
+    ('pole', 1), ('pole', 28),  # other squares beside it have as good a rim
+    ('tilt', 4), ('tilt', 25),  # the longest side is four to five times the shortest
+])
+def test_marker_that_was_missed_is_found(name, number, monkeypatch):
+    monkeypatch.setitem(marker_classes.HALVES, 'others', 10)
+    shot = marker_classes.photo(name, 'others', number)
+    found = Detector(marker_classes.SIZE).detect(shot.image, shot.camera)
+    assert [each.id for each in found] == [shot.frame['markers'][0]['id']]
+
+
 def test_markers_behind_blinds_are_found_and_exact():
     score = scored('blinds', 8)
     assert score.recall >= 90 and np.median(score.corners()) < 0.25  # px

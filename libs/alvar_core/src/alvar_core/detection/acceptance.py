@@ -58,12 +58,10 @@ def accepted(f: Features) -> bool:
     """Return whether a candidate with these features is a marker."""
     asked, sure = demand(f), thresholds.SURE
     surplus = f.gap / (thresholds.BEST_FIT - min(f.fit, 1.0))
-    if f.bad_rim > thresholds.MAX_BAD_RIM:
-        return False
     if f.fit > sure.fit and surplus > sure.surplus and f.detail > sure.detail:
         # of bent paper only the middle agrees with the drawing
         return f.kept > thresholds.SURE_KEPT and f.outside > thresholds.SURE_OUTSIDE
-    return (f.gap > thresholds.MIN_GAP and f.kept > thresholds.MIN_KEPT
+    return (f.gap > thresholds.MIN_GAP and f.kept > thresholds.MIN_KEPT and f.bad_rim <= thresholds.MAX_BAD_RIM
             and (f.outside > thresholds.MIN_OUTSIDE or f.likeness > thresholds.WHOLE_LIKENESS)
             and f.fit > asked.fit and surplus > asked.surplus and f.detail > asked.detail)
 

@@ -142,7 +142,7 @@ class Detector:
             free = self._uneven.free_parts(image, parts, found)
             striped = self._between_stripes(image, free, found)
             found = best_of_overlapping(found + striped)
-            more = [self._of_edges(image, each) for each in self._uneven.find(image, quads, free, found)]
+            more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found)]
             found = best_of_overlapping(found + [each for each in more if each is not None])
         self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
         return found
@@ -396,6 +396,7 @@ class Detector:
             if (black_cells(reading.white, self.margin) != black[m]).any():
                 changed[:] = [each for each in changed if each[0] != m] + [(m, reading)]
             elif again.gap > thresholds.COVERED_GAP + thresholds.COVERED_GAP_BY_ERROR * again.error \
+                    and seen.likeness > thresholds.COVERED_LIKENESS \
                     and not self._has_other_margin(image, corners[m], seen):
                 found.append(_Accepted(m, reading, seen._replace(fit=reading.fit, gap=reading.gap)))
 

@@ -48,7 +48,7 @@ PASSES = (
 )
 MIN_OUTLINE_SIDE = 6  # px of the shrunk image
 MIN_FILLED = 0.12  # share of the outline's box that the outline encloses
-MAX_ASPECT = 4.0  # longest to shortest side
+MAX_ASPECT = 6.0  # longest to shortest side
 POLYGON_TOLERANCE = 0.03  # of the box's width and height: how far the polygon may be off the outline
 MAX_POLYGON_CORNERS = 9
 SAME_QUAD = 0.25  # of the side: quads with corners nearer than this are one
@@ -128,6 +128,7 @@ BETWEEN_CELL = 0.2  # of the contrast, from grey: may be covered
 COVERED_BORDER, COVERED_DEPTH = 0.35, 3  # of the contrast, cells of the border that are not black; cells next to them
 MIN_UNCOVERED = 12  # data cells
 MAX_UNCOVERED_ERROR, MIN_UNCOVERED_GAP = 0.5, 1.0  # of the contrast, in any cell; squared and summed: to the next word
+COVERED_LIKENESS = 0.75  # of a marker that is aligned with this word: accepted; half a marker in the light has had 0.65
 COVERED_GAP, COVERED_GAP_BY_ERROR = 1.4, 2.0  # the same gap, what of the error is added: accepted
 
 # -- Corners of large markers (edge_refiner.py, detector.py)
@@ -172,7 +173,7 @@ MAX_EDGE_COST = 0.7  # of the typical contrast: worse edges count as this
 MIN_LOCAL_RIM = 0.85  # share of the rim that is an edge: worth reading
 MIN_FIRST_FIT, MIN_FIRST_GAP, MIN_FIRST_PLAIN = 0.66, 0.03, 0.8  # before the edges are aligned: worth that
 KNOWN_REACH = 0.8  # of the side: nearer to the middle of a known marker nothing is searched
-MAX_LOCAL = 12  # candidates in one image whose edges are aligned
+MAX_LOCAL_READ, MAX_LOCAL = 24, 12  # candidates in one image that are read, whose edges are aligned
 EVEN_KEPT = 0.87  # share of the samples that agree with the drawing: more needs no look at the edges
 LOCAL_REACH = 0.42  # cells: what is read across an edge, at most
 MAX_LOCAL_REACH = 2.3  # px

@@ -62,14 +62,14 @@ class UnevenLight:
         h = homography.from_square(quads, self.half)
         rim, _ = self.decoder.rim(image.smooth, h)
         likely = np.flatnonzero(rim > thresholds.MIN_LOCAL_RIM)
-        chosen = candidates.distinct(quads, rim, likely)[:2 * thresholds.MAX_LOCAL]
-        if not chosen:
+        chosen = likely[np.argsort(-rim[likely])][:thresholds.MAX_LOCAL_READ]
+        if not len(chosen):
             return []
         quads, h = quads[chosen], h[chosen]
         match = self.decoder.match(image.smooth, h)
         likely = np.flatnonzero((match.fit > thresholds.MIN_FIRST_FIT) & (match.gap > thresholds.MIN_FIRST_GAP)
                                 & (match.plain > thresholds.MIN_FIRST_PLAIN))
-        order = likely[np.argsort(-match.fit[likely])][:thresholds.MAX_LOCAL].tolist()
+        order = candidates.distinct(quads, match.fit, likely)[:thresholds.MAX_LOCAL]
         found: list[Found] = []
         for m in order:
             centre = quads[m].mean(0)
