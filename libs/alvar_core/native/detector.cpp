@@ -135,10 +135,9 @@ const Demand& demand(const Features& f, const Limits& limit) {
 bool accepted(const Features& f, const Limits& limit) {
     const Demand& asked = demand(f, limit);
     const double surplus = f.gap / (limit.best_fit - std::min(f.fit, 1.0));
-    if (f.bad_rim > limit.max_bad_rim) return false;
     if (f.fit > limit.sure.fit && surplus > limit.sure.surplus && f.detail > limit.sure.detail)
         return f.kept > limit.sure_kept && f.outside > limit.sure_outside;
-    return f.gap > limit.min_gap && f.kept > limit.min_kept
+    return f.gap > limit.min_gap && f.kept > limit.min_kept && f.bad_rim <= limit.max_bad_rim
            && (f.outside > limit.min_outside || f.likeness > limit.whole_likeness) && f.fit > asked.fit
            && surplus > asked.surplus && f.detail > asked.detail;
 }
@@ -187,8 +186,8 @@ public:
         shape = {int(n[0]), int(n[1]), int(n[2]), int(n[3]), int(n[4]), int(n[5])};
     }
 
-    // Finds markers among quads (count, 4, 2), which are changed.
-    void run(int count, double* quads, const double* sizes, std::vector<Record>& records, std::vector<Start>& starts,
+    // Finds markers among quads (count, 4, 2), whose sides are moved first; returns how many have such sides.
+    int run(int count, double* quads, const double* sizes, std::vector<Record>& records, std::vector<Start>& starts,
              std::vector<double>& well_read) {
         count = alvar_refine_sides(smooth.greys, smooth.stride, smooth.width, smooth.height, is.side_limits, count, quads);
         std::vector<std::int64_t> kept(count), words(count);
@@ -200,7 +199,7 @@ public:
         for (int i = 0; i < matched; ++i) std::copy_n(quads + 8 * kept[i], 8, &rest[8 * i]);
         const double *fit = fits.data(), *gap = fits.data() + count;
         const std::vector<int> chosen = distinct(rest, fit, gap, matched, limit);
-        if (chosen.empty()) return;
+        if (chosen.empty()) return count;
         State state(chosen.size(), shape.count * shape.count, shape.cells);
         std::vector<Start> first(chosen.size());
         for (std::size_t m = 0; m < chosen.size(); ++m) {
@@ -228,6 +227,7 @@ public:
             });
             if (!known) starts.push_back(found.unsure[k]);
         }
+        return count;
     }
 
 private:
@@ -394,9 +394,9 @@ int copy_rows(const std::vector<Row>& rows, int room, double* out) {
 
 }  // namespace
 
-// Finds the markers among quads (count, 4, 2), which are changed. Writes, of each marker, a Record; of each candidate
-// that needs a closer look, a Start; of each one that was well read, its quad (4, 2) and word; and the numbers of them
-// (3,). There is room for `room` of each, which must be at least the largest number of candidates that are aligned.
+// Finds the markers among quads (count, 4, 2), whose sides are moved to where the grey rises. Writes, of each marker, a
+// Record; of each candidate that needs a closer look, a Start; of each one that was well read, its quad (4, 2) and word;
+// and the numbers of them and of the quads that have such sides, which are moved to the front (4,). There is room for `room` of each, which must be at least the largest number of candidates that are aligned.
 extern "C" void alvar_find_in_even_light(const void* const* constants, const std::uint8_t* smooth,
                                          std::int64_t smooth_stride, int width, int height, const std::uint8_t* atlas,
                                          std::int64_t atlas_stride, int atlas_width, int atlas_height,
@@ -408,9 +408,9 @@ extern "C" void alvar_find_in_even_light(const void* const* constants, const std
     std::vector<Record> markers;
     std::vector<Start> unsure;
     std::vector<double> well;
-    Search(all, {smooth, smooth_stride, width, height}, {atlas, atlas_stride, atlas_width, atlas_height}, height, table,
-           lens, noise)
-        .run(count, quads, sizes, markers, unsure, well);
+    found[3] = Search(all, {smooth, smooth_stride, width, height}, {atlas, atlas_stride, atlas_width, atlas_height}, height, table,
+                      lens, noise)
+                   .run(count, quads, sizes, markers, unsure, well);
     found[0] = copy_rows(markers, room, records), found[1] = copy_rows(unsure, room, starts);
     found[2] = copy_rows(well, 9 * room, well_read) / 9;
 }

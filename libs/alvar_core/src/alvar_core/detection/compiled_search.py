@@ -55,8 +55,8 @@ class CompiledSearch:
         self._places = [native.address(rows) for rows in self._rows]
 
     def find(self, image: PreparedImage, lens: Floats, quads: Floats, size: float,
-             sizes: Mapping[int | str, float]) -> tuple[list[Seen], Any, Any]:
-        """Return what is Seen among quads (N, 4, 2) [real px], the STARTs of the others, and what is WELL_READ.
+             sizes: Mapping[int | str, float]) -> tuple[list[Seen], Any, Any, Floats]:
+        """Return what is Seen among quads (N, 4, 2) [real px], STARTs of others, what is WELL_READ, and refined quads.
 
         ``lens``: the numbers of the camera; ``size`` [m] is that of markers not in ``sizes``. START: ``h`` (3, 3),
         ``blur`` and ``level`` are where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding.
@@ -67,13 +67,13 @@ class CompiledSearch:
             if number in range(len(all_sizes)):
                 all_sizes[int(number)] = each
         atlas, table = image.pyramid.memory
-        found = np.zeros(3, np.int32)
+        found = np.zeros(4, np.int32)
         self._library.alvar_find_in_even_light(
             place(self._constants), *native.image(image.smooth), *native.image(atlas), place(table), place(lens),
             ctypes.c_double(image.noise), len(quads), place(quads), place(all_sizes), thresholds.MAX_ALIGNED,
             *self._places, place(found))
         seen, unsure, well_read = (rows[:count].copy() for rows, count in zip(self._rows, found.tolist()))
-        return [_seen(*row) for row in seen], unsure, well_read
+        return [_seen(*row) for row in seen], unsure, well_read, quads[:found[3]]
 
 
 def _seen(number: float, _turns: float, corners: Floats, information: Floats, poses: float, solutions: Floats,

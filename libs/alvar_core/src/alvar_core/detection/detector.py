@@ -133,7 +133,7 @@ class Detector:
         ``parts``: those that candidates.candidates found; squares in uneven light are made of them. None: do not search
         for markers in uneven light at all, which takes as long as all the rest.
         """
-        found = self._in_even_light(image, quads) if len(quads) else []
+        found, refined = self._in_even_light(image, quads)
         if self._uneven is None:
             return found
         found = [self._checked(image, each) for each in found]
@@ -160,20 +160,22 @@ class Detector:
         even = PreparedImage(striped_light.without_stripes(image.grey, image.stripes), image.camera, self._even_buffers)
         quads = candidates.candidates(even.smooth, buffers=self._even_buffers)
         quads = quads[free_of(known, quads.mean(1))]
-        if not len(quads):
-            return []
-        found = [self._checked(even, each) for each in self._in_even_light(even, quads)]
+        found = [self._checked(even, each) for each in self._in_even_light(even, quads)[0]]
         self._measure_bent(even, found)
         return found
 
-    def _in_even_light(self, image: PreparedImage, quads: Floats) -> list[Detection]:
-        """Return the Detections among quads whose greys fit a drawing."""
+    def _in_even_light(self, image: PreparedImage, quads: Floats) -> tuple[list[Detection], Floats]:
+        """Return the Detections among quads (N, 4, 2) whose greys fit a drawing, and the refined quads (K, 4, 2)."""
+        if not len(quads):
+            return [], quads
         compiled = native.library_for(image.camera)
         if compiled and self._compiled:
             return self._in_one_step(self._compiled, compiled[1], image, quads)
         quads = candidates.refined(image.smooth, quads)
-        if not len(quads):
-            return []
+        return self._in_steps(image, quads) if len(quads) else [], quads
+
+    def _in_steps(self, image: PreparedImage, quads: Floats) -> list[Detection]:
+        """Return the Detections among refined quads."""
         match = self._decoder.match(image.smooth, quads)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
@@ -187,9 +189,9 @@ class Detector:
         return found + self._well_read(image, quads[which], match.word[which], found)
 
     def _in_one_step(self, search: CompiledSearch, lens: Floats, image: PreparedImage,
-                     quads: Floats) -> list[Detection]:
+                     quads: Floats) -> tuple[list[Detection], Floats]:
         """Do the same as ``_in_even_light`` with the compiled step; look closer at what that is unsure of."""
-        seen, unsure, well_read = search.find(image, lens, quads, self.size, self.sizes)
+        seen, unsure, well_read, refined = search.find(image, lens, quads, self.size, self.sizes)
         found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
                  for each in seen]
         if len(unsure):
@@ -198,7 +200,8 @@ class Detector:
             found += self._finish(image, _Start(unsure['h'], self._black_words[drawn], unsure['blur'],
                                                 unsure['level'].astype(int), words))
         found = best_of_overlapping(found)
-        return found + self._well_read(image, well_read['quad'], well_read['word'].astype(int), found)
+        found += self._well_read(image, well_read['quad'], well_read['word'].astype(int), found)
+        return found, refined
 
     def _well_read(self, image: PreparedImage, quads: Floats, words: Integers,
                    known: Sequence[Detection]) -> list[Detection]:
