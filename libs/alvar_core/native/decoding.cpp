@@ -178,6 +178,15 @@ extern "C" double alvar_coarse_fit(const std::uint8_t* greys, std::int64_t strid
     return *std::max_element(fit.begin(), fit.begin() + all_words) / std::sqrt(std::max(square - sum * sum / cells, 1.0));
 }
 
+// Writes the contrasts (markers, pairs) at points (3, 2 * pairs).
+extern "C" void alvar_contrasts(const std::uint8_t* greys, std::int64_t stride, int width, int height, int markers,
+                                const float* h, int pairs, const float* points, double dark_grey, float* out) {
+    const Image smooth = {greys, stride, width, height};
+    std::vector<float> buffer(pairs);
+    for (int m = 0; m < markers; ++m)
+        contrasts(smooth, h + 9 * m, points, pairs, 0, pairs, dark_grey, out + m * pairs, buffer.data());
+}
+
 // Writes share and contrast (2, markers) of the rims of markers at h (markers, 3, 3), where the share is `least` or more.
 extern "C" void alvar_local_rims(const std::uint8_t* greys, std::int64_t stride, int width, int height, int markers,
                                  const float* h, int pairs, const float* points, const double* limits, double least,

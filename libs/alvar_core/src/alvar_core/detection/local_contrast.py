@@ -83,6 +83,12 @@ class LocalDecoder:
 
     def contrasts(self, smooth: Image, h: Floats, points: Floats) -> Floats:
         """Return the contrasts (M, edges, places) at homogeneous points of markers at ``h`` (M, 3, 3), real px."""
+        if native.library:
+            h, seen = np.ascontiguousarray(h, np.float32), np.empty((len(h), points.shape[1] // 2), np.float32)
+            native.library.alvar_contrasts(
+                *native.image(smooth), len(h), native.address(h), seen.shape[1], native.address(points),
+                ctypes.c_double(thresholds.DARK_GREY), native.address(seen))
+            return seen.reshape(len(h), -1, len(self.ALONG))
         p = h.astype(np.float32) @ points
         inverse = 1 / p[:, 2]
         grey = cv2.remap(smooth, p[:, 0] * inverse, p[:, 1] * inverse, cv2.INTER_LINEAR,

@@ -163,7 +163,7 @@ class UnevenLight:
         for reach in (self.half - thresholds.RIM_INSIDE, self.half + beyond):
             full = np.full(len(line), reach)
             sides += [[line, -full], [full, line], [line, full], [-full, line]]
-        return np.concatenate([[*side, np.ones(len(line))] for side in sides], 1).astype(np.float32)
+        return np.ascontiguousarray(np.concatenate([[*side, np.ones(len(line))] for side in sides], 1), np.float32)
 
     def _beyond(self, image: PreparedImage, h: Floats, points: Floats) -> Floats:
         """Return the contrasts (E,) of what is beyond the rim with what is inside."""
