@@ -18,6 +18,7 @@ DEVELOPMENT, TEST = 'development', 'test'
 HALVES = {DEVELOPMENT: 0, TEST: 3}  # seeds; the test half has a new one when its photos have been looked at
 WIDTH, HEIGHT = 640, 480
 SIZE = 0.05  # m
+STEEPEST = 80.0  # degrees between a marker's axis and the line of sight
 CAMERAS = (default_camera(WIDTH, HEIGHT), default_camera(WIDTH, HEIGHT, distorted=True))
 FAMILIES = {'AprilTag 36h11': cv2.aruco.DICT_APRILTAG_36H11, 'AprilTag 25h9': cv2.aruco.DICT_APRILTAG_25H9,
             'ArUco 4x4': cv2.aruco.DICT_4X4_250, 'ArUco 5x5': cv2.aruco.DICT_5X5_250,
@@ -58,7 +59,9 @@ def _sheet(rng, side, tilt, cells, number, camera, **options):
         position = np.append(camera.to_rays(camera.to_ideal(at)), 1.0) * distance
         sheet = Sheet(cells, number, SIZE, rotation, position, **options)
         corners = sheet.corners(camera)
-        if (corners > 6).all() and (corners < [WIDTH - 7, HEIGHT - 7]).all():
+        # off the middle of the image, the angle to the line of sight is another one: from behind, print is mirrored
+        facing = -float(rotation[:, 2] @ position) / np.linalg.norm(position) > math.cos(math.radians(STEEPEST))
+        if facing and (corners > 6).all() and (corners < [WIDTH - 7, HEIGHT - 7]).all():
             return sheet
     raise ValueError(f'a sheet of {side} px does not fit in the image')
 

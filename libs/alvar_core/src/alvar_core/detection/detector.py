@@ -227,16 +227,18 @@ class Detector:
             return
         bows = self._corners.bow(image, image.camera.to_ideal([each.corners for each in found]))
         for detection, bow in zip(found, bows):
-            if bow > (thresholds.SLIGHT_BOW if _is_not_flat(detection) else thresholds.MIN_BOW):
+            odd = detection.solutions[0].chi2 > thresholds.MAX_STRAIGHT_CHI2
+            if odd or bow > (thresholds.SLIGHT_BOW if _is_not_flat(detection) else thresholds.MIN_BOW):
                 reach = min(thresholds.LOCAL_REACH * detection.side / self.cells, thresholds.MAX_LOCAL_REACH)
                 black = black_cells(code.encode(int(detection.id)), self.margin)
                 size = self.sizes.get(detection.id, self.size)
                 poses = [(each.rotation, each.position) for each in detection.solutions]
                 limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
                 sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit)
+                detection.doubtful = odd or sheet is None and bow > thresholds.MAX_BOW
                 if sheet is None:
-                    detection.doubtful = bow > thresholds.MAX_BOW
-                elif abs(sheet.bend) > thresholds.MIN_BEND and not sheet.doubtful \
+                    continue
+                if abs(sheet.bend) > thresholds.MIN_BEND and not sheet.doubtful \
                         or sheet.doubtful and bow > thresholds.MIN_BOW:
                     _bend(detection, sheet, image.camera)
 

@@ -203,9 +203,11 @@ EVEN_WHITE = 220.0  # grey of what is as bright as the light of its stripe
 # Sensitivity: not measured. Sides of flat markers have bows of up to 0.18 px, bent ones (20 cm) of 0.5 to 1.6 px.
 BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder
 # Of a flat pose (2 degrees of freedom), in even and in uneven light: above it, a slighter bow is worth such a fit. 99 % of
-# 200 flat markers have less than 4, noisy ones up to 15; in soft shadows and glare there are up to 37. It cannot decide
-# alone: where the camera's focal length is 1 % off, half of all flat markers have more than 20, but no bow.
-MAX_FLAT_CHI2, MAX_UNEVEN_CHI2, SLIGHT_BOW = 5.0, 60.0, 0.11  # the last one in px
+# 200 flat markers have less than 4, noisy ones up to 15; in soft shadows and glare there are up to 37. Without a bow it
+# takes more, since a focal length that is 1 % off gives half of all flat markers more than 20; what no fit explains then
+# is doubtful.
+MAX_FLAT_CHI2, MAX_UNEVEN_CHI2, MAX_STRAIGHT_CHI2 = 5.0, 60.0, 100.0
+SLIGHT_BOW = 0.11  # px
 BOW_OVER_NOISE = 3.0  # standard deviations: a smaller bow is none
 MAX_BOW = 1.0  # px: doubtful if no cylinder fits
 BOW_OF_ONE = 0.5  # how much the largest bow counts beside the second largest, of what covers a part of one side
