@@ -15,7 +15,7 @@ from alvar_core.camera import default_camera
 from photo import Creased, Cylinder, Photo, Sheet, band, gradient, shadow, spot, stripes
 
 DEVELOPMENT, TEST = 'development', 'test'
-HALVES = {DEVELOPMENT: 0, TEST: 3}  # seeds; the test half has a new one when its photos have been looked at
+HALVES = {DEVELOPMENT: 0, TEST: 5}  # seeds; the test half has a new one when its photos have been looked at
 WIDTH, HEIGHT = 640, 480
 SIZE = 0.05  # m
 STEEPEST = 80.0  # degrees between a marker's axis and the line of sight
