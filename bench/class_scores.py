@@ -20,7 +20,7 @@ from markers_cli import detection_record
 from processes import BenchError
 
 PER_CLASS = 24  # photos of each class, in each half
-LOOK_ALIKE_PHOTOS = 7  # for each photo of another class: 2016 squares
+LOOK_ALIKE_PHOTOS = 35  # for each photo of another class: 10,080 squares
 OFF, GOOD = 5.0, 2.0  # degrees: a pose that is to be flagged, one that is not
 PEER_FAMILY = 'AprilTag 36h11'
 PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')

@@ -17,6 +17,7 @@ from alvar_core.detection.tracker import Tracker
 from class_scores import ClassScore
 from marker_score import score_frame
 from markers_cli import detection_record
+from rostest_support.marker_scenes import Scene, image_of, random_markers
 
 
 def test_steps_of_two_by_two_cells():
@@ -213,3 +214,14 @@ def test_tracker_finds_a_new_marker_in_a_shadow_within_full_every_frames():
             assert tracker.update(np.full_like(shot.image, 120), shot.camera) == []
         seen = [tracker.update(shot.image, shot.camera) for _ in range(tracker.full_every)]
         assert [each.id for each in seen[-1]] == [shot.frame['markers'][0]['id']]
+
+
+@pytest.mark.parametrize('margin, seed', [(3, 405), (3, 407), (3, 409), (3, 419), (1, 404)])
+def test_markers_with_another_margin_are_not_found(margin, seed):
+    rng, camera = np.random.default_rng(seed), default_camera(distorted=True)
+    blur, noise = rng.uniform([0.4, 1], [1.1, 4]).tolist()
+    scene = Scene(blur=blur, noise=noise, shadow=seed % 3 == 0, clutter=3)
+    placed = random_markers(rng, camera, scene, 4, side=(35, 130), size=0.1, cover=0.15)
+    image = image_of(rng, camera, placed, scene, margin)
+    assert not Detector(0.1).detect(image, camera)
+    assert Detector(0.1, margin=margin).detect(image, camera)

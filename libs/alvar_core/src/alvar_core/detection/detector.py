@@ -142,7 +142,8 @@ class Detector:
             free = self._uneven.free_parts(image, parts, found)
             striped = self._between_stripes(image, free, found)
             found = best_of_overlapping(found + striped)
-            more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found)]
+            more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found)
+                    if not self._has_other_margin(image, each.corners)]
             found = best_of_overlapping(found + [each for each in more if each is not None])
         self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
         return found
@@ -214,7 +215,8 @@ class Detector:
                 continue
             one = self._uneven.aligned(image, quad, word)
             least = thresholds.AGAIN_THIN_FIT if one is not None and one.thin else thresholds.AGAIN_FIT
-            if one is None or one.word != word or one.fit < least:
+            if one is None or one.word != word or one.fit < least \
+                    or self._has_other_margin(image, one.corners):
                 continue
             more = self._of_edges(image, one)
             found += [more] if more else []
@@ -373,7 +375,7 @@ class Detector:
                 continue
             if (black[m, inner, inner] != reading.white).all():
                 seen = features[m]._replace(fit=reading.fit, gap=reading.gap)
-                if accepted(seen) and not self._has_other_margin(image, corners[m], seen):
+                if accepted(seen) and not self._has_other_margin(image, corners[m], seen.detail):
                     found.append(_Accepted(m, reading, seen))
             elif reading.fit > thresholds.CHANGED_FIT:
                 changed.append((m, reading))
@@ -402,12 +404,15 @@ class Detector:
                 changed[:] = [each for each in changed if each[0] != m] + [(m, reading)]
             elif again.gap > thresholds.COVERED_GAP + thresholds.COVERED_GAP_BY_ERROR * again.error \
                     and seen.likeness > thresholds.COVERED_LIKENESS \
-                    and not self._has_other_margin(image, corners[m], seen):
+                    and not self._has_other_margin(image, corners[m], seen.detail):
                 found.append(_Accepted(m, reading, seen._replace(fit=reading.fit, gap=reading.gap)))
 
-    def _has_other_margin(self, image: PreparedImage, corners: Floats, features: Features) -> bool:
-        """Return whether the cells match a code word better with a margin one cell narrower or wider."""
-        if features.detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
+    def _has_other_margin(self, image: PreparedImage, corners: Floats, detail: float = 0.0) -> bool:
+        """Return whether the cells match a code word better with a margin one cell narrower or wider.
+
+        Where the ``detail`` is sure, it is not asked.
+        """
+        if detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
             return False
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
         fit, narrower, wider = (self._decoder.fit(image.smooth, real, self.cells / (self.cells + more))
