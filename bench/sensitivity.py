@@ -2,7 +2,7 @@
 
 The scenes show what the frames lack: markers of 7x7 cells (``7x7``), markers of margins that the detector does not
 look for (``margin``), motion (``tracking``), bundles, one marker of which was moved in half of them (``bundles``), and
-shadows (``light``).
+shadows (``light``), bent paper (``paper``).
 What only the tracker or only bundles use is tried on their scenes alone.
 """
 import math
@@ -29,12 +29,14 @@ CHANGE = 0.1  # of a threshold
 STEPS = {'window': 2}  # the window of a Pass is odd
 SIZE = 0.1  # m, of rendered markers
 LEAST_TURN = 0.05  # degrees: smaller changes of the rotation error are not named
+PAPER_CLASSES = ('even', 'bent 10 cm', 'bent 6 cm', 'creased')
+OF_PAPER = re.compile('BOW|BEND|BENT|FLAT|STRAIGHT|CREASE|FOLD')  # thresholds that are tried on these, too
 LIGHT_CLASSES = ('shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole', 'blinds', 'look-alikes')
 COUNTS = ('false', 'wrong', 'flips')
 OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles', 'uneven_light': 'light', 'local_contrast': 'light',
               'broken_outlines': 'light', 'edge_alignment': 'light',
-              'striped_light': 'light'}  # of what only these modules use
-LIGHT_PHOTOS = 4  # of each class
+              'striped_light': 'light', 'bent_paper': 'paper'}  # of what only these modules use
+PHOTOS = 4  # of each class
 
 
 class Part(NamedTuple):
@@ -120,8 +122,9 @@ class Scenes:
         self.larger = [self._random(300 + seed, 3, first_id=256) for seed in range(0, 12, every)]
         self.margins = [self._random(400 + seed, 4, margin=(1, 3)[seed % 2]) for seed in range(0, 24, every)]
         self.motion = [list(self._moving(500 + seed)) for seed in range(0, 4, every)]
-        self.light = [marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
-                      for name in LIGHT_CLASSES for number in range(0, LIGHT_PHOTOS, every)]
+        self.photos = {key: [marker_classes.photo(name, marker_classes.DEVELOPMENT, number)
+                             for name in names for number in range(0, PHOTOS, every)]
+                       for key, names in (('light', LIGHT_CLASSES), ('paper', PAPER_CLASSES))}
         self.boards = [self._board(600 + seed) for seed in range(0, 16, every)]
 
     def _random(self, seed, count, first_id=0, margin=2):
@@ -167,8 +170,8 @@ class Scenes:
             for sequence in self.motion:
                 total.add(self._scored(sequence, Tracker(Detector(SIZE)).update))
             return {only: total}
-        if only == 'light':
-            return {only: self._scored_photos(Detector(marker_classes.SIZE))}
+        if only in self.photos:
+            return {only: self._scored_photos(self.photos[only], Detector(marker_classes.SIZE))}
         return {only: self._scored_boards(Detector(SIZE))} if only == 'bundles' else self._single_images()
 
     def _single_images(self) -> Dict[str, Score]:
@@ -190,9 +193,10 @@ class Scenes:
             total.add(score_frame({'markers': [_truth(each) for each in placed]}, self.camera, image.shape[1], found))
         return total
 
-    def _scored_photos(self, detector) -> Score:
+    @staticmethod
+    def _scored_photos(shots, detector) -> Score:
         total = Score()
-        for shot in self.light:
+        for shot in shots:
             found = [detection_record(each) for each in detector.detect(shot.image, shot.camera)]
             total.add(score_frame(shot.frame, shot.camera, shot.image.shape[1], found))
         return total
@@ -257,11 +261,13 @@ _scenes: List[Scenes] = []  # of the processes that share the work
 def _try(part: Part) -> List[Dict[str, Dict[str, float]]]:
     """Return the figures with a Part changed down and up."""
     scenes = {OWN_SCENES.get(module, '') for module in modules_using()[part.threshold]}
-    only = scenes.pop() if len(scenes) == 1 else ''
+    sets = list(scenes) if len(scenes) == 1 else ['']
+    if OF_PAPER.search(part.threshold) and 'paper' not in sets:
+        sets.append('paper')
     after = []
     for sign in (-1, 1):
         with set_to(part, changed(part, sign)), np.errstate(all='ignore'):
-            after.append(figures(_scenes[0].run(only)))
+            after.append(figures({name: score for only in sets for name, score in _scenes[0].run(only).items()}))
     return after
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import class_scores
 import marker_bag
 import marker_classes
+from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
@@ -157,13 +158,20 @@ def tracking(_subject, scale):
         detector = Detector(frame.get('marker_size_m') or 1.0)
         tracker, size = Tracker(detector), SIZES.get(image.shape[::-1], 'other')
         for step in range(STEPS):
-            moved = np.roll(image, (step * STEP[1], step * STEP[0]), (0, 1))
+            moved, lens = np.roll(image, (step * STEP[1], step * STEP[0]), (0, 1)), _moved(camera, step)
             if step:
-                seen += len(_timed(samples, f'tracking_{size}', tracker.update, moved, camera))
-                alone += len(detector.detect(moved, camera))
+                seen += len(_timed(samples, f'tracking_{size}', tracker.update, moved, lens))
+                alone += len(detector.detect(moved, lens))
             else:
-                tracker.update(moved, camera)
+                tracker.update(moved, lens)
     return {**samples, 'tracking_found': [100.0 * seen / alone if alone else 100.0]}
+
+
+def _moved(camera, step):
+    """Return the Camera with its centre moved as the image is: else markers would no longer be squares to it."""
+    matrix = camera.matrix.copy()
+    matrix[:2, 2] += np.multiply(step, STEP)
+    return Camera(matrix, camera.distortion, camera.size)
 
 
 def stored(_subject, _scale):
