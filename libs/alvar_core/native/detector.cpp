@@ -388,7 +388,8 @@ private:
 
 template <typename Row>
 int copy_rows(const std::vector<Row>& rows, int room, double* out) {
-    std::memcpy(out, rows.data(), std::min<std::size_t>(room, rows.size()) * sizeof(Row));
+    const std::size_t some = std::min<std::size_t>(room, rows.size());
+    if (some) std::memcpy(out, rows.data(), some * sizeof(Row));
     return rows.size();
 }
 

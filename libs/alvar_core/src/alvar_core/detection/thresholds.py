@@ -201,8 +201,8 @@ STRIPE_REACH = 0.15  # of the image's longer side: half of the longest dark run 
 EVEN_WHITE = 220.0  # grey of what is as bright as the light of its stripe
 
 # -- Bent and creased paper (bent_paper.py, detector.py)
-# Sensitivity: up to 0.2 degrees (MIN_BOW, BOW_OF_ONE, BEND_AXES). Sides of flat markers have bows of up to 0.18 px, those
-# of bent ones (20 cm) 0.5 to 1.6 px.
+# Sensitivity: up to 0.2 degrees (MIN_BOW, BOW_OF_ONE, BEND_AXES). Sides of flat markers have bows of up to 0.18 px,
+# those of bent ones (20 cm) 0.5 to 1.6 px.
 BOW_REACH, MIN_BOW = 4.0, 0.22  # px read to each side, px of a side's bow: worth a fit of a cylinder
 # Of a flat pose (2 degrees of freedom), in even and in uneven light: above it, a slighter bow is worth such a fit.
 # 99 % of 200 flat markers have less than 4, noisy ones up to 15; in soft shadows and glare there are up to 37. Without
