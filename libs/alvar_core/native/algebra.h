@@ -74,6 +74,31 @@ inline void from_square(const double* q, double half, double* m) {
     }
 }
 
+// homography.area of a quad (4, 2): positive if its corners are clockwise in the image
+inline double area(const double* q) {
+    return 0.5 * ((q[0] - q[4]) * (q[3] - q[7]) - (q[1] - q[5]) * (q[2] - q[6]));
+}
+
+const double kSquare[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};  // the corners, y down
+
+// The corners (4, 2) of the square [-half, half]^2 at a homography
+inline void corners_at(const double* h, double half, double* corners) {
+    for (int k = 0; k < 4; ++k) {
+        const double x = kSquare[k][0] * half, y = kSquare[k][1] * half, w = h[6] * x + h[7] * y + h[8];
+        corners[2 * k] = (h[0] * x + h[1] * y + h[2]) / w, corners[2 * k + 1] = (h[3] * x + h[4] * y + h[5]) / w;
+    }
+}
+
+// alignment.covariance: xx, yy, xy [cells^2] of a blur, given as variance [px^2]
+inline void blur_in_cells(const double* h, double blur, double* out) {
+    const double cx = h[2] / h[8], cy = h[5] / h[8];
+    const double a = (h[0] - cx * h[6]) / h[8], b = (h[1] - cx * h[7]) / h[8];
+    const double c = (h[3] - cy * h[6]) / h[8], d = (h[4] - cy * h[7]) / h[8];
+    const double xx = a * a + c * c, yy = b * b + d * d, xy = a * b + c * d;
+    const double scale = blur / (xx * yy - xy * xy);
+    out[0] = yy * scale, out[1] = xx * scale, out[2] = -xy * scale;
+}
+
 // The element with `middle` smaller ones; the order of the values is lost.
 template <typename Number>
 Number nth(Number* values, int count, int middle) {

@@ -177,12 +177,9 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
         if (step >= limit.steps_of_all && !(*s.moved > limit.settled)) break;
         double* h = s.h;
         if (step == 0 || (redraw >> step & 1)) {
-            const double cx = h[2] / h[8], cy = h[5] / h[8];
-            const double a = (h[0] - cx * h[6]) / h[8], b = (h[1] - cx * h[7]) / h[8];
-            const double c = (h[3] - cy * h[6]) / h[8], d = (h[4] - cy * h[7]) / h[8];
-            const double xx = a * a + c * c, yy = b * b + d * d, xy = a * b + c * d;
-            const double scale = *s.blur * level_scale / (xx * yy - xy * xy);
-            m.draw(black, yy * scale, xx * scale, -xy * scale, normal_step);
+            double blur[3];
+            blur_in_cells(h, *s.blur * level_scale, blur);
+            m.draw(black, blur[0], blur[1], blur[2], normal_step);
         }
         // places and values
         const float f[9] = {float(h[0]), float(h[1]), float(h[2]), float(h[3]), float(h[4]),

@@ -80,8 +80,7 @@ extern "C" int alvar_refine_sides(const std::uint8_t* greys, std::int64_t stride
     int kept = 0;
     for (int m = 0; m < count; ++m) {
         const double* q = quads + 8 * m;
-        const double area = 0.5 * ((q[0] - q[4]) * (q[3] - q[7]) - (q[1] - q[5]) * (q[2] - q[6]));
-        const float reach = limit.reach * std::sqrt(std::fabs(area));
+        const float reach = limit.reach * std::sqrt(std::fabs(area(q)));
         Side sides[4];
         float typical[4];
         for (int k = 0; k < 4; ++k) {

@@ -14,7 +14,6 @@ using namespace alvar;
 
 constexpr int kAlong = 22, kAcross = 13, kSides = 4, kPlaces = kSides * kAlong, kParameters = 15;
 const double kNormals[kSides][2] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
-const double kSquare[kSides][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
 
 // The order of edge_refiner.py's limits
 struct Limits {
@@ -30,16 +29,7 @@ struct CornerLimits {
 
 double along(int i) { return -0.9 + 1.8 * i / (kAlong - 1); }  // edge_refiner.ALONG
 
-void corners_at(const double* h, double half, double* corners) {
-    for (int k = 0; k < kSides; ++k) {
-        const double x = kSquare[k][0] * half, y = kSquare[k][1] * half, w = h[6] * x + h[7] * y + h[8];
-        corners[2 * k] = (h[0] * x + h[1] * y + h[2]) / w, corners[2 * k + 1] = (h[3] * x + h[4] * y + h[5]) / w;
-    }
-}
-
-double side_of(const double* q) {
-    return std::sqrt(0.5 * ((q[0] - q[4]) * (q[3] - q[7]) - (q[1] - q[5]) * (q[2] - q[6])));
-}
+double side_of(const double* quad) { return std::sqrt(area(quad)); }
 
 // How far [cells] edges lie outside the points of the sides, and whether there is one (0 or 1)
 struct Offsets {

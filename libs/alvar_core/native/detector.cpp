@@ -65,7 +65,7 @@ struct Features {
 };
 
 struct Record {  // a marker, the order of compiled_search.py's rows
-    double number, turns, corners[8], information[64], poses, solutions[2][14];
+    double number, corners[8], information[64], poses, solutions[2][14];
     Features features;
 };
 
@@ -87,10 +87,6 @@ struct Found {
     std::vector<Start> unsure;
     std::vector<Place> places, unsure_places;  // of the records, of what is unsure
 };
-
-double area(const double* q) {
-    return 0.5 * ((q[0] - q[4]) * (q[3] - q[7]) - (q[1] - q[5]) * (q[2] - q[6]));
-}
 
 // Whether the corners of two quads are nearer than `reach` along both axes, whichever comes first.
 bool alike(const double* a, const double* b, double reach) {
@@ -164,16 +160,6 @@ struct State {
     double contrast(int m) const { return numbers[m]; }
     double noise(int m) const { return numbers[markers + m]; }
 };
-
-// alignment.covariance: xx, yy, xy [cells^2] of a blur [px^2 of the full image]
-void blur_in_cells(const double* h, double blur, double* out) {
-    const double cx = h[2] / h[8], cy = h[5] / h[8];
-    const double a = (h[0] - cx * h[6]) / h[8], b = (h[1] - cx * h[7]) / h[8];
-    const double c = (h[3] - cy * h[6]) / h[8], d = (h[4] - cy * h[7]) / h[8];
-    const double xx = a * a + c * c, yy = b * b + d * d, xy = a * b + c * d;
-    const double scale = blur / (xx * yy - xy * xy);
-    out[0] = yy * scale, out[1] = xx * scale, out[2] = -xy * scale;
-}
 
 class Search {
 public:
@@ -284,7 +270,7 @@ private:
             double corners[8], blur[3];
             Features f = {seen[m], seen[2 * markers + m], seen[markers + m], seen[3 * markers + m], seen[4 * markers + m],
                           seen[5 * markers + m], state.contrast(m), state.noise(m), state.blur[m], 0, 0};
-            corners_of(&state.h[9 * m], corners);
+            corners_at(&state.h[9 * m], 0.5 * shape.cells, corners);
             blur_in_cells(&state.h[9 * m], state.blur[m] * std::pow(4.0, state.level[m]), blur);
             const double mean_blur = std::sqrt((blur[0] + blur[1]) / 2);
             if (!(area(corners) > limit.min_area) || !(f.likeness > limit.min_likeness) || !(mean_blur < limit.max_blur))
@@ -310,18 +296,7 @@ private:
         }
     }
 
-    void corners_of(const double* h, double* corners) const {
-        static const double kSquare[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
-        for (int k = 0; k < 4; ++k) {
-            const double x = 0.5 * shape.cells * kSquare[k][0], y = 0.5 * shape.cells * kSquare[k][1];
-            const double w = h[6] * x + h[7] * y + h[8];
-            corners[2 * k] = (h[0] * x + h[1] * y + h[2]) / w, corners[2 * k + 1] = (h[3] * x + h[4] * y + h[5]) / w;
-        }
-    }
-
     void to_real(const double* corners, double* real) const {
-        float x[4], y[4];
-        for (int k = 0; k < 4; ++k) x[k] = corners[2 * k], y[k] = corners[2 * k + 1];
         if (!lens.distorted) {
             std::copy_n(corners, 8, real);
             return;
@@ -370,7 +345,7 @@ private:
                               is.corner_limits, corners, information);
         Record record;
         const int turns = word / kNumbers, number = word % kNumbers;
-        record.number = number, record.turns = turns;
+        record.number = number;
         const auto from = [&](int i) { return (2 * turns + i) % 8; };  // corner and axis in the order of the drawing
         for (int i = 0; i < 8; ++i) {
             turned[i] = corners[from(i)];

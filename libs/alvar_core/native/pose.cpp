@@ -10,7 +10,7 @@ namespace {
 
 using namespace alvar;
 
-const double kSquare[4][2] = {{-0.5, 0.5}, {0.5, 0.5}, {0.5, -0.5}, {-0.5, -0.5}};  // drawing.UNIT_CORNERS
+const double kUnitCorners[4][2] = {{-0.5, 0.5}, {0.5, 0.5}, {0.5, -0.5}, {-0.5, -0.5}};  // drawing.UNIT_CORNERS
 
 struct Lens {  // ideal pixels
     double fx, fy, cx, cy;
@@ -24,7 +24,7 @@ struct Solution {  // the order of pose.py's rows
 bool place(const double* rays, const double* r, double* position) {
     double normal[9] = {}, right[3] = {};
     for (int k = 0; k < 4; ++k) {
-        const double x = kSquare[k][0], y = kSquare[k][1];
+        const double x = kUnitCorners[k][0], y = kUnitCorners[k][1];
         const double p[3] = {r[0] * x + r[1] * y, r[3] * x + r[4] * y, r[6] * x + r[7] * y};
         for (int axis = 0; axis < 2; ++axis) {  // p + t lies on the ray: (p + t)[axis] = ray (p + t)[2]
             const double ray = rays[2 * k + axis], off = ray * p[2] - p[axis];
@@ -89,7 +89,7 @@ void judge(const double* corners, const Lens& lens, const double* information, d
            double* residual, double (*jacobian)[6]) {
     double squares = 0;
     for (int k = 0; k < 4; ++k) {
-        const double x = kSquare[k][0] * size, y = kSquare[k][1] * size, *r = s.rotation;
+        const double x = kUnitCorners[k][0] * size, y = kUnitCorners[k][1] * size, *r = s.rotation;
         const double p[3] = {r[0] * x + r[1] * y, r[3] * x + r[4] * y, r[6] * x + r[7] * y};
         const double z = p[2] + s.position[2], u = (p[0] + s.position[0]) / z, v = (p[1] + s.position[1]) / z;
         residual[2 * k] = u * lens.fx + lens.cx - corners[2 * k];

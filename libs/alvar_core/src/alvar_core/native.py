@@ -16,7 +16,7 @@ from alvar_core.arrays import Floats, Image
 from alvar_core.camera import Camera
 
 NAME, FOR_AVX2 = 'libalvar_core_native.so', 'libalvar_core_native_avx2.so'  # found as others: by LD_LIBRARY_PATH
-INTERFACE = 2  # to be raised with each change of what a step is given or returns: a library built before is left out
+INTERFACE = 3  # to be raised with each change of what a step is given or returns: a library built before is left out
 RETURN_NUMBERS = 'alvar_noise', 'alvar_coarse_fit'  # the others return whole ones or nothing
 ImageArguments = Tuple[ctypes.c_void_p, ctypes.c_int64, int, int]
 

@@ -21,8 +21,8 @@ from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, Reader, words_of_numbers
 
 # The rows of native/detector.cpp: a marker, and what needs a closer look; each number is a double
-RECORD = np.dtype([('number', 'f8'), ('turns', 'f8'), ('corners', 'f8', (4, 2)), ('information', 'f8', (8, 8)),
-                   ('poses', 'f8'), ('solutions', 'f8', (2, 14)), ('features', 'f8', 11)])
+RECORD = np.dtype([('number', 'f8'), ('corners', 'f8', (4, 2)), ('information', 'f8', (8, 8)), ('poses', 'f8'),
+                   ('solutions', 'f8', (2, 14)), ('features', 'f8', 11)])
 START = np.dtype([('h', 'f8', (3, 3)), ('word', 'f8'), ('blur', 'f8'), ('level', 'f8'), ('fit', 'f8'), ('gap', 'f8')])
 WELL_READ = np.dtype([('quad', 'f8', (4, 2)), ('word', 'f8')])
 
@@ -76,7 +76,7 @@ class CompiledSearch:
         return [_seen(*row) for row in seen], unsure, well_read, quads[:found[3]]
 
 
-def _seen(number: float, _turns: float, corners: Floats, information: Floats, poses: float, solutions: Floats,
+def _seen(number: float, corners: Floats, information: Floats, poses: float, solutions: Floats,
           features: Floats) -> Seen:
     return Seen(int(number), corners, information, [Solution.of_row(each) for each in solutions[:int(poses)]],
                 Features.of_row(features))
@@ -91,7 +91,7 @@ def _limits() -> Floats:
         thresholds.MAX_BLUR, thresholds.SURE_FIT, thresholds.SURE_GAP, thresholds.CONTRAST_SPARE,
         thresholds.CHANGED_FIT, *thresholds.CODE_COVERED, *thresholds.COVERED, *thresholds.CLEAR, *thresholds.UNLIKE,
         *thresholds.SURE, thresholds.CODE_COVERED_CELLS, thresholds.WIDE_GAP, thresholds.COVERED_CELLS,
-        thresholds.CLEAR_LIKENESS,
-        thresholds.BEST_FIT, thresholds.MIN_GAP, thresholds.MIN_KEPT, thresholds.MAX_BAD_RIM, thresholds.MIN_OUTSIDE,
-        thresholds.WHOLE_LIKENESS, thresholds.SURE_KEPT, thresholds.SURE_OUTSIDE, thresholds.SURE_MARGIN_DETAIL,
-        thresholds.MAX_POSE_ERROR, thresholds.MAX_NOISE_SHARE, thresholds.BAD_CELL, thresholds.OVERLAP])
+        thresholds.CLEAR_LIKENESS, thresholds.BEST_FIT, thresholds.MIN_GAP, thresholds.MIN_KEPT,
+        thresholds.MAX_BAD_RIM, thresholds.MIN_OUTSIDE, thresholds.WHOLE_LIKENESS, thresholds.SURE_KEPT,
+        thresholds.SURE_OUTSIDE, thresholds.SURE_MARGIN_DETAIL, thresholds.MAX_POSE_ERROR,
+        thresholds.MAX_NOISE_SHARE, thresholds.BAD_CELL, thresholds.OVERLAP])
