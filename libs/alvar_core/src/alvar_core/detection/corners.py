@@ -27,9 +27,6 @@ class CornerEstimator:
         self.square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         self._edges, self._aligner = EdgeRefiner(cells), EdgeAligner()
         self._scale = edge_alignment.scale_of(half)
-        self._homogeneous = np.concatenate([self.square, np.ones((4, 1))], 1)[:, :, None]
-        # (4, 2 or 3, 8): derivative of the corners, before the homography, by its small changes (homography.small)
-        self._jacobian_basis = np.array([(homography.small(np.eye(8)) @ p - p)[..., 0].T for p in self._homogeneous])
 
     def start(self, state: Alignment) -> Floats:
         """Return the corners (M, 4, 2) [ideal px] according to the alignment."""
@@ -74,7 +71,7 @@ class CornerEstimator:
         if fit is None or fit.seen <= thresholds.MIN_SEEN_EDGES:
             return None
         h = changed(h, fit.parameters)[None]
-        jacobian = self._jacobian(h)[0]
+        jacobian = homography.corner_derivative(h, self.cells / 2)[0]
         covariance = jacobian @ fit.covariance @ jacobian.T * thresholds.CELL_VARIANCE
         return homography.apply(h, self.square)[0], covariance
 
@@ -122,16 +119,9 @@ class CornerEstimator:
 
     def _spread(self, state: Alignment) -> Floats:
         """Return the covariance (M, 8, 8) of the corners [ideal px] for noise 1."""
-        jacobian = self._jacobian(state.h)
+        jacobian = homography.corner_derivative(state.h, self.cells / 2)
         spread: Floats = jacobian @ state.spread() @ jacobian.transpose(0, 2, 1)
         return spread
-
-    def _jacobian(self, h: Floats) -> Floats:
-        """Return the derivative (M, 8, 8) of the corners [ideal px] by small changes of h (M, 3, 3)."""
-        h = h[:, None]
-        p = h @ self._homogeneous  # (M, 4, 3, 1)
-        jacobian: Floats = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ self._jacobian_basis
-        return jacobian.reshape(-1, 8, 8)
 
 
 def _floor(sigma: Floats) -> Floats:

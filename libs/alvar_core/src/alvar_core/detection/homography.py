@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 
 import numpy as np
 
@@ -49,6 +50,22 @@ def apply(h: Floats, points: ArrayLike) -> Floats:
 def small(d: Floats) -> Floats:
     """Return (M, 3, 3) from small changes (M, 8): identity plus [[d1, d2, d0], [d4, d5, d3], [-d6, -d7, 0]]."""
     return (d @ _SMALL).reshape(-1, 3, 3) + _IDENTITY
+
+
+@functools.lru_cache(maxsize=16)
+def _small_moves(half: float) -> tuple[Floats, Floats]:
+    """Return the corners (4, 3, 1), homogeneous, and their derivative (4, 3, 8) by small changes of ``h``."""
+    corners = np.array([[-half, -half, 1], [half, -half, 1], [half, half, 1], [-half, half, 1]])[:, :, None]
+    return corners, np.array([(small(np.eye(8)) @ corner - corner)[..., 0].T for corner in corners])
+
+
+def corner_derivative(h: Floats, half: float) -> Floats:
+    """Return the derivative (M, 8, 8) of the corners of [-half, half]^2 [px] by small changes (``small``) of ``h``."""
+    corners, moves = _small_moves(half)
+    h = h[:, None]
+    p = h @ corners  # (M, 4, 3, 1)
+    derivative: Floats = (h[:, :, :2] - p[:, :, :2] / p[:, :, 2:] * h[:, :, 2:]) / p[:, :, 2:] @ moves
+    return derivative.reshape(-1, 8, 8)
 
 
 def area(quads: Floats) -> Floats:

@@ -122,8 +122,7 @@ class UnevenLight:
 
     def _of_corners(self, h: Floats, covariance: Floats) -> Floats:
         """Return the covariance (8, 8) [px^2] of the corners, from that of small changes of ``h``."""
-        moves = homography.apply(h @ homography.small(np.eye(8) * 1e-5), self._square)
-        jacobian = (moves - homography.apply(h[None], self._square)).reshape(8, 8).T / 1e-5
+        jacobian = homography.corner_derivative(h[None], self.half)[0]
         of_corners: Floats = jacobian @ covariance @ jacobian.T
         return of_corners
 
