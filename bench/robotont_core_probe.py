@@ -24,7 +24,7 @@ from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, ah
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.core.worlds import load_world
 
-WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'stand_ins', 'robotont_gazebo',
+WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'simulation', 'robotont_gazebo',
                       'worlds')
 START = Pose2D(-2.0, 0.0, 0.0)
 COMMAND_STEPS, SCAN_STEPS, PICTURE_STEPS = 12, 3, 4

@@ -14,7 +14,7 @@ all_cases() (
   find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
-  printf 'catkin_lint\t%s\n' . libs stand_ins
+  printf 'catkin_lint\t%s\n' . support simulation vision lessons browser grading
 )
 
 # chosen_cases [--fast] [NAME ...]: those whose KIND/NAME contains one of the NAMEs; with --fast, those without ROS.
@@ -44,7 +44,7 @@ browser|class_page             ?chromium
 browser|class_page             ?chromium-driver
 browser|class_page             ?python3-selenium
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
-grader/test_remote             $repo/libs/course_grader/dask_requirements.txt
+grader/test_remote             $repo/grading/course_grader/dask_requirements.txt
 test_notebooks                 $repo/test/notebook_requirements.txt
 recordings?\.test              $repo/test/requirements.txt
 ^(unit|mypy|stress)            $repo/stress/requirements.txt

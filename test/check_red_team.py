@@ -82,7 +82,7 @@ def check(level, folder, names):
     expected = make_class(folder / 'class', level, names)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
-    before = listed(folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'libs')
+    before = listed(folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'grading')
     done = subprocess.run(
         [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py'), '--all', str(folder / 'class'), '--isolation', level,
          '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder, timeout=TIMEOUT,
@@ -90,7 +90,7 @@ def check(level, folder, names):
         stderr=subprocess.STDOUT, check=False)
     print(done.stdout.decode('utf-8', 'replace'))
     wrong = [f'{path} is new or changed' for path, size in listed(
-        folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'libs').items() if before.get(path) != size]
+        folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'grading').items() if before.get(path) != size]
     left = [process for process in psutil.process_iter(['cmdline'])
             if process.info['cmdline'] == ['sleep', bait(level)]]
     processes.end(lambda: {process for process in left if process.is_running()}, processes.KILL)

@@ -15,7 +15,8 @@ computing='^(unit|ruff|mypy|catkin_lint)'  # kinds that only compute
 # Where a real package is used instead of a stand-in, the tests of the stand-in's own ways are left out.
 cases_here() {
   local dir left_out='^$'
-  for dir in "$repo"/stand_ins/*/; do
+  for dir in "$repo"/*/*/package.xml; do
+    dir=${dir%/*}
     [ -e "$ws/src/$(basename "$dir")" ] || left_out+="|test/(unit|rostest)/$(basename "$dir")/"
   done
   chosen_cases "$@" | grep -vE "$left_out"
@@ -70,7 +71,7 @@ check_types() {
     [ -d "$ws/numpy_types" ] || pip install -q --no-deps --target "$ws/numpy_types" 'numpy==2.4.*' || return
     export PYTHONPATH=$ws/numpy_types:$PYTHONPATH
   fi
-  MYPYPATH=$(printf '%s:' libs/*/src stand_ins/*/src)src mypy --cache-dir "$ws/mypy_cache"
+  MYPYPATH=$(printf "%s:" */*/src)src mypy --cache-dir "$ws/mypy_cache"
 }
 
 run_case() {

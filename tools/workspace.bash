@@ -174,7 +174,7 @@ discard_workspace() {
 }
 
 # remove_links SRC: the links into this repository.
-remove_links() { find "$1" -maxdepth 1 -type l \( -lname "$repo" -o -lname "$repo/libs/*" -o -lname "$repo/stand_ins/*" \) -delete; }
+remove_links() { find "$1" -maxdepth 1 -type l \( -lname "$repo" -o -lname "$repo/*/*" \) -delete; }
 
 # remove_stale_links SRC: in a workspace of ./run, catkin's own link and those into checkouts that are gone.
 remove_stale_links() { find "$1" -maxdepth 1 -type l \( -name CMakeLists.txt -o -xtype l \) -delete; }
@@ -182,8 +182,7 @@ remove_stale_links() { find "$1" -maxdepth 1 -type l \( -name CMakeLists.txt -o 
 # own_packages SRC: the names in a src folder that ./run did not link, and those of packages deeper in it.
 own_packages() {
   find "$1" -mindepth 3 -name package.xml -printf '%h\n' | sed 's#.*/##'
-  find "$1" -mindepth 1 -maxdepth 1 ! -lname "$repo" ! -lname "$repo/libs/*" ! -lname "$repo/stand_ins/*" ! -name CMakeLists.txt ! -xtype l \
-    -printf '%f\n'
+  find "$1" -mindepth 1 -maxdepth 1 ! -lname "$repo" ! -lname "$repo/*/*" ! -name CMakeLists.txt ! -xtype l -printf '%f\n'
 }
 
 # lock MODE: -s to use the workspace, -x to change it; held until the script and the program it became end.
@@ -300,7 +299,7 @@ our_packages() {
   local dir pkg own=""
   [ ! -d "$1" ] || own=$'\n'$(own_packages "$1" || true)$'\n'
   echo "turtle_robotont $repo"
-  for dir in "$repo"/libs/* "$repo"/stand_ins/*; do
+  for dir in "$repo"/*/*; do
     pkg=${dir##*/}
     if [ ! -f "$dir/package.xml" ]; then
       continue

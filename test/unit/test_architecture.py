@@ -15,36 +15,37 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading')  # a package of ours is ROOM/NAME
 PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
-            if path.parts[-4] in ('libs', 'stand_ins') and (path / '__init__.py').exists()}
+            if path.parts[-4] in ROOMS and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
-STAND_INS = {name for name, path in PACKAGES.items() if REPOSITORY / 'stand_ins' in path.parents}
 LAYERS = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
-          {'sim_ros'}, STAND_INS | {'turtle_follower'},
-          {'course_grader'}, {'turtle_robotont'}, {'rostest_support'}]  # each imports from itself and from those before
+          {'sim_ros'}, set(), {'course_grader'}, {'turtle_robotont'}, {'rostest_support'}]
+# Each imports from itself and from those before.
+LAYERS[3] = set(PACKAGES) - set.union(*LAYERS)
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
-ROS_FREE = {'libs/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
-            'libs/alvar_core/src': IMAGES | {'cairo'},
-            'libs/process_support/src': {'psutil'},
-            'libs/ros_doctor/src': set(),
-            'libs/turtle_follower/src/turtle_follower/core': PLAIN,
-            'libs/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
-            'libs/course_grader/src/course_grader/isolation': {'psutil'},
-            'libs/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
-            'libs/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},
-            'libs/course_grader/src/course_grader/formats': IMAGES,
-            'libs/course_grader/src/course_grader/supervision': {'psutil'},
+ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
+            'vision/alvar_core/src': IMAGES | {'cairo'},
+            'support/process_support/src': {'psutil'},
+            'support/ros_doctor/src': set(),
+            'lessons/turtle_follower/src/turtle_follower/core': PLAIN,
+            'browser/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
+            'grading/course_grader/src/course_grader/isolation': {'psutil'},
+            'grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
+            'grading/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},
+            'grading/course_grader/src/course_grader/formats': IMAGES,
+            'grading/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': IMAGES,
-            'stand_ins/*/src/*/core': IMAGES | {'yaml'}}  # folder: what it may use beside the standard library and us
-INTERNALS = 'libs/rospy_support/src/rospy_support/rospy_internals.py'  # may use private parts of rospy
+            '*/*/src/*/core': IMAGES | {'yaml'}}  # folder: what it may use beside the standard library and us
+INTERNALS = 'support/rospy_support/src/rospy_support/rospy_internals.py'  # may use private parts of rospy
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 REQUIREMENTS = {'stress': ('requirements.txt', 'stress/requirements.txt')}  # folder: what its command installs
-REQUIREMENTS.update(dict.fromkeys(('bench', 'libs', 'scripts', 'src', 'stand_ins'), ('requirements.txt',)))
+REQUIREMENTS.update(dict.fromkeys(('bench', 'scripts', 'src', *ROOMS), ('requirements.txt',)))
 EXTRAS = {'gymnasium'}  # of kinematic_core; ./run bench environments installs it, too
-NUMBERED = 'stand_ins/rospy_tutorials/[0-9]*'  # its folders of programs and launch files
+NUMBERED = 'lessons/rospy_tutorials/[0-9]*'  # its folders of programs and launch files
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
 
@@ -56,12 +57,12 @@ def each(paths):
     return pytest.mark.parametrize('path', paths, ids=name_of)
 
 
-SCRIPTS = sorted(path for pattern in ('scripts/*', 'stand_ins/*/scripts/*', f'{NUMBERED}/*')
+SCRIPTS = sorted(path for pattern in ('scripts/*', '*/*/scripts/*', f'{NUMBERED}/*')
                  for path in REPOSITORY.glob(pattern) if path.is_file() and path.suffix != '.launch')
-MODULES = sorted({path for folder in ('src', 'libs', 'stand_ins', 'scripts', 'bench', 'stress', 'test')
+MODULES = sorted({path for folder in ('src', *ROOMS, 'scripts', 'bench', 'stress', 'test')
                   for path in (REPOSITORY / folder).rglob('*.py')} | set(SCRIPTS))
 PACKAGED = [path for folder in PACKAGES.values() for path in sorted(folder.rglob('*.py'))]
-LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch'),
+LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'),
                        *REPOSITORY.glob(f'{NUMBERED}/*.launch')])
 WITHOUT_ROS = [(path, allowed) for pattern, allowed in ROS_FREE.items() for folder in REPOSITORY.glob(pattern)
                for path in sorted(folder.rglob('*.py'))]
@@ -137,8 +138,8 @@ def test_standard_library_is_told_from_the_rest(name, known):
 
 
 @pytest.mark.parametrize('name, folder', [
-    ('kinematic_core.validation.InvalidInput', 'libs/kinematic_core/src/kinematic_core'),
-    ('kinematic_core.timing.pacing', 'libs/kinematic_core/src/kinematic_core/timing'),
+    ('kinematic_core.validation.InvalidInput', 'simulation/kinematic_core/src/kinematic_core'),
+    ('kinematic_core.timing.pacing', 'simulation/kinematic_core/src/kinematic_core/timing'),
     ('turtle_robotont.driving.control.Goal', 'src/turtle_robotont/driving'),
     ('turtle_robotont.msg.DriveStatus', 'src/turtle_robotont'),
 ])

@@ -22,7 +22,7 @@ MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.s
 OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames', 'view_frames.py'}
 OF_THE_READER = {'publisher.py', 'my.launch', 'bang_bang.py', 'fibonacci_server.py', 'posts.yaml', '...', *OF_DEBIAN}
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
-NUMBERED = list(REPOSITORY.glob('stand_ins/rospy_tutorials/[0-9]*'))
+NUMBERED = list(REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*'))
 NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'), *NUMBERED)
          for path in folder.iterdir()}
 LAUNCH_FILES = {path.name for path in (*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'))}

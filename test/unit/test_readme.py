@@ -20,10 +20,10 @@ NEXT_PAGE = (REPOSITORY / 'docs' / 'course_next.md').read_text(encoding='utf-8')
 BROWSER_PAGE = (REPOSITORY / 'docs' / 'browser.md').read_text(encoding='utf-8')  # README.md links it
 NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
 OF_RUN = 'demo.py', 'grade.py'  # ./run demo and ./run grade
-SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
+SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'))
                  for path in folder.iterdir() if path.is_file() and path.name not in OF_RUN)
-LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('stand_ins/*/launch/*.launch'),
-                       *REPOSITORY.glob('stand_ins/rospy_tutorials/[0-9]*/*.launch')])
+LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'),
+                       *REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*/*.launch')])
 
 
 def parameters_of(script):

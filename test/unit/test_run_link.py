@@ -7,8 +7,7 @@ import venv
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-PACKAGES = {path.parent.name: path.parent for pattern in ('libs/*/package.xml', 'stand_ins/*/package.xml')
-            for path in REPOSITORY.glob(pattern)}
+PACKAGES = {path.parent.name: path.parent for path in REPOSITORY.glob('*/*/package.xml')}
 
 
 @pytest.fixture

@@ -10,8 +10,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-LIBS = pathlib.Path(__file__).resolve().parents[2] / 'libs'
-NAMES = ('kinematic_core', 'alvar_core')
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+FOLDERS = {'kinematic_core': REPOSITORY / 'simulation' / 'kinematic_core',
+           'alvar_core': REPOSITORY / 'vision' / 'alvar_core'}
 NEEDED = ('numpy', 'cv2', 'yaml')  # what the wheels ask for; linked, as pip would have to download it
 EXTRA = 'environments'  # a folder that needs the extra gymnasium, see test_environments.py
 LIBRARIES = ('numpy.libs', 'opencv_python_headless.libs')
@@ -29,7 +30,7 @@ def wheels(tmp_path_factory):
     """Return the wheels by the names of their packages."""
     folder = tmp_path_factory.mktemp('wheels')
     run(sys.executable, '-m', 'pip', 'wheel', '-q', '--no-build-isolation', '--no-deps', '--no-index', '-w', folder,
-        *(LIBS / name for name in NAMES))
+        *FOLDERS.values())
     return {path.name.partition('-')[0]: path for path in folder.iterdir()}
 
 
@@ -50,25 +51,25 @@ def python(tmp_path_factory, wheels):
 
 
 def test_wheels_hold_all_modules_and_the_version_of_the_package(wheels):
-    assert set(wheels) == set(NAMES)
+    assert set(wheels) == set(FOLDERS)
     for name, path in wheels.items():
-        version = ElementTree.parse(LIBS / name / 'package.xml').findtext('version')
+        version = ElementTree.parse(FOLDERS[name] / 'package.xml').findtext('version')
         assert path.name == f'{name}-{version}-py3-none-any.whl'
-        source = LIBS / name / 'src'
+        source = FOLDERS[name] / 'src'
         modules = {str(module.relative_to(source)) for module in source.rglob('*.py')}
         inside = zipfile.ZipFile(path).namelist()
         assert modules | {f'{name}/py.typed'} == {each for each in inside if '.dist-info/' not in each}
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', FOLDERS)
 def test_setuptools_which_catkin_install_uses_reads_the_file(name):
-    version = ElementTree.parse(LIBS / name / 'package.xml').findtext('version')
-    assert run(sys.executable, 'setup.py', '--version', cwd=LIBS / name).split()[-1] == version
+    version = ElementTree.parse(FOLDERS[name] / 'package.xml').findtext('version')
+    assert run(sys.executable, 'setup.py', '--version', cwd=FOLDERS[name]).split()[-1] == version
 
 
 def test_every_module_imports_without_ros(python):
-    modules = ['.'.join(path.relative_to(LIBS / name / 'src').with_suffix('').parts)
-               for name in NAMES for path in (LIBS / name / 'src').rglob('[!_]*.py')
+    modules = ['.'.join(path.relative_to(FOLDERS[name] / 'src').with_suffix('').parts)
+               for name in FOLDERS for path in (FOLDERS[name] / 'src').rglob('[!_]*.py')
                if path.parent.name != EXTRA]
     assert len(modules) > 30
     program = ('import importlib, importlib.util, sys\n'

@@ -47,7 +47,8 @@ def wrong_pages(found):
     for kind, names in found.items():
         scripts.setdefault((kind.package, kind.executable), set()).update(names)
     for (package, executable), names in scripts.items():
-        folder = node_pages.REPOSITORY / ('' if package == 'turtle_robotont' else f'stand_ins/{package}')
+        repository = node_pages.REPOSITORY
+        folder = repository if package == 'turtle_robotont' else next(repository.glob(f'*/{package}'))
         wrong += [f'{executable}: {text}' for text in differences(names, folder / 'scripts' / executable)]
     return wrong
 

@@ -9,7 +9,7 @@ from alvar_core.printing import create_marker
 from ar_track_alvar import bundle_node
 from rospy_support.parameters import ParameterError
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'ar_track_alvar' / 'bundles'
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'vision' / 'ar_track_alvar' / 'bundles'
 EXAMPLES = sorted(FOLDER.glob('*.xml'))
 
 

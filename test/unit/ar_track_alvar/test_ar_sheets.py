@@ -8,7 +8,7 @@ from alvar_core import bundles
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
 
-FOLDER = pathlib.Path(__file__).parents[3] / 'stand_ins' / 'ar_track_alvar'
+FOLDER = pathlib.Path(__file__).parents[3] / 'vision' / 'ar_track_alvar'
 EDGE, SIDE = 60, 166  # [px] of white around; of a marker of 4.4 cm, at 96 px for each inch
 
 

@@ -22,7 +22,7 @@ SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 1
 def test_every_node_is_in_the_table():
     """A script that calls the main() of a module that a kind has, too, is the same program by another name."""
     scripts = {path: MAIN.findall(path.read_text(encoding='utf-8'))
-               for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('stand_ins/*/scripts'))
+               for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'))
                for path in folder.iterdir() if path.is_file()}
     told = {kind.executable for kind in node_kinds.KINDS}
     modules = {module for path, found in scripts.items() if path.name in told for module in found}

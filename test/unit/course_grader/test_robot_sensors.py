@@ -139,6 +139,6 @@ def test_wrong_exercises(changes, said):
 def test_the_worlds_of_exercises_are_those_of_the_course():
     """The box of bang-bang is that of world_bangbang.launch."""
     repository = pathlib.Path(__file__).resolve().parents[3]
-    world = yaml.safe_load((repository / 'stand_ins/robotont_gazebo/worlds/bangbang.yaml').read_text(encoding='utf-8'))
+    world = yaml.safe_load((repository / 'simulation/robotont_gazebo/worlds/bangbang.yaml').read_text(encoding='utf-8'))
     for name in ('bang_bang', 'p_controller'):
         assert exercise.load(repository / 'exercises' / f'{name}.yaml').world == world

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-CORE = pathlib.Path(__file__).resolve().parents[3] / 'libs' / 'kinematic_core' / 'src'
+CORE = pathlib.Path(__file__).resolve().parents[3] / 'simulation' / 'kinematic_core' / 'src'
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
 WITH_MORE = {'rays', 'documents', 'environments'}  # modules and folders
 MODULES = sorted('.'.join(path.relative_to(CORE).with_suffix('').parts) for path in CORE.rglob('[!_]*.py')

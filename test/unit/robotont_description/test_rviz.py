@@ -10,7 +10,7 @@ import yaml
 
 from robotont_description import rviz
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_description'
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'simulation' / 'robotont_description'
 DISPLAY = {'DISPLAY': ':0'}
 
 

@@ -14,7 +14,7 @@ from robotont_gazebo import messages
 from robotont_gazebo.core import frames
 from robotont_gazebo.node import MODELS as SIMULATED_MODELS
 
-URDF = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_description' / 'urdf'
+URDF = pathlib.Path(__file__).resolve().parents[3] / 'simulation' / 'robotont_description' / 'urdf'
 LENGTH_TOLERANCE = 1e-5  # [m]
 BASE = {'base_footprint', 'base_link', 'rim_back_link', 'rim_right_link', 'rim_left_link'}
 CAMERA = {'computer_link', 'camera_assembly_link1', 'camera_assembly_link2', 'camera_link', 'camera_color_frame',

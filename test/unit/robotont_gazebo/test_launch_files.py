@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-LAUNCH = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_gazebo' / 'launch'
+LAUNCH = pathlib.Path(__file__).resolve().parents[3] / 'simulation' / 'robotont_gazebo' / 'launch'
 OWN = {'world', 'x_pos'}  # arguments whose defaults are a world's own
 
 

@@ -13,7 +13,7 @@ from robotont_gazebo.core.camera import CameraPose
 from robotont_gazebo.core.renderer import Renderer
 from unit_support.reference_camera import random_plan
 
-PACKAGE = pathlib.Path(__file__).parents[3] / 'stand_ins' / 'robotont_gazebo'
+PACKAGE = pathlib.Path(__file__).parents[3] / 'simulation' / 'robotont_gazebo'
 EYE = 0.2155  # [m] height of the Robotont's camera
 MOST, MEAN = 3, 0.2  # greys by which pictures may differ: patterns are rounded elsewhere
 MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')

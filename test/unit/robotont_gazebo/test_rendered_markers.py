@@ -16,7 +16,7 @@ from robotont_gazebo.core.textures import INK, PAPER
 
 pytestmark = pytest.mark.usefixtures('each_renderer')
 
-PACKAGE = pathlib.Path(__file__).parents[3] / 'stand_ins' / 'robotont_gazebo'
+PACKAGE = pathlib.Path(__file__).parents[3] / 'simulation' / 'robotont_gazebo'
 MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')
 EYE = 0.2155  # [m] height of the Robotont's camera
 POSITION_TOLERANCE = 0.01  # of the distance

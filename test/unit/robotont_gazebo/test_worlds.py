@@ -12,7 +12,7 @@ from kinematic_core.worlds.robot_world import RobotWorld
 from robotont_gazebo.core.colours import COLOURS
 from robotont_gazebo.core.worlds import WorldError, find_world, load_world, parse_json, read_yaml, to_json
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_gazebo' / 'worlds'
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'simulation' / 'robotont_gazebo' / 'worlds'
 BOX = '{name: wall, x: 1.0, y: 2, yaw: 0.5, length: 0.1, width: 2.0, height: 0.5}'
 
 

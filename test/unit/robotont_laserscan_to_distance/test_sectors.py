@@ -7,7 +7,7 @@ import pytest
 
 from robotont_laserscan_to_distance.core.sectors import SCAN_HEIGHT, Sector, Sectors, floor_depth, split
 
-PACKAGE = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'robotont_laserscan_to_distance'
+PACKAGE = pathlib.Path(__file__).resolve().parents[3] / 'simulation' / 'robotont_laserscan_to_distance'
 NOTHING = Sector(math.nan, math.nan)
 
 

@@ -43,7 +43,7 @@ doctor() {
   "${user[@]}" "${changed[@]}" /usr/bin/python3 -I -c 'import sys
 sys.path[:0] = sys.argv.pop(1).split(":")
 from ros_doctor import cli
-sys.exit(cli.main())' "$repo/libs/ros_doctor/src:$repo/libs/kinematic_core/src" --repository "$repo" \
+sys.exit(cli.main())' "$repo/support/ros_doctor/src:$repo/simulation/kinematic_core/src" --repository "$repo" \
     --workspace "$workspace" "$@"
 }
 user=() changed=(env) code=0

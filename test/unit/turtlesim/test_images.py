@@ -1,4 +1,4 @@
-"""stand_ins/turtlesim/images: a picture of each design, for notebook widgets that look for them in turtlesim's package.
+"""simulation/turtlesim/images: a picture of each design, for notebook widgets that look for them in turtlesim.
 
 A picture that is missing is saved, and its test fails once: look at the new one before you commit it.
 """
@@ -11,7 +11,7 @@ import pytest
 from turtlesim.core import sprites
 from turtlesim.core.designs import FILES
 
-IMAGES = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins' / 'turtlesim' / 'images'
+IMAGES = pathlib.Path(__file__).resolve().parents[3] / 'simulation' / 'turtlesim' / 'images'
 ROUNDING = 3  # of 255 [levels] premultiplied, between versions of OpenCV
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from robotont_description.urdf import describe
 
-STAND_INS = pathlib.Path(__file__).resolve().parents[3] / 'stand_ins'
-SCRIPTS = STAND_INS / 'xacro' / 'scripts'
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+SCRIPTS = REPOSITORY / 'lessons' / 'xacro' / 'scripts'
 ROBOT = '''<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">
   <xacro:arg name="wheels" default="2"/>
   <xacro:include filename="$(find {package})/urdf/wheel.xacro"/>
@@ -59,9 +59,9 @@ def content(element):
 
 @pytest.mark.parametrize('model, prefix', [('robotont_gazebo_nuc', ''), ('robotont_gazebo_lidar', 'robot1/')])
 def test_files_of_the_robotont_are_the_urdf_of_the_launch_files(model, prefix, monkeypatch):
-    monkeypatch.setenv('ROS_PACKAGE_PATH', str(STAND_INS))
-    file = os.path.join(STAND_INS, 'robotont_gazebo', 'urdf', f'{model}.urdf.xacro')
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(REPOSITORY / 'simulation'))
+    file = os.path.join(REPOSITORY / 'simulation', 'robotont_gazebo', 'urdf', f'{model}.urdf.xacro')
     done = subprocess.run([sys.executable, str(SCRIPTS / 'xacro'), file, f'prefix:={prefix}'], stdout=subprocess.PIPE,
                           check=True, timeout=60.0)
-    told = describe(model, prefix, STAND_INS / 'robotont_description' / 'urdf')
+    told = describe(model, prefix, REPOSITORY / 'simulation' / 'robotont_description' / 'urdf')
     assert content(ElementTree.fromstring(done.stdout)) == content(ElementTree.fromstring(told))

@@ -44,7 +44,7 @@ from kinematic_core.worlds import robot_world, turtle_world
 from process_support import processes
 from rospy_support import rospy_internals, servers
 
-REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('libs', 'course_grader'))[0]
+REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
 OF_EVERY_NODE = '/clock', '/rosout'  # topics
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',

@@ -13,7 +13,7 @@ RobotontGoal-v0            drive a Robotont to a random position in the empty wo
 RobotontBetweenWalls-v0    drive a Robotont through a random gap between two walls, without touching them
 =========================  ============================================================================
 
-Needs gymnasium: ``pip install './libs/kinematic_core[gymnasium]'``. docs/environments.md describes actions,
+Needs gymnasium: ``pip install './simulation/kinematic_core[gymnasium]'``. docs/environments.md describes actions,
 observations and rewards.
 """
 import gymnasium

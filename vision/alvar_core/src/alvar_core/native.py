@@ -1,4 +1,4 @@
-"""The compiled steps of the detector (libs/alvar_core/native), where they were built.
+"""The compiled steps of the detector (vision/alvar_core/native), where they were built.
 
 Each step has a twin in numpy beside its caller, which is used without them: where the package was not built by catkin,
 with a camera that is not a plain Camera, and where the environment variable ALVAR_CORE_PLAIN is set. Both find the same
