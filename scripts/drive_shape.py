@@ -1,40 +1,45 @@
 #!/usr/bin/env python3
-"""The course's special challenge: draw a square, another shape, or four given positions, using only topics.
+"""Lessons 4 and 10, the special challenge: draw a square, or another shape, using only topics. A turtle or a robot."""
+import sys
 
-It drives a turtle, or the robot of the last part.
-"""
+import rospy
 
-from kinematic_core.worlds.turtle_world import ARENA_SIZE
-from rospy_support import nodes, parameters, reachability
-from rospy_support.parameters import Boolean, Computed, Number, Numbers, Table, Text
-from turtle_robotont.driving import shapes
-from turtle_robotont.driving.vehicle import ROBOT, TURTLE
-from turtle_robotont.nodes import node_params
-from turtle_robotont.nodes.driver import run
-from turtle_robotont.nodes.robot_driver import RobotDriver
-from turtle_robotont.nodes.turtle_driver import TurtleDriver
-from turtle_robotont.nodes.turtle_tasks import draw_shape
-
-PARAMETERS = Table(
-    Boolean('~robot', False), Text('~shape', 'square', shapes.SHAPES),
-    Number('~size', Computed(f'{shapes.DEFAULT_SIZE} (robot: {shapes.ROBOT_SIZE})'), shapes.SMALLEST, ARENA_SIZE, 'm'),
-    Numbers('~corners', Computed('a square of side 3 (robot: 0.5)'), unit='m'), Boolean('~strafe', False),
-    node_params.speeds(*(Computed(f'{turtle} (robot: {robot})') for turtle, robot in zip(TURTLE.limits, ROBOT.limits))),
-    node_params.TURTLE)
+from turtle_robotont.driver import DriveError, Driver
+from turtle_robotont.driving import drawing, shapes
+from turtle_robotont.driving.control import State
+from turtle_robotont.driving.vehicle import Limits
+from turtle_robotont.params import check_params, list_of, number, one_of, point, ros_name, true_or_false
 
 
 def main():
-    nodes.init_node('drive_shape', PARAMETERS)
-    robot, shape, strafe = PARAMETERS.read('~robot', '~shape', '~strafe')
-    driver = RobotDriver() if robot else TurtleDriver(node_params.turtle())
-    size = PARAMETERS['~size'].read(shapes.ROBOT_SIZE if robot else shapes.DEFAULT_SIZE)
-    corners = node_params.points(PARAMETERS['~corners'], shapes.ROBOT_CORNERS if robot else shapes.DEFAULT_CORNERS,
-                                 bounded=not robot)
-    limits = node_params.limits(PARAMETERS, driver.vehicle.limits)
-    parameters.log_effective()
-    reachability.watch()
-    draw_shape(driver, shape, size, corners, limits, strafe)
+    rospy.init_node('drive_shape')
+    check_params(robot=true_or_false(), shape=one_of(*shapes.SHAPES),
+                 size=number(shapes.SMALLEST, shapes.ARENA_SIZE, 'm'),
+                 corners=list_of(point(), '[[4, 4], [7, 4], [7, 7]]', 2), strafe=true_or_false(),
+                 speed=number(0.05, 10.0, 'm/s'), turn_speed=number(0.1, 10.0, 'rad/s'), turtle=ros_name('turtle1'))
+    robot = rospy.get_param('~robot', False)        # True: drive a robot with odometry, not a turtle
+    shape = rospy.get_param('~shape', 'square')
+    size = rospy.get_param('~size', shapes.ROBOT_SIZE if robot else shapes.DEFAULT_SIZE)            # of a side [m]
+    corners = rospy.get_param('~corners', shapes.ROBOT_CORNERS if robot else shapes.DEFAULT_CORNERS)  # [m]
+    strafe = rospy.get_param('~strafe', False)      # True: move sideways instead of turning
+
+    driver = Driver('' if robot else rospy.get_param('~turtle', 'turtle1'))
+    limits = Limits(rospy.get_param('~speed', driver.vehicle.limits.speed),              # at most [m/s]
+                    rospy.get_param('~turn_speed', driver.vehicle.limits.turn_speed))    # at most [rad/s]
+    plan = drawing.plan(shape, driver.ready(), size, corners, limits, driver.vehicle, strafe)
+    rospy.loginfo('Drawing: %s, starting at (%.2f, %.2f)', shape, *plan.start)
+    track, elapsed = driver.drive(plan.drive)
+    if plan.drive.state is not State.ARRIVED:
+        raise DriveError(f'did not arrive within {elapsed:.1f} s: {plan.drive.reason}')
+    worst, gap = plan.errors(track)
+    rospy.loginfo('Drawn in %.1f s: largest error %.3f m, gap at the end %.3f m', elapsed, worst, gap)
 
 
 if __name__ == '__main__':
-    run(main)
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass
+    except (DriveError, shapes.InvalidInput) as error:
+        rospy.logfatal('%s', error)
+        sys.exit(1)

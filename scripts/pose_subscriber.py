@@ -1,22 +1,18 @@
 #!/usr/bin/env python3
-"""The course's first subscriber: prints the poses on turtle1/pose."""
+"""Lesson 2, a subscriber: this node prints where the turtle is, each time that the simulator says so."""
 import rospy
+from turtlesim.msg import Pose
 
-from rospy_support import nodes, parameters, reachability
-from rospy_support.parameters import Number, Table
-from turtle_robotont.nodes.course_nodes import PosePrinter
-
-PARAMETERS = Table(Number('~rate', 0.0, 0.0, 1000.0, 'Hz'))
+from turtle_robotont.params import check_params, number
 
 
-def main():
-    nodes.init_node('pose_subscriber', PARAMETERS, anonymous=True)
-    nodes.end_when_unread()
-    PosePrinter('turtle1/pose', *PARAMETERS.read('~rate'))
-    parameters.log_effective()
-    reachability.watch()
-    rospy.spin()
+def print_pose(pose):
+    rospy.loginfo_throttle(period, 'Turtle pose: x:%0.6f, y:%0.6f', pose.x, pose.y)
 
 
-if __name__ == '__main__':
-    nodes.run(main)
+rospy.init_node('pose_subscriber', anonymous=True)
+check_params(rate=number(0.0, 1000.0, 'Hz'))
+rate = rospy.get_param('~rate', 0.0)         # lines per second, at most [Hz]; 0: each pose
+period = 1.0 / rate if rate > 0.0 else 0.0   # between two lines [s]
+rospy.Subscriber('turtle1/pose', Pose, print_pose)
+rospy.spin()

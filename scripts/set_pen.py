@@ -1,23 +1,34 @@
 #!/usr/bin/env python3
-"""The course's first service call: the colour and width of the turtle's pen, with turtle1/set_pen."""
+"""Lesson 5, a service call: the colour and width of the turtle's pen, by the service turtle1/set_pen."""
+import sys
+
 import rospy
+from turtlesim.srv import SetPen
 
-from rospy_support import nodes, parameters
-from rospy_support.parameters import Boolean, Integer, Table
-from turtle_robotont.nodes.driver import run
-from turtle_robotont.nodes.turtle_tasks import set_pen
-
-PARAMETERS = Table(Integer('~r', 0, 0, 255), Integer('~g', 0, 0, 255), Integer('~b', 255, 0, 255),
-                   Integer('~width', 5, 0, 255, 'px'), Boolean('~off', False))
+from turtle_robotont.params import check_params, true_or_false, whole
 
 
 def main():
-    nodes.init_node('set_pen', PARAMETERS)
-    r, g, b, width, off = PARAMETERS.read('~r', '~g', '~b', '~width', '~off')
-    parameters.log_effective()
-    set_pen('turtle1/set_pen', r, g, b, width, off)
+    rospy.init_node('set_pen')
+    check_params(r=whole(0, 255), g=whole(0, 255), b=whole(0, 255), width=whole(0, 255, 'px'), off=true_or_false())
+    r = rospy.get_param('~r', 0)             # red, green and blue of the pen
+    g = rospy.get_param('~g', 0)
+    b = rospy.get_param('~b', 255)
+    width = rospy.get_param('~width', 5)     # [px]
+    off = rospy.get_param('~off', False)     # True: lift the pen
+
+    rospy.wait_for_service('turtle1/set_pen', timeout=10.0)
+    set_pen = rospy.ServiceProxy('turtle1/set_pen', SetPen)
+    set_pen(r, g, b, width, off)
     rospy.loginfo('Pen off' if off else f'Pen set to r: {r} g: {g} b: {b}, {width} px wide')
 
 
 if __name__ == '__main__':
-    run(main)
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass
+    except (rospy.ROSException, rospy.ServiceException) as error:
+        rospy.logfatal('%s cannot be called: %s; is the simulator running? (rosservice list)',
+                       rospy.resolve_name('turtle1/set_pen'), error)
+        sys.exit(1)

@@ -1,26 +1,62 @@
 #!/usr/bin/env python3
-"""The course's first challenge: drive, and stop at x = 10."""
+"""Lesson 3, the first challenge: drive a turtle, watch its pose, and stop at x = 10."""
+import math
+import sys
 
-from kinematic_core.worlds.turtle_world import ARENA_SIZE
-from rospy_support import nodes, parameters, reachability
-from rospy_support.parameters import Number, Table
-from turtle_robotont.nodes import node_params
-from turtle_robotont.nodes.driver import run
-from turtle_robotont.nodes.turtle_driver import TurtleDriver
-from turtle_robotont.nodes.turtle_tasks import stop_at_x
+import rospy
+from geometry_msgs.msg import Twist
+from turtlesim.msg import Pose
 
-PARAMETERS = Table(Number('~x', 10.0, 0.0, ARENA_SIZE, 'm'), node_params.speeds(speed=1.0), node_params.TURTLE)
+from turtle_robotont.params import check_params, number, ros_name
+
+GAIN = 4.0     # speed for each metre, or radian, that is left [1/s]
+NEAR = 0.005   # close enough [m]
+pose = None    # the newest one
+
+
+def store_pose(message):
+    global pose
+    pose = message
+
+
+def limited(value, limit):
+    return max(-limit, min(limit, value))
 
 
 def main():
-    nodes.init_node('stop_at_x', PARAMETERS)
-    driver = TurtleDriver(node_params.turtle())
-    x = PARAMETERS['~x'].read()
-    limits = node_params.limits(PARAMETERS)
-    parameters.log_effective()
-    reachability.watch()
-    stop_at_x(driver, x, limits)
+    rospy.init_node('stop_at_x')
+    check_params(x=number(0.0, 11.0889, 'm'), speed=number(0.05, 10.0, 'm/s'), turn_speed=number(0.1, 10.0, 'rad/s'),
+                 turtle=ros_name('turtle1'))
+    x = rospy.get_param('~x', 10.0)                   # where to stop [m]
+    speed = rospy.get_param('~speed', 1.0)            # at most [m/s]
+    turn_speed = rospy.get_param('~turn_speed', 5.0)  # at most [rad/s]
+    turtle = rospy.get_param('~turtle', 'turtle1')
+
+    rospy.Subscriber(f'{turtle}/pose', Pose, store_pose)
+    publisher = rospy.Publisher(f'{turtle}/cmd_vel', Twist, queue_size=10)
+    rospy.on_shutdown(lambda: publisher.publish(Twist()))  # all zeros: the turtle stops
+    rospy.wait_for_message(f'{turtle}/pose', Pose, timeout=10.0)
+    rospy.loginfo('Driving from x = %.3f to x = %.3f m at %.2f m/s', pose.x, x, speed)
+
+    rate = rospy.Rate(50)
+    while abs(x - pose.x) > NEAR:
+        direction = 0.0 if x > pose.x else math.pi     # to the right or to the left
+        turn = math.remainder(direction - pose.theta, 2.0 * math.pi)  # the shorter way round, -pi to pi
+        velocity = Twist()
+        velocity.angular.z = limited(GAIN * turn, turn_speed)
+        if abs(turn) < 0.05:                           # it looks in the right direction: drive
+            velocity.linear.x = limited(GAIN * abs(x - pose.x), speed)
+        publisher.publish(velocity)
+        rate.sleep()
+    publisher.publish(Twist())
+    rospy.loginfo('Stopped at x = %.4f m, y = %.4f m: error %.4f m', pose.x, pose.y, abs(x - pose.x))
 
 
 if __name__ == '__main__':
-    run(main)
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass
+    except rospy.ROSException as error:
+        rospy.logfatal('No pose: %s. Is the simulator running, and does the turtle exist? (rostopic list)', error)
+        sys.exit(1)

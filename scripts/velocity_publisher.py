@@ -1,22 +1,29 @@
 #!/usr/bin/env python3
-"""The course's first publisher: a constant velocity on turtle1/cmd_vel."""
+"""Lesson 1, a publisher: a turtle drives in a circle, because this node publishes a velocity ten times a second."""
 import rospy
+from geometry_msgs.msg import Twist
 
-from rospy_support import nodes, parameters, reachability
-from rospy_support.parameters import Number, Table
-from turtle_robotont.nodes.course_nodes import VelocityPublisher
-
-PARAMETERS = Table(Number('~linear', 0.5, unit='m/s'), Number('~angular', 0.2, unit='rad/s'),
-                   Number('~rate', 10.0, 0.1, 1000.0, 'Hz'))
+from turtle_robotont.params import check_params, number
 
 
 def main():
-    nodes.init_node('velocity_publisher', PARAMETERS, anonymous=True)
-    VelocityPublisher('turtle1/cmd_vel', *PARAMETERS.read('~linear', '~angular', '~rate'))
-    parameters.log_effective()
-    reachability.watch()
-    rospy.spin()
+    rospy.init_node('velocity_publisher', anonymous=True)
+    check_params(linear=number(unit='m/s'), angular=number(unit='rad/s'), rate=number(0.1, 1000.0, 'Hz'))
+    velocity = Twist()
+    velocity.linear.x = rospy.get_param('~linear', 0.5)    # forward [m/s]
+    velocity.angular.z = rospy.get_param('~angular', 0.2)  # to the left [rad/s]
+    rate = rospy.Rate(rospy.get_param('~rate', 10.0))      # [Hz]
+
+    publisher = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=10)
+    rospy.on_shutdown(lambda: publisher.publish(Twist()))  # all zeros: the turtle stops
+    while not rospy.is_shutdown():
+        publisher.publish(velocity)
+        rospy.loginfo('Publish turtle velocity command[%0.2f m/s, %0.2f rad/s]', velocity.linear.x, velocity.angular.z)
+        rate.sleep()
 
 
 if __name__ == '__main__':
-    nodes.run(main)
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass

@@ -16,12 +16,8 @@ import enum
 import math
 from typing import List, NamedTuple, Optional
 
-from kinematic_core.validation import InvalidInput
-from kinematic_core.worlds.angles import wrap_angle
-from kinematic_core.worlds.planar import Twist2D
-from kinematic_core.worlds.turtle_world import ARENA_SIZE
-from turtle_robotont.driving.shapes import HasPosition, distance
-from turtle_robotont.driving.vehicle import LIMITS, STOP, TURTLE, Limits, Vehicle, VehicleState
+from turtle_robotont.driving.shapes import ARENA_SIZE, HasPosition, InvalidInput, distance, wrap_angle
+from turtle_robotont.driving.vehicle import LIMITS, STOP, TURTLE, Limits, Twist2D, Vehicle, VehicleState
 
 TURNED_ENOUGH = 0.05  # [rad] from the goal's direction: drive, and steer the rest
 TURN_AGAIN = 0.5  # [rad] from the goal's direction: stop and turn

@@ -4,10 +4,9 @@ Units and frames as in turtle_robotont.driving.shapes.
 """
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
-from kinematic_core.validation import InvalidInput
 from turtle_robotont.driving import shapes, track_metrics
 from turtle_robotont.driving.control import CircleDrive, Drive, DriveSequence, Goal, GoTo, Leg
-from turtle_robotont.driving.shapes import HasPosition, Point
+from turtle_robotont.driving.shapes import HasPosition, InvalidInput, Point
 from turtle_robotont.driving.strafing import StrafeCircle, StrafeTo
 from turtle_robotont.driving.vehicle import TURTLE, Limits, Vehicle, VehicleState
 

@@ -8,8 +8,7 @@ import enum
 import math
 from typing import NamedTuple, Optional, Sequence
 
-from kinematic_core.worlds.planar import Twist2D
-from turtle_robotont.driving.vehicle import ROBOT, STOP, Limits
+from turtle_robotont.driving.vehicle import ROBOT, STOP, Limits, Twist2D
 from turtle_robotont.markers.sightings import Sighting
 
 GAIN = 1.2  # [1/s] speed per metre of error; low enough for the delay of 0.2 s of a tracker at 8 Hz

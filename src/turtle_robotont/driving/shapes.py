@@ -11,9 +11,7 @@ import math
 from functools import partial
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence
 
-from kinematic_core.validation import InvalidInput
-from kinematic_core.worlds.turtle_world import ARENA_SIZE
-
+ARENA_SIZE = 11.088889122009277  # [m] side of turtlesim's window: the float32 of 499 pixels of 1 / 45 m
 DEFAULT_SIZE = 2.0  # [m]
 DEFAULT_CORNERS = [[4.0, 4.0], [7.0, 4.0], [7.0, 7.0], [4.0, 7.0]]  # [m]
 ROBOT_SIZE = 0.5  # [m] fits where a Robotont starts in its maze
@@ -22,6 +20,10 @@ CIRCLE_ENDS = ('right end', 'upper end', 'left end', 'lower end')
 SMALLEST = 0.1  # [m] the smallest size of a shape
 STEEP = 1e-6  # a heading with a smaller cosine never reaches another x
 EDGE = 1e-6  # [m] by which rounding may put a corner outside
+
+
+class InvalidInput(ValueError):
+    """A value was refused; the text names the value and what is allowed."""
 
 
 class HasPosition(Protocol):
@@ -49,6 +51,11 @@ class Point(NamedTuple):
 
     x: float
     y: float
+
+
+def wrap_angle(theta: float) -> float:
+    """Wrap an angle [rad] to [-pi, pi]."""
+    return math.remainder(theta, 2.0 * math.pi)
 
 
 def distance(a: HasPosition, b: HasPosition) -> float:

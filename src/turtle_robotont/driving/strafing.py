@@ -4,11 +4,9 @@ Units, frames and states are those of turtle_robotont.driving.control; these dri
 """
 import math
 
-from kinematic_core.worlds.angles import wrap_angle
-from kinematic_core.worlds.planar import Twist2D
 from turtle_robotont.driving.control import TOLERANCE, CircleDrive, Goal, Leg, State, Tolerance
-from turtle_robotont.driving.shapes import HasPosition, distance
-from turtle_robotont.driving.vehicle import ROBOT, Limits, Vehicle, VehicleState
+from turtle_robotont.driving.shapes import HasPosition, distance, wrap_angle
+from turtle_robotont.driving.vehicle import ROBOT, Limits, Twist2D, Vehicle, VehicleState
 
 LOOKAHEAD = 0.1  # [m] along the line, to the point at which the drive aims
 

@@ -7,10 +7,8 @@ import math
 import statistics
 from typing import List, Sequence, Tuple
 
-from kinematic_core.worlds.angles import wrap_angle
-from kinematic_core.worlds.turtle_world import DT
-from turtle_robotont.driving.shapes import HasPose, HasPosition, distance
-from turtle_robotont.driving.vehicle import VehicleState
+from turtle_robotont.driving.shapes import HasPose, HasPosition, distance, wrap_angle
+from turtle_robotont.driving.vehicle import TURTLE_STEP, VehicleState
 
 JUMP = 0.25  # [m] in one step, further than a turtle drives below 15 m/s: a teleport
 STANDING = 1e-4  # [m or rad] a turtle that stands still stays within this
@@ -53,7 +51,7 @@ def top_speed(track: Track) -> float:
 
 def stands_still(track: Track, seconds: float = 0.2) -> bool:
     """Return whether the turtle stood still during the last ``seconds`` of the track."""
-    count = max(2, math.ceil(seconds / DT))
+    count = max(2, math.ceil(seconds / TURTLE_STEP))
     last = track[-count:]
     return len(last) == count and all(
         distance(last[0], pose) < STANDING and abs(wrap_angle(pose.theta - last[0].theta)) < STANDING for pose in last)

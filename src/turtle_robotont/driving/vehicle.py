@@ -1,14 +1,26 @@
 """Descriptions of vehicles for drives: state, top speeds, and the parameters of the control laws. ROS-free.
 
-Commands are kinematic_core.worlds.planar.Twist2D: velocities in the vehicle's own frame.
+Commands are Twist2D, velocities in the vehicle's own frame.
 """
 import math
 from typing import NamedTuple, Optional
 
-from kinematic_core.worlds.planar import STILL, Twist2D
-from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from turtle_robotont.driving.shapes import ARENA_SIZE
 
-STOP = STILL
+
+class Twist2D(NamedTuple):
+    """A velocity in the plane, with the fields of a geometry_msgs/Twist that matter there.
+
+    linear_x [m/s] forward, linear_y [m/s] to the left, angular_z [rad/s] counter-clockwise.
+    """
+
+    linear_x: float = 0.0
+    linear_y: float = 0.0
+    angular_z: float = 0.0
+
+
+STOP = Twist2D()
+TURTLE_STEP = 0.016  # [s] between two poses of turtlesim
 
 
 class VehicleState(NamedTuple):

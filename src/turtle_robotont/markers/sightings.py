@@ -11,7 +11,7 @@ auto                    optical if the name of the frame says so, else body
 import math
 from typing import NamedTuple, Sequence
 
-from kinematic_core.validation import InvalidInput
+from turtle_robotont.driving.shapes import InvalidInput
 
 AXES = ('auto', 'body', 'optical')
 FURTHEST = 100.0  # [m] no camera detects a marker at this distance; wrong transforms give such poses

@@ -6,10 +6,9 @@ import enum
 import math
 from typing import List, NamedTuple, Optional, Sequence
 
-from kinematic_core.worlds.planar import Twist2D
 from turtle_robotont.driving.following import TURN_GAIN, Follower, Settings
 from turtle_robotont.driving.following import State as Following
-from turtle_robotont.driving.vehicle import STOP
+from turtle_robotont.driving.vehicle import STOP, Twist2D
 from turtle_robotont.markers.sightings import Sighting
 
 FRESH = 0.3  # [s] a marker seen within this time is in view: two messages of a tracker at 8 Hz

@@ -6,6 +6,14 @@ from rostest_support.course import CourseCase
 from turtle_robotont.driving.shapes import SHAPES
 
 AT_A_TIME = 4  # nodes
+UNKNOWN = [  # an argument that a node does not have; what its text must contain
+    ('velocity_publisher.py', '_liner:=2.0', ['parameter /case0/liner', 'no such parameter', '_linear:=2.0']),
+    ('velocity_publisher.py', 'linear:=2.0', ['argument linear:=2.0', '_linear:=2.0']),
+    ('stop_at_x.py', 'x=3', ['argument x=3', '_x:=3']),
+    ('stop_at_x.py', 'sped:=2', ['argument sped:=2', '_speed:=2']),
+    ('set_pen.py', '_colour:=red', ['parameter /case4/colour', 'It has b, g, off, r, width']),
+    ('drive_shape.py', 'square', ['argument square', 'no such parameter']),
+]
 NO_SIMULATOR_DEADLINE = 25.0  # [s] they wait 10 s themselves
 REFUSED = [  # what is given to which node; what its text must contain beside the parameter's name
     ('velocity_publisher.py', '_linear:=fast', ["'fast'", 'a number']),
@@ -17,17 +25,17 @@ REFUSED = [  # what is given to which node; what its text must contain beside th
     ('drive_shape.py', '_shape:=star', ["'star'", ', '.join(SHAPES)]),
     ('drive_shape.py', '_size:=12', ['is 12', '0.1 to 11.0889 m']),
     ('drive_shape.py', '_turn_speed:=.inf', ['inf', '0.1 to 10 rad/s']),
-    ('drive_shape.py', '_corners:=[[1,1],[2,12]]', ['corner 2 (2.00, 12.00)', '0 to 11.09 m']),
+    ('drive_shape.py', '_corners:=[[1,1]]', ['[[1, 1]]', 'at least 2 entries, each a pair [x, y]']),
     ('drive_shape.py', '_robot:=maybe', ["'maybe'", 'true or false']),
     ('ar_control_node.py', '_mode:=fly', ["'fly'", 'print, forward, follow']),
     ('ar_control_node.py', '_log_rate:=.nan', ['nan', '0 to 1000 Hz']),
     ('ar_control_node.py', '_frame_axes:=left', ["'left'", 'auto, body, optical']),
-    ('ar_maze.py', '_markers:=[1,-2]', ['-2', 'a list of ids']),
+    ('ar_maze.py', '_markers:=[1,-2]', ['-2', 'each a whole number from 0']),
     ('ar_maze.py', '_distance:=0', ['is 0', '0.1 to 20 m']),
     ('goto_pose_server.py', '_mode:=fly', ["'fly'", 'drive, teleport, log']),
     ('set_pen.py', '_r:=256', ['is 256', '0 to 255']),
     ('set_pen.py', '_width:=1.5', ['is 1.5', 'a whole number from 0 to 255 px']),
-    ('teleport_tour.py', '_positions:=[[-1,5],[2,2]]', ['corner 1 (-1.00, 5.00)']),
+    ('teleport_tour.py', '_positions:=[[-1,5],[2,2]]', ['[[-1, 5], [2, 2]]', 'each a pair [x, y], both a number from 0 to 11.0889 m']),
     ('teleport_tour.py', '_color:=[0,0,300]', ['300', '0 to 255']),
     ('teleport_tour.py', '_pause:=forever', ["'forever'", '0 to 60 s']),
 ]
@@ -53,6 +61,17 @@ class ParametersTest(CourseCase):
         for text in [f'parameter {parameter}', *texts]:
             self.assertIn(text, lines[0])
 
+    def test_course_unknown_parameters(self):
+        """A misspelt parameter, a forgotten underscore or colon: exit code 2 and one line with what was meant."""
+        processes = [self.start(script, f'__name:=case{number}', argument)
+                     for number, (script, argument, _) in enumerate(UNKNOWN)]
+        for (script, argument, texts), process in zip(UNKNOWN, processes):
+            with self.subTest(script=script, argument=argument):
+                lines = [line for line in self.ended(process, code=2).splitlines() if '[FATAL]' in line]
+                self.assertEqual(1, len(lines), process.output())
+                for text in texts:
+                    self.assertIn(text, lines[0])
+
     def test_course_without_simulator(self):
         """Exit code 1 and a line that says what is missing, within the 10 s that a node waits."""
         processes = [(script, self.start(script)) for script in DRIVERS]
@@ -60,7 +79,7 @@ class ParametersTest(CourseCase):
         for script, process in processes:
             with self.subTest(script=script):
                 said = self.ended(process, code=1, deadline=NO_SIMULATOR_DEADLINE)
-                self.assertRegex(said, r'\[FATAL\].*no pose on /turtle1/pose for 10 s; is the simulator running')
+                self.assertRegex(said, r'\[FATAL\].*turtle1/pose.*[iI]s the simulator running'),
         said = self.ended(pen, code=1, deadline=NO_SIMULATOR_DEADLINE)
         self.assertRegex(said, r'\[FATAL\].*/turtle1/set_pen cannot be called: .*is the simulator running')
 

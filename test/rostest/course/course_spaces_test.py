@@ -4,7 +4,6 @@
 import rospy
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.srv import DriveTo
-from turtlesim.srv import TeleportAbsolute
 
 from rostest_support.common import DEADLINE, MIDDLE, Collected, proxy, registered_names, run, until
 from rostest_support.course import CourseCase, stands
@@ -34,9 +33,9 @@ class SpacesTest(CourseCase):
         status = Collected('/right/turtle1/drive_status', DriveStatus)
         goals = {self.left: (8.0, 7.0, 1.0), self.right: (3.0, 4.0, -1.0)}
         for side in goals:
-            rospy.wait_for_service(f'{side.space}turtle1/gotoPose', DEADLINE)
+            rospy.wait_for_service(f'{side.space}turtle1/drive_to', DEADLINE)
         before = self.left.pose()
-        proxy('/right/turtle1/gotoPose', TeleportAbsolute)(*goals[self.right])
+        proxy('/right/turtle1/drive_to', DriveTo)(*goals[self.right], True, 0.0, 0.0)
         self.assert_at(self.right.pose(), *goals[self.right])
         self.assertEqual(before, self.left.pose(), 'the left turtle stays')
         until(lambda: status.messages and status.messages[-1].state == DriveStatus.ARRIVED, 'the status of the right')
@@ -49,7 +48,7 @@ class SpacesTest(CourseCase):
 
     def test_course_nodes_in_a_namespace(self):
         """All that a node publishes, subscribes to and serves lies in its namespace."""
-        nodes = {'/left/velocity_publisher', '/left/pose_subscriber', '/left/goto_pose_server'}
+        nodes = {'/left/velocity_publisher', '/left/pose_subscriber', '/left/drive_server'}
         until(lambda: all(len(registered_names(node)[1]) + len(registered_names(node)[0]) > 1 for node in nodes),
               f'all of {nodes} registered')
         rospy.wait_for_service('/left/turtle1/draw_shape', DEADLINE)

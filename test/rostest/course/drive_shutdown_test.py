@@ -25,7 +25,7 @@ class ShutdownTest(CourseCase):
 
     def test_drive_shutdown_of_a_server(self):
         """Ctrl-C: the caller's call fails rather than hang."""
-        process = self.start('goto_pose_server.py')
+        process = self.start('drive_server.py')
         rospy.wait_for_service('/turtle1/drive_to', DEADLINE)
         call = BackgroundCall('/turtle1/drive_to', DriveTo, 10.5, MIDDLE, 0.0, False, SPEED, 0.0)
         self.drive_and_end(process, lambda: process.process.send_signal(signal.SIGINT), code=0)

@@ -5,7 +5,6 @@ import math
 import rospy
 from turtle_robotont.msg import DriveStatus
 from turtle_robotont.srv import DrawShape, DriveTo
-from turtlesim.srv import TeleportAbsolute
 
 from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, median_rate, proxy, run, until
 from rostest_support.course import BackgroundCall, CourseCase
@@ -31,7 +30,7 @@ class DriveStatusTest(CourseCase):
 
     def test_drive_status_of_an_arrival(self):
         """All states in their order, the goal, and errors that fall to nothing."""
-        proxy('/turtle1/gotoPose', TeleportAbsolute)(7.0, 7.0, -1.0)
+        proxy('/turtle1/drive_to', DriveTo)(7.0, 7.0, -1.0, True, 0.0, 0.0)
         messages = self.until_ended()
         states = [message.state for message in messages]
         self.assertEqual([DriveStatus.TURNING, DriveStatus.DRIVING, DriveStatus.ALIGNING, DriveStatus.SETTLING,

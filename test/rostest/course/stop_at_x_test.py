@@ -9,7 +9,7 @@ STRAIGHT_TOLERANCE = 0.02  # [m] off the line that it drives along
 STARTS = {  # name: x [m], y [m], theta [rad], y [m] where it stops; None: anywhere
     'facing_away': (7.0, 2.0, math.pi, 2.0),
     'facing_up': (8.0, 6.0, math.pi / 2.0, 6.0),
-    'ahead_of_it': (7.0, 1.0, 0.5, 1.0 + 3.0 * math.tan(0.5)),  # straight on leads there
+    'tilted': (7.0, 1.0, 0.5, 1.0),
     'ahead_is_outside': (7.0, 9.0, 1.2, 9.0),  # straight on it would meet the upper wall first
     'beyond': (11.0, 4.0, 0.0, 4.0),
     'there_already': (10.0, 5.0, -2.0, 5.0),

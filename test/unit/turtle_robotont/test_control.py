@@ -5,13 +5,12 @@ import random
 
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import Twist2D
 from kinematic_core.worlds.turtle_world import ARENA_SIZE, DT
 from turtle_robotont.driving import control
 from turtle_robotont.driving.control import CircleDrive, DriveSequence, Goal, GoTo, State, Tolerance
-from turtle_robotont.driving.shapes import distance
+from turtle_robotont.driving.shapes import InvalidInput, distance
 from turtle_robotont.driving.vehicle import STOP, TURTLE, Limits, VehicleState
 
 TOLERANCE = control.TOLERANCE

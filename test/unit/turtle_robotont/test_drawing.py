@@ -3,9 +3,9 @@ import math
 
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from turtle_robotont.driving import drawing, shapes, track_metrics
 from turtle_robotont.driving.control import Goal, State
+from turtle_robotont.driving.shapes import InvalidInput
 from turtle_robotont.driving.vehicle import Limits
 
 CORNER_TOLERANCE = 0.05  # [m] what the course's shapes are held to; the control keeps within a fifth of it

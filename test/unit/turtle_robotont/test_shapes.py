@@ -3,11 +3,10 @@ import math
 
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from turtle_robotont.driving import shapes
 from turtle_robotont.driving.control import Goal
-from turtle_robotont.driving.shapes import Point
+from turtle_robotont.driving.shapes import InvalidInput, Point
 
 ROUNDING = 1e-9
 UP, LEFT = math.pi / 2.0, math.pi

@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from kinematic_core.validation import InvalidInput
+from turtle_robotont.driving.shapes import InvalidInput
 from turtle_robotont.markers.sightings import FURTHEST, sighting
 
 
