@@ -2,6 +2,7 @@
 
 The nodes of the course are described in docs/nodes.md, its launch files in docs/course.md; a stand-in describes itself.
 """
+import ast
 import importlib.machinery
 import importlib.util
 import pathlib
@@ -12,6 +13,9 @@ import pytest
 
 from rospy_support.parameters import Boolean, Computed, Integer, Number, Numbers, Table, Text
 from rostest_support.node_pages import NAME_COLUMNS, PAGES, PARAMETER_COLUMNS, names, page_of, sections, table
+from turtle_robotont import params
+from turtle_robotont.driving import shapes
+from turtle_robotont.markers.sightings import AXES
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 README = (REPOSITORY / 'README.md').read_text(encoding='utf-8')
@@ -32,6 +36,45 @@ def parameters_of(script):
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
     loader.exec_module(module)
     return module.main.__globals__.get('PARAMETERS', ())
+
+
+def lesson_parameters(source):
+    """Return {name: (default, Allowed)} of a lesson; a default that is no literal is None."""
+    tree, known = ast.parse(source), {**vars(params), 'shapes': shapes, 'AXES': AXES}
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and isinstance(node.value, ast.Tuple):
+            known[node.targets[0].id] = ast.literal_eval(node.value)
+    allowed = {keyword.arg: eval(ast.unparse(keyword.value), known) for call in calls
+               if getattr(call.func, 'id', '') == 'check_params' for keyword in call.keywords}
+    defaults = {}
+    for call in calls:
+        if ast.unparse(call.func) == 'rospy.get_param' and len(call.args) == 2:
+            name, default = call.args[0].value.lstrip('~'), call.args[1]
+            literal = not list(node for node in ast.walk(default) if isinstance(node, (ast.Name, ast.IfExp)))
+            # A default that is computed, or that depends on the mode, takes words.
+            defaults[name] = ast.literal_eval(default) if literal and name not in defaults else None
+    return {name: (defaults.get(name, 'not read'), allowed.get(name)) for name in {*defaults, *allowed}}
+
+
+def lesson_differences(parameters, text):
+    """Return what the parameter table of a lesson's section says wrong."""
+    rows = {row['parameter'].strip('`~'): row for row in table(text, PARAMETER_COLUMNS)}
+    wrong = [f'{name} is on one side only' for name in sorted(set(rows) ^ set(parameters))]
+    for name in sorted(set(rows) & set(parameters)):
+        row, (default, allowed) = rows[name], parameters[name]
+        if default == 'not read' or allowed is None:
+            wrong.append(f'{name}: the program has to check and to read it')
+            continue
+        if default is not None and not isinstance(default, list) and not same(row['default'], str(default).lower()):
+            wrong.append(f'{name}: default is {row["default"]!r}, in the code {default!r}')
+        kind, unit = re.fullmatch(r'(.*?)(?:, ([^\]]*))?', row['type']).groups('')
+        if kind != allowed.kind or unit not in allowed.text:
+            wrong.append(f'{name}: type is {row["type"]!r}, in the code {allowed.kind}: {allowed.text}')
+        if row['range'] not in ('finite', 'inside the arena', 'a ROS name', 'true, false') and \
+                row['range'].replace(' or more', '').replace(' each', '') not in allowed.text:
+            wrong.append(f'{name}: range is {row["range"]!r}, in the code {allowed.text!r}')
+    return wrong
 
 
 def expected_cells(parameter):
@@ -79,7 +122,11 @@ each_package = pytest.mark.parametrize('package', list(NODE_PAGES), ids=lambda f
 
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)
 def test_parameters_of_a_node_are_described_as_they_are(script):
-    assert parameter_differences(parameters_of(script), sections(page_of(script))[script.name]) == []
+    source, section = script.read_text(encoding='utf-8'), sections(page_of(script))[script.name]
+    if 'import check_params' in source:
+        assert lesson_differences(lesson_parameters(source), section) == []
+    else:
+        assert parameter_differences(parameters_of(script), section) == []
 
 
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)

@@ -24,10 +24,10 @@ from std_msgs.msg import String
 from rospy_support import images
 from turtle_robotont.demo.course import Measurement, Step, at_most, near
 from turtle_robotont.demo.harness import REST_TIMEOUT, DemoError
+from turtle_robotont.driver import pose_of
 from turtle_robotont.driving import track_metrics
 from turtle_robotont.driving.shapes import Point
 from turtle_robotont.markers.marker_sequence import FRAMES, MARKERS
-from turtle_robotont.driver import pose_of
 
 START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first run renders the sequence before
 POSITION_ERROR = 0.01  # median position error as share of the distance; the camera has distortion

@@ -35,7 +35,8 @@ REFUSED = [  # what is given to which node; what its text must contain beside th
     ('goto_pose_server.py', '_mode:=fly', ["'fly'", 'drive, teleport, log']),
     ('set_pen.py', '_r:=256', ['is 256', '0 to 255']),
     ('set_pen.py', '_width:=1.5', ['is 1.5', 'a whole number from 0 to 255 px']),
-    ('teleport_tour.py', '_positions:=[[-1,5],[2,2]]', ['[[-1, 5], [2, 2]]', 'each a pair [x, y], both a number from 0 to 11.0889 m']),
+    ('teleport_tour.py', '_positions:=[[-1,5],[2,2]]', ['[[-1, 5], [2, 2]]', 'each a pair [x, y], both a number from '
+                                                        '0 to 11.0889 m']),
     ('teleport_tour.py', '_color:=[0,0,300]', ['300', '0 to 255']),
     ('teleport_tour.py', '_pause:=forever', ["'forever'", '0 to 60 s']),
 ]

@@ -92,7 +92,8 @@ class TroubleTest(CourseCase):
     def test_drive_stuck(self):
         """The commands do not reach the turtle: given up after 2 s, and the goal was not driven to."""
         commands = Collected('/lost/cmd_vel', Twist)
-        self.assertIn('has not moved for 2 s', proxy('/turtle1/drive_to', DriveTo)(9.0, 9.0, 0.0, True, 0.0, 0.0).reason)
+        answer = proxy('/turtle1/drive_to', DriveTo)(9.0, 9.0, 0.0, True, 0.0, 0.0)
+        self.assertIn('has not moved for 2 s', answer.reason)
         until(lambda: commands.messages[-1] == STOP, 'a last Twist of zeros')
         self.assert_pose(self.pose(), MIDDLE, MIDDLE, 0.0)
 
