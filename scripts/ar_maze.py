@@ -46,7 +46,7 @@ class ArMaze:
         """Visit the markers one after the other."""
         rate = rospy.Rate(rospy.get_param('~rate', 20.0))
         before, status = rospy.get_time(), ''
-        while not self.tour.finished:
+        while not self.tour.finished and not rospy.is_shutdown():
             rate.sleep()
             now = rospy.get_time()
             command = self.tour.step(min(max(0.0, now - before), 0.15))   # a clock can be set
@@ -73,7 +73,7 @@ def main():
     tour = Tour(rospy.get_param('~markers', [1, 2, 3, 4, 5]), settings, rospy.get_param('~search_speed', 1.0))
     ArMaze(tour).drive()
     if tour.state is not State.DONE:
-        rospy.logfatal('%s', tour.status)
+        rospy.logfatal('%s', tour.status if tour.finished else f'ended while {tour.status}')
         sys.exit(1)
 
 

@@ -40,6 +40,8 @@ def main():
 
     rate = rospy.Rate(50)
     while abs(x - pose.x) > NEAR:
+        if rospy.is_shutdown():   # Ctrl-C
+            return
         direction = 0.0 if x > pose.x else math.pi     # to the right or to the left
         turn = math.remainder(direction - pose.theta, 2.0 * math.pi)  # the shorter way round, -pi to pi
         velocity = Twist()

@@ -26,6 +26,8 @@ def main():
     set_pen(red, green, blue, width, 0)
     last_x, last_y = pose.x, pose.y
     for x, y in positions:
+        if rospy.is_shutdown():   # Ctrl-C
+            return
         theta = math.atan2(y - last_y, x - last_x)   # the direction of the jump
         rospy.loginfo('Goto => x: %.2f y: %.2f theta: %.2f', x, y, theta)
         teleport(x, y, theta)
