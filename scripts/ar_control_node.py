@@ -25,7 +25,6 @@ class ArControl:
         self.ahead = self.left = 0.0                        # where the marker was seen [m]
         self.seen = self.printed = -math.inf                # and when [s]; when a message was printed [s]
         self.status = ''
-        self.publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         rospy.Subscriber('ar_pose_marker', AlvarMarkers, self.on_markers)
         rospy.loginfo('Subscribing to %s', rospy.resolve_name('ar_pose_marker'))
 
@@ -33,7 +32,7 @@ class ArControl:
         now, lines = rospy.get_time(), []
         for marker in message.markers:
             p = marker.pose.pose.position
-            distance = math.sqrt(p.x ** 2 + p.y ** 2 + p.z ** 2)
+            distance = math.hypot(p.x, p.y, p.z)
             if not distance < FARTHEST:   # also true if it is NaN, not a number
                 rospy.logwarn_throttle(10.0, f'Marker {marker.id} at x {p.x:g} y {p.y:g} z {p.z:g} m is ignored.')
                 continue
@@ -50,6 +49,15 @@ class ArControl:
             self.printed = now
             for line in lines or ['No AR markers detected.']:
                 rospy.loginfo(line)
+
+    def drive(self, mode):
+        """Publish velocities until the node ends."""
+        self.publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        rospy.on_shutdown(lambda: self.publisher.publish(Twist()))   # all zeros: the robot stops
+        if mode == 'forward':
+            self.forward()
+        else:
+            self.follow()
 
     def forward(self):
         """Drive with a constant velocity."""
@@ -105,11 +113,13 @@ def main():
                  speed=number(0.05, 10.0, 'm/s'), turn_speed=number(0.1, 10.0, 'rad/s'))
     mode = rospy.get_param('~mode', 'print')
     node = ArControl()
-    if mode == 'print':
-        rospy.spin()
-    else:
-        rospy.on_shutdown(lambda: node.publisher.publish(Twist()))   # all zeros: the robot stops
-        node.forward() if mode == 'forward' else node.follow()
+    if mode != 'print':
+        node.drive(mode)
+    rospy.sleep(5.0)
+    if node.printed < 0.0:
+        rospy.logwarn('No markers on %s for 5 s. To start camera and tracker, type: roslaunch turtle_robotont '
+                      'camera_ar_track.launch', rospy.resolve_name('ar_pose_marker'))
+    rospy.spin()
 
 
 if __name__ == '__main__':

@@ -37,7 +37,7 @@ class DriveServer:
             pose = self.driver.pose()
             answer.position_error = shapes.distance(pose, goal)
             answer.heading_error = 0.0 if goal.theta is None else abs(shapes.wrap_angle(goal.theta - pose.theta))
-        except (DriveError, shapes.InvalidInput) as error:
+        except (DriveError, shapes.InvalidInput, rospy.ROSInterruptException) as error:
             answer.reason = answer.reason or str(error)
         self.log(f'Drive to ({request.x:.2f}, {request.y:.2f})', answer.arrived, answer)
         return answer
@@ -52,7 +52,7 @@ class DriveServer:
             answer.drawn, answer.reason = plan.drive.state is State.ARRIVED, plan.drive.reason
             if track:
                 answer.corner_error, answer.closing_error = plan.errors(track)
-        except (DriveError, shapes.InvalidInput) as error:
+        except (DriveError, shapes.InvalidInput, rospy.ROSInterruptException) as error:
             answer.reason = str(error)
         self.log(f'Draw {request.shape}', answer.drawn, answer)
         return answer

@@ -100,8 +100,8 @@ def check_params(**allowed: Allowed) -> None:
         sys.exit(WRONG_PARAMETER)
     left = sorted(set(stored) - set(typed))
     if left and not any(argument.startswith('__log:=') for argument in sys.argv):  # roslaunch sets __log and parameters
-        rospy.logwarn('%s has parameters from an earlier run: %s. To forget them, type: rosparam delete %s',
-                      rospy.get_name(), ', '.join(f'{name}={stored[name]}' for name in left), rospy.get_name())
+        rospy.logwarn('%s has parameters from an earlier run: %s; rosparam delete %s forgets them', rospy.get_name(),
+                      ', '.join(f'{name}={stored[name]}' for name in left), rospy.get_name())
 
 
 def _is_number(value: Any) -> bool:

@@ -21,7 +21,7 @@ from std_msgs.msg import String
 from turtle_robotont.demo.course import Measurement, Step, at_most, near
 from turtle_robotont.demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
 from turtle_robotont.driving import track_metrics
-from turtle_robotont.nodes.robot_driver import pose_of
+from turtle_robotont.driver import pose_of
 
 GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] from the goal that counts as there
 PACE, BACK, SWING = 0.2, 4, 0.2  # [m/s], times that it turns back, [m] from the goal that it swings at most

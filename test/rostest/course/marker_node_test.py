@@ -18,6 +18,7 @@ LINE = r'Detected marker with ID (\d+) at x: (\S+) y: (\S+) z: (\S+) m, distance
 PERIOD_TOLERANCE = 0.2  # [s] of 1 s
 LOST_TOLERANCE = 0.5  # [s] by which a loaded machine may be late
 MARKERS_PERIOD = 0.1  # [s]
+STILL = 1e-3  # [m, rad] that a robot at rest may move meanwhile
 REST = 30  # [messages of odometry] 1 s: longer than a stop while the marker is lost
 
 
@@ -62,7 +63,7 @@ class ArControlTest(RobotCase):
         process.wait_for_output('ID 3')
 
     def test_ar_control_bad_poses(self):
-        """Poses that no marker can have: one warning with topic, marker and value; the others are printed."""
+        """Poses that no marker can have: one warning with marker and value; the others are printed."""
         process, track = self.start(NODE), self.tracker()
         for _ in range(5):
             track({1: (math.nan, 0.0, 0.0), 2: (1.0, 0.0, 0.0), 3: (1e253, 0.0, 0.0)})
@@ -70,16 +71,12 @@ class ArControlTest(RobotCase):
         self.assertEqual({'2'}, {line[0] for line in self.printed(process)})
         warnings = re.findall(r'\[WARN\].*', process.output())
         self.assertEqual(1, len(warnings), warnings)
-        self.assertRegex(warnings[0], r'/ar_pose_marker: marker 1 at x nan.*ignored')
+        self.assertRegex(warnings[0], r'Marker 1 at x nan.*ignored')
 
     def test_ar_control_silence(self):
-        """No message: which topic, that no node publishes it, where such messages come instead, what to type."""
-        process = self.start(NODE)
-        self.tracker('laptop/ar_pose_marker', subscribers=0)
-        said = process.wait_for_output(r'\[WARN\].*').group()
-        self.assertIn('No markers on /ar_pose_marker: no node publishes it', said)
-        self.assertIn(f'/laptop/ar_pose_marker (by {rospy.get_name()})', said)
-        self.assertIn('ar_pose_marker:=/laptop/ar_pose_marker', said)
+        """No message for 5 s: which topic, and what to type."""
+        said = self.start(NODE).wait_for_output(r'\[WARN\].*').group()
+        self.assertIn('No markers on /ar_pose_marker for 5 s', said)
         self.assertIn('camera_ar_track.launch', said)
 
     def test_ar_control_forward(self):
@@ -156,7 +153,7 @@ class FollowTest(RobotCase):
         process, velocities, track = self.follow()
         self.drive(velocities, track)
         self.stopped(velocities, lambda: (track({1: (0.5, 0.5, 0.0)}), time.sleep(MARKERS_PERIOD)))
-        process.wait_for_output(r'Marker 4 lost for 0\.5 s \(not in view\): stopped')
+        process.wait_for_output(r'Marker 4 lost for 0\.5 s: stopped')
         self.drive(velocities, track)
 
     def test_ar_control_tracker_silent(self):
@@ -164,7 +161,7 @@ class FollowTest(RobotCase):
         process, velocities, track = self.follow()
         self.drive(velocities, track)
         self.stopped(velocities)
-        process.wait_for_output(r'Marker 4 lost for 0\.5 s \(the tracker publishes nothing\): stopped')
+        process.wait_for_output(r'Marker 4 lost for 0\.5 s: stopped')
 
     def test_ar_control_shutdown(self):
         """Ctrl-C and SIGTERM while it drives: one Twist of zeros is the last."""
@@ -178,7 +175,7 @@ class FollowTest(RobotCase):
         """A robot that obeys: it ends at the distance, facing the marker, and never nearer."""
         robot = self.robot(places={4: (2.0, 0.8)})
         self.start(NODE, '_mode:=follow', '_marker_id:=4', '_distance:=0.6', '_log_rate:=0.1')
-        until(lambda: robot.track and robot.track[-1][0] > 0.5 and len(set(robot.track[-REST:])) == 1,
+        until(lambda: robot.track and robot.track[-1][0] > 0.5 and math.dist(robot.track[-REST], robot.track[-1]) < STILL,
               'a robot that came near and stands')
         distances = [math.hypot(2.0 - x, 0.8 - y) for x, y, _ in robot.track]
         self.assertAlmostEqual(0.6, distances[-1], delta=0.03)

@@ -71,7 +71,7 @@ class ParametersLeftTest(unittest.TestCase):
         self.assertFalse(rospy.get_param('/drive_shape', {}))
 
     def test_others_are_told_and_stay(self):
-        """Of a killed node and of rosparam; not those of the command line, nor those that change nothing."""
+        """Of a killed node and of rosparam; not those of the command line."""
         self.simulator()
         first = Process(DRIVE_SHAPE, '_shape:=circle', '_size:=0.5', '_speed:=0.05', '_strafe:=false')
         first.wait_for_output('Drawing: circle')
@@ -80,7 +80,7 @@ class ParametersLeftTest(unittest.TestCase):
         rospy.set_param('/drive_shape/speed', 4.0)
         with Process(DRIVE_SHAPE, '_size:=1.0') as second:
             second.wait_for_output(re.escape(
-                f'/drive_shape has parameters {OLD}: shape=circle, speed=4.0; rosparam delete /drive_shape forgets'))
+                f'/drive_shape has parameters {OLD}: shape=circle, speed=4.0, strafe=False; rosparam delete /drive_shape forgets'))
             until(lambda: not second.runs(), 'the end of the drive', STEP_DEADLINE)
         self.assertEqual({'shape': 'circle', 'speed': 4.0, 'strafe': False}, rospy.get_param('/drive_shape'))
         rospy.delete_param('/drive_shape')

@@ -91,8 +91,8 @@ def test_all_that_is_wrong_is_said_at_once(node):
 
 def test_parameters_of_an_earlier_run_are_told(node):
     assert node.check('_speed:=2', stored={'speed': 2, 'size': 3}, speed=number(), size=number()) is None
-    assert node.said == ['/node has parameters from an earlier run: size=3. '
-                         'To forget them, type: rosparam delete /node']
+    assert node.said == ['/node has parameters from an earlier run: size=3; '
+                         'rosparam delete /node forgets them']
 
 
 def test_those_of_a_launch_file_are_not(node):
