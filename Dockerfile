@@ -19,7 +19,7 @@ RUN repo=$PWD bash -euc '. tools/workspace.bash; find_ros; install_packages' && 
 COPY . .
 ENV TURTLE_ROBOTONT_WS=/home/student/workspace/turtle_robotont
 RUN PIP_NO_CACHE_DIR=1 ./run build \
- && "$TURTLE_ROBOTONT_WS/venv/bin/python3" -m compileall -q browser grading lessons scripts simulation src support vision \
+ && "$TURTLE_ROBOTONT_WS/venv/bin/python3" -m compileall -q browser demo grading lessons scripts simulation src support vision \
  && chown -R student: /home/student
 
 USER student

@@ -25,7 +25,7 @@ from suite_turtlesim import Measurement
 NEEDS_NODE = False
 REPOSITORY = Path(__file__).resolve().parents[1]
 SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
-GRADER = 'python3', str(REPOSITORY / 'scripts' / 'grade.py')
+GRADER = 'python3', str(REPOSITORY / 'grading' / 'course_grader' / 'scripts' / 'grade')
 EXERCISES = sorted(path.name for path in SAMPLES.iterdir() if path.is_dir())
 BORDERLINE = 'right_borderline'  # passes with the SEED, and fails with some others
 REPEATED = ('square_by_topics/right_four_positions.py', 'print_marker_ids/right_node.py', f'stop_at_x/{BORDERLINE}.py')

@@ -11,8 +11,8 @@ from rospy_support.ports import free_port
 from session import answer, find_node
 from suite_turtlesim import Measurement
 
-PACKAGE = 'turtle_robotont'
-EXECUTABLE = 'browser.py'
+PACKAGE = 'course_page'
+EXECUTABLE = 'browser'
 
 COME_UP = 120.0  # [s] until the probe has an answer beside its window
 TURTLES = 100

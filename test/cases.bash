@@ -14,7 +14,7 @@ all_cases() (
   find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
   find . -name '.?*' -prune -o -name '*.test' -printf 'rostest\t%P\n' | sort
-  printf 'catkin_lint\t%s\n' . support simulation vision lessons browser grading
+  printf 'catkin_lint\t%s\n' . support simulation vision lessons browser grading demo
 )
 
 # chosen_cases [--fast] [NAME ...]: those whose KIND/NAME contains one of the NAMEs; with --fast, those without ROS.

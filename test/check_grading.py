@@ -29,7 +29,7 @@ from process_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 DATA = REPOSITORY / 'test' / 'data'
-GRADER = [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py')]
+GRADER = [sys.executable, str(REPOSITORY / 'grading' / 'course_grader' / 'scripts' / 'grade')]
 MARK = 'TURTLE_ROBOTONT_CHECK'
 SEED = 7  # a failure can be repeated: ./run grade EXERCISE --seed 7 -- SUBMISSION
 TIMEOUT = 500  # [s]; the grader's own limits are shorter

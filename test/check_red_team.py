@@ -24,6 +24,7 @@ from course_grader.isolation import levels
 from process_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+GRADER = REPOSITORY / 'grading' / 'course_grader'
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'red_team'
 SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 HONEST = REPOSITORY / 'test' / 'data' / 'honest'
@@ -49,7 +50,7 @@ def make_class(folder, level, names):
     folder.mkdir(parents=True)
     folder.chmod(0o700)  # as docs/grading.md advises
     shutil.copytree(HONEST, folder / 'honest')
-    exercises = {path.stem for path in (REPOSITORY / 'exercises').iterdir()}
+    exercises = {path.stem for path in (GRADER / 'exercises').iterdir()}
     expected = {('honest', path.stem): ('passed', '') for path in HONEST.rglob('*.*') if path.stem in exercises}
     for path in sorted(PROGRAMS.iterdir()):
         about = told(path)
@@ -82,15 +83,15 @@ def check(level, folder, names):
     expected = make_class(folder / 'class', level, names)
     home, token = folder / 'home', uuid.uuid4().hex
     home.mkdir()
-    before = listed(folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'grading')
+    before = listed(folder / 'class', home, REPOSITORY / 'grading')
     done = subprocess.run(
-        [sys.executable, str(REPOSITORY / 'scripts' / 'grade.py'), '--all', str(folder / 'class'), '--isolation', level,
+        [sys.executable, str(GRADER / 'scripts' / 'grade'), '--all', str(folder / 'class'), '--isolation', level,
          '--seed', str(SEED), '--jobs', str(JOBS), '--output', str(folder / 'out')], cwd=folder, timeout=TIMEOUT,
         env={**os.environ, 'HOME': str(home), 'COMMIT_URL': token}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, check=False)
     print(done.stdout.decode('utf-8', 'replace'))
     wrong = [f'{path} is new or changed' for path, size in listed(
-        folder / 'class', home, REPOSITORY / 'exercises', REPOSITORY / 'grading').items() if before.get(path) != size]
+        folder / 'class', home, REPOSITORY / 'grading').items() if before.get(path) != size]
     left = [process for process in psutil.process_iter(['cmdline'])
             if process.info['cmdline'] == ['sleep', bait(level)]]
     processes.end(lambda: {process for process in left if process.is_running()}, processes.KILL)

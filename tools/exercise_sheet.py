@@ -55,7 +55,7 @@ def _section(step):
     anchor = re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-')
     parts = [f'\n## {heading}\n\n[This step in the course]({page_name}#{anchor})\n']
     for name in names:
-        loaded = exercise.load(REPOSITORY / 'exercises' / f'{name}.yaml')
+        loaded = exercise.load(REPOSITORY / 'grading' / 'course_grader' / 'exercises' / f'{name}.yaml')
         text = '\n'.join(textwrap.wrap(loaded.asks, WIDTH, break_on_hyphens=False, break_long_words=False))
         file = f'{name}.launch' if f'{name}.launch' in loaded.asks else f'{name}.py'
         parts.append(f'\n### {loaded.title}\n\n{text}\n\nHand in **{file}**. To grade it:\n\n'

@@ -15,18 +15,27 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading')  # a package of ours is ROOM/NAME
+ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading', 'demo')  # a package of ours is ROOM/NAME
 PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
             if path.parts[-4] in ROOMS and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
-LAYERS = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
-          {'sim_ros'}, set(), {'course_grader'}, {'turtle_robotont'}, {'rostest_support'}]
-# Each imports from itself and from those before.
-LAYERS[3] = set(PACKAGES) - set.union(*LAYERS)
+BASES = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
+         {'sim_ros'}]  # these come before all rooms, in this order: libraries without ROS, what a node and a simulator needs
+LAST = {'rostest_support'}
+
+
+def rest_of(*rooms):
+    return {name for name, path in PACKAGES.items() if path.relative_to(REPOSITORY).parts[0] in rooms
+            and name not in set.union(LAST, *BASES)}
+
+
+LAYERS = [*BASES, rest_of('support', 'simulation', 'vision'), rest_of('lessons', 'browser'), rest_of('grading'),
+          {'turtle_robotont'}, rest_of('demo'), LAST]  # each imports from itself and from those before
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
             'vision/alvar_core/src': IMAGES | {'cairo'},
+            'vision/marker_pictures/src': IMAGES,
             'support/process_support/src': {'psutil'},
             'support/ros_doctor/src': set(),
             'lessons/turtle_follower/src/turtle_follower/core': PLAIN,
@@ -37,7 +46,7 @@ ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # 
             'grading/course_grader/src/course_grader/formats': IMAGES,
             'grading/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,
-            'src/turtle_robotont/markers': IMAGES,
+            'src/turtle_robotont/markers': PLAIN,
             '*/*/src/*/core': IMAGES | {'yaml'}}  # folder: what it may use beside the standard library and us
 INTERNALS = 'support/rospy_support/src/rospy_support/rospy_internals.py'  # may use private parts of rospy
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]

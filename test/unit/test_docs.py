@@ -11,7 +11,7 @@ from course_grader.rules import exercise, reference
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
-         *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'integrations' / 'README.md']
+         *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'grading' / 'integrations' / 'README.md']
 README = REPOSITORY / 'README.md'
 COURSE_NEXT = REPOSITORY / 'docs' / 'course_next.md'
 MOST_LINES, LONGEST_LINE = 130, 120  # of README.md
@@ -115,7 +115,7 @@ def test_every_picture_is_shown():
     assert set(REPOSITORY.glob('docs/images/*')) <= shown
 
 
-EXERCISES = {path.stem for path in REPOSITORY.glob('exercises/*.yaml')}
+EXERCISES = {path.stem for path in REPOSITORY.glob('grading/course_grader/exercises/*.yaml')}
 
 
 def test_every_exercise_is_described():
@@ -143,7 +143,7 @@ def test_programs_of_the_course_are_right_samples():
 
 def test_worlds_of_the_course_are_those_of_exercises():
     worlds = re.findall(r'^```yaml\n(.*?)^```$', text_of(COURSE_NEXT), re.MULTILINE | re.DOTALL)
-    graded = [exercise.load(path).world for path in REPOSITORY.glob('exercises/*.yaml')]
+    graded = [exercise.load(path).world for path in REPOSITORY.glob('grading/course_grader/exercises/*.yaml')]
     assert worlds and all(yaml.safe_load(world) in graded for world in worlds)
 
 
@@ -167,7 +167,7 @@ def test_keys_of_exercise_files_are_described():
     text = text_of(REPOSITORY / 'docs' / 'exercise_files.md')
     keys = re.search(r'^## Keys\n(.*?)^## ', text, re.MULTILINE | re.DOTALL).group(1)
     assert set(re.findall(r'^\| `(\w+)`', keys, re.MULTILINE)) == set(exercise.KEYS)
-    assert text_of(REPOSITORY / 'exercises' / 'stop_at_x.yaml') in text
+    assert text_of(REPOSITORY / 'grading' / 'course_grader' / 'exercises' / 'stop_at_x.yaml') in text
 
 
 @pytest.mark.parametrize('text, dead', [

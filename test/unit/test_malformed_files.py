@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from alvar_core import bundles
 from course_grader.rules import exercise
 from kinematic_core import documents
+from marker_pictures import marker_sequence
 from robotont_gazebo.core import worlds
-from turtle_robotont.markers import marker_sequence
 from usb_cam.core import calibration
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
@@ -46,7 +46,7 @@ KINDS = {  # kind: (ending, contents, how it is read, its error)
     'world': ('.yaml', texts('simulation/robotont_gazebo/worlds/*.yaml'), lambda path: worlds.load_world(path, WORLDS),
               worlds.WorldError),
     'sdf': ('.world', [SDF], lambda path: worlds.load_world(path, WORLDS), worlds.WorldError),
-    'exercise': ('.yaml', texts('exercises/*.yaml'), exercise.load, exercise.ExerciseError),
+    'exercise': ('.yaml', texts('grading/course_grader/exercises/*.yaml'), exercise.load, exercise.ExerciseError),
     'calibration': ('.yaml', [CAMERA], calibration.read, calibration.CalibrationError),
     'bundle': ('.xml', texts('vision/ar_track_alvar/bundles/*.xml'), bundles.read, bundles.BundleError),
 }

@@ -23,9 +23,10 @@ LAUNCH_PAGE = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
 NEXT_PAGE = (REPOSITORY / 'docs' / 'course_next.md').read_text(encoding='utf-8')  # README.md links it
 BROWSER_PAGE = (REPOSITORY / 'docs' / 'browser.md').read_text(encoding='utf-8')  # README.md links it
 NODE_PAGES = {folder: path.read_text(encoding='utf-8') for folder, path in PAGES.items()}
-OF_RUN = 'demo.py', 'grade.py'  # ./run demo and ./run grade
+OF_RUN = 'demo', 'demo.py', 'grade', 'grade.py'  # ./run demo and ./run grade
+TYPED_OTHERWISE = 'browser', 'marker_sequence'  # described under the names that are typed, as programs of the root
 SCRIPTS = sorted(path for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'))
-                 for path in folder.iterdir() if path.is_file() and path.name not in OF_RUN)
+                 for path in folder.iterdir() if path.is_file() and path.name not in (*OF_RUN, *TYPED_OTHERWISE))
 LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'),
                        *REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*/*.launch')])
 
@@ -35,7 +36,7 @@ def parameters_of(script):
     loader = importlib.machinery.SourceFileLoader(f'script_{script.stem}', str(script))
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
     loader.exec_module(module)
-    return module.main.__globals__.get('PARAMETERS', ())
+    return module.main.__globals__.get('PARAMETERS', ()) if hasattr(module, 'main') else ()
 
 
 def lesson_parameters(source):

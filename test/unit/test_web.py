@@ -5,7 +5,7 @@ import re
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-WEB = REPOSITORY / 'web'
+WEB = REPOSITORY / 'browser' / 'course_page' / 'web'
 FILES = sorted(path for path in WEB.rglob('*') if path.is_file())
 OWN = [path for path in FILES if path.suffix in ('.js', '.css', '.html') and 'vendor' not in path.parts]
 LARGEST = 500_000  # [B] of all files of the page

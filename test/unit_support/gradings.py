@@ -5,7 +5,7 @@ from course_grader.formats.systems import Grading
 from course_grader.rules import exercise, scoring
 from course_grader.rules.scoring import Reason, Verdict
 
-EXERCISES = pathlib.Path(__file__).resolve().parents[2] / 'exercises'
+EXERCISES = pathlib.Path(__file__).resolve().parents[2] / 'grading' / 'course_grader' / 'exercises'
 STOP = exercise.load(EXERCISES / 'stop_at_x.yaml')
 HOSTILE = ('::error::a <script>alert(1)</script> & ]]> \x1b[2J \udcff ##[error]b ```` | =1+1 '
            + ' '.join(['::set-output'] * 30)

@@ -1,1 +1,1 @@
-"""Driving of vehicles: control laws, shapes, metrics of a track. Without ROS."""
+"""Driving of vehicles: control laws, shapes, accuracy of a track. Without ROS."""

@@ -4,7 +4,7 @@ Units and frames as in turtle_robotont.driving.shapes.
 """
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
-from turtle_robotont.driving import shapes, track_metrics
+from turtle_robotont.driving import accuracy, shapes
 from turtle_robotont.driving.control import CircleDrive, Drive, DriveSequence, Goal, GoTo, Leg
 from turtle_robotont.driving.shapes import HasPosition, InvalidInput, Point
 from turtle_robotont.driving.strafing import StrafeCircle, StrafeTo
@@ -23,9 +23,9 @@ class Drawing(NamedTuple):
     def errors(self, track: Sequence[VehicleState]) -> Tuple[float, float]:
         """Return (largest corner or circle error, gap at the end) [m] of the track that the turtle drove."""
         if self.centre is not None:
-            worst = track_metrics.radius_deviation(track, self.centre, self.radius)
+            worst = accuracy.radius_deviation(track, self.centre, self.radius)
         else:
-            worst = max(track_metrics.corner_misses(track, self.corners))
+            worst = max(accuracy.corner_misses(track, self.corners))
         return worst, shapes.distance(track[-1], self.start)
 
 

@@ -1,1 +1,1 @@
-"""AR markers: sightings, tours, the rendered sequence. Without ROS."""
+"""AR markers: sightings and tours. Without ROS."""

@@ -20,7 +20,7 @@ from rostest_support import browser
 from rostest_support.browser import Browser
 from rostest_support.common import PEN, Collected, Process, SimulatorCase, own_simulator, proxy, run, skip, until
 
-SERVER = roslib.packages.find_node('turtle_robotont', 'browser.py')[0]
+SERVER = roslib.packages.find_node('course_page', 'browser')[0]
 SIZE = 500  # [px] of the canvas
 STALL = 3.0  # [s] that the page is busy; its server has to stop the turtle long before
 PIXELS = '''(() => {

@@ -5,7 +5,6 @@ import re
 import signal
 import time
 
-import rospy
 from geometry_msgs.msg import Twist, Vector3
 
 from kinematic_core.timing.stall_free_timer import ActiveTimer

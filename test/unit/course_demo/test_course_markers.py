@@ -1,13 +1,13 @@
-"""turtle_robotont.demo.course_markers: what the demo makes of a tracker's messages, and its contact sheet."""
+"""course_demo.course_markers: what the demo makes of a tracker's messages, and its contact sheet."""
 import types
 
 import cv2
 import numpy as np
 import pytest
 
-from turtle_robotont.demo import course_markers
-from turtle_robotont.demo.course_markers import compared, sequence_measurements, sheet
-from turtle_robotont.demo.harness import DemoError, DemoHarness
+from course_demo import course_markers
+from course_demo.course_markers import compared, sequence_measurements, sheet
+from course_demo.harness import DemoError, DemoHarness
 
 TRUTH = {77: {'markers': [{'id': 1, 'position': [0.0, 0.0, 2.0], 'distance_m': 2.0, 'ignore': False},
                           {'id': 3, 'position': [0.0, 1.0, 0.0], 'distance_m': 1.0, 'ignore': True},

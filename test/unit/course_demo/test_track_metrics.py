@@ -1,10 +1,11 @@
-"""turtle_robotont.driving.track_metrics: what is measured on tracks whose answers are known."""
+"""course_demo.core.track_metrics: what is measured on tracks whose answers are known."""
 import math
 
 import pytest
 
+from course_demo.core import track_metrics
 from kinematic_core.worlds.turtle_world import DT, TurtleWorld
-from turtle_robotont.driving import track_metrics
+from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
 from turtle_robotont.driving.vehicle import VehicleState
@@ -101,26 +102,26 @@ def test_goal_error_takes_the_short_way_round():
 
 
 def test_corners_passed_in_order_are_missed_by_nothing():
-    assert track_metrics.corner_misses(line(*SQUARE), SQUARE_POINTS) == pytest.approx([0.0] * 4, abs=ROUNDING)
+    assert accuracy.corner_misses(line(*SQUARE), SQUARE_POINTS) == pytest.approx([0.0] * 4, abs=ROUNDING)
 
 
 def test_cut_corner_is_missed_by_its_distance_from_the_cut():
     track = line((2.0, 2.0), (3.9, 2.0), (4.0, 2.1), (4.0, 4.0), (2.0, 4.0), (2.0, 2.0))
-    misses = track_metrics.corner_misses(track, SQUARE_POINTS)
+    misses = accuracy.corner_misses(track, SQUARE_POINTS)
     assert misses[0] == pytest.approx(0.1 / math.sqrt(2.0), abs=STEP)
     assert misses[1:] == pytest.approx([0.0] * 3, abs=ROUNDING)
 
 
 def test_order_of_the_corners_counts():
-    assert max(track_metrics.corner_misses(line(*SQUARE), SQUARE_POINTS[::-1])) > 1.0
+    assert max(accuracy.corner_misses(line(*SQUARE), SQUARE_POINTS[::-1])) > 1.0
 
 
 def test_corner_left_out_is_missed():
-    assert max(track_metrics.corner_misses(line((2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 2.0)), SQUARE_POINTS)) > 0.9
+    assert max(accuracy.corner_misses(line((2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 2.0)), SQUARE_POINTS)) > 0.9
 
 
 def test_without_a_track_everything_is_missed():
-    assert track_metrics.corner_misses([], SQUARE_POINTS) == [math.inf] * 4
+    assert accuracy.corner_misses([], SQUARE_POINTS) == [math.inf] * 4
     assert track_metrics.closing_error([]) == math.inf
 
 
@@ -142,4 +143,4 @@ def test_path_deviation_is_the_largest_distance_from_the_lines(corners, deviatio
 
 def test_radius_deviation_is_the_largest_distance_from_the_circle():
     track = [pose(math.cos(a / 10.0) * r, math.sin(a / 10.0) * r) for a, r in enumerate((1.0, 1.02, 0.97, 1.0))]
-    assert track_metrics.radius_deviation(track, Point(0.0, 0.0), 1.0) == pytest.approx(0.03)
+    assert accuracy.radius_deviation(track, Point(0.0, 0.0), 1.0) == pytest.approx(0.03)

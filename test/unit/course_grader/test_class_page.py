@@ -14,7 +14,7 @@ from course_grader.rules import exercise, scoring
 from rostest_support import browser as browsers
 from unit_support.graded_turtle import GradedTurtle
 
-STOP = pathlib.Path(__file__).resolve().parents[3] / 'exercises' / 'stop_at_x.yaml'
+STOP = pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises' / 'stop_at_x.yaml'
 EXERCISES = [f'exercise_{letter}' for letter in 'abcdefghij']
 STUDENTS = [f'Student {number:02}' for number in range(30)] + ['<script>alert(1)</script>']
 HOSTILE = '</td><script>document.title = "stolen"</script>\x00\x1b[31m'

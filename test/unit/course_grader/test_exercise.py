@@ -7,7 +7,7 @@ import pytest
 
 from course_grader.rules import exercise, registry
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises'
 GOOD = {'title': 'T', 'time': '10 s', 'start': {'x': '3 to 5 m'}, 'allows': ['teleport'],
         'stimuli': [{'do': 'drive', 'for': '3 s'}],
         'checks': [{'check': 'moves', 'points': 60, 'length': '2 m'}, {'check': 'runs', 'points': 40, 'must': True}]}

@@ -7,7 +7,7 @@ from course_grader.rules import exercise, output_mistakes
 from course_grader.rules.observation import Observed, OutputLine, ShownMarkers
 from unit_support.graded_turtle import GradedTurtle
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises'
 SHOWN = [ShownMarkers(0.0, {21: (0.512, 0.113, 1.774), 35: (-0.304, 0.221, 2.531)}), ShownMarkers(1.5, {}),
          ShownMarkers(3.0, {47: (0.701, -0.408, 0.902)})]
 

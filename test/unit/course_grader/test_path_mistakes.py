@@ -7,7 +7,7 @@ from course_grader.rules import exercise, path_mistakes, registry
 from course_grader.rules.observation import Command, Observed, Sensed
 from unit_support.graded_turtle import GradedTurtle
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises'
 
 
 def found(name, act, check='draws', start=(3.0, 3.0)):

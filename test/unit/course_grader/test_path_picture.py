@@ -11,7 +11,7 @@ from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import Event, Sample
 from unit_support.graded_turtle import GradedTurtle
 
-EXERCISES = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
+EXERCISES = pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises'
 CIRCLE, SQUARE, STOP, MARKERS = (exercise.load(EXERCISES / f'{name}.yaml') for name in (
     'publish_circle', 'square_by_teleport', 'stop_at_x', 'print_marker_ids'))
 

@@ -10,7 +10,7 @@ from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from robotont_gazebo.core import worlds
 
-FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'exercises'
+FOLDER = pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises'
 EXERCISES = {path.stem: exercise.load(path) for path in sorted(FOLDER.glob('*.yaml'))}
 SEEDS = range(1000)
 CANCELLED = 3.0  # [s] that the goal which is cancelled lasts at most

@@ -141,4 +141,4 @@ def test_the_worlds_of_exercises_are_those_of_the_course():
     repository = pathlib.Path(__file__).resolve().parents[3]
     world = yaml.safe_load((repository / 'simulation/robotont_gazebo/worlds/bangbang.yaml').read_text(encoding='utf-8'))
     for name in ('bang_bang', 'p_controller'):
-        assert exercise.load(repository / 'exercises' / f'{name}.yaml').world == world
+        assert exercise.load(repository / 'grading' / 'course_grader' / 'exercises' / f'{name}.yaml').world == world

@@ -9,7 +9,7 @@ from course_grader.rules.observation import Call, Event, ShownMarkers
 from unit_support.graded_turtle import GradedTurtle
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-FOLDER, SAMPLES = REPOSITORY / 'exercises', REPOSITORY / 'test' / 'data' / 'submissions'
+FOLDER, SAMPLES = REPOSITORY / 'grading' / 'course_grader' / 'exercises', REPOSITORY / 'test' / 'data' / 'submissions'
 SERVICE = '/turtle1/gotoPose'
 
 

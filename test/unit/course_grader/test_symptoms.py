@@ -9,7 +9,7 @@ from course_grader.rules.observation import Observed
 from unit_support.graded_turtle import GradedTurtle
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-FOLDER = REPOSITORY / 'exercises'
+FOLDER = REPOSITORY / 'grading' / 'course_grader' / 'exercises'
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
 OTHERS = {('/turtle1/cmd_vel', 'subscribes'), ('/turtle1/pose', 'publishes'), ('/turtle1/set_pen', 'serves'),
           ('/turtle1/teleport_absolute', 'serves'), ('/turtle1/teleport_relative', 'serves'), ('/rosout', 'publishes')}

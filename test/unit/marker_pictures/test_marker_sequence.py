@@ -9,7 +9,7 @@ import yaml
 
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
-from turtle_robotont.markers import marker_sequence, sequence_cache
+from marker_pictures import marker_sequence, sequence_cache
 
 POSITION_TOLERANCE = 0.01  # of the distance
 CORNER_TOLERANCE = 0.5  # [px]

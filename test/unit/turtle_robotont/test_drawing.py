@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from turtle_robotont.driving import drawing, shapes, track_metrics
+from course_demo.core import track_metrics
+from turtle_robotont.driving import drawing, shapes
 from turtle_robotont.driving.control import Goal, State
 from turtle_robotont.driving.shapes import InvalidInput
 from turtle_robotont.driving.vehicle import Limits

@@ -3,9 +3,10 @@ import math
 
 import pytest
 
+from course_demo.core import track_metrics
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import Twist2D
-from turtle_robotont.driving import drawing, track_metrics
+from turtle_robotont.driving import drawing
 from turtle_robotont.driving.control import Goal, State
 from turtle_robotont.driving.strafing import StrafeTo, body_velocity
 from turtle_robotont.driving.vehicle import ROBOT, STOP, Limits

@@ -30,7 +30,7 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 
 @pytest.fixture(scope='module')
 def page():
-    handler = functools.partial(Quiet, directory=str(REPOSITORY / 'web'))
+    handler = functools.partial(Quiet, directory=str(REPOSITORY / 'browser' / 'course_page' / 'web'))
     with http.server.ThreadingHTTPServer(('localhost', 0), handler) as server, browser.Browser() as opened:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         opened.get(f'http://localhost:{server.server_port}/README.md')

@@ -21,11 +21,11 @@ import rospy
 import tornado.routing
 import tornado.web
 
+from course_page.panels import open_page, running_address
 from rosbridge_core import web
 from rosbridge_core.session import Settings
 from rospy_support import nodes
 from rospy_support.master import Master, NoMaster
-from rospy_support.panels import open_page, running_address
 from rospy_support.servers import Report
 
 try:
@@ -172,7 +172,7 @@ def _say(text, *arguments):
 
 def options_of(arguments):
     """Return the options of a command line."""
-    folder = os.path.join(rospkg.RosPack().get_path('turtle_robotont'), 'web')
+    folder = os.path.join(rospkg.RosPack().get_path('course_page'), 'web')
     parser = argparse.ArgumentParser(prog='browser.py', description='Shows and drives the course in a browser.')
     parser.add_argument('--port', type=int, default=PORT, help='where to listen; 0: a free port (default: %(default)s)')
     parser.add_argument('--address', default='127.0.0.1', help='127.0.0.1: only this machine (default); '

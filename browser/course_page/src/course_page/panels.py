@@ -12,7 +12,7 @@ import urllib.request
 import rosgraph
 import rospy
 
-SERVER = 'rosrun', 'turtle_robotont', 'browser.py'  # it prints the line that ADDRESS finds
+SERVER = 'rosrun', 'course_page', 'browser'  # it prints the line that ADDRESS finds
 PORT_PARAMETER = '/browser/actual_port'
 USUAL_PORT = 8000  # a server that waits for a master has no parameter yet
 ADDRESS = re.compile(r'^Open (http://\S+) in a browser')

@@ -8,9 +8,9 @@ import time
 
 import rospy
 
+from course_demo import course, course_markers, course_next, course_sensors
+from course_demo.harness import DemoError, DemoHarness
 from process_support.processes import INTERRUPTED
-from turtle_robotont.demo import course, course_markers, course_next, course_sensors
-from turtle_robotont.demo.harness import DemoError, DemoHarness
 
 STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS, *course_sensors.STEPS)
 TIME_LIMIT = 340  # [s] for everything except ending the processes

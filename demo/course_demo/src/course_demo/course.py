@@ -12,8 +12,9 @@ from typing import Callable, NamedTuple
 import rosservice
 from turtlesim.srv import TeleportAbsolute, TeleportRelative
 
-from turtle_robotont.demo.harness import CENTRE, EXACT, REST_TIMEOUT, STEP_TIMEOUT, DemoError
-from turtle_robotont.driving import track_metrics
+from course_demo.core import track_metrics
+from course_demo.harness import CENTRE, EXACT, REST_TIMEOUT, STEP_TIMEOUT, DemoError
+from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
 
@@ -118,7 +119,7 @@ def _shape(harness, arguments, corners):
     harness.until_rest()
     track, corners = harness.seen.track, [Point(*corner) for corner in corners]
     return [ended, no_teleport(track),
-            at_most(f'{len(corners)} corners, largest error', max(track_metrics.corner_misses(track, corners)),
+            at_most(f'{len(corners)} corners, largest error', max(accuracy.corner_misses(track, corners)),
                     CORNER_TOLERANCE, 'm'),
             at_most('largest distance from the straight sides',
                     track_metrics.path_deviation(track, [corners[-1], *corners]), CORNER_TOLERANCE, 'm'),
@@ -157,7 +158,7 @@ def square_by_service(harness):
     track = harness.seen.track
     return [Measurement(f'{len(track_metrics.jumps(track))} teleports (expected 4)',
                         len(track_metrics.jumps(track)) == 4),
-            at_most('largest error of a corner', max(track_metrics.corner_misses(track, [Point(*c) for c in corners])),
+            at_most('largest error of a corner', max(accuracy.corner_misses(track, [Point(*c) for c in corners])),
                     EXACT, 'm'),
             at_most('gap at the end', track_metrics.closing_error(track), EXACT, 'm')]
 
@@ -170,7 +171,7 @@ def black_tour(harness):
     on_path = set(colours[colours.index(BLACK):] if BLACK in colours else colours)
     return [ended, Measurement(f'{len(track_metrics.jumps(track))} positions reached by teleport (expected 4)',
                                len(track_metrics.jumps(track)) == 4),
-            at_most('largest error of a position', max(track_metrics.corner_misses(track, places)), EXACT, 'm'),
+            at_most('largest error of a position', max(accuracy.corner_misses(track, places)), EXACT, 'm'),
             Measurement(f'the path under the turtle has the colours {sorted(on_path)} (expected {BLACK})',
                         on_path == {BLACK})]
 

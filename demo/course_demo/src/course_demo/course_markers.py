@@ -21,13 +21,14 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
+from course_demo.core import track_metrics
+from course_demo.course import Measurement, Step, at_most, near
+from course_demo.harness import REST_TIMEOUT, DemoError
+from marker_pictures.marker_sequence import FRAMES, MARKERS
 from rospy_support import images
-from turtle_robotont.demo.course import Measurement, Step, at_most, near
-from turtle_robotont.demo.harness import REST_TIMEOUT, DemoError
 from turtle_robotont.driver import pose_of
-from turtle_robotont.driving import track_metrics
+from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.shapes import Point
-from turtle_robotont.markers.marker_sequence import FRAMES, MARKERS
 
 START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first run renders the sequence before
 POSITION_ERROR = 0.01  # median position error as share of the distance; the camera has distortion
@@ -118,7 +119,7 @@ def maze(harness):
     return [near('the robot started at x =', track[0].x, -2.0, 0.01, 'm'),
             Measurement(f'its output: {said}', said.startswith('Visited the markers')),
             at_most(f'{len(panels)} markers visited in order, at a distance of',
-                    max(track_metrics.corner_misses(track[::3], panels)), NEAR_MARKER, 'm'),
+                    max(accuracy.corner_misses(track[::3], panels)), NEAR_MARKER, 'm'),
             Measurement(f'drove {track_metrics.path_length(track):.1f} m and stopped',
                         track_metrics.stands_still(track)),
             at_most('duration', took, MAZE_TIME, "s of simulated time")]

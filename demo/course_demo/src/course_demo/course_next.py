@@ -13,10 +13,10 @@ from std_srvs.srv import Empty, Trigger, TriggerResponse
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 from turtlesim.msg import Pose
 
-from turtle_robotont.demo.course import Measurement, Step, at_most, near
-from turtle_robotont.demo.course_markers import Recorder
-from turtle_robotont.demo.harness import EXACT, STEP_TIMEOUT, DemoError
-from turtle_robotont.driving import track_metrics
+from course_demo.core import track_metrics
+from course_demo.course import Measurement, Step, at_most, near
+from course_demo.course_markers import Recorder
+from course_demo.harness import EXACT, STEP_TIMEOUT, DemoError
 
 BACKGROUND = (40, 90, 60)
 BEHIND = 0.3  # [m] that turtle2 stays behind turtle1: it comes nearer and nearer

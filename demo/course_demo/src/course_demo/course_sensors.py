@@ -18,9 +18,9 @@ from robotont_gazebo.srv import MoveMarker
 from robotont_laserscan_to_distance.msg import LaserScanSplit
 from std_msgs.msg import String
 
-from turtle_robotont.demo.course import Measurement, Step, at_most, near
-from turtle_robotont.demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
-from turtle_robotont.driving import track_metrics
+from course_demo.core import track_metrics
+from course_demo.course import Measurement, Step, at_most, near
+from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
 from turtle_robotont.driver import pose_of
 
 GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] from the goal that counts as there
@@ -128,7 +128,7 @@ def p_controller(harness):
 
 
 def between_posts(harness):
-    exercise = os.path.join(rospkg.RosPack().get_path('turtle_robotont'), 'exercises', 'between_posts.yaml')
+    exercise = os.path.join(rospkg.RosPack().get_path('course_grader'), 'exercises', 'between_posts.yaml')
     path = os.path.join(harness.output, 'posts.yaml')
     with open(exercise, encoding='utf-8') as file, open(path, 'w', encoding='utf-8') as copy:
         yaml.safe_dump(yaml.safe_load(file)['world'], copy)

@@ -21,12 +21,12 @@ from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty, Trigger
 from turtlesim.msg import Color, Pose
 
+from course_demo.core import track_metrics
 from kinematic_core.files import write_whole
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from process_support.processes import BackgroundProcess, end_with_parent
 from rospy_support import servers
 from rospy_support.own_master import MasterError, own_master
-from turtle_robotont.driving import track_metrics
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle starts
 EXACT = 1e-3  # [m]

@@ -90,7 +90,7 @@ def _main(arguments):
 
 def exercises():
     """Return {name: path} of the exercises that come with the package."""
-    folder = os.path.join(rospkg.RosPack().get_path('turtle_robotont'), 'exercises')
+    folder = os.path.join(rospkg.RosPack().get_path('course_grader'), 'exercises')
     return {entry[:-len('.yaml')]: os.path.join(folder, entry) for entry in sorted(os.listdir(folder))
             if entry.endswith('.yaml')}
 

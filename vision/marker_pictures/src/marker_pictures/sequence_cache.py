@@ -10,7 +10,7 @@ import sys
 import tempfile
 from typing import Optional, Sequence
 
-from turtle_robotont.markers import marker_sequence
+from marker_pictures import marker_sequence
 
 
 def cached(ros_home: str) -> str:

@@ -7,14 +7,12 @@ import math
 import statistics
 from typing import List, Sequence, Tuple
 
+from turtle_robotont.driving.accuracy import Track
 from turtle_robotont.driving.shapes import HasPose, HasPosition, distance, wrap_angle
 from turtle_robotont.driving.vehicle import TURTLE_STEP, VehicleState
 
 JUMP = 0.25  # [m] in one step, further than a turtle drives below 15 m/s: a teleport
 STANDING = 1e-4  # [m or rad] a turtle that stands still stays within this
-
-Track = Sequence[VehicleState]
-_Misses = Tuple[float, Tuple[float, ...]]  # [m] the sum of the misses of some corners, and each of them
 
 
 def rate(times: Sequence[float]) -> float:
@@ -67,35 +65,9 @@ def closing_error(track: Track) -> float:
     return distance(track[0], track[-1]) if track else math.inf
 
 
-def corner_misses(track: Track, corners: Sequence[HasPosition]) -> List[float]:
-    """Return for each corner the distance [m] at which the turtle passed it, visiting the corners in their order.
-
-    Of all assignments of poses to corners that do not go back in time, the one with the smallest sum counts.
-    Without a track, all distances are inf.
-    """
-    if not track:
-        return [math.inf] * len(corners)
-    best: List[_Misses] = [(0.0, ())] * len(track)  # for each pose: the best with the poses up to it
-    for corner in corners:
-        reached: _Misses = (math.inf, ())
-        after = []
-        for pose, (total, misses) in zip(track, best):
-            miss = distance(pose, corner)
-            if total + miss < reached[0]:
-                reached = (total + miss, (*misses, miss))
-            after.append(reached)
-        best = after
-    return list(best[-1][1])
-
-
 def path_deviation(track: Track, corners: Sequence[HasPosition]) -> float:
     """Return the largest distance [m] of the track from the lines that join the corners one after the other."""
     return max(min(_distance_to_line(pose, a, b) for a, b in zip(corners, corners[1:])) for pose in track)
-
-
-def radius_deviation(track: Track, centre: HasPosition, radius: float) -> float:
-    """Return the largest distance [m] of the track from a circle."""
-    return max(abs(distance(pose, centre) - radius) for pose in track)
 
 
 def _distance_to_line(point: HasPosition, a: HasPosition, b: HasPosition) -> float:

@@ -1,0 +1,1 @@
+"""The page for browsers: its server, and what opens its panels."""

@@ -1,0 +1,1 @@
+"""Rendered pictures of AR markers with their ground truth. Without ROS."""
