@@ -46,7 +46,7 @@ master_port() {
 }
 
 # keep_local all|ros: while ROS_HOSTNAME is localhost, sockets of all programs, or only those of ROS's C++ libraries,
-# that would listen on all addresses listen on loopback; tools/local_sockets.c does it.
+# that would listen on all addresses listen on loopback; support/local_sockets does it.
 keep_local() {
   local library=$ws/devel/lib/libturtle_robotont_local_sockets.so
   [ -f "$library" ] || return 0

@@ -9,7 +9,8 @@ from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import OutputLine
 from unit_support.graded_turtle import GradedTurtle
 
-CIRCLE = exercise.load(pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises' / 'publish_circle.yaml')
+EXERCISES = pathlib.Path(__file__).resolve().parents[3] / 'grading' / 'course_grader' / 'exercises'
+CIRCLE = exercise.load(EXERCISES / 'publish_circle.yaml')
 COMMAND = ['rosrun', 'a', 'b.py']
 
 

@@ -1,4 +1,4 @@
-"""tools/local_sockets.c, as ./run preloads it: who gets loopback for 'all addresses', and who what he asked for."""
+"""local_sockets.c, as ./run preloads it: who gets loopback for 'all addresses', and who what he asked for."""
 import json
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""browser.py: one process that serves the page in web/, its WebSocket to ROS, and images as video.
+"""browser: one process that serves the page in web/, its WebSocket to ROS, and images as video.
 
 It starts without a ROS master, because the page explains what to do then; hence it has options, not parameters.
 

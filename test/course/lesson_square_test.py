@@ -1,0 +1,24 @@
+#!/usr/bin/env python3
+"""drive_shape.py draws a square of 2 m by topics alone."""
+from lesson_case import LessonCase, run
+
+TOLERANCE = 0.05  # [m]
+STEP = 0.1  # [m] in 16 ms: 6 m/s
+CORNERS = (7.544, 5.544), (7.544, 7.544), (5.544, 7.544), (5.544, 5.544)
+
+
+class LessonSquare(LessonCase):
+
+    def test_draws_a_square(self):
+        """It comes by all corners, drives, and ends where it started."""
+        self.until_ended(self.start('drive_shape.py'))
+        self.until_the_turtle_stands()
+        for corner in CORNERS:
+            self.assertLess(self.nearest(*corner), TOLERANCE, corner)
+        self.assertLess(self.largest_step(), STEP)
+        self.assertAlmostEqual(CORNERS[-1][0], self.poses[-1].x, delta=TOLERANCE)
+        self.assertAlmostEqual(CORNERS[-1][1], self.poses[-1].y, delta=TOLERANCE)
+
+
+if __name__ == '__main__':
+    run(LessonSquare)
