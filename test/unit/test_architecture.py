@@ -20,7 +20,7 @@ PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
             if path.parts[-4] in ROOMS and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
 BASES = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
-         {'sim_ros'}]  # before all rooms, in this order: libraries without ROS, what a node needs, what a simulator needs
+         {'sim_ros'}]  # before all rooms, in this order: libraries without ROS, what nodes need, what simulators need
 LAST = {'rostest_support'}
 
 

@@ -7,9 +7,10 @@ import pytest
 from rostest_support import node_kinds
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
-NOT_NODES = {'browser.py', 'demo', 'demo.py', 'grade', 'grade.py', 'marker_sequence', 'marker_sequence.py', 'createMarker',
-             'robotont_urdf', 'robotont_rviz', 'rqt', 'rqt_console', 'rqt_graph', 'rqt_gui', 'rqt_image_view', 'rqt_plot',
-             'rqt_topic', 'xacro', 'xacro.py'}
+NOT_NODES = {'browser.py', 'demo', 'demo.py', 'grade', 'grade.py', 'marker_sequence',
+             'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz', 'rqt',
+             'rqt_console', 'rqt_graph', 'rqt_gui', 'rqt_image_view', 'rqt_plot', 'rqt_topic', 'xacro',
+             'xacro.py'}
 MAIN = re.compile(r'^from ([a-z_.]+) import main$', re.MULTILINE)
 OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of the same shape
     'averaging_client', 'fibonacci_callback_client', 'fibonacci_class_client', 'fibonacci_client',
