@@ -181,8 +181,8 @@ remove_stale_links() { find "$1" -maxdepth 1 -type l \( -name CMakeLists.txt -o 
 
 # own_packages SRC: the names in a src folder that ./run did not link, and those of packages deeper in it.
 own_packages() {
-  find "$1" -mindepth 3 -name package.xml -printf '%h\n' | sed 's#.*/##'
-  find "$1" -mindepth 1 -maxdepth 1 ! -lname "$repo" ! -lname "$repo/*/*" ! -name CMakeLists.txt ! -xtype l -printf '%f\n'
+  find "$1" -path "$repo" -prune -o -mindepth 3 -name package.xml -printf '%h\n' | sed 's#.*/##'
+  find "$1" -mindepth 1 -maxdepth 1 ! -path "$repo" ! -lname "$repo" ! -lname "$repo/*/*" ! -name CMakeLists.txt ! -xtype l -printf '%f\n'
 }
 
 # lock MODE: -s to use the workspace, -x to change it; held until the script and the program it became end.
@@ -330,7 +330,9 @@ build_stamp() {
 link_packages() {
   local pkg dir
   remove_links "$1"
-  our_packages "$1" 2>/dev/null | while read -r pkg dir; do ln -sfn "$dir" "$1/$pkg"; done
+  our_packages "$1" 2>/dev/null | while read -r pkg dir; do
+    [[ $dir/ == "$repo/" && $repo/ == "$1"/* ]] || ln -sfnT "$dir" "$1/$pkg"  # the clone may lie in the workspace itself
+  done
 }
 
 # source_folder FOLDER: the src folder that is meant by a catkin workspace or by its src folder.
