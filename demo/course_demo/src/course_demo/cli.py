@@ -1,4 +1,4 @@
-"""What ``./run demo`` shows: the whole course, measured, in about two minutes."""
+"""Plays the whole course, and measures what the turtle and the robot do."""
 import argparse
 import contextlib
 import os
@@ -43,9 +43,9 @@ class Report:
         colour, plain = (GREEN if good else RED, PLAIN) if self._coloured else ('', '')
         self.line(f'{" " * indent}{colour}{self._marks[good]}{plain} {text}')
 
-    def step(self, number, step):
+    def step(self, step):
         """Print the step that comes next."""
-        self.line(f'\n{number:3d}. {step.title}: {step.asked}')
+        self.line(f'\n{step.number:3d}. {step.title}: {step.asked}')
         self.line(f'      $ {step.typed}')
 
     def outcome(self, measurements, pose, pictures):
@@ -59,11 +59,11 @@ class Report:
                       '      No picture: this turtlesim has no ~snapshot service')
 
 
-def play(step, number, harness, report):
+def play(step, harness, report):
     """Play one step and report on it; return whether all its measurements are good."""
-    report.step(number, step)
+    report.step(step)
     measurements, pictures = [], []
-    name = f'{number}_{step.title.lower().replace(" ", "_")}'
+    name = f'{step.number}_{step.title.lower().replace(" ", "_")}'
     try:
         if step.turtle:
             harness.reset()
@@ -88,8 +88,8 @@ def play_all(steps, output, report):
     try:
         with _time_limit(TIME_LIMIT):
             harness.open()
-            for number, step in enumerate(steps, 1):
-                if not play(step, number, harness, report):
+            for step in steps:
+                if not play(step, harness, report):
                     failed.append(step.title)
                 todo.remove(step.title)
     except OutOfTimeError:
@@ -102,17 +102,23 @@ def play_all(steps, output, report):
     return failed + todo
 
 
+def is_meant(step, word):
+    """Return whether a word of the command line is the number of a step, or a part of its title."""
+    return word == str(step.number) if word.isdigit() else word.lower() in step.title.lower()
+
+
 def main():
-    """Play all steps, or those whose title contains a given word; exit with 0 only if all passed."""
+    """Play all steps, or those with a given number or word of the title; exit with 0 only if all passed."""
     parser = argparse.ArgumentParser(prog='./run demo', description=__doc__)
     parser.add_argument('--output', default='output', metavar='DIR',
                         help='folder for pictures and logs (default: %(default)s)')
-    parser.add_argument('words', nargs='*', metavar='WORD', help='do only the steps whose title contains this word')
+    parser.add_argument('words', nargs='*', metavar='WORD', help='do only the steps with this number in the course, '
+                        'or with this word in their title')
     arguments = parser.parse_args(rospy.myargv()[1:])
-    steps = [step for step in STEPS
-             if not arguments.words or any(word.lower() in step.title.lower() for word in arguments.words)]
+    steps = [step for step in STEPS if not arguments.words or any(is_meant(step, word) for word in arguments.words)]
     if not steps:
-        parser.error('no title contains such a word; the steps are: ' + ', '.join(step.title for step in STEPS))
+        parser.error('no step has such a number, nor such a word in its title; the steps are: '
+                     + ', '.join(f'{step.number} {step.title}' for step in STEPS))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     report, began, output = Report(sys.stdout), time.monotonic(), os.path.abspath(arguments.output)
     report.line('The course without a display: the nodes of this package do every step, and the demo measures what\n'

@@ -201,9 +201,9 @@ def sheet(pictures):
 
 
 STEPS = (
-    Step('AR markers', 'Print the ids and positions of the AR markers that the camera sees',
+    Step(8, 'AR markers', 'Print the ids and positions of the AR markers that the camera sees',
          'roslaunch turtle_robotont ar_control.launch', ar_markers, turtle=False),
-    Step('AR maze', 'Find the markers 1 to 5 of the minimaze with camera and tracker',
+    Step(11, 'AR maze', 'Find the markers 1 to 5 of the minimaze with camera and tracker',
          f'roslaunch robotont_gazebo world_minimaze_ar.launch rate:={MAZE_RATE:g}; '
          'roslaunch turtle_robotont ar_maze.launch sim:=false', maze, turtle=False),
 )

@@ -186,17 +186,17 @@ def _typed(harness, *command):
 
 
 STEPS = (
-    Step('Spawn and Trigger', 'Spawn turtle2 by service, and start turtle1 by a service without arguments',
+    Step(13, 'Spawn and Trigger', 'Spawn turtle2 by service, and start turtle1 by a service without arguments',
          'rosservice call /spawn 2 2 0 turtle2; rosservice call /turtle_command', services),
-    Step('Parameters', 'Set the three parameters of the background, and clear it',
+    Step(14, 'Parameters', 'Set the three parameters of the background, and clear it',
          'rosparam set /turtlesim/background_r 40; ...; rosservice call /clear', parameters),
-    Step('Launch file', 'Start one program twice, with parameters and another topic, and set the background',
+    Step(15, 'Launch file', 'Start one program twice, with parameters and another topic, and set the background',
          f'roslaunch two_turtles.launch red:={RED}', launch_file),
-    Step('Follower', 'Spawn turtle2, and let it follow turtle1 by tf',
+    Step(17, 'Follower', 'Spawn turtle2, and let it follow turtle1 by tf',
          'rosrun turtle_tf2 turtle_tf2_broadcaster.py _turtle:=turtle1; ...; rosrun turtle_tf2 turtle_tf2_listener.py',
          follower),
-    Step('Action', 'Send a goal to an action server: a triangle',
+    Step(18, 'Action', 'Send a goal to an action server: a triangle',
          'rosrun turtle_actionlib shape_server', shape_action),
-    Step('Record and play', 'Record the commands of a drive, and play them back',
+    Step(19, 'Record and play', 'Record the commands of a drive, and play them back',
          'rosbag record -O drive.bag /turtle1/cmd_vel; rosbag play drive.bag', record_and_play),
 )

@@ -177,16 +177,16 @@ def moved_marker(harness):
 
 
 STEPS = (
-    Step('Bang-bang', 'Hold the robot 0.5 m in front of a box: forward while it is farther, otherwise backward',
+    Step(20, 'Bang-bang', 'Hold the robot 0.5 m in front of a box: forward while it is farther, otherwise backward',
          f'roslaunch robotont_gazebo world_bangbang.launch rate:={RATE:g}; '
          'roslaunch robotont_laserscan_to_distance distance_from_depth_image.launch', bang_bang, turtle=False),
-    Step('P controller', 'Bring the robot to rest 0.5 m in front of a box, by its depth camera',
+    Step(21, 'P controller', 'Bring the robot to rest 0.5 m in front of a box, by its depth camera',
          f'roslaunch robotont_gazebo world_bangbang.launch rate:={RATE:g}; '
          'roslaunch robotont_laserscan_to_distance distance_from_depth_image.launch', p_controller, turtle=False),
-    Step('Between posts', 'Drive through two gates, to the side that is farther away',
+    Step(22, 'Between posts', 'Drive through two gates, to the side that is farther away',
          f'roslaunch robotont_gazebo gazebo.launch world:=posts.yaml rate:={RATE:g}; '
          'roslaunch robotont_laserscan_to_distance distance_from_depth_image.launch', between_posts, turtle=False),
-    Step('Follow a marker', 'Keep the distance of a marker that moves, and keep it in the centre',
+    Step(23, 'Follow a marker', 'Keep the distance of a marker that moves, and keep it in the centre',
          f'roslaunch robotont_gazebo gazebo.launch world:=ar rate:={RATE:g}; '
          'roslaunch turtle_robotont camera_ar_track.launch source:=simulator marker_size:=9', moved_marker,
          turtle=False),

@@ -34,6 +34,7 @@ STEP_TIMEOUT = 30.0  # [s] for everything that a step starts or waits for, even 
 REST_TIMEOUT = 5.0  # [s] in which a turtle must come to rest
 END_STAGES = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # of a roslaunch and its nodes
 POLL = 0.02  # [s]
+BACKGROUND = [f'turtlesim/background_{channel}' for channel in 'rgb']
 
 
 class DemoError(RuntimeError):
@@ -115,6 +116,7 @@ class DemoHarness:
         self.output, self._log = output, os.path.join(output, 'log')
         self._processes, self._until_closed = [], contextlib.ExitStack()
         self._kept = []  # pictures of the current step, (height, width, 3) uint8 BGR
+        self._background = {}  # the parameters of the simulator's background, as they were at the start
         self.seen = None  # the Observer, once open
 
     def open(self):
@@ -134,6 +136,7 @@ class DemoHarness:
         rospy.init_node('demo', disable_signals=True)
         self.seen = Observer('turtle1')
         self.until(lambda: self.seen.track, 'the simulator publishes no pose', STEP_TIMEOUT, simulator)
+        self._background = {name: rospy.get_param(name) for name in BACKGROUND if rospy.has_param(name)}
 
     def close(self):
         """End all started processes, the latest first; a second Ctrl-C does not interrupt it."""
@@ -179,9 +182,11 @@ class DemoHarness:
             self.until(lambda: track_metrics.stands_still(self.seen.track), 'the turtle does not stop', REST_TIMEOUT)
 
     def reset(self):
-        """Reset the simulator, so that the turtle is in the centre of an empty arena, and clear the observer."""
+        """Reset the simulator: the turtle in the centre, an empty arena in its first colour; clear the observer."""
         if not self._processes[0].runs():
             raise DemoError('the simulator has ended')
+        for name, value in self._background.items():
+            rospy.set_param(name, value)
         self.call('reset', Empty)
         self.seen.clear()
         self.until(lambda: any(math.hypot(pose.x - CENTRE, pose.y - CENTRE) < EXACT for pose in self.seen.track[-1:]),
