@@ -74,3 +74,8 @@ def test_picture(tmp_path):
     data = (tmp_path / 'pictures' / 'picture.ppm').read_bytes()
     assert len(data) == len(b'P6 160 120 255\n') + 160 * 120 * 3
     assert node_kinds.arguments(node_kinds.BY_KEY['usb_cam'], '/a')[0] == '_video_device:=/a'
+
+
+def test_nothing_that_has_to_survive_needs_a_lesson():
+    needed = node_kinds.in_order([kind.key for kind in node_kinds.HARDENED])
+    assert len(node_kinds.HARDENED) >= 16 and not [kind.key for kind in needed if kind.lesson]
