@@ -15,7 +15,9 @@ OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of th
     'fibonacci_client.py', 'shape_client', 'averaging_server', 'gen_numbers.py', 'fibonacci_server',
     'turtle_tf2_message_broadcaster.py', 'turtle_tf_message_broadcaster.py', 'turtle_tf2_message_filter',
     'turtle_tf_message_filter', 'dynamic_tf2_broadcaster.py', 'dynamic_tf_broadcaster.py', 'fixed_tf2_broadcaster.py',
-    'fixed_tf_broadcaster.py'}
+    'fixed_tf_broadcaster.py', 'turtle_tf_broadcaster', 'turtle_tf2_broadcaster', 'turtle_tf_listener',
+    'turtle_tf_listener.py', 'turtle_tf_listener_wait.py', 'turtle_tf_listener_debug', 'turtle_tf2_listener',
+    'turtle_tf2_listener_wait.py'}
 SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 10 s
 
 
