@@ -19,7 +19,8 @@ def main():
         turned = tf.transformations.quaternion_from_euler(0.0, 0.0, pose.theta)
         broadcaster.sendTransform((pose.x, pose.y, 0.0), turned, rospy.Time.now(), turtle, 'world')
 
-    rospy.Subscriber(f'/{turtle}/pose', Pose, send)
+    poses = rospy.Subscriber(f'/{turtle}/pose', Pose, send)
+    rospy.on_shutdown(poses.unregister)  # nothing can be sent any more then
     rospy.spin()
 
 

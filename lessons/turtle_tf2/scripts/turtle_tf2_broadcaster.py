@@ -28,7 +28,8 @@ def main():
         message.transform.rotation.w = math.cos(pose.theta / 2.0)
         broadcaster.sendTransform(message)
 
-    rospy.Subscriber(f'/{turtle}/pose', Pose, send)
+    poses = rospy.Subscriber(f'/{turtle}/pose', Pose, send)
+    rospy.on_shutdown(poses.unregister)  # nothing can be sent any more then
     rospy.spin()
 
 

@@ -25,7 +25,8 @@ def main():
     except rospy.ServiceException as error:
         rospy.logwarn('%s: the one that is there drives', error)
     points = rospy.Publisher('turtle_point_stamped', PointStamped, queue_size=1)
-    rospy.Subscriber('/turtle3/pose', Pose, publish, points)
+    poses = rospy.Subscriber('/turtle3/pose', Pose, publish, points)
+    rospy.on_shutdown(poses.unregister)  # nothing can be sent any more then
     velocities = rospy.Publisher('turtle3/cmd_vel', Twist, queue_size=1)
     rospy.on_shutdown(lambda: velocities.publish(Twist()))  # stop
     circle = Twist()
