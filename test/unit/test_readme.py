@@ -78,7 +78,10 @@ def lesson_differences(parameters, text):
 
 
 def unchecked_parameters(source):
-    """Return {name: default} of the private parameters that a lesson reads without check_params; None for a default that is computed."""
+    """Return {name: default} of the private parameters that a lesson reads without check_params.
+
+    A default that is computed is None.
+    """
     calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)
              and isinstance(node.func, ast.Attribute) and node.func.attr == 'get_param']
     return {call.args[0].value: getattr(call.args[1], 'value', None) if len(call.args) > 1 else None

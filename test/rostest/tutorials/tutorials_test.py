@@ -4,6 +4,7 @@ import math
 import os
 import signal
 import subprocess
+import time
 
 import actionlib
 import roslib.packages
@@ -15,8 +16,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, String
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 
-from rostest_support.common import (
-    DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, registered_names, run, until)
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, registered_names, run, until
 from rostest_support.course import CourseCase, stands
 from rostest_support.node_pages import REPOSITORY
 
@@ -38,7 +38,7 @@ WRONG_LESSONS = (  # package, program, part of what it says
     ('turtle_tf', 'turtle_tf_broadcaster', 'Type: rosrun turtle_tf turtle_tf_broadcaster turtle1'),
     ('turtle_tf2', 'turtle_tf2_broadcaster.py', 'Type: rosrun turtle_tf2 turtle_tf2_broadcaster.py _turtle:=turtle1'),
     ('turtle_tf2', 'turtle_tf2_broadcaster', 'Type: rosrun turtle_tf2 turtle_tf2_broadcaster turtle1'),
-    ('rospy_tutorials', 'param_talker.py', "'/global_example' is not set. Type: roslaunch rospy_tutorials param_talker"),
+    ('rospy_tutorials', 'param_talker.py', "'/global_example' is not set. Type: roslaunch rospy_tutorials"),
     ('rospy_tutorials', 'add_two_ints_client', '3', 'Type: rosrun rospy_tutorials add_two_ints_client 3 4'),
     ('rospy_tutorials', 'add_two_ints_client', '3', '4.5', 'Two whole numbers are needed, or none'))
 WRONG = (  # package, program, arguments, part of what it says
@@ -48,6 +48,7 @@ WRONG = (  # package, program, arguments, part of what it says
 LESSONS = ('lessons/rospy_tutorials/[0-9]*/[!.]*', 'lessons/actionlib_tutorials/scripts/*',
            'lessons/turtle_*/scripts/*')  # programs that are nodes
 AT_ONCE = 8
+SETTLED = 0.5  # [s] in which a node registers nothing more
 Status = actionlib.GoalStatus
 
 
@@ -200,7 +201,8 @@ class TutorialsTest(CourseCase):
                 printer = self.program(f'turtle_{word}', f'turtle_{word}_message_filter')
                 found = printer.wait_for_output(r'Position\(x:(\S+) y:(\S+) z:0.000000\)')
                 x, y = (float(text) + MIDDLE for text in found.groups())
-                self.assertAlmostEqual(1.0, math.hypot(x - 4.0, y - 3.0), delta=0.05)  # from (4, 2), heading 0, radius 1 m
+                # a circle of 1 m from (4, 2), heading 0
+                self.assertAlmostEqual(1.0, math.hypot(x - 4.0, y - 3.0), delta=0.05)
                 for one in (*started, printer):
                     one.stop()
 
@@ -361,6 +363,18 @@ class TutorialsTest(CourseCase):
         self.assertIn('found global_example parameter under key: /global_example', launch.output())
         self.assertFalse(rospy.has_param('/foo/to_delete'))
 
+    def await_all_registered(self, nodes):
+        """Wait until each node has registered something but its log, and none registers anything more."""
+        seen, changed = [], time.monotonic()
+
+        def settled():
+            nonlocal seen, changed
+            now = [set().union(*registered_names(f'/{name}')) - {'/rosout'} for name in nodes]
+            if now != seen:
+                seen, changed = now, time.monotonic()
+            return all(seen) and time.monotonic() - changed > SETTLED
+        until(settled, lambda: f'all of {nodes} registered: {seen}', 2.0 * DEADLINE)
+
     def test_every_lesson_ends_at_ctrl_c(self):
         """Once it has registered what it has: in time, with the exit code 0, and without a traceback."""
         settings = {'global_example': 1, 'utterance': 'hello', 'gains': {'P': 1, 'I': 2, 'D': 3}}  # of param_talker.py
@@ -376,8 +390,7 @@ class TutorialsTest(CourseCase):
                 process = Process(str(path), f'__name:=lesson{number}', '_turtle:=turtle1', '_topic_name:=chatter')
                 self.addCleanup(process.stop)
                 started.append((f'lesson{number}', process))
-            for name, process in started:
-                until(lambda name=name: set().union(*registered_names(f'/{name}')) - {'/rosout'}, process.output)
+            self.await_all_registered([name for name, _ in started])
             for _, process in started:
                 process.process.send_signal(signal.SIGINT)
             for _, process in started:
