@@ -235,10 +235,10 @@ def _merged(*parts):
 
 def kinds(subject, scale, rng):
     """TCPROS and XML-RPC of every other kind of node."""
-    keys = [kind.key for kind in node_kinds.KINDS if kind.key not in (*node_kinds.SIMULATORS, 'draw_square',
-                                                                     'teleport_tour')]
+    keys = [kind.key for kind in node_kinds.HARDENED if kind.key not in (*node_kinds.SIMULATORS, 'draw_square',
+                                                                         'teleport_tour')]
     if scale.small:
-        keys = ['goto_pose_server', 'usb_cam']
+        keys = ['teleop', 'usb_cam']
     parts = []
     with running(subject, *keys) as nodes:
         for key in keys:

@@ -20,8 +20,8 @@ POLL = 0.02  # [s]
 
 def kinds_of(small):
     """Return the kinds whose registration is checked together."""
-    keys = ('turtlesim', 'goto_pose_server', 'usb_cam', 'tracker') if small else (
-        kind.key for kind in node_kinds.KINDS if kind.key not in APART)
+    keys = ('turtlesim', 'teleop', 'usb_cam', 'tracker') if small else (
+        kind.key for kind in node_kinds.HARDENED if kind.key not in APART)
     return [node_kinds.on_turtle(kind, OWN_TURTLES[kind.key]) if kind.key in OWN_TURTLES else kind
             for kind in node_kinds.in_order(keys)]
 
@@ -127,7 +127,7 @@ ATTACKS = {
 FIGURES = (
     Figure('restarts of the master, kinds of nodes together', 'restarts', '', sum),
     *(Figure(f'{kind.key}: not registered within {LIMIT:g} s', f'restart_late_{kind.key}', 'times', sum,
-             Target('at_most', 0)) for kind in node_kinds.KINDS),
+             Target('at_most', 0)) for kind in node_kinds.HARDENED),
     Figure('never registered again', 'restart_lost', '', sum, Target('at_most', 0)),
     Figure('nodes that ended', 'restart_ended', '', sum, Target('at_most', 0)),
     Figure('registered again, median', 'restart_time', 's', median, Target('below', LIMIT)),

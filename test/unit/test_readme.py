@@ -78,6 +78,27 @@ def lesson_differences(parameters, text):
     return wrong
 
 
+def unchecked_parameters(source):
+    """Return {name: default} of the private parameters that a lesson reads without check_params.
+
+    A default that is computed is None.
+    """
+    calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)
+             and isinstance(node.func, ast.Attribute) and node.func.attr == 'get_param']
+    return {call.args[0].value: getattr(call.args[1], 'value', None) if len(call.args) > 1 else None
+            for call in calls if call.args[0].value.startswith('~')}
+
+
+def unchecked_differences(read, text):
+    """Return what the parameter tables of a lesson's section say wrong."""
+    rows = {row['parameter'].strip('`'): row for row in table(text, PARAMETER_COLUMNS)}
+    return ([f'{name} is missing' for name in sorted(set(read) - set(rows))]
+            + [f'{name} is not in the code' for name in sorted(set(rows) - set(read))]
+            + [f'{name}: default is {rows[name]["default"]!r}, in the code {read[name]!r}'
+               for name in sorted(set(read) & set(rows))
+               if read[name] is not None and not same(rows[name]['default'], str(read[name]))])
+
+
 def expected_cells(parameter):
     """Return {column: what it must say}; where only words can say it, any will do."""
     cells = {'range': parameter.range} if parameter.range else {}
@@ -126,6 +147,8 @@ def test_parameters_of_a_node_are_described_as_they_are(script):
     source, section = script.read_text(encoding='utf-8'), sections(page_of(script))[script.name]
     if 'import check_params' in source:
         assert lesson_differences(lesson_parameters(source), section) == []
+    elif 'rospy.init_node' in source:
+        assert unchecked_differences(unchecked_parameters(source), section) == []
     else:
         assert parameter_differences(parameters_of(script), section) == []
 
@@ -209,3 +232,26 @@ SAMPLE_README = '''
 def test_every_difference_is_found(right, wrong, said):
     assert right in SAMPLE_README
     assert parameter_differences(SAMPLE, SAMPLE_README.replace(right, wrong, 1)) == said
+
+
+LESSON = """turtle = rospy.get_param('~turtle', '')
+size = rospy.get_param('~size', 2.0)
+rate = rospy.get_param('~rate', best)
+other = rospy.get_param('turtle', 'turtle2')
+"""
+LESSON_README = """
+| parameter | type | default | range | meaning |
+|---|---|---|---|---|
+| `~turtle` | text |  | a name | which |
+| `~size` | float, m | 2.0 | 0.5 or more | side |
+| `~rate` | float, Hz | the best | 1 or more | how often |
+"""
+
+
+@pytest.mark.parametrize('right, wrong, said', [
+    ('', '', []),
+    ('`~size`', '`~side`', ['~size is missing', '~side is not in the code']),
+    ('| 2.0 |', '| 3.0 |', ["~size: default is '3.0', in the code 2.0"]),
+])
+def test_differences_of_a_lesson_without_checks_are_found(right, wrong, said):
+    assert unchecked_differences(unchecked_parameters(LESSON), LESSON_README.replace(right, wrong, 1)) == said

@@ -1,22 +1,20 @@
 #!/usr/bin/env python3
-"""Log every text that comes on chatter."""
+"""Log every text that arrives on the topic chatter."""
 import rospy
 from std_msgs.msg import String
 
-from rospy_support import nodes
-
 
 def log(message):
-    """Log a message with the name of this node."""
+    """Log one message, after the name of this node; rospy calls this function."""
     rospy.loginfo('%sI heard %s', rospy.get_caller_id(), message.data)
 
 
 def main():
-    """Listen until the shutdown."""
-    nodes.init_node('listener', anonymous=True)
+    """Subscribe, and wait for messages until Ctrl-C."""
+    rospy.init_node('listener', anonymous=True)
     rospy.Subscriber('chatter', String, log)
     rospy.spin()
 
 
 if __name__ == '__main__':
-    nodes.run(main)
+    main()

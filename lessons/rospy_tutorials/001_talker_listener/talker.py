@@ -1,16 +1,14 @@
 #!/usr/bin/env python3
-"""Publish a text on chatter, ten times a second, in a loop."""
+"""Publish a text on the topic chatter ten times a second, in a loop."""
 import rospy
 from std_msgs.msg import String
 
-from rospy_support import nodes
-
 
 def main():
-    """Publish until the shutdown."""
-    nodes.init_node('talker', anonymous=True)
+    """Publish until Ctrl-C."""
+    rospy.init_node('talker', anonymous=True)
     publisher = rospy.Publisher('chatter', String, queue_size=10)
-    rate = rospy.Rate(10)
+    rate = rospy.Rate(10)  # [Hz]
     while not rospy.is_shutdown():
         text = f'hello world {rospy.get_time()}'
         rospy.loginfo(text)
@@ -19,4 +17,7 @@ def main():
 
 
 if __name__ == '__main__':
-    nodes.run(main)
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass  # Ctrl-C

@@ -1,27 +1,28 @@
 #!/usr/bin/env python3
-"""One function for several subscriptions: what is given to a Subscriber is handed on to its function."""
+"""One function for several subscriptions: the last argument of a Subscriber is passed to its function."""
 import rospy
 from std_msgs.msg import String
 
-from rospy_support import nodes
+
+def show_numbered(message, number):
+    """Print a message and the number of its Subscriber; rospy calls this function."""
+    print(f'#{number}: I heard [{message.data}]')
 
 
 def show(message, given):
-    """Print a message and what was given to its Subscriber."""
-    if given in (1, 2):
-        print(f'#{given}: I heard [{message.data}]', flush=True)
-    else:
-        print(f'I heard [{message.data}] with userdata [{given}]', flush=True)
+    """Print a message and the last argument of its Subscriber; rospy calls this function."""
+    print(f'I heard [{message.data}] with userdata [{given}]')
 
 
 def main():
-    """Listen until the shutdown."""
-    nodes.init_node('listener_with_user_data', anonymous=True)
-    for topic, given in (('chatter', 1), ('chatter', 2), ('chatter', ('chatter1', 4)),
-                         ('chatter2', 'This is from chatter2')):
-        rospy.Subscriber(topic, String, show, given)
+    """Subscribe four times, and wait for messages until Ctrl-C."""
+    rospy.init_node('listener_with_user_data', anonymous=True)
+    rospy.Subscriber('chatter', String, show_numbered, 1)
+    rospy.Subscriber('chatter', String, show_numbered, 2)
+    rospy.Subscriber('chatter', String, show, ('chatter1', 4))
+    rospy.Subscriber('chatter2', String, show, 'This is from chatter2')
     rospy.spin()
 
 
 if __name__ == '__main__':
-    nodes.run(main)
+    main()

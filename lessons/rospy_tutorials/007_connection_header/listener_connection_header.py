@@ -1,28 +1,25 @@
 #!/usr/bin/env python3
-"""Print who has sent each text on chatter, and what that node has said when it connected."""
+"""Print who has sent each text on the topic chatter, and the header that this node sent when it connected."""
 import rospy
 from std_msgs.msg import String
 
-from rospy_support import nodes
-from rospy_support.rospy_internals import connection_header
-
 
 def show(message):
-    """Print a message."""
-    header = connection_header(message)
-    who = header.get('callerid', 'unknown')
+    """Print one message; rospy calls this function."""
+    header = message._connection_header  # a dictionary
+    who = header['callerid']
     if 'cookies' in header:
-        print(f'{who} just offered me {header["cookies"]} cookies', flush=True)
+        print(f'{who} just offered me {header["cookies"]} cookies')
     else:
-        print(f'I just heard {message.data} from {who}', flush=True)
+        print(f'I just heard {message.data} from {who}')
 
 
 def main():
-    """Listen until the shutdown."""
-    nodes.init_node('listener_connection_header', anonymous=True)
+    """Subscribe, and wait for messages until Ctrl-C."""
+    rospy.init_node('listener_connection_header', anonymous=True)
     rospy.Subscriber('chatter', String, show)
     rospy.spin()
 
 
 if __name__ == '__main__':
-    nodes.run(main)
+    main()

@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
-"""Publish on chatter, and tell every subscriber something more when it connects."""
+"""Publish on the topic chatter, and send a header to every subscriber when it connects."""
 import rospy
 from std_msgs.msg import String
 
-from rospy_support import nodes
-
 
 def main():
-    """Publish until the shutdown."""
-    nodes.init_node('talker', anonymous=True)
-    publisher, rate = rospy.Publisher('chatter', String, headers={'cookies': 'oreo'}, queue_size=10), rospy.Rate(10)
+    """Publish until Ctrl-C."""
+    rospy.init_node('talker', anonymous=True)
+    publisher = rospy.Publisher('chatter', String, headers={'cookies': 'oreo'}, queue_size=10)
+    rate = rospy.Rate(10)  # [Hz]
     while not rospy.is_shutdown():
         text = f'hello world {rospy.get_time()}'
         rospy.loginfo(text)
@@ -18,4 +17,7 @@ def main():
 
 
 if __name__ == '__main__':
-    nodes.run(main)
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass  # Ctrl-C

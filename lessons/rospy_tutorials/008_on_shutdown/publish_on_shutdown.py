@@ -3,23 +3,20 @@
 import rospy
 from std_msgs.msg import String
 
-from rospy_support import nodes
-
-LAST_WORDS = "I'm dead!"
-
 
 def main():
-    """Wait for the shutdown."""
-    nodes.init_node('talker', anonymous=True)
+    """Wait until Ctrl-C."""
+    rospy.init_node('talker', anonymous=True)
     publisher = rospy.Publisher('chatter', String, queue_size=10)
 
     def say_goodbye():
-        print(LAST_WORDS, flush=True)
-        publisher.publish(LAST_WORDS)
+        print("I'm dead!")
+        publisher.publish("I'm dead!")
+
     rospy.on_shutdown(say_goodbye)
-    print('Hit ctrl-C to see on_shutdown example', flush=True)
+    print('Hit ctrl-C to see on_shutdown example')
     rospy.spin()
 
 
 if __name__ == '__main__':
-    nodes.run(main)
+    main()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every kind of node is attacked through its two ports; it answers others all the while, and lives on.
+"""Every kind of node but lessons is attacked through its two ports; it answers others all the while, and lives on.
 
 The nodes of a group run together, with what they need. An attack is the name of a method of Attacks.
 """
@@ -284,7 +284,8 @@ class AttackTest(unittest.TestCase):
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
         resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
         self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
-        kinds = [node_kinds.on_turtle(BY_KEY[key], key) if key in DRIVING else BY_KEY[key] for key in GROUPS[group]]
+        kinds = [node_kinds.on_turtle(BY_KEY[key], key) if key in DRIVING else BY_KEY[key] for key in GROUPS[group]
+                 if not BY_KEY[key].lesson]
         with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
             node_kinds.make_picture(folder)
             processes = [stack.enter_context(Process(*command(kind, folder), stdin=subprocess.PIPE)) for kind in kinds]

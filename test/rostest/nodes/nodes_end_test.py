@@ -59,6 +59,13 @@ def outside_first(process, uri):
 
 
 WAYS = interrupt, terminate, kill_by_name, both, outside_first, hang_up
+WAYS_OF_LESSONS = interrupt, terminate, kill_by_name  # those that rospy itself knows
+
+
+def way_of(kind, number):
+    """Return how a node is ended when its turn has this number."""
+    ways = WAYS_OF_LESSONS if kind.lesson else WAYS
+    return ways[number % len(ways)]
 
 
 class EndTest(unittest.TestCase):
@@ -98,12 +105,12 @@ class EndTest(unittest.TestCase):
         if master_away:
             self.master.kill()
         for index, kind in enumerate(self.kinds):
-            WAYS[(index + number) % len(WAYS)](self.nodes.running[kind].process, uris[kind])
+            way_of(kind, index + number)(self.nodes.running[kind].process, uris[kind])
         wrong = []
         for index, kind in enumerate(self.kinds):
             said = self.ended(kind)
             if said:
-                way = WAYS[(index + number) % len(WAYS)].__name__
+                way = way_of(kind, index + number).__name__
                 wrong.append(f'{kind.key}, {way}, master {"away" if master_away else "there"}: {said}')
         if master_away:
             self.master.start()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Nodes whose output is closed, whose reader has gone, or whose log cannot be written: all go on as ever.
+"""Nodes whose output is closed, whose reader has gone, or whose log cannot be written: all but lessons go on as ever.
 
 The environment's ROUNDS sets how often; conditions take turns, so that after four rounds each node has met each.
 """
@@ -13,6 +13,7 @@ from nodes_tools import Nodes, OwnMaster, all_kinds, command_of
 
 from rostest_support import node_kinds
 from rostest_support.common import run
+from rostest_support.node_kinds import HARDENED
 
 ROUNDS = int(os.environ.get('ROUNDS', '1'))
 SPAN = 3.0  # [s] in which every node logs, most of them often
@@ -32,15 +33,15 @@ class OutputTest(unittest.TestCase):
         self.addCleanup(lambda: self.master.process.stop())
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        for kind in all_kinds():
+        for kind in all_kinds(HARDENED):
             os.symlink('/dev/full', os.path.join(folder.name, f'{kind.node[1:]}.log'))
         full = 'env', f'ROS_LOG_DIR={folder.name}'
         self.conditions = CLOSED, full, UNREAD, NO_FOLDER
 
     def test_nodes_output(self):
-        """Every kind of node under one of the conditions is registered, and lives on while it logs."""
+        """Every kind of node but lessons, under one of the conditions is registered, and lives on while it logs."""
         for number in range(ROUNDS):
-            nodes, kinds = Nodes(self.addCleanup, self.master), all_kinds()
+            nodes, kinds = Nodes(self.addCleanup, self.master), all_kinds(HARDENED)
             under = {kind: self.conditions[(index + number) % len(self.conditions)] for index, kind in enumerate(kinds)}
             under.update({kind: CLOSED for kind in kinds if kind.key == PRINTER.key and under[kind] == UNREAD})
             simulators = [kind for kind in kinds if not kind.needs]

@@ -108,9 +108,9 @@ def command_of(kind, folder):
     return [roslib.packages.find_node(kind.package, kind.executable)[0], *node_kinds.arguments(kind, folder)]
 
 
-def all_kinds():
-    """Return every NodeKind, those that drive with a turtle of their own, in an order in which they can be started."""
-    kinds = node_kinds.in_order([kind.key for kind in node_kinds.KINDS])
+def all_kinds(kinds=node_kinds.KINDS):
+    """Return NodeKinds, those that drive with a turtle of their own, in an order in which they can be started."""
+    kinds = node_kinds.in_order([kind.key for kind in kinds])
     return [on_own_turtle(kind) for kind in kinds]
 
 

@@ -17,7 +17,9 @@ OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of th
     'fibonacci_client.py', 'shape_client', 'averaging_server', 'gen_numbers.py', 'fibonacci_server',
     'turtle_tf2_message_broadcaster.py', 'turtle_tf_message_broadcaster.py', 'turtle_tf2_message_filter',
     'turtle_tf_message_filter', 'dynamic_tf2_broadcaster.py', 'dynamic_tf_broadcaster.py', 'fixed_tf2_broadcaster.py',
-    'fixed_tf_broadcaster.py'}
+    'fixed_tf_broadcaster.py', 'turtle_tf_broadcaster', 'turtle_tf2_broadcaster', 'turtle_tf_listener',
+    'turtle_tf_listener.py', 'turtle_tf_listener_wait.py', 'turtle_tf_listener_debug', 'turtle_tf2_listener',
+    'turtle_tf2_listener_wait.py'}
 SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 10 s
 
 
@@ -76,3 +78,8 @@ def test_picture(tmp_path):
     data = (tmp_path / 'pictures' / 'picture.ppm').read_bytes()
     assert len(data) == len(b'P6 160 120 255\n') + 160 * 120 * 3
     assert node_kinds.arguments(node_kinds.BY_KEY['usb_cam'], '/a')[0] == '_video_device:=/a'
+
+
+def test_nothing_that_has_to_survive_needs_a_lesson():
+    needed = node_kinds.in_order([kind.key for kind in node_kinds.HARDENED])
+    assert len(node_kinds.HARDENED) >= 16 and not [kind.key for kind in needed if kind.lesson]

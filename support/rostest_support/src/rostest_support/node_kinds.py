@@ -20,8 +20,10 @@ class NodeKind(NamedTuple):
     ``key`` is its name in tables, ``node`` its name in ROS; ``package``, ``executable``: as for rosrun; ``arguments``:
     parameters and remaps, in which {folder} stands for a folder with an image, {bundle} for the file of a bundle;
     ``needs``: keys of the kinds that must run before it; ``published``, ``subscribed``, ``services``: names that it has
-    registered once it runs; ``drives``: it moves a turtle or a robot, forever or until it has arrived. Keep its
-    standard input open, because turtle_teleop_key reads it.
+    registered once it runs; ``drives``: it moves a turtle or a robot, forever or until it has arrived; ``lesson``: it
+    is a program for students to read, plain rospy, so it has to end in time and without a traceback, but neither
+    registers again with a new master nor survives a closed output. Keep its standard input open, because
+    turtle_teleop_key reads it.
     """
 
     key: str
@@ -34,6 +36,7 @@ class NodeKind(NamedTuple):
     subscribed: tuple = ()
     services: tuple = ()
     drives: bool = False
+    lesson: bool = False
 
     @property
     def parameters(self):
@@ -142,23 +145,25 @@ KINDS = (
              needs=('turtlesim',), published=('/turtle2/cmd_vel',), subscribed=('/turtle1/pose',)),
     NodeKind('broadcaster', '/broadcaster', 'turtle_tf2', 'turtle_tf2_broadcaster.py',
              ('__name:=broadcaster', '_turtle:=turtle1'), needs=('turtlesim',), published=('/tf',),
-             subscribed=('/turtle1/pose',)),
+             subscribed=('/turtle1/pose',), lesson=True),
     NodeKind('follower_broadcaster', '/follower_broadcaster', 'turtle_tf', 'turtle_tf_broadcaster.py',
              ('__name:=follower_broadcaster', '_turtle:=turtle2'), needs=('turtlesim',), published=('/tf',),
-             subscribed=('/turtle2/pose',)),
+             subscribed=('/turtle2/pose',), lesson=True),
     NodeKind('follower', '/follower', 'turtle_tf2', 'turtle_tf2_listener.py',
              ('__name:=follower', 'turtle2/cmd_vel:=/turtle8/cmd_vel'),  # mimic drives turtle2
              needs=('broadcaster', 'follower_broadcaster'), published=('/turtle8/cmd_vel',),
-             subscribed=('/tf', '/tf_static'), drives=True),
+             subscribed=('/tf', '/tf_static'), drives=True, lesson=True),
     NodeKind('shape_server', '/turtle_shape', 'turtle_actionlib', 'shape_server', needs=('turtlesim',),
              published=('/turtle1/cmd_vel', '/turtle_shape/status'),
-             subscribed=('/turtle1/pose', '/turtle_shape/goal', '/turtle_shape/cancel')),
+             subscribed=('/turtle1/pose', '/turtle_shape/goal', '/turtle_shape/cancel'), lesson=True),
     NodeKind('fibonacci_server', '/fibonacci', 'actionlib_tutorials', 'fibonacci_server.py',
-             published=('/fibonacci/result', '/fibonacci/status'), subscribed=('/fibonacci/goal', '/fibonacci/cancel')),
+             published=('/fibonacci/result', '/fibonacci/status'), subscribed=('/fibonacci/goal', '/fibonacci/cancel'),
+             lesson=True),
     NodeKind('twist_keyboard', '/teleop_twist_keyboard', 'teleop_twist_keyboard', 'teleop_twist_keyboard.py',
              ('cmd_vel:=/keys/cmd_vel', '_repeat_rate:=5.0'), published=('/keys/cmd_vel',)),
 )
 BY_KEY = {kind.key: kind for kind in KINDS}
+HARDENED = tuple(kind for kind in KINDS if not kind.lesson)  # these survive new masters, closed outputs and attacks
 FIXED_TURTLE = ('velocity_publisher.py', 'pose_subscriber.py', 'draw_square')  # without a parameter ~turtle
 SIMULATORS = ('turtlesim', 'robotont')
 

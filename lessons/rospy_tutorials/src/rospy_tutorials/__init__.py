@@ -1,1 +1,0 @@
-"""Small programs, one for each part of rospy; this module is what two of them share."""

@@ -1,1 +1,0 @@
-"""An action that draws regular polygons with turtle1."""
