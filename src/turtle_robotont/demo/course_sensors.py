@@ -25,8 +25,9 @@ from turtle_robotont.driving import track_metrics
 from turtle_robotont.driver import pose_of
 
 GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] from the goal that counts as there
-LONGEST, HIGHEST = 20.0, 2.0  # [s], [m] of the plots of the distance
-PACE, BACK, SWING = 0.2, 4, 0.2  # [m/s], times that it turns back, [m] from the goal that it swings at most
+LONGEST, LOWEST, HIGHEST = 12.0, 0.4, 0.7  # [s], [m] of the plots of the distance: the last bit of the way
+RESTS = 10.0  # [s] after which the robot must be at rest in front of the box
+PACE, BACK, SWING = 0.2, 12, 0.2  # [m/s], times that it turns back, [m] from the goal that it swings at most
 GATE = 0.15  # [m] beside the middle of a gate
 BEHIND = 0.6  # [m] behind the marker
 AIMED = 0.05  # [rad] beside the marker
@@ -98,7 +99,8 @@ def _from_box(plan, track):
 
 def _plot(title, distances):
     """Return a plot of the distances [m] from the camera to the box over the simulated time."""
-    return over_time(title, [number / POSE_RATE for number in range(len(distances))], distances, GOAL, LONGEST, HIGHEST)
+    return over_time(title, [number / POSE_RATE for number in range(len(distances))], distances, GOAL, LONGEST,
+                     (LOWEST, HIGHEST))
 
 
 def bang_bang(harness):
@@ -125,7 +127,8 @@ def p_controller(harness):
             errors.append(error)
         return GAIN * errors[-1] if errors else 0.0, 0.0, 0.0
     with _bangbang(harness, control) as drive:
-        drive.until(lambda: errors and abs(errors[-1]) < FLAT / 2.0, 'the robot does not come to the box')
+        drive.until(lambda: errors and abs(errors[-1]) < FLAT / 2.0 and len(drive.track) > RESTS * POSE_RATE,
+                    'the robot does not come to the box')
         plan, track = drive.plan, drive.track
     distances = _from_box(plan, track)
     harness.keep(_plot('P controller: distance to the box', distances))
