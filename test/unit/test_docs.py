@@ -14,7 +14,8 @@ PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOS
          *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'grading' / 'integrations' / 'README.md']
 README = REPOSITORY / 'README.md'
 COURSE_NEXT = REPOSITORY / 'docs' / 'course_next.md'
-MOST_LINES, LONGEST_LINE = 130, 120  # of README.md
+MOST_LINES, LONGEST_LINE = 140, 120  # of README.md
+MOST_BYTES = 1.5e6  # of the moving picture in README.md
 LONGEST_PROSE = 120  # [columns] of other pages, but for tables and code
 MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.svg', 'index.html', 'codes.csv',
                    'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
@@ -101,6 +102,12 @@ def test_readme_is_one_page():
     lines = text_of(README).splitlines()
     assert len(lines) <= MOST_LINES
     assert [line for line in lines if len(line) > LONGEST_LINE] == []
+
+
+def test_the_moving_picture_moves_and_is_small():
+    picture = (REPOSITORY / re.search(r'!\[[^]]*\]\(([^)]+)\)', text_of(README)).group(1)).read_bytes()
+    assert picture[:4] == b'RIFF' and picture[8:12] == b'WEBP'
+    assert picture.count(b'ANMF') > 50 and len(picture) < MOST_BYTES  # a frame each
 
 
 def test_every_page_is_linked_from_the_readme():

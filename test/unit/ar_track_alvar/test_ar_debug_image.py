@@ -63,3 +63,17 @@ def test_the_id_stands_below_also_at_the_rim_of_the_picture(seen):
         assert drawn(seen, moved).shape == (*shape, 3)
     below = slice(int(detection.corners[:, 1].max()) + 4, None)
     assert (drawn(seen, detection)[below] == debug_image.SURE).all(2).any()
+
+
+@pytest.mark.parametrize('ground', [0, 70, 128, 255])
+def test_the_id_is_readable_on_any_ground(seen, ground):
+    """Light letters, at least 12 px high, with black around each of their pixels."""
+    camera, picture, detection = seen
+    bgr = np.full((*picture.shape, 3), ground, np.uint8)
+    debug_image.draw(bgr, camera, [detection], [detection], lambda _: SIZE)
+    below = bgr[int(detection.corners[:, 1].max()) + 4:].astype(int)
+    light, black = (below > 140).all(2) & (below[..., 1] < 250), (below < 40).all(2)
+    rows = np.flatnonzero(light.any(1))
+    assert rows[-1] - rows[0] >= 12
+    around = cv2.dilate(black.astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    assert around[light].all() and black.sum() > light.sum() / 2

@@ -100,6 +100,13 @@ def test_everything_has_room():
     assert has(picture, BLUE) and has(picture, ROBOT_COLOUR)
 
 
+def test_part_of_a_plan_fills_the_picture():
+    drawn = FloorPlanMap(PLAN, between=[(-2.0, -0.5), (-1.0, 0.5)], pixels_per_metre=300)
+    assert drawn.pixel(-2.0, 0.5) == pytest.approx((MARGIN + (drawn.width - 412) / 2 - 0.5, MARGIN - 0.5))
+    picture = drawn.draw()
+    assert picture.shape[0] == 300 + 2 * MARGIN and near(at(drawn, picture, -1.5, 0.25), GREEN)
+
+
 def test_words_are_written_and_paths_without_a_colour_differ():
     paths = [Path([(0, 0), (1, 0)], label='asked'), Path([(0, 1), (1, 1)], label='driven')]
     plain, named = overhead.draw_map(PLAN, [path._replace(label='') for path in paths]), overhead.draw_map(PLAN, paths)

@@ -6,7 +6,6 @@ A step starts the node of the course, or types its command, and measures only po
 import contextlib
 import math
 import re
-import time
 from typing import Callable, NamedTuple
 
 import rosservice
@@ -18,6 +17,8 @@ from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
 
+CIRCLE_RATE = 8.0  # simulated seconds per wall-clock second: a round of half a minute
+CIRCLE_TIMEOUT = 60.0  # [s] for that round, also in a turtlesim whose time cannot run faster
 POSES = 5  # a subscriber must print at least this many
 STOP_TOLERANCE = 0.02  # [m] of stopping at x
 CORNER_TOLERANCE = 0.05  # [m] of driving
@@ -64,10 +65,11 @@ def first_publisher(harness):
     node = harness.rosrun('velocity_publisher.py')
     harness.until(lambda: track_metrics.path_length(harness.seen.track) > 0.0, 'the turtle does not start to move',
                   STEP_TIMEOUT, node)
-    time.sleep(2.0)
-    times, speed = harness.seen.commands, harness.seen.track[-1].linear_velocity
-    if len(times) < 2:
-        raise DemoError(f'{len(times)} commands on /turtle1/cmd_vel in 2 s; the node printed: {node.last_line()}')
+    harness.set_rate(CIRCLE_RATE)
+    harness.until(lambda: track_metrics.turned(harness.seen.track) > math.tau, 'the turtle does not close the circle',
+                  CIRCLE_TIMEOUT, node)
+    times, speed = harness.seen.commands, track_metrics.top_speed(harness.seen.track)
+    harness.set_rate(1.0)
     node.interrupt()
     node.wait(STEP_TIMEOUT)
     harness.until_rest()

@@ -19,7 +19,9 @@ from course_demo.course_markers import Recorder
 from course_demo.harness import EXACT, STEP_TIMEOUT, DemoError
 
 BACKGROUND = (40, 90, 60)
-BEHIND = 0.3  # [m] that turtle2 stays behind turtle1: it comes nearer and nearer
+BEHIND = 0.6  # [m] that turtle2 stays behind turtle1: it comes nearer and nearer
+AWAY = (1.5, 0.8, 2.5)  # [m/s, rad/s, s] that turtle1 drives then
+FARTHEST = 3.5  # [m] that turtle2 may be behind: its speed is half of the distance per second
 EDGES, RADIUS = 3, 0.7  # of the polygon; [m]
 CLOSED = 0.1  # [m] between start and end of the polygon
 DRIVE = (1.0, 0.8, 2.0)  # [m/s, rad/s, s] that is recorded
@@ -115,7 +117,13 @@ def follower(harness):
         node = harness.start('rosrun', 'turtle_tf2', 'turtle_tf2_listener.py')
         harness.until(lambda: poses.entries, 'there is no turtle2', STEP_TIMEOUT, node)
         harness.until(lambda: _apart(harness, poses) < BEHIND, 'turtle2 does not come to turtle1', STEP_TIMEOUT, node)
-        return [at_most('turtle2 came to turtle1, as near as', _apart(harness, poses), BEHIND, 'm'),
+        near_by = _apart(harness, poses)
+        publisher = rospy.Publisher('turtle1/cmd_vel', Twist, queue_size=1)
+        harness.until(publisher.get_num_connections, 'nobody reads turtle1/cmd_vel', STEP_TIMEOUT)
+        _publish(publisher, *AWAY)
+        publisher.unregister()
+        return [at_most('turtle2 came to turtle1, as near as', near_by, BEHIND, 'm'),
+                at_most('turtle1 drove on, and turtle2 is behind it by', _apart(harness, poses), FARTHEST, 'm'),
                 Measurement(f'it drove {track_metrics.path_length(poses.entries):.2f} m',
                             not track_metrics.jumps(poses.entries))]
     finally:

@@ -20,11 +20,14 @@ from std_msgs.msg import String
 
 from course_demo.core import track_metrics
 from course_demo.course import Measurement, Step, at_most, near
-from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
+from course_demo.course_markers import POSE_RATE, START_TIMEOUT, Recorder, map_of, world_plan
+from course_demo.plots import over_time
 from turtle_robotont.driver import pose_of
 
 GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] from the goal that counts as there
-PACE, BACK, SWING = 0.2, 4, 0.2  # [m/s], times that it turns back, [m] from the goal that it swings at most
+LONGEST, LOWEST, HIGHEST = 12.0, 0.4, 0.7  # [s], [m] of the plots of the distance: the last bit of the way
+RESTS = 10.0  # [s] after which the robot must be at rest in front of the box
+PACE, BACK, SWING = 0.2, 12, 0.2  # [m/s], times that it turns back, [m] from the goal that it swings at most
 GATE = 0.15  # [m] beside the middle of a gate
 BEHIND = 0.6  # [m] behind the marker
 AIMED = 0.05  # [rad] beside the marker
@@ -94,6 +97,12 @@ def _from_box(plan, track):
     return [plan.boxes[0].x - plan.boxes[0].length / 2.0 - pose.x - CAMERA_X for pose in track]
 
 
+def _plot(title, distances):
+    """Return a plot of the distances [m] from the camera to the box over the simulated time."""
+    return over_time(title, [number / POSE_RATE for number in range(len(distances))], distances, GOAL, LONGEST,
+                     (LOWEST, HIGHEST))
+
+
 def bang_bang(harness):
     with _bangbang(harness, lambda seen: (PACE if seen.center_min > GOAL else -PACE, 0.0, 0.0)) as drive:
         def turns():
@@ -101,8 +110,8 @@ def bang_bang(harness):
             return sum(before != after for before, after in zip(ways, ways[1:]))
         drive.until(lambda: turns() >= BACK, 'the robot does not drive back and forth')
         plan, track = drive.plan, drive.track
-    harness.keep(map_of(plan, track, 'Bang-bang'))
     distances = _from_box(plan, track)
+    harness.keep(_plot('Bang-bang: distance to the box', distances))
     there = next(number for number, distance in enumerate(distances) if distance < GOAL)
     return [Measurement(f'drove to the box, and turned back {BACK} times', True),
             at_most(f'swings around {GOAL} m by', max(abs(distance - GOAL) for distance in distances[there:]), SWING,
@@ -118,13 +127,15 @@ def p_controller(harness):
             errors.append(error)
         return GAIN * errors[-1] if errors else 0.0, 0.0, 0.0
     with _bangbang(harness, control) as drive:
-        drive.until(lambda: errors and abs(errors[-1]) < FLAT / 2.0, 'the robot does not come to the box')
+        drive.until(lambda: errors and abs(errors[-1]) < FLAT / 2.0 and len(drive.track) > RESTS * POSE_RATE,
+                    'the robot does not come to the box')
         plan, track = drive.plan, drive.track
-    harness.keep(map_of(plan, track, 'P controller'))
+    distances = _from_box(plan, track)
+    harness.keep(_plot('P controller: distance to the box', distances))
     speeds = [math.hypot(after.x - before.x, after.y - before.y) for before, after in zip(track, track[1:])]
     return [Measurement(f'drove {track_metrics.path_length(track):.2f} m, slower and slower',
                         speeds.index(max(speeds)) < len(speeds) / 2),
-            near('distance from the camera to the box', _from_box(plan, track)[-1], GOAL, FLAT, 'm')]
+            near('distance from the camera to the box', distances[-1], GOAL, FLAT, 'm')]
 
 
 def between_posts(harness):

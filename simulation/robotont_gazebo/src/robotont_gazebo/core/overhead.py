@@ -40,19 +40,20 @@ class Path(NamedTuple):
 
 
 class FloorPlanMap:
-    """The map of a FloorPlan, large enough to show the points ``also`` [(x, y)] [m] too.
+    """The map of a FloorPlan, large enough to show the points ``also`` [(x, y)] [m] too, or only what is ``between``.
 
+    between: its lower left and upper right corner [(x, y)] [m]; around it, the margin shows the plan, too.
     width, height [px]; pixels_per_metre: its scale, reduced if the longer side would exceed ``largest`` px. Raises
     InvalidInput for an impossible scale or size.
     """
 
     def __init__(self, plan: FloorPlan, also: Iterable[XY] = (), pixels_per_metre: float = PIXELS_PER_METRE,
-                 largest: float = LARGEST) -> None:
+                 largest: float = LARGEST, between: Optional[Sequence[XY]] = None) -> None:
         if not (math.isfinite(pixels_per_metre) and pixels_per_metre > 0.0 and largest >= SMALLEST):
             raise InvalidInput(f'a map with {pixels_per_metre!r} px/m and at most {largest!r} px: the scale must be '
                                f'more than 0, the size at least {SMALLEST} px')
         self._plan = plan
-        low, high = _bounds(plan, also)
+        low, high = _bounds(plan, also) if between is None else np.array(between, float)
         self.pixels_per_metre = min(float(pixels_per_metre), (largest - 2 * MARGIN) / max((high - low).max(), 1e-3))
         width, self.height = (math.ceil(side * self.pixels_per_metre) + 2 * MARGIN for side in high - low)
         self.width = max(width, min(NARROWEST, math.floor(largest)))
@@ -112,7 +113,7 @@ class FloorPlanMap:
         normal = -math.cos(panel.yaw), -math.sin(panel.yaw)
         tip = panel.x + 0.1 * normal[0], panel.y + 0.1 * normal[1]
         self._line(image, [(panel.x, panel.y), tip], MARKER_INK, 2)
-        self._text(image, panel.x + 0.24 * normal[0], panel.y + 0.24 * normal[1], str(panel.marker_id), MARKER_INK)
+        self._text(image, panel.x + 0.24 * normal[0], panel.y + 0.24 * normal[1], str(panel.marker_id), MARKER_INK, 0.8)
 
     def _scale_length(self) -> int:
         """Return the length [m] of the scale bar."""
@@ -124,7 +125,7 @@ class FloorPlanMap:
         cv2.line(image, (14, row), (right, row), INK, 2)
         for column in (14, right):
             cv2.line(image, (column, row - 4), (column, row + 4), INK, 2)
-        _write(image, f'{length} m', (20, row - 6), 0.42, INK)
+        _write(image, f'{length} m', (20, row - 8), 0.6, INK)
 
     # ------------------------------------------------------------------------------------------------- paths and robots
 
@@ -152,11 +153,11 @@ class FloorPlanMap:
                                 for a, b in arrow], (255, 255, 255), None)
 
     def _draw_texts(self, image: np.ndarray, title: str, labels: Sequence[Tuple[str, Colour]]) -> None:
-        _write(image, title, (14, 24), 0.55, INK)
+        _write(image, title, (14, 30), 0.8, INK)
         column, row = 2 * 14 + round(self._scale_length() * self.pixels_per_metre) + 14, self.height - 12
         for label, colour in labels:
             cv2.line(image, (column, row - 4), (column + 22, row - 4), colour, 2, cv2.LINE_AA)
-            column += 28 + _write(image, label, (column + 28, row), 0.45, INK) + 16
+            column += 28 + _write(image, label, (column + 28, row), 0.65, INK) + 16
 
     # --------------------------------------------------------------------------------------------- drawing with OpenCV
 
@@ -181,7 +182,7 @@ class FloorPlanMap:
         cv2.circle(image, middle.tolist(), size, colour, -1, cv2.LINE_AA, SHIFT)
         cv2.circle(image, middle.tolist(), size, rim, width, cv2.LINE_AA, SHIFT)
 
-    def _text(self, image: np.ndarray, x: float, y: float, text: str, colour: Colour, size: float = 0.6) -> None:
+    def _text(self, image: np.ndarray, x: float, y: float, text: str, colour: Colour, size: float) -> None:
         (width, height), _ = cv2.getTextSize(text, FONT, size, 1)
         column, row = self.pixel(x, y)
         _write(image, text, (round(column - width / 2), round(row + height / 2)), size, colour)
@@ -191,7 +192,7 @@ def draw_map(plan: FloorPlan, paths: Sequence[Path] = (), robots: Sequence[Pose2
              **size: Any) -> np.ndarray:
     """Return the map of a FloorPlan that shows all of these, (height, width, 3) uint8 RGB.
 
-    ``size``: pixels_per_metre and largest of FloorPlanMap.
+    ``size``: pixels_per_metre, largest and between of FloorPlanMap.
     """
     also = [point for path in paths for point in path.points] + [robot[:2] for robot in robots]
     return FloorPlanMap(plan, also, **size).draw(paths, robots, title)

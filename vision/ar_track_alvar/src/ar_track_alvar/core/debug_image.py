@@ -11,6 +11,8 @@ from alvar_core.detection.detection import Detection
 SURE, AMBIGUOUS, LEFT_OUT = (60, 220, 60), (0, 200, 255), (150, 150, 150)  # BGR
 AXES = ((0, 0, 255), (0, 255, 0), (255, 0, 0))  # x, y, z
 SHIFT = 4  # fractional bits of OpenCV's drawing coordinates
+LABEL_SIZE, LABEL_WIDTH = 0.75, 2  # of the id in an image 640 px wide; the pen [px]
+OUTLINE = [(x, y) for x in (-2, 0, 2) for y in (-2, 0, 2) if x or y]  # [px]
 
 Colour = Tuple[int, int, int]  # BGR
 
@@ -43,12 +45,15 @@ def _axes(image: np.ndarray, camera: Camera, detection: Detection, length: float
 
 
 def _label(image: np.ndarray, detection: Detection, colour: Colour) -> None:
-    """Write the id below the marker, with a black outline, so that it is readable on any background."""
-    x, y = detection.corners[:, 0].min(), detection.corners[:, 1].max()
-    at = int(np.clip(x, 0, image.shape[1] - 30)), int(np.clip(y + 18, 14, image.shape[0] - 4))
-    text = f'{detection.id}{"?" if detection.ambiguous else ""}'
-    for shade, width in (((0, 0, 0), 4), (colour, 1)):
-        cv2.putText(image, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.6, shade, width, cv2.LINE_AA)
+    """Write the id below the marker, light with a dark outline, so that it is readable on any background."""
+    text, size = f'{detection.id}{"?" if detection.ambiguous else ""}', max(LABEL_SIZE * image.shape[1] / 640.0, 0.5)
+    (width, height), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, size, LABEL_WIDTH)
+    x, y = detection.corners[:, 0].mean() - width / 2.0, detection.corners[:, 1].max() + height + 6
+    at = np.clip((x, y), (2, height + 2), (max(2, image.shape[1] - width - 2), image.shape[0] - 4)).astype(int)
+    light = tuple((part + 255) // 2 for part in colour)
+    for shift in (*OUTLINE, (0, 0)):  # a thicker pen would widen the letters, too
+        cv2.putText(image, text, (at + shift).tolist(), cv2.FONT_HERSHEY_SIMPLEX, size,
+                    (0, 0, 0) if any(shift) else light, LABEL_WIDTH, cv2.LINE_AA)
 
 
 def _fixed(points: np.ndarray) -> np.ndarray:
