@@ -27,8 +27,8 @@ from robotont_gazebo.core import overhead
 from rospy_support import images
 from rospy_support.ports import free_port
 from rostest_support.browser import Browser
-from turtle_robotont.demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
-from turtle_robotont.demo.harness import DemoHarness
+from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
+from course_demo.harness import DemoHarness
 from turtle_robotont.nodes.robot_driver import pose_of
 
 IMAGES = pathlib.Path(__file__).resolve().parents[1] / 'docs' / 'images'
