@@ -264,6 +264,11 @@ class TutorialsTest(CourseCase):
                    self.program('actionlib_tutorials', 'averaging_server'),
                    self.program('actionlib_tutorials', 'gen_numbers.py'),
                    self.program('turtle_actionlib', 'shape_server')]
+        for name, action in (('fibonacci', FibonacciAction), ('averaging', AveragingAction),
+                             ('turtle_shape', ShapeAction)):
+            self.client(name, action)  # each server is there
+        rospy.set_param('/use_sim_time', False)  # for the clients: their patience must not begin at the time zero
+        self.addCleanup(rospy.set_param, '/use_sim_time', True)
         started = [(self.program(package, name), said) for package, name, said in (
             ('actionlib_tutorials', 'averaging_client', 'Action finished: (SUCCEEDED|ABORTED)'),  # the mean is about 5
             ('turtle_actionlib', 'shape_client', 'Action finished: SUCCEEDED'))]
@@ -363,17 +368,21 @@ class TutorialsTest(CourseCase):
         self.assertIn('found global_example parameter under key: /global_example', launch.output())
         self.assertFalse(rospy.has_param('/foo/to_delete'))
 
-    def await_all_registered(self, nodes):
-        """Wait until each node has registered something but its log, and none registers anything more."""
+    def await_all_registered(self, started):
+        """Wait until each node has registered something but its log, and none registers anything more.
+
+        ``started``: pairs of a name and a Process; a client may have its result and have ended.
+        """
         seen, changed = [], time.monotonic()
 
         def settled():
             nonlocal seen, changed
-            now = [set().union(*registered_names(f'/{name}')) - {'/rosout'} for name in nodes]
+            now = [set().union(*registered_names(f'/{name}')) - {'/rosout'} or not process.runs()
+                   for name, process in started]
             if now != seen:
                 seen, changed = now, time.monotonic()
             return all(seen) and time.monotonic() - changed > SETTLED
-        until(settled, lambda: f'all of {nodes} registered: {seen}', 2.0 * DEADLINE)
+        until(settled, lambda: f'all registered: {seen}', 2.0 * DEADLINE)
 
     def test_every_lesson_ends_at_ctrl_c(self):
         """Once it has registered what it has: in time, with the exit code 0, and without a traceback."""
@@ -390,7 +399,7 @@ class TutorialsTest(CourseCase):
                 process = Process(str(path), f'__name:=lesson{number}', '_turtle:=turtle1', '_topic_name:=chatter')
                 self.addCleanup(process.stop)
                 started.append((f'lesson{number}', process))
-            self.await_all_registered([name for name, _ in started])
+            self.await_all_registered(started)
             for _, process in started:
                 process.process.send_signal(signal.SIGINT)
             for _, process in started:
