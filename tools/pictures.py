@@ -29,7 +29,7 @@ from rospy_support.ports import free_port
 from rostest_support.browser import Browser
 from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
 from course_demo.harness import DemoHarness
-from turtle_robotont.nodes.robot_driver import pose_of
+from turtle_robotont.driver import pose_of
 
 IMAGES = pathlib.Path(__file__).resolve().parents[1] / 'docs' / 'images'
 COURSE = 'turtle_robotont'
@@ -102,14 +102,6 @@ def _page_scene(harness):
                 page.key('keyUp', key)
 
 
-def browser(harness):
-    """docs/browser.md: the panel of the robot, while it drives to a marker."""
-    with _Maze(harness, 1.0) as maze, _Page(harness, 'robot') as page:
-        harness.until(lambda: 'Approaching marker 1' in maze.node.output(), 'no marker', START_TIMEOUT, maze.node)
-        time.sleep(3.0)
-        _save('browser', page.shot())
-
-
 def robot_square(harness):
     """docs/course.md: the square of the robot in the maze."""
     harness.start('roslaunch', 'robotont_gazebo', 'world_minimaze.launch', 'rate:=3')
@@ -117,9 +109,10 @@ def robot_square(harness):
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
     harness.until(lambda: world.entries and poses.entries, 'no robot', START_TIMEOUT)
     harness.rosrun('drive_shape.py', '_robot:=true').wait(START_TIMEOUT)
+    last = poses.entries[-1]
     path = overhead.Path([(pose.x, pose.y) for pose in poses.entries], label='path of the robot')
-    picture = overhead.draw_map(world_plan(world.entries[-1]), [path], [poses.entries[-1]], 'A square by odometry',
-                                pixels_per_metre=270, between=SQUARE)
+    picture = overhead.draw_map(world_plan(world.entries[-1]), [path], [(last.x, last.y, last.theta)],
+                                'A square by odometry', pixels_per_metre=270, between=SQUARE)
     for recorder in (world, poses):
         recorder.end()
     harness.end_nodes()
@@ -146,7 +139,7 @@ def from_demo(_):
         _save('12_ar_maze', np.hstack([_high(saved('ar_maze_2')[8:-40, 8:-8], 500), seen]))
 
 
-MAKERS = {'moving_picture': moving_picture, 'browser': browser, 'robot_square': robot_square, 'from_demo': from_demo}
+MAKERS = {'moving_picture': moving_picture, 'robot_square': robot_square, 'from_demo': from_demo}
 
 
 class _Maze:
