@@ -48,7 +48,8 @@ def interfaces(source, name, origin):
     files = {kind: ' '.join(sorted(path.name for path in package.glob(f'{kind}/*'))) for kind in ('msg', 'srv')}
     (package / 'package.xml').write_text(
         f'<package format="2"><name>{name}</name><version>1.0.0</version><description>-</description>'
-        '<maintainer email="a@example.org">-</maintainer><license>-</license><buildtool_depend>catkin</buildtool_depend>'
+        '<maintainer email="a@example.org">-</maintainer><license>-</license>'
+        '<buildtool_depend>catkin</buildtool_depend>'
         '<depend>geometry_msgs</depend><depend>std_msgs</depend><depend>message_generation</depend></package>')
     (package / 'CMakeLists.txt').write_text(
         f'cmake_minimum_required(VERSION 3.0.2)\nproject({name})\n'
@@ -104,7 +105,8 @@ def start(workspace, master, script, output):
     environment = {**ENVIRONMENT, 'ROS_HOME': str(workspace / 'ros_home'), 'ROS_HOSTNAME': 'localhost'}
     return subprocess.Popen(
         ['sh', '-c', f'. {workspace}/install/setup.sh && export ROS_MASTER_URI={master} && '
-         f'exec rosrun turtle_robotont {script}'], env=environment, stdout=output, stderr=subprocess.STDOUT, cwd=workspace)
+         f'exec rosrun turtle_robotont {script}'], env=environment, stdout=output, stderr=subprocess.STDOUT,
+        cwd=workspace)
 
 
 @pytest.mark.parametrize('script', sorted(path.name for path in (REPOSITORY / 'scripts').glob('*.py')))
