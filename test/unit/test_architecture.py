@@ -14,6 +14,8 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from unit_support.imports import imported, in_standard_library, top
+
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading', 'demo')  # a package of ours is ROOM/NAME
 PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
@@ -82,24 +84,8 @@ WITHOUT_ROS = [(path, allowed) for pattern, allowed in ROS_FREE.items() for fold
                for path in sorted(folder.rglob('*.py'))]
 
 
-def imported(source, package=''):
-    """Return the dotted names of everything that Python source imports, wherever in it; of ``package`` itself."""
-    names = set()
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            base = '.'.join(filter(None, (package if node.level else '', node.module)))
-            names.update(f'{base}.{alias.name}' for alias in node.names)
-    return names
-
-
 def imports_of(path):
     return imported(path.read_text(encoding='utf-8'), path.parent.name)
-
-
-def top(name):
-    return name.partition('.')[0]
 
 
 def package_of(path):
@@ -117,17 +103,6 @@ def folder_of(name):
             break
         path = path / part
     return path
-
-
-def in_standard_library(name):
-    spec = importlib.util.find_spec(top(name))
-    if spec is None or spec.origin is None:
-        return False
-    if spec.origin in ('built-in', 'frozen'):
-        return True
-    folder = pathlib.Path(sysconfig.get_paths()['stdlib']).resolve()
-    parents = pathlib.Path(spec.origin).resolve().parents
-    return folder in parents and not any(parent.name in ('site-packages', 'dist-packages') for parent in parents)
 
 
 @pytest.mark.parametrize('source, names', [

@@ -1,0 +1,185 @@
+"""The root package by itself, as catkin sees a clone: what it says without turtlesim, what it needs, how it installs.
+
+Only Debian's ROS and packages that the tests put beside it are there, nothing else of this repository.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import time
+import xmlrpc.client
+from xml.etree import ElementTree
+
+import pytest
+
+from rospy_support.own_master import own_master
+from unit_support.imports import imported, in_standard_library, top
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+ENVIRONMENT = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
+               'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs'}  # Python is what the programs need
+BUILD_TIMEOUT = 120.0  # [s]; it takes 15
+START_TIMEOUT = 60.0  # [s] until a program has registered; it takes 1
+STARTERS = {'browser.py': 'course_page', 'demo.py': 'course_demo', 'grade.py': 'course_grader',
+            'marker_sequence.py': 'marker_pictures'}
+PACKAGE_XML = ElementTree.parse(REPOSITORY / 'package.xml').getroot()
+
+
+def run(*command, folder):
+    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True, timeout=BUILD_TIMEOUT, check=False)
+
+
+def make_workspace(folder):
+    """Return a workspace with the root package alone."""
+    source = folder / 'catkin_ws' / 'src'
+    source.mkdir(parents=True)
+    (source / 'turtle_robotont').symlink_to(REPOSITORY)
+    return source.parent
+
+
+def interfaces(source, name, origin):
+    """Make a package ``name`` with nothing but the messages and services of a folder."""
+    package = source / name
+    for kind in ('msg', 'srv'):
+        if (origin / kind).is_dir():
+            shutil.copytree(origin / kind, package / kind)
+    files = {kind: ' '.join(sorted(path.name for path in package.glob(f'{kind}/*'))) for kind in ('msg', 'srv')}
+    (package / 'package.xml').write_text(
+        f'<package format="2"><name>{name}</name><version>1.0.0</version><description>-</description>'
+        '<maintainer email="a@example.org">-</maintainer><license>-</license>'
+        '<buildtool_depend>catkin</buildtool_depend>'
+        '<depend>geometry_msgs</depend><depend>std_msgs</depend><depend>message_generation</depend></package>')
+    (package / 'CMakeLists.txt').write_text(
+        f'cmake_minimum_required(VERSION 3.0.2)\nproject({name})\n'
+        'find_package(catkin REQUIRED COMPONENTS message_generation geometry_msgs std_msgs)\n'
+        + ''.join(f'add_{kind}_files(FILES {names})\n' for kind, names in
+                  (('message', files['msg']), ('service', files['srv'])) if names)
+        + 'generate_messages(DEPENDENCIES geometry_msgs std_msgs)\ncatkin_package()\n')
+
+
+@pytest.mark.parametrize('tool', ['catkin_make', 'catkin_make_isolated'])
+def test_without_turtlesim_cmake_stops_and_says_what_to_type(tmp_path, tool):
+    workspace = make_workspace(tmp_path)
+    result = run(tool, folder=workspace)
+    assert result.returncode != 0
+    said = ' '.join(result.stdout.split())
+    assert f'There is no package turtlesim here; turtle_robotont brings one along. Type: {REPOSITORY}/run link ' \
+           f'{workspace}' in said
+
+
+def test_without_the_marker_messages_it_stops_too(tmp_path):
+    workspace = make_workspace(tmp_path)
+    interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'simulation' / 'turtlesim')
+    result = run('catkin_make', folder=workspace)
+    assert result.returncode != 0 and 'There is no package ar_track_alvar_msgs here' in result.stdout
+
+
+@pytest.fixture(scope='module')
+def installed(tmp_path_factory):
+    """Return a workspace with the root package and interfaces of others, installed."""
+    workspace = make_workspace(tmp_path_factory.mktemp('alone'))
+    interfaces(workspace / 'src', 'turtlesim', REPOSITORY / 'simulation' / 'turtlesim')
+    interfaces(workspace / 'src', 'ar_track_alvar_msgs', REPOSITORY / 'vision' / 'ar_track_alvar_msgs')
+    result = run('catkin_make', 'install', folder=workspace)
+    assert result.returncode == 0, result.stdout
+    return workspace
+
+
+@pytest.fixture(scope='module')
+def master(tmp_path_factory):
+    """Return the URI of a master for the programs."""
+    with own_master(str(tmp_path_factory.mktemp('master') / 'master.log')) as started:
+        yield started.uri
+
+
+def nodes_of(master):
+    """Return the names of the nodes that publish /rosout, as all nodes do."""
+    _, _, (publishers, _, _) = xmlrpc.client.ServerProxy(master).getSystemState('/test')
+    return {node for topic, nodes in publishers if topic == '/rosout' for node in nodes}
+
+
+def start(workspace, master, script, output):
+    """Start a program from the install space."""
+    environment = {**ENVIRONMENT, 'ROS_HOME': str(workspace / 'ros_home'), 'ROS_HOSTNAME': 'localhost'}
+    return subprocess.Popen(
+        ['sh', '-c', f'. {workspace}/install/setup.sh && export ROS_MASTER_URI={master} && '
+         f'exec rosrun turtle_robotont {script}'], env=environment, stdout=output, stderr=subprocess.STDOUT,
+        cwd=workspace)
+
+
+@pytest.mark.parametrize('script', sorted(path.name for path in (REPOSITORY / 'scripts').glob('*.py')))
+def test_program_starts_from_the_install_space(installed, master, tmp_path, script):
+    """A node registers at the master; a starter says which package is missing, and what to type."""
+    before = nodes_of(master)
+    with open(tmp_path / 'output', 'w') as output:
+        process = start(installed, master, script, output)
+    try:
+        if script in STARTERS:
+            assert process.wait(START_TIMEOUT) == 1
+            assert f'{script}: the package {STARTERS[script]} is not in this workspace' in said(tmp_path)
+            assert 'run link ~/catkin_ws' in said(tmp_path)
+            return
+        end = time.monotonic() + START_TIMEOUT
+        while nodes_of(master) <= before:
+            assert process.poll() is None and time.monotonic() < end, said(tmp_path)
+            time.sleep(0.05)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def said(folder):
+    return (folder / 'output').read_text()
+
+
+def test_launch_files_and_docs_are_installed(installed):
+    share = installed / 'install' / 'share' / 'turtle_robotont'
+    for name in ('launch', 'docs'):
+        assert {path.name for path in (REPOSITORY / name).iterdir()} == {path.name for path in (share / name).iterdir()}
+
+
+def depends(*tags):
+    return {element.text for tag in tags for element in PACKAGE_XML.findall(tag)}
+
+
+def packages_imported(*patterns):
+    """Return the packages that Python files import, without the standard library and this package."""
+    names = {top(name) for pattern in patterns for path in REPOSITORY.glob(pattern)
+             for name in imported(path.read_text(encoding='utf-8'))}
+    own = {path.stem for pattern in patterns for path in REPOSITORY.glob(pattern)} | {'turtle_robotont'}
+    return {name for name in names - own if not in_standard_library(name)}
+
+
+def packages_of_interfaces():
+    return {package for path in (*REPOSITORY.glob('msg/*'), *REPOSITORY.glob('srv/*'))
+            for package in re.findall(r'^(\w+)/\w+', path.read_text(), re.MULTILINE)}
+
+
+def packages_launched():
+    """Return the packages whose nodes launch files start, without those of the rooms, which each names in a comment."""
+    found = {node.get('pkg') for path in REPOSITORY.glob('launch/*.launch')
+             for node in ElementTree.parse(path).iter('node')}
+    rooms = {path.parent.name for path in REPOSITORY.glob('*/*/package.xml')} - {'turtlesim'}
+    return found - rooms - {'turtle_robotont'}
+
+
+def test_package_xml_names_what_is_used_and_nothing_else():
+    used = packages_imported('scripts/*.py', 'src/**/*.py') | packages_of_interfaces() | packages_launched()
+    assert depends('depend', 'exec_depend') == used | {'message_runtime'}
+    assert depends('build_depend') == {'message_generation'}
+    assert depends('buildtool_depend') == {'catkin', 'python3-setuptools'}
+    assert depends('test_depend') == packages_imported('test/course/*.py') - used
+
+
+def test_the_course_imports_nothing_else_of_the_repository():
+    rooms = {path.parent.name for path in REPOSITORY.glob('*/*/package.xml')}
+    assert packages_imported('scripts/*.py', 'src/**/*.py') & rooms <= {'turtlesim', 'ar_track_alvar_msgs'}
+
+
+def test_rostests_of_the_root_are_the_lessons():
+    """Those of the rooms need the whole repository."""
+    assert 'test/course/*.test' in (REPOSITORY / 'CMakeLists.txt').read_text()
+    names = [path.name for path in REPOSITORY.glob('test/**/*.test')]
+    assert len(set(names)) == len(names), 'rostest finds a file by its name alone'
