@@ -13,6 +13,7 @@ def receive(pose):
 
 def record():
     subscriber = rospy.Subscriber('/turtle1/pose', Pose, receive)
+    rospy.loginfo('Recording for 8 s')
     rospy.sleep(8)
     subscriber.unregister()
     with rosbag.Bag('poses.bag', 'w') as bag:
