@@ -1,4 +1,4 @@
-"""The pages of the course and their programs: what a page prints is a file of the repository, and each step has its parts.
+"""The pages of the course: a program that they print is a file of the repository, and each step has its parts.
 
 A comment `<!-- file: PATH -->` above a block of code says which file it is.
 """
@@ -56,7 +56,7 @@ def test_a_step_has_its_parts_in_order(number):
 def test_a_step_saves_its_programs_where_they_are_run(number):
     saved = SAVED.findall(STEPS[number])
     assert len(saved) == len(MARKED.findall(STEPS[number])) > 0
-    for path, name in saved:
+    for _, name in saved:
         program = re.escape(name)
         if name.endswith('.py'):
             assert re.search(rf'^(?:.*&& )?chmod \+x {program}\b', STEPS[number], re.MULTILINE), name

@@ -72,7 +72,8 @@ def test_actions_of_a_page():
     ('in terminal 1 press <kbd>F13</kbd>', 'there is no key F13'),
     ('```text\nx\n```\n', 'output before any command'),
     ('```bash\nls\npwd # terminal 2\n```\n', 'names no terminal'),
-    ('```bash\nls # terminal 2\n```\nText\n\n<!-- file: a.py -->\n```python\npass\n```\n', 'does not say "as `NAME.py`"'),
+    ('```bash\nls # terminal 2\n```\nText\n\n<!-- file: a.py -->\n```python\npass\n```\n',
+     'does not say "as `NAME.py`"'),
 ])
 def test_what_cannot_be_read_is_named(text, said):
     with pytest.raises(page.PageError, match='.*' + said.replace('`', '.')):

@@ -25,7 +25,7 @@ def play(publisher):
     last = None
     with rosbag.Bag('poses.bag') as bag:
         rospy.loginfo('%d poses are in the bag', bag.get_message_count())
-        for topic, pose, time in bag.read_messages('/turtle1/pose'):
+        for _, pose, time in bag.read_messages('/turtle1/pose'):
             if last is not None:
                 rospy.sleep(time - last)
             last = time
