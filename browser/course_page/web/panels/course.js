@@ -19,7 +19,7 @@ export default {
   id: 'course',
   title: 'Course',
   help: ['The steps of the course with their commands. While this panel is open, also beside another one, it looks at nodes '
-         + 'and poses, and marks a step when it sees it done. You can also tick it yourself.'],
+         + 'and poses, and ticks a step off as soon as it sees that it is done. You can also tick it yourself.'],
   mount(element, context) {
     const panel = new CoursePanel(element, context);
     return () => panel.scope.end();
