@@ -77,7 +77,7 @@ def test_what_is_explained_is_in_the_program(number):
 @each_step
 def test_the_program_of_a_step_is_a_right_sample_of_its_exercise(number):
     """./run test grading/ grades it."""
-    graded = re.findall(r'^\./run grade (\w+) -- ros(?:run|launch) topic_demo (\S+)$', STEPS[number], re.MULTILINE)
+    graded = re.findall(r'^run grade (\w+) -- ros(?:run|launch) topic_demo (\S+)$', STEPS[number], re.MULTILINE)
     assert len(graded) == 1
     exercise, started = graded[0]
     files = {path for path, _ in MARKED.findall(STEPS[number])}
