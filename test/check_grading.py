@@ -5,8 +5,9 @@ usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at
        check_grading.py same_ten_times FOLDER
        check_grading.py red_team_LEVEL FOLDER        the quick ones of check_red_team.py
 
-A sample's first lines say what has to come out: `# expected: passed`, or `# expected: failed: TEXT`, where TEXT is a
-part of the reasons. They are graded as a class. course_nodes grades the nodes of this course and of the tutorials,
+A sample `right_*` has to pass, and holds nothing but the program, since pages of the course print it. The first two
+lines of another one say what has to come out: `# expected: failed: TEXT`, where TEXT is a part of the reasons, or
+`# expected: passed`. They are graded as a class. course_nodes grades the nodes of this course and of the tutorials,
 which an isolated program does not see, by the commands in test/data/course_nodes. same_ten_times grades one submission
 ten times, four at once, and wants ten equal verdicts. FOLDER takes all files. Exit code 0 when all is as it should be,
 else a text says what is not.
@@ -43,7 +44,9 @@ EXIT_CODES = {'passed': 0, 'failed': 1}
 
 
 def expectation(path):
-    """Return (outcome, part of the reasons) that a sample announces."""
+    """Return (outcome, part of the reasons) that the name or the head of a sample announces."""
+    if path.name.startswith('right_'):
+        return 'passed', ''
     head = path.read_text(encoding='utf-8').split('\n')[:2]
     found = re.search(r'expected: (passed|failed: (\S.*?))(?: -->)?$', '\n'.join(head), re.MULTILINE)
     assert found, f'{path} says nothing of what is expected in its first two lines'
@@ -81,12 +84,14 @@ def check_samples(path, folder):
 
 
 def check_packages(path, folder):
-    """Return the same for launch files of a package, of which each student has a copy."""
+    """Return the same for launch files of a package, of which each student has a copy, and for programs beside them."""
     students, expected = folder.with_name(f'{folder.name}_students'), {}
-    for sample in path.glob('*.launch'):
+    for sample in (*path.glob('*.launch'), *path.glob('*.py')):
         own = students / sample.stem
-        shutil.copytree(path, own, ignore=shutil.ignore_patterns('*.launch'), dirs_exist_ok=True)
-        shutil.copy(sample, own / f'{path.name}.launch')
+        own.mkdir(parents=True, exist_ok=True)
+        if sample.suffix == '.launch':
+            shutil.copytree(path, own, ignore=shutil.ignore_patterns('right_*', 'wrong_*'), dirs_exist_ok=True)
+        shutil.copy(sample, own / f'{path.name}{sample.suffix}')
         expected[sample.stem, path.name] = expectation(sample)
     return check_class([str(students)], expected, folder)
 

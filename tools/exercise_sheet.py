@@ -43,11 +43,17 @@ def steps():
     for page_name in PAGES:
         text = (REPOSITORY / 'docs' / page_name).read_text(encoding='utf-8')
         for part in re.split(r'^## ', text, flags=re.MULTILINE)[1:]:
-            line = re.search(r'^\* \*\*Exercises?:\*\* (.*)', part, re.MULTILINE)
-            names = re.findall(r'`(\w+)`', line.group(1)) if line else []
+            names = exercises(part)
             if names:
                 found.append((page_name, part.split('\n', 1)[0], names))
     return found
+
+
+def exercises(section):
+    """Return the names of the exercises that a step of a page names."""
+    line = re.search(r'^\* \*\*Exercises?:\*\* (.*)', section, re.MULTILINE)
+    graded = re.findall(r'run grade (\w+) --', section)
+    return list(dict.fromkeys(re.findall(r'`(\w+)`', line.group(1)) if line else graded))
 
 
 def _section(step):

@@ -95,10 +95,14 @@ class Reader:
             time.sleep(KEY_PAUSE)
 
     def _write(self, file):
-        terminal = self._turn_to(file.terminal)
-        terminal.type('pwd', SILENCE)
-        terminal.wait_free(SILENCE)
-        (Path(terminal.printed()[0]) / file.name).write_text(file.text, encoding='utf-8')
+        if file.name.startswith('~/'):
+            path = Path(self._environment['HOME']) / file.name[2:]
+        else:
+            terminal = self._turn_to(file.terminal)
+            terminal.type('pwd', SILENCE)
+            terminal.wait_free(SILENCE)
+            path = Path(terminal.printed()[0]) / file.name
+        path.write_text(file.text, encoding='utf-8')
 
     def _look_again(self, number):
         """Type the last command again if it only looks and has ended; return whether it was."""

@@ -7,7 +7,9 @@ The page stays plain Markdown, and nothing in it is hidden from the reader:
 * A ```text block holds what a terminal prints: the one that the paragraph above it names, else the one typed in last.
   `...` stands for anything. The other lines must come in this order; others may stand between them. Whole numbers
   must be equal, decimal ones within TOLERANCE or RELATIVE_TOLERANCE; the time stamps of log lines do not count.
-* A ```python block is a file: the paragraph above it says "as `NAME.py`".
+* A ```python, ```xml or ```yaml block is a file if the paragraph above it says "as `NAME.py`"; `~/` is the home folder.
+  A comment `<!-- file: PATH -->` above a block says that it is the file PATH of the repository (test_course_programs.py
+  compares both), and such a block needs a name. Other blocks of these languages are parts of a file, to be explained.
 * "In terminal 2 press" and <kbd>keys</kbd>: they are pressed there, in their order.
 * A picture after a command that saved one must look like the saved one.
 """
@@ -17,7 +19,10 @@ from typing import NamedTuple
 REPOSITORY_TERMINAL = 0  # the number of the terminal in the repository's folder
 TOLERANCE = 0.05  # of a decimal number; in metres and radians what a drive may be off
 RELATIVE_TOLERANCE = 0.02
+FILES = {'python': 'py', 'xml': 'launch|xml', 'yaml': 'yaml'}  # language of a block: how the file's name ends
 KEYS = {'↑': '\x1b[A', '↓': '\x1b[B', '→': '\x1b[C', '←': '\x1b[D', 'Ctrl+C': '\x03', 'Enter': '\n'}
+COMMENT = re.compile(r'<!--.*?-->\n?')
+FILE_COMMENT = re.compile(r'<!-- file: (\S+) -->\n\Z')
 BLOCK = re.compile(r'^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 PICTURE = re.compile(r'!\[[^\]]*\]\(([^)]+\.png)\)')
 PRESS = re.compile(r'\bin terminal (\d+) press\b(.*?)(?=\bin terminal \d+ press\b|\Z)', re.IGNORECASE | re.DOTALL)
@@ -48,7 +53,7 @@ class Output(NamedTuple):
 
 
 class File(NamedTuple):
-    """A file that the reader writes into the current folder of a terminal."""
+    """A file that the reader writes: below the home folder if its name begins with ~/, else where a terminal is."""
 
     terminal: int
     name: str
@@ -73,17 +78,20 @@ def actions(text):
         end = block.end()
         found += _of_prose(prose)
         last = next((action.terminal for action in reversed(found) if hasattr(action, 'terminal')), None)
-        found += _of_block(block.group(1), block.group(2), _last_paragraph(prose), last)
+        if block.group(1) in FILES:
+            found += _of_file(block.group(1), block.group(2), prose, last)
+        else:
+            found += _of_block(block.group(1), block.group(2), _last_paragraph(prose), last)
     return found + _of_prose(text[end:])
 
 
 def _last_paragraph(prose):
-    return re.split(r'\n\s*\n', prose.strip())[-1]
+    return re.split(r'\n\s*\n', COMMENT.sub('', prose).strip())[-1]
 
 
 def _of_prose(prose):
     found = []
-    for paragraph in re.split(r'\n\s*\n', prose):
+    for paragraph in re.split(r'\n\s*\n', COMMENT.sub('', prose)):
         pressed = PRESS.findall(paragraph)
         if not pressed and KBD.search(paragraph):
             raise PageError(f'the page does not say "in terminal N press" before the keys: {paragraph.strip()}')
@@ -109,11 +117,16 @@ def _of_block(language, body, paragraph, last):
         if terminal is None:
             raise PageError(f'output before any command:\n{body}')
         return [Output(terminal, tuple(line for line in body.splitlines() if line.strip(' .')))]
-    if language == 'python':
-        name = re.search(r'as `([\w.]+\.py)`', paragraph)
-        if not name:
-            raise PageError(f'the paragraph above a program does not say "as `NAME.py`": {paragraph}')
+    return []
+
+
+def _of_file(language, body, prose, last):
+    paragraph = _last_paragraph(prose)
+    name = re.search(rf'as\s+`((?:~/)?[\w./]+\.(?:{FILES[language]}))`', paragraph)
+    if name:
         return [File(last, name.group(1), body)]
+    if FILE_COMMENT.search(prose):
+        raise PageError(f'the paragraph above a program does not say "as `NAME.py`": {paragraph}')
     return []
 
 

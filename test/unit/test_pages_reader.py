@@ -39,6 +39,20 @@ Write this as `c.py`:
 pass
 ```
 
+A part of it:
+
+```python
+pass
+```
+
+Save it as
+`~/ws/d.launch`:
+
+<!-- file: launch/d.launch -->
+```xml
+<launch/>
+```
+
 ```
 not run
 ```
@@ -49,7 +63,8 @@ def test_actions_of_a_page():
     assert page.actions(SAMPLE) == [
         page.Command(0, './run demo'), page.Command(1, 'roscore'), page.Command(2, 'rosrun a b _c:="d  e"'),
         page.Command(2, 'rosrun a f'), page.Output(1, ('x: 1.0', 'y')), page.Picture('images/a.png'),
-        page.Keys(2, ('\x1b[A', 'q')), page.Keys(1, ('\x03',)), page.File(1, 'c.py', 'pass\n')]
+        page.Keys(2, ('\x1b[A', 'q')), page.Keys(1, ('\x03',)), page.File(1, 'c.py', 'pass\n'),
+        page.File(1, '~/ws/d.launch', '<launch/>\n')]
 
 
 @pytest.mark.parametrize('text, said', [
@@ -57,7 +72,8 @@ def test_actions_of_a_page():
     ('in terminal 1 press <kbd>F13</kbd>', 'there is no key F13'),
     ('```text\nx\n```\n', 'output before any command'),
     ('```bash\nls\npwd # terminal 2\n```\n', 'names no terminal'),
-    ('```bash\nls # terminal 2\n```\nText\n```python\npass\n```\n', 'does not say "as `NAME.py`"'),
+    ('```bash\nls # terminal 2\n```\nText\n\n<!-- file: a.py -->\n```python\npass\n```\n',
+     'does not say "as `NAME.py`"'),
 ])
 def test_what_cannot_be_read_is_named(text, said):
     with pytest.raises(page.PageError, match='.*' + said.replace('`', '.')):
@@ -84,7 +100,7 @@ def test_lines_come_in_their_order(printed, first):
     assert page.missing(['a', 'b'], printed) == first
 
 
-@pytest.mark.parametrize('name', ['README.md', 'docs/course.md'])
+@pytest.mark.parametrize('name', ['README.md', 'docs/course.md', 'docs/course_next.md'])
 def test_pages_can_be_read(name):
     actions = page.actions((REPOSITORY / name).read_text(encoding='utf-8'))
     assert sum(isinstance(action, page.Output) for action in actions) >= 2

@@ -247,7 +247,7 @@ class PanelsTest(SimulatorCase):
 
     def test_a_course_step_is_marked_when_it_is_seen(self):
         self.open('course')
-        self.until_text('0 of 25 steps done', 'rosrun turtle_robotont velocity_publisher.py')
+        self.until_text('0 of 24 steps done', 'rosrun turtle_robotont velocity_publisher.py')
         publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=1)
         self.addCleanup(publisher.unregister)
         self.browser.until(lambda: self.browser.find('.step input')[0].is_selected(), 'step 1 is marked')
@@ -255,16 +255,15 @@ class PanelsTest(SimulatorCase):
         self.open('course')
         self.until_text('Done')  # it is remembered
 
-    def test_the_course_is_continued_with_steps_of_its_own(self):
-        """Each page has a step 9; a tick at one is none at the other, and the address opens the second page."""
-        self.open('course?step=next-9')
-        self.until_text('The course, continued', 'rostopic echo /scan_to_distance')
-        self.browser.find('[aria-label="Step 9 of The course, continued is done"]')[0].click()
+    def test_the_course_is_continued_on_its_second_page(self):
+        """The steps of the second page have the next numbers: an address opens one, and a tick is remembered."""
+        self.open('course?step=20')
+        self.until_text('The course, continued', 'rostopic echo -n 1 /scan_to_distance')
+        self.browser.find('[aria-label="Step 20 is done"]')[0].click()
         self.open('course')
         self.until_text('The course, continued')
-        self.assertTrue(self.browser.find('[aria-label="Step 9 of The course, continued is done"]')[0].is_selected())
-        first = self.browser.find('[aria-label="Step 9 of The course, step by step is done"]')[0]
-        self.assertFalse(first.is_selected())
+        self.assertTrue(self.browser.find('[aria-label="Step 20 is done"]')[0].is_selected())
+        self.assertFalse(self.browser.find('[aria-label="Step 9 is done"]')[0].is_selected())
 
     # rqt's programs
 

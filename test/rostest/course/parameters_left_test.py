@@ -65,7 +65,7 @@ class ParametersLeftTest(unittest.TestCase):
         robot = Process(ROBOTONT, '_world:=minimaze', '_x:=-2.0')
         self.addCleanup(robot.stop)
         until(lambda: '/robotont_gazebo' in rosnode.get_node_names(), 'the robot')
-        drives = [printed for number in (4, 11, 4) for printed in self.do(number)]
+        drives = [printed for number in (4, 10, 4) for printed in self.do(number)]
         self.assertEqual(5, len(drives))
         self.assertNotIn(OLD, ''.join(drives))
         self.assertFalse(rospy.get_param('/drive_shape', {}))

@@ -4,22 +4,22 @@ import {addressOf} from '../app/shell.js';
 import {PANELS} from '../app/panels.js';
 import {button, Notice, Scope, setText} from './lib/parts.js';
 import {RULES, Watcher} from './lib/course_rules.js';
-import {inline, parseCourse, programsOf} from './lib/course_text.js';
+import {inline, parseCourse} from './lib/course_text.js';
 import {System} from './lib/system.js';
 
 styleSheet('panels/panels.css');
 
-const PAGES = [['', 'course.md'], ['next-', 'course_next.md']]; // what the keys of its steps begin with, file
+const PAGES = ['course.md', 'course_next.md'];
 const TEXTS = new URL('../docs/', import.meta.url);
 const POSES = 10; // messages a second
 const MOST_VEHICLES = 5;
-const STORE = 'course'; // in the browser's storage: {key of the step: when it was done}
+const STORE = 'course steps'; // in the browser's storage: {number of the step: when it was done}
 
 export default {
   id: 'course',
   title: 'Course',
   help: ['The steps of the course with their commands. While this panel is open, also beside another one, it looks at nodes '
-         + 'and poses, and marks a step when it sees it done. You can also tick it yourself.'],
+         + 'and poses, and ticks a step off as soon as it sees that it is done. You can also tick it yourself.'],
   mount(element, context) {
     const panel = new CoursePanel(element, context);
     return () => panel.scope.end();
@@ -42,7 +42,7 @@ class CoursePanel {
     fill(this._element, el('p', {class: 'muted'}, 'Loading the course …'));
     let pages;
     try {
-      pages = await Promise.all(PAGES.map(([prefix, name]) => readPage(prefix, name)));
+      pages = await Promise.all(PAGES.map(readPage));
     } catch (error) {
       if (!this.scope.ended) {
         fill(this._element, emptyState('The course cannot be shown', `${error.message}. Does the folder web have the link docs? `
@@ -52,7 +52,7 @@ class CoursePanel {
     }
     if (this.scope.ended) return;
     this._show(pages);
-    const watcher = new Watcher(programsOf(pages.flatMap(({steps}) => steps)), (number) => this._see(`${number}`));
+    const watcher = new Watcher((number) => this._see(number));
     new System(this.scope, this.context.rosapi, (system) => {
       this._notice.say('');
       watcher.look(system);
@@ -77,7 +77,7 @@ class CoursePanel {
   }
 
   _show(pages) {
-    const shown = pages.map(({title, before, steps}) => ({title, before, steps: steps.map((step) => [step.key, this._step(step, title)])}));
+    const shown = pages.map(({title, before, steps}) => ({title, before, steps: steps.map((step) => [step.number, this._step(step)])}));
     this._steps = new Map(shown.flatMap(({steps}) => steps));
     this._progress = el('progress', {max: this._steps.size, 'aria-label': 'Steps done'});
     this._count = el('p', {class: 'muted'});
@@ -95,26 +95,26 @@ class CoursePanel {
          shown.map(({title, before, steps}) => [el('h2', {}, title), before.map((block) => show(block)),
                                                 el('ol', {class: 'steps'}, steps.map(([, {element}]) => element))]));
     this._mark();
-    const wanted = this.context.parameters.step || [...this._steps.keys()].find((key) => !this._done[key]);
-    const first = this._steps.get(wanted);
+    const wanted = this.context.parameters.step || [...this._steps.keys()].find((number) => !this._done[number]);
+    const first = this._steps.get(Number(wanted));
     if (first) first.details.open = true;
     if (this.context.parameters.step && first) first.element.scrollIntoView();
   }
 
-  _step({key, number, title, goal, blocks}, page) {
-    const [sign, panels] = RULES[key] || ['you tick it', []];
-    const tick = el('input', {type: 'checkbox', 'aria-label': `Step ${number} of ${page} is done`, on: {change: () => {
-      if (tick.checked) this._done[key] = Date.now();
-      else delete this._done[key];
+  _step({number, title, goal, blocks}) {
+    const [sign, panels] = RULES[number] || ['you tick it', []];
+    const tick = el('input', {type: 'checkbox', 'aria-label': `Step ${number} is done`, on: {change: () => {
+      if (tick.checked) this._done[number] = Date.now();
+      else delete this._done[number];
       write(this._done);
       this._mark();
     }}});
     const state = el('span', {class: 'pill'});
     const links = panels.map((id) => PANELS.find((panel) => panel.id === id)).filter(Boolean).map((panel) => (
       el('a', {class: 'button-link', href: addressOf(panel.id, {beside: 'course'})}, panel.title)));
-    const details = el('details', {on: {toggle: () => details.open && this.context.setParameters({step: key})}},
+    const details = el('details', {on: {toggle: () => details.open && this.context.setParameters({step: `${number}`})}},
       el('summary', {}, el('span', {class: 'step-title'}, `${number}. ${title}`), state),
-      el('p', {}, el('strong', {}, 'Goal: '), parts(goal)),
+      el('p', {}, el('strong', {}, 'You will learn '), parts(goal)),
       links.length ? el('div', {class: 'row'}, el('span', {class: 'muted small'}, 'Look at it in'), links) : null,
       blocks.map((block) => show(block)),
       el('p', {class: 'muted small'}, `This step is marked when ${sign}.`));
@@ -133,8 +133,8 @@ class CoursePanel {
 
   _mark() {
     let count = 0;
-    for (const [key, {tick, state}] of this._steps) {
-      const done = Boolean(this._done[key]);
+    for (const [number, {tick, state}] of this._steps) {
+      const done = Boolean(this._done[number]);
       count += done;
       tick.checked = done;
       setText(state, done ? 'Done' : 'Not yet');
@@ -145,8 +145,8 @@ class CoursePanel {
   }
 }
 
-// Return {title, before, steps} of a page; each step has a key of its own, which begins with `prefix`.
-async function readPage(prefix, name) {
+// Return {title, before, steps} of a page.
+async function readPage(name) {
   let page;
   try {
     const answer = await fetch(new URL(name, TEXTS));
@@ -156,7 +156,7 @@ async function readPage(prefix, name) {
   } catch (error) {
     throw new Error(`docs/${name} cannot be read (${error.message})`);
   }
-  return {...page, steps: page.steps.map((step) => ({...step, key: `${prefix}${step.number}`}))};
+  return page;
 }
 
 function show(block) {

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from std_srvs.srv import Empty
 
-rospy.init_node('parameter_config')
+rospy.init_node('background_by_parameters')
 rospy.wait_for_service('/clear')
-for name, value in (('background_r', 255), ('background_g', 255), ('background_b', 0)):
-    rospy.set_param('/turtlesim/' + name, value)
-rospy.ServiceProxy('/clear', Empty)()
-rospy.loginfo('done')
+rospy.set_param('/turtlesim/background_r', 255)
+rospy.set_param('/turtlesim/background_g', 255)
+rospy.set_param('/turtlesim/background_b', 0)
+clear = rospy.ServiceProxy('/clear', Empty)
+clear()
+rospy.loginfo('The background is yellow')

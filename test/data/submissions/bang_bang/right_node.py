@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from geometry_msgs.msg import Twist
 from robotont_laserscan_to_distance.msg import LaserScanSplit
 
 
 def control(distances):
-    twist = Twist()
-    twist.linear.x = 0.2 if distances.center_min > 0.5 else -0.2
-    publisher.publish(twist)
+    velocity = Twist()
+    if distances.center_min > 0.5:
+        velocity.linear.x = 0.2
+    else:
+        velocity.linear.x = -0.2
+    publisher.publish(velocity)
 
 
 rospy.init_node('bang_bang')

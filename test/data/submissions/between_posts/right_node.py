@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from geometry_msgs.msg import Twist
 from robotont_laserscan_to_distance.msg import LaserScanSplit
@@ -8,10 +7,10 @@ GAIN = 1.0  # [1/s]: m/s to the side for each m of difference
 
 
 def control(distances):
-    twist = Twist()
-    twist.linear.x = 0.2
-    twist.linear.y = GAIN * (distances.left_min - distances.right_min)
-    publisher.publish(twist)
+    velocity = Twist()
+    velocity.linear.x = 0.2
+    velocity.linear.y = GAIN * (distances.left_min - distances.right_min)
+    publisher.publish(velocity)
 
 
 rospy.init_node('between_posts')

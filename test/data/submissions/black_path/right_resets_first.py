@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from std_srvs.srv import Empty
 from turtlesim.srv import SetPen, TeleportAbsolute

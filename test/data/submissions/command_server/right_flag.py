@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Trigger, TriggerResponse
@@ -7,20 +6,28 @@ from std_srvs.srv import Trigger, TriggerResponse
 driving = False
 
 
-def command(request):
+def start(request):
     global driving
     driving = True
-    return TriggerResponse(True, 'driving')
+    return TriggerResponse(True, 'The turtle drives')
 
 
-rospy.init_node('turtle_command_server')
-publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
-rospy.Service('/turtle_command', Trigger, command)
-rate = rospy.Rate(10)
-while not rospy.is_shutdown():
-    if driving:
-        twist = Twist()
-        twist.linear.x = 0.5
-        twist.angular.z = 0.2
-        publisher.publish(twist)
-    rate.sleep()
+def main():
+    rospy.init_node('command_server')
+    publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
+    rospy.Service('/turtle_command', Trigger, start)
+    velocity = Twist()
+    velocity.linear.x = 0.5
+    velocity.angular.z = 0.2
+    rate = rospy.Rate(10)
+    while not rospy.is_shutdown():
+        if driving:
+            publisher.publish(velocity)
+        rate.sleep()
+
+
+if __name__ == '__main__':
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass

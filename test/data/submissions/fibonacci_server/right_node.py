@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import actionlib
 import rospy
 from actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import math
 
 import rospy
@@ -10,11 +9,11 @@ GAIN = 1.5  # [1/s]: rad/s for each rad of error
 
 
 def control(message):
-    twist = Twist()  # it stands while no marker is seen
+    velocity = Twist()  # zero: the robot stands while no marker is seen
     for marker in message.markers:
         position = marker.pose.pose.position
-        twist.angular.z = GAIN * math.atan2(position.y, position.x)
-    publisher.publish(twist)
+        velocity.angular.z = GAIN * math.atan2(position.y, position.x)
+    publisher.publish(velocity)
 
 
 rospy.init_node('keep_centre')

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from geometry_msgs.msg import Twist
@@ -9,10 +8,10 @@ GAIN = 1.0  # [1/s]: m/s for each m of error
 
 
 def control(message):
-    twist = Twist()  # it stands while no marker is seen
+    velocity = Twist()  # zero: the robot stands while no marker is seen
     for marker in message.markers:
-        twist.linear.x = GAIN * (marker.pose.pose.position.x - GOAL)
-    publisher.publish(twist)
+        velocity.linear.x = GAIN * (marker.pose.pose.position.x - GOAL)
+    publisher.publish(velocity)
 
 
 rospy.init_node('keep_distance')

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import math
 
 import rospy
@@ -11,10 +10,10 @@ GAIN = 0.5  # [1/s]: m/s for each m of error
 
 
 def control(distances):
-    twist = Twist()
+    velocity = Twist()
     if not math.isnan(distances.center_min):
-        twist.linear.x = GAIN * (distances.center_min - GOAL)
-    publisher.publish(twist)
+        velocity.linear.x = GAIN * (distances.center_min - GOAL)
+    publisher.publish(velocity)
 
 
 rospy.init_node('p_controller')

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 # Looks at what it has seen at its own rate: that needs messages all the time, as the tracker sends them.
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarkers

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from ar_track_alvar_msgs.msg import AlvarMarkers
 

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from turtlesim.srv import TeleportAbsolute
 

@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 # The sleep of the rate, one second at first, gives the publisher the time to connect.
 import math
 

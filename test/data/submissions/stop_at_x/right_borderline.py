@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 # With seed 7 it stops 6 mm inside of the tolerance: a step of 16 mm earlier it fails, so that every step counts.
 import rospy
 from geometry_msgs.msg import Twist

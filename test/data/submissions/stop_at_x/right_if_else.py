@@ -1,5 +1,4 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 from geometry_msgs.msg import Twist
 from turtlesim.msg import Pose

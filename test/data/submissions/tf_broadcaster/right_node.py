@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-# expected: passed
 import rospy
 import tf
 from turtlesim.msg import Pose
 
-broadcaster = tf.TransformBroadcaster()
-
 
 def send(pose):
-    turned = tf.transformations.quaternion_from_euler(0, 0, pose.theta)
-    broadcaster.sendTransform((pose.x, pose.y, 0), turned, rospy.Time.now(), 'turtle1', 'world')
+    position = (pose.x, pose.y, 0)
+    rotation = tf.transformations.quaternion_from_euler(0, 0, pose.theta)
+    broadcaster.sendTransform(position, rotation, rospy.Time.now(), turtle, 'world')
 
 
-rospy.init_node('turtle_tf_broadcaster')
-rospy.Subscriber('/turtle1/pose', Pose, send)
+rospy.init_node('tf_broadcaster')
+turtle = rospy.get_param('~turtle', 'turtle1')
+broadcaster = tf.TransformBroadcaster()
+rospy.Subscriber('/' + turtle + '/pose', Pose, send)
 rospy.spin()

@@ -1,6 +1,7 @@
 // The steps of docs/course.md and docs/course_next.md. They are read as they are: there is no other copy of the course.
 
 const STEP = /^## (\d+)\. (.+)$/;
+const GOAL = /^\*\*(?:You will learn|Goal:)\*\* /;
 const TERMINAL = /\s+# terminal (\d+)\s*$/;
 
 // Return {title, before, steps}: the title of the page; blocks of what stands before the first step; {number, title, goal, blocks} of each step.
@@ -15,23 +16,12 @@ export function parseCourse(markdown) {
   const steps = sections.filter(({head}) => STEP.test(head)).map(({head, lines}) => {
     const [, number, title] = STEP.exec(head);
     const blocks = parseBlocks(lines);
-    const goal = blocks.findIndex(({kind, text}) => kind === 'text' && text.startsWith('**Goal:**'));
-    return {number: Number(number), title, goal: goal < 0 ? '' : blocks.splice(goal, 1)[0].text.replace('**Goal:** ', ''), blocks};
+    const goal = blocks.findIndex(({kind, text}) => kind === 'text' && GOAL.test(text));
+    return {number: Number(number), title, goal: goal < 0 ? '' : blocks.splice(goal, 1)[0].text.replace(GOAL, ''), blocks};
   });
   const first = markdown.split('\n## ')[0].split('\n');
   const start = first.findIndex((line) => line.startsWith('**Before you begin.**'));
   return {title: first[0].replace(/^# /, ''), before: start < 0 ? [] : parseBlocks(first.slice(start)).filter(({kind}) => kind === 'text').slice(0, 1), steps};
-}
-
-// Return the names of the programs that the commands of the course start from its own package.
-export function programsOf(steps) {
-  return new Set(commandsOf(steps).map((text) => /^rosrun (?:turtle_robotont|turtlesim) (\w+)/.exec(text)).filter(Boolean)
-    .map(([, name]) => name));
-}
-
-function commandsOf(steps) {
-  return steps.flatMap(({blocks}) => blocks).filter(({kind}) => kind === 'commands')
-    .flatMap(({commands}) => commands.map(({text}) => text));
 }
 
 function parseBlocks(lines) {

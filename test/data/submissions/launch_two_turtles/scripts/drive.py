@@ -2,12 +2,21 @@
 import rospy
 from geometry_msgs.msg import Twist
 
-rospy.init_node('drive')
-publisher = rospy.Publisher('cmd_vel', Twist, queue_size=10)
-twist = Twist()
-twist.linear.x = rospy.get_param('~linear', 1.0)
-twist.angular.z = rospy.get_param('~angular', 0.0)
-rate = rospy.Rate(10)
-while not rospy.is_shutdown():
-    publisher.publish(twist)
-    rate.sleep()
+
+def main():
+    rospy.init_node('drive')
+    publisher = rospy.Publisher('cmd_vel', Twist, queue_size=10)
+    velocity = Twist()
+    velocity.linear.x = rospy.get_param('~linear', 1.0)
+    velocity.angular.z = rospy.get_param('~angular', 0.0)
+    rate = rospy.Rate(10)
+    while not rospy.is_shutdown():
+        publisher.publish(velocity)
+        rate.sleep()
+
+
+if __name__ == '__main__':
+    try:
+        main()
+    except rospy.ROSInterruptException:
+        pass

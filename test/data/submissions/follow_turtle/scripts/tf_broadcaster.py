@@ -1,0 +1,1 @@
+../../tf_broadcaster/right_node.py
