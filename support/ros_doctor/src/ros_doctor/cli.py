@@ -8,11 +8,11 @@ import os
 import sys
 from typing import List, Optional, Sequence
 
-from ros_doctor import device_checks, ros_checks, system_checks
+from ros_doctor import device_checks, ros_checks, system_checks, terminal_checks
 from ros_doctor.findings import Finding
 from ros_doctor.machine import Machine
 
-CHECKS = [*system_checks.CHECKS, *ros_checks.CHECKS, *device_checks.CHECKS]
+CHECKS = [*terminal_checks.CHECKS, *system_checks.CHECKS, *ros_checks.CHECKS, *device_checks.CHECKS]
 WILL_FAIL, NOTE = 'FAILS', 'note'
 
 
@@ -38,9 +38,15 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 def _summary(found: Sequence[Finding]) -> str:
     failing = sum(finding.fails for finding in found)
+    notes = len(found) - failing
     if not found:
-        return f'Nothing is wrong: {len(CHECKS)} checks of system, Python, network, master and devices.'
-    return f'{len(found)} found; {failing} of them will make something fail.'
+        return f'Nothing is wrong: {len(CHECKS)} checks of terminal, programs, system, Python, network, master, devices.'
+    return ', '.join([_count(failing, 'error'), *([_count(notes, 'note')] if notes else ())]) + '.' if failing else (
+        f'{_count(notes, "note")}, no errors.')
+
+
+def _count(number: int, noun: str) -> str:
+    return f'{number} {noun}' + 's' * (number != 1)
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:

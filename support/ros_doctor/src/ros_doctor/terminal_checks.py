@@ -1,0 +1,137 @@
+"""The terminal in which the question is asked, and the programs of whoever asks."""
+import glob
+import os
+import re
+import time
+from typing import Iterator, List, Tuple
+
+from ros_doctor import addresses, findings, packages, processes, programs
+from ros_doctor.findings import Finding
+from ros_doctor.machine import Check, Machine
+
+OURS = 'turtle_robotont'
+LONGEST = 1 << 20  # [bytes] of a program that are read
+MOST = 2000  # files of one package that are looked at
+SHORT = 64 << 10  # [bytes] at the end of a log
+ENDING = 10.0  # [s] that a node may take to end
+STARTS_A_NODE = re.compile(rb'\brospy\s*\.\s*init_node\b|^\s*if __name__ ?==', re.MULTILINE)
+TOLD = re.compile(r'(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),\d+: signal_shutdown \[signal-')
+NO_PROGRAMS = {'build', 'devel', 'install', 'test', 'tests', '__pycache__'}  # folders without a student's programs
+EXTENSIONS = '.py.txt', '.txt', '.py~'  # of a program that was saved under a wrong name
+
+
+def shell(machine: Machine) -> Iterator[Finding]:
+    """Whether rosrun finds the packages here."""
+    found = packages.found(machine.environment)
+    script = os.path.join(machine.workspace, 'env.bash')
+    if not any(package.name == OURS for package in found):
+        if machine.inside:
+            yield findings.shell_overridden(script)
+        else:
+            yield findings.outside_shell(f'{os.path.join(machine.repository, "run")} shell')
+    workspace = packages.workspace_of(os.getcwd())
+    if workspace and os.path.join(workspace, 'devel') not in packages.parts(machine.environment, packages.PREFIX_PATH):
+        yield findings.workspace_not_sourced(workspace)
+
+
+def student_programs(machine: Machine) -> Iterator[Finding]:
+    """Programs in packages of the user's own that rosrun cannot start."""
+    installed = {(os.path.basename(folder), name) for prefix in packages.parts(machine.environment, packages.PREFIX_PATH)
+                 for folder in glob.glob(os.path.join(prefix, 'lib', '*')) if os.path.isdir(folder)
+                 for name in os.listdir(folder)}
+    for package in packages.found(machine.environment):
+        if not _is_ours(package.folder, machine):
+            for path in _files(package.folder):
+                if (package.name, os.path.basename(path)) not in installed:  # catkin_install_python has made it start
+                    yield from _program(path, machine)
+    for folder in packages.parts(machine.environment, packages.PACKAGE_PATH):
+        for path in sorted(glob.glob(os.path.join(glob.escape(folder), '*.py'))):
+            if not os.path.isfile(os.path.join(folder, 'package.xml')) and STARTS_A_NODE.search(_start(path)):
+                yield findings.outside_package(path)
+
+
+def _is_ours(folder: str, machine: Machine) -> bool:
+    return f'{os.path.realpath(folder)}/'.startswith(f'{os.path.realpath(machine.repository)}/')
+
+
+def _files(folder: str) -> Iterator[str]:
+    """Yield the files of a package that may be programs: modules lie beside an __init__.py."""
+    count = 0
+    for parent, folders, names in os.walk(folder):
+        folders[:] = sorted(name for name in folders if name not in NO_PROGRAMS and not name.startswith('.'))
+        if '__init__.py' in names:
+            continue
+        for name in sorted(names):
+            count += 1
+            if count > MOST:
+                return
+            if name != 'setup.py' and not name.startswith('.'):
+                yield os.path.join(parent, name)
+
+
+def _program(path: str, machine: Machine) -> Iterator[Finding]:
+    name, extension = os.path.basename(path), os.path.splitext(path)[1]
+    if extension not in ('', '.py', '.txt', '.py~'):
+        return
+    content = _start(path)
+    first = content.split(b'\n', 1)[0]
+    if not (STARTS_A_NODE.search(content) or (first.startswith(b'#!') and b'python' in first)):
+        return
+    wrong = next((end for end in EXTENSIONS if name.endswith(end)), '')
+    if wrong:
+        yield findings.wrong_extension(path, f'{path[:-len(wrong)]}.py')
+    else:
+        yield from programs.faults(path, content, machine.environment)
+
+
+def _start(path: str) -> bytes:
+    try:
+        with open(path, 'rb') as file:
+            return file.read(LONGEST) if os.path.isfile(path) else b''
+    except OSError:
+        return b''
+
+
+def hanging(_: Machine) -> Iterator[Finding]:
+    """Nodes of rospy that live on after Ctrl-C or kill: their own log says that they were told to end."""
+    now = time.time()
+    for process in processes.all_processes():
+        if process.user == os.geteuid() and addresses.MASTER_URI in process.environment:
+            told = [seconds for path in _logs(process.pid) for seconds in _told(path)]
+            if told and now - min(told) > ENDING:
+                yield findings.does_not_end(f'{" ".join(_command(process))} (process {process.pid})', now - min(told),
+                                            process.pid)
+
+
+def _command(process: processes.Process) -> Tuple[str, ...]:
+    """Return the program of a process without its interpreter and the path."""
+    words = process.command[1:2] if 'python' in os.path.basename(process.command[0]) else process.command[:1]
+    return tuple(map(os.path.basename, words))
+
+
+def _logs(pid: int) -> List[str]:
+    """Return the logs that a process has open."""
+    found = []
+    for link in glob.glob(f'/proc/{pid}/fd/*'):
+        try:
+            path = os.readlink(link)
+        except OSError:
+            continue
+        if path.endswith('.log'):
+            found.append(path)
+    return found
+
+
+def _told(path: str) -> Iterator[float]:
+    """Yield when [s] a node was told to end, as the end of its log says."""
+    try:
+        with open(path, 'rb') as file:
+            file.seek(max(0, os.path.getsize(path) - SHORT))
+            text = file.read().decode(errors='replace')
+    except OSError:
+        return
+    for match in TOLD.finditer(text):
+        yield time.mktime(time.strptime(match[1], '%Y-%m-%d %H:%M:%S'))
+
+
+CHECKS: List[Check] = [shell, student_programs, hanging]
