@@ -37,12 +37,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
 
 
 def _summary(found: Sequence[Finding]) -> str:
-    failing = sum(finding.fails for finding in found)
-    notes = len(found) - failing
     if not found:
-        return f'Nothing is wrong: {len(CHECKS)} checks of terminal, programs, system, Python, network, master, devices.'
-    return ', '.join([_count(failing, 'error'), *([_count(notes, 'note')] if notes else ())]) + '.' if failing else (
-        f'{_count(notes, "note")}, no errors.')
+        return f'Nothing is wrong: {len(CHECKS)} checks of terminal, programs, system, network, master and devices.'
+    errors = sum(finding.fails for finding in found)
+    notes = len(found) - errors
+    if not errors:
+        return f'{_count(notes, "note")}, no errors.'
+    return ', '.join(_count(number, noun) for number, noun in ((errors, 'error'), (notes, 'note')) if number) + '.'
 
 
 def _count(number: int, noun: str) -> str:

@@ -1,4 +1,4 @@
-"""The text and the cure of each problem, once for the node that meets it, for ``./run grade``, and for ``./run doctor``.
+"""The text and the cure of each problem, once for the node that meets it, for ``./run grade`` and ``./run doctor``.
 
 docs/troubleshooting.md has a row for each.
 """
@@ -25,7 +25,7 @@ class Finding(NamedTuple):
     fails: bool = True
 
     def __str__(self) -> str:
-        return f'{self.text}; {self.cure}'
+        return f'{self.text}{"" if self.text.endswith("?") else ";"} {self.cure}'
 
 
 # ---------------------------------------------------------------------------------------------------- system
@@ -139,8 +139,8 @@ def windows_line_ends(path: str) -> Finding:
 
 def byte_order_mark(path: str) -> Finding:
     """A program starts with the mark that some editors of Windows write."""
-    return Finding('byte_order_mark', f'{path} starts with a byte order mark (Windows), so Linux does not see its first '
-                   'line', f"type sed -i '1s/^\\xEF\\xBB\\xBF//' {shlex.quote(path)}")
+    return Finding('byte_order_mark', f'{path} starts with a byte order mark (Windows), which hides its first line '
+                   'from Linux', f"type sed -i '1s/^\\xEF\\xBB\\xBF//' {shlex.quote(path)}")
 
 
 def no_shebang(path: str) -> Finding:
@@ -170,8 +170,8 @@ def outside_package(path: str) -> Finding:
 def does_not_end(process: str, seconds: float, pid: int) -> Finding:
     """A node runs on although it was told to end ``seconds`` ago."""
     return Finding('does_not_end', f'{process} was told to end {_span(seconds)} ago and still runs',
-                   f'press Ctrl-\\ in its terminal, or type kill -9 {pid}; a loop that Ctrl-C ends starts with while not '
-                   'rospy.is_shutdown():', fails=False)
+                   f'press Ctrl-\\ in its terminal, or type kill -9 {pid}; a loop that Ctrl-C ends starts with '
+                   'while not rospy.is_shutdown():', fails=False)
 
 
 # ---------------------------------------------------------------------------------------------------- network
@@ -262,7 +262,7 @@ def two_clocks(nodes: Iterable[str]) -> Finding:
 def misnamed(who: str, role: str, name: str, meant: str) -> Finding:
     """Somebody uses a name that nobody else uses; ``role`` is one of DOES, ``meant`` a similar name that exists."""
     return Finding('misnamed', f'{who} {DOES[role].format(name)}: did you mean {meant}?',
-                   f'correct the name in the program, or add {name}:={meant} to its command', fails=False)
+                   f'Correct the name in the program, or add {name}:={meant} to its command', fails=False)
 
 
 def nobody_publishes(who: str, name: str) -> Finding:
@@ -275,8 +275,8 @@ def two_types(topic: str, users: Sequence[Tuple[str, str]]) -> Finding:
     """The users of a topic, each (who, type), do not agree on its type."""
     return Finding('two_types', f'both ends of {topic} need the same type: '
                    + ', '.join(f'{who} has {kind}' for who, kind in users),
-                   'import the right one: from turtlesim.msg import Pose for the pose of a turtle, from geometry_msgs.msg '
-                   'import Twist for a velocity; a program that receives it needs rospy.Subscriber')
+                   'import the right one: from turtlesim.msg import Pose for the pose of a turtle, from '
+                   'geometry_msgs.msg import Twist for a velocity; a program that receives it needs rospy.Subscriber')
 
 
 # ---------------------------------------------------------------------------------------------------- machine

@@ -3,17 +3,19 @@ import glob
 import os
 import re
 import time
-from typing import Iterator, List, Tuple
+from typing import Dict, Iterable, Iterator, List, Set, Tuple
 
 from ros_doctor import addresses, findings, packages, processes, programs
 from ros_doctor.findings import Finding
 from ros_doctor.machine import Check, Machine
+from ros_doctor.processes import Process
 
 OURS = 'turtle_robotont'
 LONGEST = 1 << 20  # [bytes] of a program that are read
 MOST = 2000  # files of one package that are looked at
 SHORT = 64 << 10  # [bytes] at the end of a log
 ENDING = 10.0  # [s] that a node may take to end
+RESOLUTION = 1.0  # [s] of the times that are read in a log
 STARTS_A_NODE = re.compile(rb'\brospy\s*\.\s*init_node\b|^\s*if __name__ ?==', re.MULTILINE)
 TOLD = re.compile(r'(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),\d+: signal_shutdown \[signal-')
 NO_PROGRAMS = {'build', 'devel', 'install', 'test', 'tests', '__pycache__'}  # folders without a student's programs
@@ -36,18 +38,22 @@ def shell(machine: Machine) -> Iterator[Finding]:
 
 def student_programs(machine: Machine) -> Iterator[Finding]:
     """Programs in packages of the user's own that rosrun cannot start."""
-    installed = {(os.path.basename(folder), name) for prefix in packages.parts(machine.environment, packages.PREFIX_PATH)
-                 for folder in glob.glob(os.path.join(prefix, 'lib', '*')) if os.path.isdir(folder)
-                 for name in os.listdir(folder)}
+    installed = _installed(packages.parts(machine.environment, packages.PREFIX_PATH))
     for package in packages.found(machine.environment):
         if not _is_ours(package.folder, machine):
             for path in _files(package.folder):
-                if (package.name, os.path.basename(path)) not in installed:  # catkin_install_python has made it start
+                if (package.name, os.path.basename(path)) not in installed:
                     yield from _program(path, machine)
     for folder in packages.parts(machine.environment, packages.PACKAGE_PATH):
         for path in sorted(glob.glob(os.path.join(glob.escape(folder), '*.py'))):
             if not os.path.isfile(os.path.join(folder, 'package.xml')) and STARTS_A_NODE.search(_start(path)):
                 yield findings.outside_package(path)
+
+
+def _installed(prefixes: Iterable[str]) -> Set[Tuple[str, str]]:
+    """Return (package, name) of the programs that catkin_install_python has made, which start whatever their source."""
+    return {(os.path.basename(os.path.dirname(path)), os.path.basename(path))
+            for prefix in prefixes for path in glob.glob(os.path.join(glob.escape(prefix), 'lib', '*', '*'))}
 
 
 def _is_ours(folder: str, machine: Machine) -> bool:
@@ -93,20 +99,29 @@ def _start(path: str) -> bytes:
 
 
 def hanging(_: Machine) -> Iterator[Finding]:
-    """Nodes of rospy that live on after Ctrl-C or kill: their own log says that they were told to end."""
-    now = time.time()
+    """Nodes of rospy that live on after Ctrl-C or kill: their own log says that they were told to end.
+
+    A log that two processes have open, as those of two nodes with the same name, does not tell which one it was. What
+    stands in it from before a process started was said to an earlier node of that name.
+    """
+    logs: Dict[str, List[Process]] = {}
     for process in processes.all_processes():
         if process.user == os.geteuid() and addresses.MASTER_URI in process.environment:
-            told = [seconds for path in _logs(process.pid) for seconds in _told(path)]
-            if told and now - min(told) > ENDING:
-                yield findings.does_not_end(f'{" ".join(_command(process))} (process {process.pid})', now - min(told),
-                                            process.pid)
+            for path in _logs(process.pid):
+                logs.setdefault(path, []).append(process)
+    now = time.time()
+    for path, users in logs.items():
+        if len(users) == 1:
+            age = processes.age(users[0].pid)
+            told = [now - moment for moment in _told(path) if now - moment < age - RESOLUTION]
+            if told and max(told) > ENDING:
+                yield findings.does_not_end(_program_name(users[0]), max(told), users[0].pid)
 
 
-def _command(process: processes.Process) -> Tuple[str, ...]:
-    """Return the program of a process without its interpreter and the path."""
-    words = process.command[1:2] if 'python' in os.path.basename(process.command[0]) else process.command[:1]
-    return tuple(map(os.path.basename, words))
+def _program_name(process: Process) -> str:
+    """Return the program of a process without its interpreter and the path, and its number."""
+    command = process.command[1:] if 'python' in os.path.basename(process.command[0]) else process.command
+    return f'{os.path.basename((*command, process.name)[0])} (process {process.pid})'
 
 
 def _logs(pid: int) -> List[str]:

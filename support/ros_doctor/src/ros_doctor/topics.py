@@ -11,8 +11,10 @@ from ros_doctor.findings import Finding
 from ros_doctor.master import Graph
 
 COMMAND = 'geometry_msgs/Twist'
-WAITING = {COMMAND, 'actionlib_msgs/GoalID'}  # types that a node may wait for in vain: a command, ...
+WAITED_FOR = {COMMAND, 'actionlib_msgs/GoalID'}  # types that a node may wait for in vain: a command, ...
 GOAL = 'ActionGoal'  # ... and the end of the types of goals
+SENSED = {'turtlesim/Pose', 'nav_msgs/Odometry', 'ar_track_alvar_msgs/AlvarMarkers', 'sensor_msgs/Image',
+          'sensor_msgs/LaserScan'}  # types of what a simulator or a sensor sends all the time
 TOOLS = re.compile(r'/(rostopic|record|rosbag)_\d+.*')  # they read what is there
 
 
@@ -26,14 +28,26 @@ def misnamed(graph: Graph) -> Iterator[Finding]:
             if meant and node not in graph.publishers.get(meant, ()):
                 yield findings.misnamed(node, 'publishes', topic, meant)
     for topic in sorted(set(graph.subscribers) - published):
-        kind = graph.types.get(topic, '')
-        if names.OF_EVERY_NODE.fullmatch(topic) or kind in WAITING or kind.endswith(GOAL):
-            continue
-        for node in graph.subscribers[topic]:
-            known = {name for name in published if node not in graph.subscribers.get(name, ())
-                     and node not in graph.publishers[name]}
-            meant = names.meant(topic, _of_type(graph, kind, known)) or names.meant(topic, known)
-            yield findings.misnamed(node, 'subscribes', topic, meant) if meant else findings.nobody_publishes(node, topic)
+        if not _is_optional(topic, graph.types.get(topic, '')):
+            for node in graph.subscribers[topic]:
+                yield from _in_vain(graph, node, topic, published)
+
+
+def _is_optional(topic: str, kind: str) -> bool:
+    return bool(names.OF_EVERY_NODE.fullmatch(topic)) or kind in WAITED_FOR or kind.endswith(GOAL)
+
+
+def _in_vain(graph: Graph, node: str, topic: str, published: Iterable[str]) -> Iterator[Finding]:
+    """Yield what a node waits for in vain; what is below its own name are inputs that nobody has to use."""
+    if topic.startswith(f'{node}/'):
+        return
+    kind = graph.types.get(topic, '')
+    known = {name for name in published if node not in (*graph.subscribers.get(name, ()), *graph.publishers[name])}
+    meant = names.meant(topic, _of_type(graph, kind, known)) or names.meant(topic, known)
+    if meant:
+        yield findings.misnamed(node, 'subscribes', topic, meant)
+    elif kind in SENSED:
+        yield findings.nobody_publishes(node, topic)
 
 
 def _of_type(graph: Graph, kind: str, topics: Iterable[str]) -> Set[str]:
