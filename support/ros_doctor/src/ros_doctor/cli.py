@@ -32,11 +32,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     else:
         for finding in found:
             print(f'{WILL_FAIL if finding.fails else NOTE:5s} {finding}')
-        print(_summary(found))
+        print(summary(found))
     return 1 if any(finding.fails for finding in found) else 0
 
 
-def _summary(found: Sequence[Finding]) -> str:
+def summary(found: Sequence[Finding]) -> str:
+    """Return the last line of the output."""
     if not found:
         return f'Nothing is wrong: {len(CHECKS)} checks of terminal, programs, system, network, master and devices.'
     errors = sum(finding.fails for finding in found)
