@@ -94,10 +94,10 @@ def no_isolation(said: str) -> Finding:
 
 # ---------------------------------------------------------------------------------------------------- terminal
 
-def outside_shell(command: str) -> Finding:
-    """The terminal does not know the packages; ``command`` makes one that does."""
+def outside_shell(package: str, command: str) -> Finding:
+    """The terminal does not know the packages, such as ``package``; ``command`` makes one that does."""
     return Finding('outside_shell', 'this terminal is not a ./run shell: here, rosrun says "command not found" or '
-                   '"[rospack] Error: package \'turtlesim\' not found"', f'type {command}', fails=False)
+                   f'"[rospack] Error: package {package!r} not found"', f'type {command}', fails=False)
 
 
 def shell_overridden(file: str) -> Finding:
