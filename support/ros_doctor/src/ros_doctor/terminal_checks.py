@@ -121,8 +121,9 @@ def hanging(_: Machine) -> Iterator[Finding]:
 
 def _program_name(process: Process) -> str:
     """Return the program of a process without its interpreter and the path, and its number."""
-    command = process.command[1:] if 'python' in os.path.basename(process.command[0]) else process.command
-    return f'{os.path.basename((*command, process.name)[0])} (process {process.pid})'
+    python = 'python' in os.path.basename(process.command[0]) and len(process.command) > 1
+    script = process.command[1 if python else 0]
+    return f'{process.name if script.startswith("-") else os.path.basename(script)} (process {process.pid})'
 
 
 def _logs(pid: int) -> List[str]:
