@@ -33,7 +33,8 @@ def shell(machine: Machine) -> Iterator[Finding]:
             package = OURS if machine.ros else 'turtlesim'  # a ROS 1 in /opt/ros may have a turtlesim
             yield findings.outside_shell(package, f'{os.path.join(machine.repository, "run")} shell')
     workspace = packages.workspace_of(os.getcwd())
-    if workspace and os.path.join(workspace, 'devel') not in packages.parts(machine.environment, packages.PREFIX_PATH):
+    sourced = packages.parts(machine.environment, packages.PREFIX_PATH)
+    if workspace not in ('', machine.workspace) and os.path.join(workspace, 'devel') not in sourced:
         yield findings.workspace_not_sourced(workspace)
 
 
