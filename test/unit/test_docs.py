@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from course_grader.rules import exercise, reference
+from ros_doctor import findings
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),
@@ -89,7 +90,7 @@ def test_file_names_are_those_of_files(path):
 
 @each_page
 def test_nodes_and_launch_files_that_are_typed_exist(path):
-    typed = set(re.findall(r'ros(?:run|launch) (?:--\S+ )?\w+ ([\w.-]+)', text_of(path)))
+    typed = set(re.findall(r'(?<![A-Za-z] )ros(?:run|launch) (?:--\S+ )?\w+ ([\w.-]+)', text_of(path)))
     assert typed - OF_THE_READER <= NODES | LAUNCH_FILES
 
 
@@ -122,6 +123,14 @@ def test_every_picture_is_shown():
     shown = {(path.parent / name).resolve() for path in PAGES
              for name in re.findall(r'!\[[^]]*\]\(([^)]+)\)', text_of(path))}
     assert set(REPOSITORY.glob('docs/images/*')) <= shown
+
+
+def test_every_finding_of_the_doctor_has_its_row():
+    text = text_of(REPOSITORY / 'docs' / 'troubleshooting.md')
+    section = re.search(r'^## What the doctor says\n(.*?)^## ', text, re.MULTILINE | re.DOTALL).group(1)
+    rows = re.findall(r'^\| `(\w+)` \|', section, re.MULTILINE)
+    assert sorted(rows) == sorted(name for name, function in vars(findings).items() if getattr(
+        function, '__annotations__', {}).get('return') is findings.Finding)
 
 
 EXERCISES = {path.stem for path in REPOSITORY.glob('grading/course_grader/exercises/*.yaml')}

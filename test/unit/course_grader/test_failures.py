@@ -105,7 +105,7 @@ def test_what_python_says(source, advice):
      "rospy.Subscriber('/turtle1/pose', Pose, callback)", 'one argument'),
     ("AttributeError: module 'rospy' has no attribute 'publisher'", '', 'rospy has no publisher'),
     ("topic types do not match: [Client wants topic /turtle1/pose to have datatype/md5sum [geometry_msgs/Pose/e4], but "
-     "our version has [turtlesim/Pose/86]", '', 'one has geometry_msgs/Pose, the other turtlesim/Pose'),
+     "our version has [turtlesim/Pose/86]", '', 'one has geometry_msgs/Pose, the other has turtlesim/Pose'),
 ])
 def test_what_ros_says(said, source, advice):
     assert advice in failures.advice(said, source)

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import subprocess
 import tempfile
 import time
@@ -14,7 +15,7 @@ from typing import NamedTuple
 
 import pytest
 
-from ros_doctor import findings, system_checks
+from ros_doctor import cli, findings, system_checks
 from ros_doctor.cli import CHECKS
 from ros_doctor.machine import Machine
 
@@ -37,6 +38,25 @@ master() {
   "$@" env HOME="$folder" ROS_HOME="$folder/ros" rosmaster --core -p PORT >/dev/null 2>&1 &
   listens PORT
 }
+package() {  # a workspace of a student with the program $1 in a package; its text comes from standard input
+  local package=$folder/ros_ws/src/topic_demo
+  program=$package/scripts/$1
+  mkdir -p "$package/scripts"; echo "<name>topic_demo</name>" >"$package/package.xml"
+  cat >"$program"; chmod +x "$program"
+  changed+=(ROS_PACKAGE_PATH="$folder/ros_ws/src:$repo")
+}
+node() {  # a node with the name $1, the port $2, and the topics $3 = [[TOPIC, TYPE], ...]; $4 is publish or subscribe
+  /usr/bin/python3 -c "import sys, xmlrpc.client, xmlrpc.server
+name, port, topics, does = sys.argv[1], int(sys.argv[2]), eval(sys.argv[3]), sys.argv[4]
+server = xmlrpc.server.SimpleXMLRPCServer(('localhost', port), logRequests=False)
+server.register_function(lambda caller: (1, '', topics * (does == 'publish')), 'getPublications')
+server.register_function(lambda caller: (1, '', topics * (does == 'subscribe')), 'getSubscriptions')
+master = xmlrpc.client.ServerProxy('http://localhost:PORT')
+register = master.registerPublisher if does == 'publish' else master.registerSubscriber
+for topic, kind in topics: register(name, topic, kind, 'http://localhost:%d/' % port)
+server.serve_forever()" "$@" &
+  until tell "assert '$1' in str(master.getSystemState('/x'))" 2>/dev/null; do sleep 0.02; done
+}
 tell() { /usr/bin/python3 -c "import sys, xmlrpc.client; master = xmlrpc.client.ServerProxy('http://localhost:PORT')
 $1"; }
 doctor() {
@@ -55,6 +75,26 @@ while True: server.accept()" &
 listens {PORT}'''
 
 
+START = 'import rospy\nrospy.init_node("a")\n'
+PROGRAM = f'#!/usr/bin/env python3\n{START}'
+
+
+def package(text=PROGRAM, name='publisher.py', after=''):
+    """Return commands that make a student's package with one program; ``after`` changes $program."""
+    return f"package {name} < <(printf %b {shlex.quote(text)})\n{after}"
+
+
+def nodes(*rows):
+    """Return commands that start a master and a node for each row: name, topic, type, publish or subscribe."""
+    return '\n'.join(['master', *(f'node {name} {PORT + number} "[[\'{topic}\', \'{kind}\']]" {does}'
+                                  for number, (name, topic, kind, does) in enumerate(rows, 1))])
+
+
+TWIST, POSE = 'geometry_msgs/Twist', 'turtlesim/Pose'
+TURTLE = ('/turtlesim', '/turtle1/cmd_vel', TWIST, 'subscribe')
+SIMULATOR = ('/turtlesim', '/turtle1/pose', POSE, 'publish')
+
+
 class Fault(NamedTuple):
     """A fault: the name of its finding, whether something fails by it, commands that set it up, words of its text."""
 
@@ -67,6 +107,37 @@ class Fault(NamedTuple):
 
 
 FAULTS = [
+    Fault('outside_shell', False, 'changed+=(ROS_PACKAGE_PATH=)', ("[rospack] Error: package 'turtlesim' not found",
+                                                                  '/run shell')),
+    Fault('shell_overridden', True, 'changed+=(ROS_PACKAGE_PATH=/usr/share VIRTUAL_ENV=$workspace/venv)',
+          ('/ws/env.bash', 'catkin_make')),
+    Fault('workspace_not_sourced', False,
+          'mkdir -p ros_ws/{src/a,devel}; touch ros_ws/devel/setup.bash; cd ros_ws/src/a',
+          ('/ros_ws;', 'source /', '/ros_ws/devel/setup.bash')),
+    Fault('no_roscore', False, '', (f'http://localhost:{PORT}', 'type roscore')),
+    Fault('no_roscore', False, f'master; changed+=(ROS_MASTER_URI=http://localhost:{PORT + 9}); : ROS_HOSTNAME',
+          (f'http://localhost:{PORT + 9}', f'export ROS_MASTER_URI=http://localhost:{PORT} ', 'rosmaster (process ')),
+    Fault('not_executable', False, package(after='chmod -x "$program"'),
+          ('/scripts/publisher.py is not executable', 'chmod +x /')),
+    Fault('windows_line_ends', True, package(PROGRAM.replace('\n', '\r\n')),
+          ('/scripts/publisher.py end with CR LF', "sed -i 's/\\r$//' /")),
+    Fault('byte_order_mark', True, package(f'\\xef\\xbb\\xbf{PROGRAM}'),
+          ('byte order mark', r"sed -i '1s/^\xEF\xBB\xBF//'")),
+    Fault('no_shebang', True, package(START), ('bash instead of Python', "sed -i '1i #!/usr/bin/env python3' /")),
+    Fault('wrong_shebang', True, package(PROGRAM.replace('python3', 'python2.9')),
+          ('there is no python2.9 here', "sed -i '1s|.*|#!/usr/bin/env python3|' /")),
+    Fault('wrong_extension', False, package(name='publisher.py.txt'), ('publisher.py.txt', 'type mv /')),
+    Fault('outside_package', False, package(after='cp "$program" $folder/ros_ws/src/loose.py'),
+          ('/src/loose.py is in no package', 'catkin_create_pkg')),
+    Fault('misnamed', False, nodes(TURTLE, ('/publisher', '/turtle/cmd_vel', TWIST, 'publish')),
+          ('/publisher publishes /turtle/cmd_vel, which nobody reads: did you mean /turtle1/cmd_vel? Correct',
+           '/turtle/cmd_vel:=/turtle1/cmd_vel')),
+    Fault('misnamed', False, nodes(SIMULATOR, ('/reader', '/turtle1/Pose', POSE, 'subscribe')),
+          ('/reader subscribes to /turtle1/Pose, which nobody publishes: did you mean /turtle1/pose?',)),
+    Fault('nobody_publishes', False, nodes(('/reader', '/turtle1/pose', POSE, 'subscribe')),
+          ('/reader subscribes to /turtle1/pose, which nobody publishes; start the node',)),
+    Fault('two_types', True, nodes(SIMULATOR, ('/student', '/turtle1/pose', TWIST, 'publish')),
+          ('/turtle1/pose', f'/student has {TWIST}, /turtlesim has {POSE}', 'rospy.Subscriber')),
     Fault('packages_unavailable', True, '', ('no-such-package-of-debian', 'apt-get update'),
           arguments=('--missing', 'no-such-package-of-debian')),
     Fault('packages_forbidden', True, 'changed+=(PATH=/nowhere); be_stranger', ('no sudo', 'install', 'cmake'),
@@ -136,13 +207,14 @@ def examine(folder, setup='', arguments=()):
     """Return (exit code, findings) of the doctor in namespaces where ``setup`` was done."""
     script = f'{HARNESS}{setup}\ndoctor --json "$@" || code=$?\nexit $code'
     environment = {'PATH': '/usr/bin:/bin:/usr/sbin:/sbin', 'HOME': folder, 'LANG': 'C.UTF-8',
+                   'ROS_PACKAGE_PATH': str(REPOSITORY),
                    'repo': str(REPOSITORY), 'folder': folder, 'workspace': f'{folder}/ws', 'ROS_HOSTNAME': 'localhost',
                    'ROS_MASTER_URI': f'http://localhost:{PORT}'}
     for name in ('ROS_HOSTNAME', 'ROS_MASTER_URI'):
         if name in setup or 'ROS_IP' in setup:
             del environment[name]
     done = subprocess.run([*NAMESPACES, 'bash', '-c', script, 'bash', *arguments], capture_output=True, text=True,
-                          env=environment, timeout=DEADLINE, check=False)
+                          env=environment, timeout=DEADLINE, check=False, cwd=folder)
     assert done.returncode in (0, 1) and done.stdout, done.stderr
     return done.returncode, [findings.Finding(**finding) for finding in json.loads(done.stdout)]
 
@@ -156,7 +228,8 @@ def folder():
 
 
 def test_a_healthy_machine_gives_no_finding(folder):
-    assert examine(folder) == (0, [])
+    assert examine(folder, 'master') == (0, [])
+    assert examine(folder, f'master\n{package()}') == (0, [])
 
 
 def test_a_running_master_with_a_node_gives_no_finding(folder):
@@ -170,7 +243,7 @@ master.setParam('/x', '/turtlesim/background_r', 69); master.setParam('/x', '/ro
 def test_a_python_with_ros_is_no_trap(folder):
     """A virtual environment that sees the system's packages, as docs/installation.md makes it."""
     setup = '/usr/bin/python3 -m venv --system-site-packages --without-pip $folder/ros_venv\n'
-    assert examine(folder, f'{setup}changed+=(PATH=$folder/ros_venv/bin:/usr/bin:/bin)') == (0, [])
+    assert examine(folder, f'master; {setup}changed+=(PATH=$folder/ros_venv/bin:/usr/bin:/bin)') == (0, [])
 
 
 @pytest.mark.parametrize('fault', FAULTS, ids=[f'{number}_{fault.name}' for number, fault in enumerate(FAULTS)])
@@ -189,7 +262,7 @@ def test_a_fault_is_named_with_its_cure(folder, fault):
 def test_every_kind_of_finding_is_set_up_but_those_of_nodes_and_of_a_moving_clock():
     kinds = {name for name, function in vars(findings).items()
              if getattr(function, '__annotations__', {}).get('return') is findings.Finding}
-    assert kinds == {fault.name for fault in FAULTS} | {'clock_jumps', 'no_window'}
+    assert kinds == {fault.name for fault in FAULTS} | {'clock_jumps', 'no_window', 'does_not_end'}
 
 
 def test_a_clock_that_is_moved_is_noticed(monkeypatch, tmp_path):
@@ -208,8 +281,16 @@ def test_it_needs_nothing_installed_and_changes_nothing(tmp_path):
     done = subprocess.run([REPOSITORY / 'run', 'doctor'], env={'PATH': '/usr/bin:/bin', 'HOME': str(home)}, text=True,
                           capture_output=True, check=False, timeout=DEADLINE)
     assert done.returncode in (0, 1) and done.stderr == ''
-    assert done.stdout.splitlines()[-1].startswith(('Nothing is wrong', f'{len(done.stdout.splitlines()) - 1} found;'))
+    assert re.fullmatch(r'(\d+ errors?, )?\d+ notes?(, no errors)?\.', done.stdout.splitlines()[-1])
+    assert 'this terminal is not a ./run shell' in done.stdout
     assert list(home.iterdir()) == [] and len(CHECKS) >= 12
+
+
+@pytest.mark.parametrize('fails, said', [
+    ((False,) * 6, '6 notes, no errors.'), ((False,), '1 note, no errors.'), ((True,), '1 error.'),
+    ((True, False, True), '2 errors, 1 note.')])
+def test_the_last_line_counts(fails, said):
+    assert cli.summary([findings.Finding('a', 'b', 'c', each) for each in fails]) == said
 
 
 def test_help_says_what_it_does():

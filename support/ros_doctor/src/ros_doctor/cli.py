@@ -8,11 +8,11 @@ import os
 import sys
 from typing import List, Optional, Sequence
 
-from ros_doctor import device_checks, ros_checks, system_checks
+from ros_doctor import device_checks, ros_checks, system_checks, terminal_checks
 from ros_doctor.findings import Finding
 from ros_doctor.machine import Machine
 
-CHECKS = [*system_checks.CHECKS, *ros_checks.CHECKS, *device_checks.CHECKS]
+CHECKS = [*terminal_checks.CHECKS, *system_checks.CHECKS, *ros_checks.CHECKS, *device_checks.CHECKS]
 WILL_FAIL, NOTE = 'FAILS', 'note'
 
 
@@ -32,15 +32,23 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     else:
         for finding in found:
             print(f'{WILL_FAIL if finding.fails else NOTE:5s} {finding}')
-        print(_summary(found))
+        print(summary(found))
     return 1 if any(finding.fails for finding in found) else 0
 
 
-def _summary(found: Sequence[Finding]) -> str:
-    failing = sum(finding.fails for finding in found)
+def summary(found: Sequence[Finding]) -> str:
+    """Return the last line of the output."""
     if not found:
-        return f'Nothing is wrong: {len(CHECKS)} checks of system, Python, network, master and devices.'
-    return f'{len(found)} found; {failing} of them will make something fail.'
+        return f'Nothing is wrong: {len(CHECKS)} checks of terminal, programs, system, network, master and devices.'
+    errors = sum(finding.fails for finding in found)
+    notes = len(found) - errors
+    if not errors:
+        return f'{_count(notes, "note")}, no errors.'
+    return ', '.join(_count(number, noun) for number, noun in ((errors, 'error'), (notes, 'note')) if number) + '.'
+
+
+def _count(number: int, noun: str) -> str:
+    return f'{number} {noun}' + 's' * (number != 1)
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:

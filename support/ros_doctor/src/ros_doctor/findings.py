@@ -1,5 +1,14 @@
-"""The text and the cure of each problem, once for the node that meets it and for ``./run doctor`` that looks for it."""
-from typing import Any, Iterable, Mapping, NamedTuple
+"""The text and the cure of each problem, once for the node that meets it, for ``./run grade`` and ``./run doctor``.
+
+docs/troubleshooting.md has a row for each.
+"""
+import shlex
+from typing import Any, Iterable, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+SHEBANG = '#!/usr/bin/env python3'
+LONGEST_VALUE = 80  # characters of a parameter: a robot_description has thousands
+DOES = {'publishes': 'publishes {0}, which nobody reads', 'subscribes': 'subscribes to {0}, which nobody publishes',
+        'serves': 'offers {0}, which nobody calls', 'uses': 'uses {0}, which does not exist'}
 
 
 class Finding(NamedTuple):
@@ -17,7 +26,7 @@ class Finding(NamedTuple):
     fails: bool = True
 
     def __str__(self) -> str:
-        return f'{self.text}; {self.cure}'
+        return f'{self.text}{"" if self.text.endswith("?") else ";"} {self.cure}'
 
 
 # ---------------------------------------------------------------------------------------------------- system
@@ -81,6 +90,89 @@ def no_isolation(said: str) -> Finding:
     return Finding('no_isolation', f'a program cannot be kept apart from this machine ({said})',
                    'grade only programs that you trust, or type sudo apt-get install bubblewrap and '
                    'sudo sysctl kernel.unprivileged_userns_clone=1', fails=False)
+
+
+# ---------------------------------------------------------------------------------------------------- terminal
+
+def outside_shell(package: str, command: str) -> Finding:
+    """The terminal does not know the packages, such as ``package``; ``command`` makes one that does."""
+    return Finding('outside_shell', 'this terminal is not a ./run shell: here, rosrun says "command not found" or '
+                   f'"[rospack] Error: package {package!r} not found"', f'type {command}', fails=False)
+
+
+def shell_overridden(file: str) -> Finding:
+    """A ./run shell has lost the packages; sourcing ``file`` brings them back."""
+    return Finding('shell_overridden', 'this ./run shell no longer finds the packages: the setup.bash of another '
+                   'workspace, built outside of ./run shell, has replaced them',
+                   f'type source {file}; then delete build and devel of that workspace, and build it here with '
+                   'catkin_make')
+
+
+def workspace_not_sourced(workspace: str) -> Finding:
+    """The current folder lies in a catkin workspace that this terminal does not know."""
+    return Finding('workspace_not_sourced', f'this terminal does not know the packages of {workspace}',
+                   f'type source {workspace}/devel/setup.bash', fails=False)
+
+
+def no_roscore(uri: str, other: Optional[Tuple[str, str]] = None) -> Finding:
+    """Nothing has the port of the terminal's master; ``other``: a master of this user, and its URI."""
+    if other:
+        return Finding('no_roscore', f'no roscore runs at {uri}, which is the ROS_MASTER_URI of this terminal; '
+                       f'{other[0]} is one at {other[1]}', f'type export ROS_MASTER_URI={other[1]} to use that one, or '
+                       'roscore in another terminal that has the same ROS_MASTER_URI as this one', fails=False)
+    return Finding('no_roscore', f'no roscore runs at {uri}, which is the ROS_MASTER_URI of this terminal',
+                   'type roscore in another ./run shell', fails=False)
+
+
+# ---------------------------------------------------------------------------------------------------- programs
+
+def not_executable(path: str) -> Finding:
+    """A program lacks the permission to be executed."""
+    return Finding('not_executable', f'{path} is not executable, so rosrun cannot start it',
+                   f'type chmod +x {shlex.quote(path)}', fails=False)
+
+
+def windows_line_ends(path: str) -> Finding:
+    """The lines of a program end as those of Windows."""
+    return Finding('windows_line_ends', f'the lines of {path} end with CR LF (Windows), so Linux does not find the '
+                   'interpreter', f"type sed -i 's/\\r$//' {shlex.quote(path)}")
+
+
+def byte_order_mark(path: str) -> Finding:
+    """A program starts with the mark that some editors of Windows write."""
+    return Finding('byte_order_mark', f'{path} starts with a byte order mark (Windows), which hides its first line '
+                   'from Linux', f"type sed -i '1s/^\\xEF\\xBB\\xBF//' {shlex.quote(path)}")
+
+
+def no_shebang(path: str) -> Finding:
+    """A program does not say what runs it."""
+    return Finding('no_shebang', f'the first line of {path} is not {SHEBANG}, so the program is run by bash instead of '
+                   'Python', f"type sed -i '1i {SHEBANG}' {shlex.quote(path)}")
+
+
+def wrong_shebang(path: str, line: str, why: str) -> Finding:
+    """The first ``line`` of a program names another interpreter than Python 3."""
+    return Finding('wrong_shebang', f'the first line of {path} is {line}, and {why}: it should be {SHEBANG}',
+                   f"type sed -i '1s|.*|{SHEBANG}|' {shlex.quote(path)}")
+
+
+def wrong_extension(path: str, right: str) -> Finding:
+    """A program has a name such as a.py.txt."""
+    return Finding('wrong_extension', f'{path} is a Python program whose name does not end with .py',
+                   f'type mv {shlex.quote(path)} {shlex.quote(right)}', fails=False)
+
+
+def outside_package(path: str) -> Finding:
+    """A program lies in a workspace, but in none of its packages."""
+    return Finding('outside_package', f'{path} is in no package, so rosrun cannot find it',
+                   'move it into the folder scripts of a package; catkin_create_pkg NAME rospy makes one', fails=False)
+
+
+def does_not_end(process: str, seconds: float, pid: int) -> Finding:
+    """A node runs on although it was told to end ``seconds`` ago."""
+    return Finding('does_not_end', f'{process} was told to end {_span(seconds)} ago and still runs',
+                   f'press Ctrl-\\ in its terminal, or type kill -9 {pid}; a loop that Ctrl-C ends starts with '
+                   'while not rospy.is_shutdown():', fails=False)
 
 
 # ---------------------------------------------------------------------------------------------------- network
@@ -168,6 +260,26 @@ def two_clocks(nodes: Iterable[str]) -> Finding:
                    'start one of the simulators with _clock:=false')
 
 
+def misnamed(who: str, role: str, name: str, meant: str) -> Finding:
+    """Somebody uses a name that nobody else uses; ``role`` is one of DOES, ``meant`` a similar name that exists."""
+    return Finding('misnamed', f'{who} {DOES[role].format(name)}: did you mean {meant}?',
+                   f'Correct the name in the program, or add {name}:={meant} to its command', fails=False)
+
+
+def nobody_publishes(who: str, name: str) -> Finding:
+    """Somebody waits for messages on a topic without a publisher."""
+    return Finding('nobody_publishes', f'{who} {DOES["subscribes"].format(name)}',
+                   'start the node that publishes it, or correct the name; rostopic list shows all topics', fails=False)
+
+
+def two_types(topic: str, users: Sequence[Tuple[str, str]]) -> Finding:
+    """The users of a topic, each (who, type), do not agree on its type."""
+    return Finding('two_types', f'both ends of {topic} need the same type: '
+                   + ', '.join(f'{who} has {kind}' for who, kind in users),
+                   'import the right one: from turtlesim.msg import Pose for the pose of a turtle, from '
+                   'geometry_msgs.msg import Twist for a velocity; a program that receives it needs rospy.Subscriber')
+
+
 # ---------------------------------------------------------------------------------------------------- machine
 
 def no_window(why: str, snapshot: str) -> Finding:
@@ -196,8 +308,9 @@ def camera_unusable(said: str) -> Finding:
 
 
 def _typed(value: Any) -> str:
-    """Return a parameter's value as rosparam takes it."""
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    """Return a parameter's value as rosparam takes it, shortened to a line."""
+    text = ' '.join((str(value).lower() if isinstance(value, bool) else str(value)).split())
+    return text if len(text) <= LONGEST_VALUE else f'{text[:LONGEST_VALUE]}...'
 
 
 def _span(seconds: float) -> str:

@@ -1,7 +1,7 @@
 """What a ROS master knows, asked by XML-RPC with a time limit and without ROS."""
 import http.client
 import xmlrpc.client
-from typing import Any, Dict, List, NamedTuple, Tuple
+from typing import Any, Container, Dict, List, NamedTuple, Tuple
 
 CALLER = '/ros_doctor'
 
@@ -22,6 +22,8 @@ class Graph(NamedTuple):
     services    {name: TCP address}
     publishers  {topic: names of nodes}
     parameters  the tree of parameters
+    subscribers {topic: names of nodes}
+    types       {topic: the type that the first or the last publisher has}
     """
 
     pid: int
@@ -29,6 +31,15 @@ class Graph(NamedTuple):
     services: Dict[str, str]
     publishers: Dict[str, List[str]]
     parameters: Dict[str, Any]
+    subscribers: Dict[str, List[str]] = {}
+    types: Dict[str, str] = {}
+
+    def of(self, nodes: Container[str]) -> 'Graph':
+        """Return the graph with the topics of these nodes alone."""
+        publishers, subscribers = ({topic: kept for topic, users in topics.items()
+                                    if (kept := [node for node in users if node in nodes])}
+                                   for topics in (self.publishers, self.subscribers))
+        return self._replace(publishers=publishers, subscribers=subscribers)
 
 
 def ask(uri: str, timeout: float) -> Graph:
@@ -49,7 +60,17 @@ def _ask(master: xmlrpc.client.ServerProxy) -> Graph:
     names = sorted({node for topics in (published, subscribed, offered) for _, nodes in topics for node in nodes})
     services = sorted(name for name, _ in offered)
     return Graph(pid, _look_up(master, 'lookupNode', names), _look_up(master, 'lookupService', services),
-                 dict(published), _value(master.getParam(CALLER, '/')))
+                 dict(published), _value(master.getParam(CALLER, '/')), dict(subscribed),
+                 dict(_value(master.getTopicTypes(CALLER))))
+
+
+def types_of_node(uri: str, timeout: float) -> Dict[str, str]:
+    """Return {topic: type} of what the node at ``uri`` publishes or subscribes to; empty if it does not answer."""
+    node = xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
+    try:
+        return {**dict(_value(node.getSubscriptions(CALLER))), **dict(_value(node.getPublications(CALLER)))}
+    except Exception:  # as in ask()
+        return {}
 
 
 def _look_up(master: xmlrpc.client.ServerProxy, method: str, names: List[str]) -> Dict[str, str]:

@@ -60,6 +60,16 @@ def all_processes() -> Iterator[Process]:
             yield _process(folder)
 
 
+def age(pid: int) -> float:
+    """Return how long [s] a process has been running; 0 if it has ended."""
+    try:
+        with open(f'/proc/{pid}/stat', encoding='utf-8', errors='replace') as stat, open('/proc/uptime') as uptime:
+            started = int(stat.read().rpartition(')')[2].split()[19])  # in ticks of the clock since the system started
+            return float(uptime.read().split()[0]) - started / os.sysconf('SC_CLK_TCK')
+    except OSError:
+        return 0.0
+
+
 def listeners() -> List[Listener]:
     """Return all listening TCP sockets of this machine."""
     owners = _owners()

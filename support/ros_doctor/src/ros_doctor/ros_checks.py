@@ -2,11 +2,11 @@
 import concurrent.futures
 import os
 import socket
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Set
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Set, Tuple
 from urllib.parse import urlsplit
 
 from kinematic_core.worlds.turtle_world import BACKGROUND
-from ros_doctor import addresses, findings, master, processes, registrations
+from ros_doctor import addresses, findings, master, packages, processes, registrations, topics
 from ros_doctor.addresses import MasterAddress
 from ros_doctor.findings import Finding
 from ros_doctor.machine import Check, Machine
@@ -29,13 +29,15 @@ def address(machine: Machine) -> Iterator[Finding]:
 
 
 def master_and_graph(machine: Machine) -> Iterator[Finding]:
-    """The master, and what is registered with it; that there is none is no problem."""
+    """The master, and what is registered with it."""
     place = addresses.master_address(machine.environment)
     if place is None:
         return
     here = addresses.is_here(place.host)
     holder = next((one for one in processes.listeners() if one.port == place.port), None) if here else None
     if here and holder is None:
+        if machine.environment.get(addresses.MASTER_URI) or packages.found(machine.environment):
+            yield findings.no_roscore(place.uri, _other_master(machine))
         return
     said = holder.holder if holder else place.uri
     try:
@@ -49,6 +51,16 @@ def master_and_graph(machine: Machine) -> Iterator[Finding]:
         if holder and holder.user != os.geteuid():
             yield findings.foreign_master(place.uri, processes.user_name(holder.user), graph.pid)
         yield from graph_findings(graph)
+
+
+def _other_master(machine: Machine) -> Optional[Tuple[str, str]]:
+    """Return (who, URI) of a master of this user that is not one of a ./run demo or test."""
+    for one in processes.listeners():
+        process = one.process
+        if (process and process.user == os.geteuid() and any(word.endswith('rosmaster') for word in process.command[:2])
+                and not process.environment.get('ROS_HOME', '').startswith(machine.workspace)):
+            return str(process), f'http://localhost:{one.port}'
+    return None
 
 
 def _silent(place: MasterAddress, holder: Optional[processes.Listener], said: str) -> Finding:
@@ -72,8 +84,16 @@ def graph_findings(graph: Graph) -> Iterator[Finding]:
     if graph.parameters.get('use_sim_time') and not clocks:
         yield findings.no_clock()
     running = {node for node, lives in alive.items() if lives}
+    living = graph.of(running)
+    yield from topics.misnamed(living)
+    yield from topics.two_types(living, lambda nodes: _types(graph, nodes))
     for node, values in _private(graph.parameters, running).items():
         yield findings.stale_parameters(node, values)
+
+
+def _types(graph: Graph, nodes: List[str]) -> Dict[str, Dict[str, str]]:
+    with concurrent.futures.ThreadPoolExecutor(AT_A_TIME) as pool:
+        return dict(zip(nodes, pool.map(lambda node: master.types_of_node(graph.nodes[node], ANSWER_TIME), nodes)))
 
 
 def _alive(graph: Graph, node: str) -> bool:

@@ -27,6 +27,7 @@ from course_grader.rules.observation import OutputLine
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from process_support import processes
+from ros_doctor import findings, programs
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
 SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown
@@ -390,10 +391,9 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     source = student_files.read(program)
     if not program.endswith('.py') and not _is_python(source):
         if not os.access(program, os.X_OK):
-            raise CommandError(f'{program} is not executable; type: chmod +x {shlex.quote(program)}')
+            raise CommandError(str(findings.not_executable(program)))
         if source.startswith(b'#!') and b'\r' in source.split(b'\n', 1)[0]:
-            raise CommandError(f'{program}: the first line ends with CR LF (Windows), so Linux does not find the '
-                               f"interpreter; type: sed -i 's/\\r$//' {shlex.quote(program)}")
+            raise CommandError(str(findings.windows_line_ends(program)))
         return [program, *arguments], []
     try:
         return [sys.executable, program, *arguments], _remarks(program, student_files.whole(program))
@@ -469,12 +469,4 @@ def _remarks(program: str, source: bytes) -> List[str]:
         what = getattr(error, 'msg', None) or error
         raise CommandError(f'{os.path.basename(program)}{f", line {line}" if line else ""}: '
                            f'{type(error).__name__}: {what}') from None
-    remarks = []
-    if not source.startswith(b'#!'):
-        remarks.append('the first line should be #!/usr/bin/env python3; otherwise rosrun cannot start the file')
-    if b'\r\n' in source:
-        remarks.append('the lines end with CR LF (Windows), and rosrun cannot start such a file; type: '
-                       "sed -i 's/\\r$//' FILE")
-    if not os.access(program, os.X_OK):
-        remarks.append('the file is not executable, so rosrun cannot start it; type: chmod +x FILE')
-    return remarks
+    return list(map(str, programs.faults(program, source)))

@@ -5,6 +5,8 @@ The first entry of FAILURES whose pattern is found counts, so what is specific s
 import re
 from typing import Callable, Match, Optional, Tuple, Union
 
+from ros_doctor.findings import SHEBANG, two_types
+
 PACKAGES = {  # name: module that it is imported from
     'Twist': 'geometry_msgs.msg', 'Vector3': 'geometry_msgs.msg', 'TransformStamped': 'geometry_msgs.msg',
     'Quaternion': 'geometry_msgs.msg', 'Pose': 'turtlesim.msg', 'Color': 'turtlesim.msg',
@@ -171,8 +173,7 @@ def _not_a_list(match: Match[str], _source: str) -> str:
 
 
 def _types_differ(match: Match[str], _source: str) -> str:
-    return (f"both ends of a topic need the same type: one has {match[1]}, the other {match[2]}; the type of the "
-            "turtle's pose is in turtlesim.msg")
+    return str(two_types('a topic', [('one', match[1]), ('the other', match[2])]))
 
 
 FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the groups of the pattern
@@ -266,7 +267,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
     (r"ROSBagUnindexedException|not indexed", 'close the bag, by bag.close(), before it is opened to read it'),
     (r"LookupException|ConnectivityException|ExtrapolationException",
      'a transform is not there at once: look it up in a loop, with try and except, until it is'),
-    (r"env: .?python.?: No such file", 'the first line of the program has to be `#!/usr/bin/env python3`'),
+    (r"env: .?python.?: No such file", f'the first line of the program has to be `{SHEBANG}`'),
     (r"FileNotFoundError", 'the program sees no files but its own: do not read others'),
 )
 

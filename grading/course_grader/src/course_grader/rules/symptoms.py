@@ -4,7 +4,6 @@ Every exercise has the symptoms of this module, of failures.py, and of the *_mis
 in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold. What is surer comes first: a
 program that has crashed is told why, and a mistake that is sure stands alone: the rest is its effect.
 """
-import difflib
 import re
 import statistics
 from typing import Any, Callable, Container, Dict, Iterator, List, NamedTuple, Optional, Set
@@ -14,13 +13,11 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, SHORTCUTS, within
 from course_grader.rules.observation import Command, Observed
 from course_grader.rules.scoring import Reason, Verdict
+from ros_doctor import names
+from ros_doctor.findings import misnamed
 
 MOST = 2  # hints: the first ones are the likeliest causes
 LINES = 200  # of the output at either end that are searched
-SIMILAR = 0.75  # of two names, as difflib.SequenceMatcher sees it: /turtle1/cmd_vel and /turtle1/cmdvel have 0.97
-OF_EVERY_NODE = re.compile(r'/rosout|/clock|/tf(_static)?|.*/(get_loggers|set_logger_level)')
-DOES = {'publishes': 'publishes {0}, which nobody reads', 'subscribes': 'subscribes to {0}, which nobody publishes',
-        'serves': 'offers {0}, which nobody calls', 'uses': 'uses {0}, which does not exist'}
 OPPOSITE = {  # what both the program and the simulator do with a name: advice
     'publishes': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
     'subscribes': 'the simulator waits for messages on {0}: to send them, use rospy.Publisher instead of '
@@ -167,7 +164,7 @@ def _opposite(observed: Observed) -> Iterator[str]:
     for name, role in sorted(observed.connections):
         others = {other for known, other in observed.others if known == name}
         alone = {own for known, own in observed.connections if known == name} == {role}
-        if others == {role} and alone and not OF_EVERY_NODE.fullmatch(name):
+        if others == {role} and alone and not names.OF_EVERY_NODE.fullmatch(name):
             yield OPPOSITE[role].format(name)
         elif others == {'serves'} and role != 'serves':
             yield f'{name} is a service, and no topic: call it by rospy.ServiceProxy({name!r}, TYPE)'
@@ -188,26 +185,18 @@ def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[sou
     """Names that the program alone uses and that are like one of the simulator, the grader or the task."""
     asked = {value for scored in exercise.rules for key, value in scored.parameters.items()
              if key in ('topic', 'service')}
-    known = asked | {name for name, _ in observed.others if not OF_EVERY_NODE.fullmatch(name)}
+    known = asked | {name for name, _ in observed.others if not names.OF_EVERY_NODE.fullmatch(name)}
     likely = {name for name in known if name.lstrip('/') in exercise.asks}
     used = dict(sorted(observed.connections))
     written = source_mistakes.names(program) if program else ()  # a launch file may put them into a namespace
     used.update((name, 'uses') for name in written if not any(other.endswith(name) for other in used))
     groups = {_space(name) for name in known | set(dict(observed.connections))}  # of an action, for example
     for name, role in used.items():
-        if name not in known and name.lstrip('/') not in groups and not OF_EVERY_NODE.fullmatch(name):
-            meant = _meant(name, likely) or _meant(name, known)
+        if name not in known and name.lstrip('/') not in groups and not names.OF_EVERY_NODE.fullmatch(name):
+            meant = names.meant(name, likely) or names.meant(name, known)
             space = _space(name)
             if meant and not (space != _space(meant) and space[-1:].isdigit() and space in exercise.asks):
-                yield f'the program {DOES[role].format(name)}: did you mean {meant}?'
-
-
-def _meant(name: str, known: Set[str]) -> Optional[str]:
-    """Return the known name that a wrong one is like: with the same last part, or else similar as a whole."""
-    last = name.rsplit('/', 1)[-1].lower()
-    same = sorted(one for one in known if one.rsplit('/', 1)[-1].lower() == last)
-    similar = difflib.get_close_matches(name, sorted(known), 1, SIMILAR)
-    return (*same, *similar, None)[0]
+                yield misnamed('the program', role, name, meant).text
 
 
 def _space(name: str) -> str:
