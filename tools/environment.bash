@@ -1,12 +1,7 @@
 # Sourced by ./run: the environment of its commands. Uses ws (the workspace) and ros_dir (a ROS 1 beside Debian's, or empty).
 # shellcheck shell=bash
 : "${ws=}" "${ros_dir=}"
-
-# A ./run within a ./run shell must not preload from a workspace that it may be about to remove.
-if [ -n "${LD_PRELOAD:-}" ]; then
-  LD_PRELOAD=$(printf '%s' "$LD_PRELOAD" | tr ' ' ':' | sed 's#[^:]*/libturtle_robotont_local_sockets\.so:*##g; s#:*$##')
-  [ -n "$LD_PRELOAD" ] || unset LD_PRELOAD
-fi
+: "${repo:=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)}"
 
 # Also written to the workspace as env.bash: everything foreign out, the workspace in (not for the argument `build`).
 # shellcheck disable=SC2120
@@ -26,7 +21,6 @@ enter_workspace() {
     . "$ros_dir/setup.bash"
   fi
   export PATH="$ws/bin:$ws/venv/bin:$PATH"
-  keep_local ros
 }
 
 # The port of this user's master in this workspace, chosen once: with ROS's own, 11311, all users of a machine would share
@@ -45,12 +39,12 @@ master_port() {
   echo "$port"
 }
 
-# keep_local all|ros: while ROS_HOSTNAME is localhost, sockets of all programs, or only those of ROS's C++ libraries,
-# that would listen on all addresses listen on loopback; support/local_sockets does it.
+# Sockets of all programs that would listen on all addresses listen on loopback, while ROS_HOSTNAME is localhost: a graded
+# program may start servers. support/local_sockets does it.
 keep_local() {
   local library=$ws/devel/lib/libturtle_robotont_local_sockets.so
   [ -f "$library" ] || return 0
-  export TURTLE_ROBOTONT_LOCAL=$1
+  export TURTLE_ROBOTONT_LOCAL=all
   case :${LD_PRELOAD:-}: in
     *:"$library":*) ;;
     *) export LD_PRELOAD="$library${LD_PRELOAD:+:$LD_PRELOAD}" ;;
@@ -66,7 +60,7 @@ enter_apart() {
   set +eu
   # shellcheck disable=SC2119
   enter_workspace
-  keep_local all
+  keep_local
   set -eu
   find "$ROS_HOME" -mindepth 2 -maxdepth 2 -mtime +2 -exec rm -rf {} + 2>/dev/null || true
 }
@@ -107,13 +101,16 @@ write_shell_files() {
   rosbash >"$ws/rosbash.bash"
   {
     printf '# Written by ./run. In a bash of your own, type: source %s/env.bash\n' "$ws"
-    declare -f enter_workspace keep_local find_temporary_room master_port
+    declare -f enter_workspace find_temporary_room master_port
     printf 'enter_turtle_robotont() { local ws=%q ros_dir=%q; enter_workspace; }\n' "$ws" "$ros_dir"
-    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace keep_local find_temporary_room master_port'
+    echo 'enter_turtle_robotont; unset -f enter_turtle_robotont enter_workspace find_temporary_room master_port'
     printf '. %q\n' "$ws/rosbash.bash"
+    echo '# The texts of all programs say ./run: here it works in every folder, as run does.'
+    echo './run() { if [ -x ./run ]; then command ./run "$@"; else run "$@"; fi; }'
   } >"$ws/env.bash"
   cat >"$ws/shell.bash" <<END
 # Written by ./run: what an interactive ./run shell reads.
+turtle_robotont_folder=\$PWD
 # A ~/.bashrc with exec zsh or exit would end this shell, one with set -e at the first command that fails.
 exec() { [ \$# = 0 ] || echo "Left out of your ~/.bashrc: exec \$*. ./run shell needs bash." >&2; }
 exit() { echo "Left out of your ~/.bashrc: exit. It would end this shell." >&2; }
@@ -122,10 +119,11 @@ set +eu
 unset -f exec exit
 [ -n "\${BASH_COMPLETION_VERSINFO:-}" ] || . /usr/share/bash-completion/bash_completion
 . "$ws/env.bash"
-cd "$ws"
+cd "\$turtle_robotont_folder"
+unset turtle_robotont_folder
 PS1="(turtle_robotont) \$PS1"
 cat <<'GREETING'
-ROS is ready. This is the workspace $ws; put your own packages into its src folder.
+ROS is ready, in every folder. Here run is the same as ./run: run doctor says what is wrong, run help lists the rest.
 Open three terminals, type ./run shell in each, and then type:
   1: roscore    2: rosrun turtlesim turtlesim_node    3: rosrun turtlesim turtle_teleop_key
 exit leaves this shell.
@@ -137,6 +135,8 @@ else
 fi
 END
   mkdir -p "$ws/bin"
+  printf '#!/bin/bash\n# Written by ./run: itself, with this workspace.\nTURTLE_ROBOTONT_WS=%q %s exec %q "$@"\n' \
+    "$ws" "${ros_dir:+TURTLE_ROBOTONT_ROS=$(printf %q "$ros_dir")}" "$repo/run" >"$ws/bin/run"
   cat >"$ws/bin/roscore" <<'END'
 #!/bin/bash
 # Written by ./run: ROS's roscore, at the port of ROS_MASTER_URI; by itself it takes 11311 whatever that says.
@@ -149,5 +149,5 @@ done < <(type -aP roscore)
 echo "roscore: ROS is not in the PATH; type ./run shell" >&2
 exit 127
 END
-  chmod +x "$ws/bin/roscore"
+  chmod +x "$ws/bin/run" "$ws/bin/roscore"
 }

@@ -1,11 +1,11 @@
 # Sourced by ./run: finds, installs, builds and locks the workspace.
-# Uses repo; sets ws (the workspace), ros_dir (a ROS 1 beside Debian's, or empty) and log.
+# Uses repo and typed (the command); sets ws (the workspace), ros_dir (a ROS 1 beside Debian's, or empty) and log.
 # shellcheck shell=bash
-: "${repo:?}"
+: "${repo:?}" "${typed=}"
 
 debian_packages=(bash-completion bubblewrap g++ make cmake python3-cairo python3-cbor2 python3-psutil python3-tk python3-tornado python3-venv)
 debian_ros_packages=(
-  catkin ros-environment rosbash python3-rospy python3-roslaunch python3-rostest librostest-dev
+  catkin catkin-tools ros-environment rosbash python3-rospy python3-roslaunch python3-rostest librostest-dev
   python3-rosservice python3-rostopic python3-rosmsg python3-rosnode python3-rosparam python3-roswtf
   libroscpp-dev ros-message-generation ros-message-runtime
   ros-std-msgs libstd-msgs-dev python3-std-msgs ros-std-srvs libstd-srvs-dev python3-std-srvs
@@ -36,23 +36,48 @@ default_parent=${HOME:-}/.cache/turtle_robotont
 say() { printf '%s\n' "$@" >&2; }
 die() { say "" "./run: $1" "${@:2}"; exit 1; }
 
-# step NUMBER TEXT COMMAND...: shows one line of progress, keeps the command's output for the log.
+# step NUMBER TEXT COMMAND...: shows how far it is, keeps the command's output for the log.
 step() {
-  local number=$1 text=$2 start=$SECONDS
-  printf '[%s/3] %s ... ' "$number" "$text" >&2
+  local number=$1 text=$2 start=$SECONDS code=0 interrupted='' ticker
   printf '\n==== %s: %s\n' "$(date '+%F %T')" "$text" >>"$log"
-  if LC_ALL=C.UTF-8 "${@:3}" >>"$log" 2>&1 9>&-; then
-    say "done in $((SECONDS - start)) s"
+  say "[$number/3] $text ..."
+  show_progress "$number" 9>&- &
+  ticker=$!
+  trap 'interrupted=yes' INT
+  (
+    trap 'exit 130' INT
+    export LC_ALL=C.UTF-8
+    "${@:3}"
+  ) >>"$log" 2>&1 9>&- || code=$?
+  trap - INT
+  kill "$ticker" 2>/dev/null || true
+  wait "$ticker" 2>/dev/null || true
+  [ ! -t 2 ] || printf '\r\033[K' >&2
+  if [ -n "$interrupted" ]; then
+    say "[$number/3] interrupted after $((SECONDS - start)) s. Type ./run build to continue where it stopped."
+    exit 130
+  elif [ "$code" = 0 ]; then
+    say "[$number/3] done in $((SECONDS - start)) s"
   else
-    say "FAILED after $((SECONDS - start)) s"
+    say "[$number/3] FAILED after $((SECONDS - start)) s"
     explain_failure "$text"
   fi
+}
+
+# show_progress NUMBER: the time so far and the last line of the log; on a terminal in one line, else one now and then.
+show_progress() {
+  local start=$SECONDS period=30 before='' after='\n' pipe
+  [ ! -t 2 ] || period=1 before='\r' after='\033[K'
+  exec {pipe}<> <(:)
+  while ! read -rt "$period" -u "$pipe"; do  # no sleep, which would outlive this
+    printf "$before[%s/3] %3d s  %.60s$after" "$1" $((SECONDS - start)) "$(tail -n 1 "$log")" >&2
+  done
 }
 
 disk_is_full() { df --output=avail -k "$ws" / /tmp | awk 'NR > 1 && $1 < 20000 { full = 1 } END { exit !full }'; }
 
 explain_failure() {
-  local reason="see the lines above" hint="Type ./run build to try again: it continues where it stopped." part
+  local reason="see the lines above" hint="Type ./run build to try again: it continues where it stopped. To begin anew, type ./run clean before." part
   local -a lacking
   part=$(tac "$log" | sed '/^==== /q')
   log_has() { grep -qiE "$1" <<<"$part"; }
@@ -181,17 +206,33 @@ remove_stale_links() { find "$1" -maxdepth 1 -type l \( -name CMakeLists.txt -o 
 
 # own_packages SRC: the names in a src folder that ./run did not link, and those of packages deeper in it.
 own_packages() {
-  find "$1" -path "$repo" -prune -o -mindepth 3 -name package.xml -printf '%h\n' | sed 's#.*/##'
+  find "$1" -mindepth 3 -name package.xml ! -path "$repo/*" -printf '%h\n' | sed 's#.*/##'
   find "$1" -mindepth 1 -maxdepth 1 ! -path "$repo" ! -lname "$repo" ! -lname "$repo/*/*" ! -name CMakeLists.txt ! -xtype l -printf '%f\n'
 }
 
 # lock MODE: -s to use the workspace, -x to change it; held until the script and the program it became end.
+# A file .users/PROCESS says which command it is.
 lock() {
   while :; do
     exec 9>>"$ws/.lock"
-    flock -n "$1" 9 || { say "waiting for another ./run of this checkout to finish ..."; flock "$1" 9; }
+    flock -n "$1" 9 || { say "Waiting until another terminal is done:" "$(lock_holders)"; flock "$1" 9; }
     if [ ! -e /proc/self/fd/9 ] || [ "$ws/.lock" -ef /proc/self/fd/9 ]; then break; fi
     open_workspace
+  done
+  mkdir -p "$ws/.users"
+  echo "$typed" >"$ws/.users/$$"
+}
+
+# lock_holders: the commands that use or change the workspace, and since when.
+lock_holders() {
+  local file process
+  for file in "$ws"/.users/*; do
+    process=${file##*/}
+    if [ ! "/proc/$process/fd/9" -ef "$ws/.lock" ]; then
+      rm -f "$file"
+    elif [ "$process" != $$ ]; then
+      echo "  $(cat "$file"), which has run for $(ps -o etimes= -p "$process" | tr -d ' ') s (process $process)"
+    fi
   done
 }
 
@@ -298,9 +339,9 @@ make_venv() {
 our_packages() {
   local dir pkg own=""
   [ ! -d "$1" ] || own=$'\n'$(own_packages "$1" || true)$'\n'
-  echo "turtle_robotont $repo"
-  for dir in "$repo"/*/*; do
+  for dir in "$repo" "$repo"/*/*; do
     pkg=${dir##*/}
+    [ "$dir" != "$repo" ] || pkg=turtle_robotont
     if [ ! -f "$dir/package.xml" ]; then
       continue
     elif [ -f "${ros_dir:-/usr}/share/$pkg/package.xml" ]; then
@@ -314,7 +355,7 @@ our_packages() {
 }
 
 # Everything that the build depends on, one `hash  name` a line.
-build_stamp() {
+build_stamp() (
   echo "ros  ros=$ros_dir"
   echo "workspace  workspace=$ws"
   our_packages "$ws/src" 2>/dev/null | sed 's/^/package  /'
@@ -324,7 +365,7 @@ build_stamp() {
     -o -path './tools/*.bash' \) -print0 | LC_ALL=C sort -z | xargs -0 sha256sum
   find . -name '.?*' -prune -o -name __pycache__ -prune -o -type f \( -path '*/scripts/*' -o -path '*/launch/*' \
     -o -name '*.test' \) -print | LC_ALL=C sort | sed 's/^/file  /'
-}
+)
 
 # link_packages SRC: links this repository's packages into a src folder, in place of earlier links of ./run.
 link_packages() {
@@ -352,14 +393,19 @@ source_folder() {
   echo "$folder"
 }
 
+# build_workspace: also continues what was interrupted, so that open shells stay usable; what is gone from the repository
+# leaves the build alone.
 build_workspace() {
-  local gone=interrupted
-  if [ -f "$ws/.built" ] && [ -f "$ws/devel/setup.bash" ]; then
-    gone=$(comm -23 <(sed 's/^[^ ]*  //' "$ws/.built" | sort) <(build_stamp | sed 's/^[^ ]*  //' | sort))
+  local name before=$ws/.built
+  [ -f "$before" ] || before=$ws/.unfinished
+  touch "$ws/.unfinished"
+  if grep -qxF "ros  ros=$ros_dir" "$before" && grep -qxF "workspace  workspace=$ws" "$before"; then
+    gone_packages "$before" | while read -r name; do forget_products "$name"; done
+  else
+    rm -rf "$ws/build" "$ws/devel"
   fi
   rm -f "$ws/.built"
-  [ -z "$gone" ] || rm -rf "$ws/build" "$ws/devel"
-  build_stamp >"$ws/.building"
+  build_stamp >"$ws/.unfinished"
   remove_stale_links "$ws/src"
   link_packages "$ws/src"
   write_shell_files
@@ -370,7 +416,21 @@ build_workspace() {
     # Debian testing's CMake 4 refuses what catkin asks for, CMake 3.0.
     export CMAKE_POLICY_VERSION_MINIMUM=3.5
     catkin_make -C "$ws" --force-cmake -j"$(nproc)" -D{PYTHON,Python}_EXECUTABLE="$ws/venv/bin/python3"
-  ) && mv "$ws/.building" "$ws/.built"
+  ) && mv "$ws/.unfinished" "$ws/.built"
+}
+
+# gone_packages STAMP: those packages of which a file, or which themselves, were there at that build_stamp and are no more.
+gone_packages() {
+  comm -23 <(sed 's/^[^ ]*  //' "$1" | sort) <(build_stamp | sed 's/^[^ ]*  //' | sort) |
+    sed -nE 's#^(\./[^/]+/([^/]+)/.*|([^ ]+) /.*)$#\2\3#p; t; s#^\./.*#turtle_robotont#p' | sort -u
+}
+
+# forget_products PACKAGE: what the build of a package has made.
+forget_products() {
+  local name=$1 devel=$ws/devel
+  rm -rf "$ws/build/$name" "$devel"/{lib,include,share,lib/python3/dist-packages}/"$name" \
+    "$devel"/share/{common-lisp,gennodejs,roseus}/ros/"$name" "$devel/lib/pkgconfig/$name.pc" "$devel/lib/lib$name"[._]*
+  { grep -lF "/$name/" "$devel"/bin/* "$devel"/etc/catkin/profile.d/* 2>/dev/null || true; } | xargs -r rm -f
 }
 
 has_venv() {

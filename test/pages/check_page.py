@@ -2,8 +2,8 @@
 
 usage: check_page.py PAGE FOLDER     such as docs/course.md; FOLDER takes what the terminals showed
 
-Terminals are shells behind pseudo-terminals, opened as the page says: in the repository's folder, or by ./run shell;
-the home folder is empty. Everything runs in a network namespace of its own, so that `roscore` finds its port free;
+Terminals are shells behind pseudo-terminals, opened as the page says: in the repository's folder, or by ./run shell in
+the home folder, which is empty and where they stay. Everything runs in a network namespace of its own, so that `roscore` finds its port free;
 where none is allowed, no roscore of this workspace may run. Commands in LEFT_OUT are not typed. page.py tells how a
 page is written. Exit code 0 when all is as the page says, else a text says which line is not.
 """
@@ -68,9 +68,11 @@ class Reader:
     def _terminal(self, number):
         """Return the terminal with a number, opened if it is a new one."""
         if number not in self.terminals:
-            self.terminals[number] = terminal = Terminal(REPOSITORY, self._environment)
-            if number != page.REPOSITORY_TERMINAL:
-                terminal.type('./run shell', SILENCE)
+            of_repository = number == page.REPOSITORY_TERMINAL
+            self.terminals[number] = terminal = Terminal(REPOSITORY if of_repository else self._environment['HOME'],
+                                                         self._environment)
+            if not of_repository:
+                terminal.type(f'{REPOSITORY}/run shell', SILENCE)
                 terminal.wait_free(SILENCE)
         return self.terminals[number]
 

@@ -26,5 +26,20 @@ def test_help_needs_no_installation(tmp_path, command, arguments):
     assert os.listdir(tmp_path) == []
 
 
+@pytest.mark.parametrize('arguments, said', [
+    (['link'], 'usage: ./run link FOLDER\n  links all packages into the catkin workspace FOLDER'),
+    (['link', 'a', 'b'], 'usage: ./run link FOLDER\n'), (['build', '--rvizz'], 'usage: ./run build [--rviz]\n'),
+    (['shell', '-c'], 'usage: ./run shell [-c COMMAND]\n'), (['shell', 'ls'], 'usage: ./run shell [-c COMMAND]\n'),
+    (['demmo'], "there is no command 'demmo'. Did you mean ./run demo? The commands are:\n  demo "),
+    (['zzzz'], "there is no command 'zzzz'. The commands are:\n  demo "),
+])
+def test_wrong_usage_gets_the_usage_of_the_command(tmp_path, arguments, said):
+    environment = {'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path), 'LANG': 'C.UTF-8'}
+    done = subprocess.run([REPOSITORY / 'run', *arguments], env=environment, stdin=subprocess.DEVNULL, text=True,
+                          capture_output=True, check=False, cwd=tmp_path)
+    assert done.returncode == 2 and said in done.stderr
+    assert os.listdir(tmp_path) == []
+
+
 def test_the_commands_were_found():
     assert {'demo', 'grade', 'shell'} < set(COMMANDS)

@@ -1,6 +1,8 @@
 """./run link: what is linked into a catkin workspace of the user's own, what is left out, and what is refused."""
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import venv
 
@@ -35,8 +37,10 @@ def test_every_package_is_linked_once_however_often(src, inner):
     assert links_of(src) == {**PACKAGES, 'turtle_robotont': REPOSITORY}
     assert f'turtlesim {PACKAGES["turtlesim"]}' in said
     assert said.endswith(f'Build it: cd {src.parent} && catkin_make\n')
-    assert ('sudo apt-get install' in said) == bool(subprocess.run(['/usr/bin/python3', '-c', 'import cv2'],
-                                                                   capture_output=True, check=False).returncode)
+    lacks_opencv = bool(subprocess.run(['/usr/bin/python3', '-c', 'import cv2'], capture_output=True,
+                                       check=False).returncode)
+    line = re.search(r'\n  sudo apt-get install --no-install-recommends (.*)\n', said)
+    assert bool(line and 'python3-opencv' in line[1].split()) == lacks_opencv
 
 
 @pytest.mark.parametrize('place', ['turtlesim', 'ros_tutorials/turtlesim'])
@@ -60,6 +64,36 @@ def test_links_of_the_users_own_stay(src, tmp_path):
 def test_other_folders_are_refused(tmp_path, folder, said):
     code, text = link(folder.format(tmp=tmp_path))
     assert code == 1 and said.format(tmp=tmp_path) in text
+
+
+@pytest.fixture
+def clone(src, request):
+    """Return a clone of what ./run link needs, in a catkin workspace itself."""
+    folder = src / request.param
+    shutil.copytree(REPOSITORY / 'tools', folder / 'tools')
+    for path in (REPOSITORY / 'run', REPOSITORY / 'package.xml', *REPOSITORY.glob('*/*/package.xml')):
+        copied = folder / path.relative_to(REPOSITORY)
+        copied.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, copied)
+    return folder
+
+
+@pytest.mark.parametrize('clone', ['turtle_robotont', 'my_course', 'github/turtle_robotont'], indirect=True)
+def test_a_clone_in_the_workspace_itself_gets_all_other_packages_beside_it(src, clone):
+    for _ in range(2):
+        done = subprocess.run([clone / 'run', 'link', src.parent], capture_output=True, text=True, check=False)
+        assert done.returncode == 0 and 'Left out' not in done.stderr, done.stderr
+        assert links_of(src) == {name: clone / path.relative_to(REPOSITORY) for name, path in PACKAGES.items()}
+        assert links_of(clone) == {}
+    assert f'turtle_robotont {clone}\n' in done.stderr
+
+
+def test_another_clone_in_the_workspace_stays_as_it_is(src):
+    (src / 'turtle_robotont').mkdir()
+    (src / 'turtle_robotont' / 'package.xml').write_text('<package><name>turtle_robotont</name></package>')
+    code, said = link(src.parent)
+    assert code == 0 and 'turtle_robotont is your own package' in said
+    assert links_of(src / 'turtle_robotont') == {} and set(links_of(src)) == set(PACKAGES)
 
 
 def test_a_workspace_inside_the_repository_is_refused():

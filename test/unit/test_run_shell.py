@@ -17,29 +17,45 @@ def workspace(tmp_path):
     return folder
 
 
-def shell(workspace, bashrc, typed, **environment):
+def shell(workspace, bashrc, typed, folder=None, **environment):
     """Return (what the shell prints, its errors) for a user with this ~/.bashrc who types a line."""
     (workspace.parent / '.bashrc').write_text(bashrc)
     environment = {'PATH': '/usr/bin:/bin', 'HOME': str(workspace.parent), 'LANG': 'C.UTF-8', **environment}
     done = subprocess.run(['bash', '--rcfile', workspace / 'shell.bash', '-i'], input=typed, text=True,
-                          capture_output=True, env=environment, check=False)
+                          capture_output=True, env=environment, cwd=folder or workspace.parent, check=False)
     return done.stdout, done.stderr
 
 
 @pytest.mark.parametrize('bashrc, said', [
     ('', ''), ('return', ''), ('exec 3>&1\nunset undefined\n', ''), ('set -e\nfalse\nset -u\n', ''),
     ('exec zsh -l\n', 'Left out of your ~/.bashrc: exec zsh -l.'), ('exit 3\n', 'Left out of your ~/.bashrc: exit.'),
-    ('[ -t 99 ] || exec /bin/false\n', 'exec /bin/false'),
+    ('[ -t 99 ] || exec /bin/false\n', 'exec /bin/false'), ('cd /\n', ''),
 ])
-def test_the_shell_goes_on_and_is_in_the_workspace(workspace, bashrc, said):
+def test_the_shell_goes_on_in_the_folder_where_it_was_typed(workspace, bashrc, said):
     typed = 'false; echo "in $PWD, $ROS_HOSTNAME"; exec echo "it was $BASH_VERSION"\n'
     printed, errors = shell(workspace, bashrc, typed)
-    assert 'ROS is ready' in printed and f'in {workspace}, localhost' in printed and 'it was 5' in printed
+    assert 'ROS is ready' in printed and f'in {workspace.parent}, localhost' in printed and 'it was 5' in printed
     assert said in errors and ('Left out' in errors) is bool(said)
 
 
 def test_what_a_bashrc_sets_stays(workspace):
     assert 'mine: 5\n' in shell(workspace, 'export MINE=5\nalias mine="echo mine:"\nset -e\n', 'mine $MINE\n')[0]
+
+
+@pytest.mark.parametrize('typed', ['run help', './run help', 'bash -c "run help"', 'bash -c ". $1/env.bash; ./run help"'])
+def test_run_works_in_every_folder_and_is_that_of_the_checkout(workspace, tmp_path, typed):
+    printed, errors = shell(workspace, '', typed.replace('$1', str(workspace)) + '\n', folder=tmp_path)
+    assert 'usage: ./run COMMAND' in printed, errors
+
+
+def test_a_run_of_the_folder_itself_comes_first(workspace, tmp_path):
+    (tmp_path / 'run').write_text('#!/bin/sh\necho "it is mine: $*"\n')
+    (tmp_path / 'run').chmod(0o755)
+    assert 'it is mine: help' in shell(workspace, '', './run help\n', folder=tmp_path)[0]
+
+
+def test_no_library_is_preloaded_in_a_shell(workspace):
+    assert '[]' in shell(workspace, '', 'echo "[$LD_PRELOAD]"\n')[0]
 
 
 def port(workspace, user, before=''):

@@ -18,13 +18,14 @@ from course_grader import usage
 from course_grader.classes import grade_all, grade_merge
 from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
-from course_grader.isolation import isolate, levels
+from course_grader.isolation import isolate, levels, sourced, view
 from course_grader.rules import exercise, new_exercise, reference
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor
 from kinematic_core.files import create_whole, write_whole
 from process_support import processes
 
+REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]
 GTEST_OUTPUT = '--gtest_output=xml:'
 
 
@@ -51,13 +52,15 @@ def _main(arguments):
         chosen = load(_find(options.exercise))
         if form not in systems.READ_SCORES:  # else the student has not handed it in
             usage.check_program(arguments[:_cut(arguments)], options.command)
+            _check_package(arguments[:_cut(arguments)], options)
     except (exercise.ExerciseError, systems.FormatError, usage.UsageError, OSError) as error:
         say(f'./run grade: {harmless.plain(str(error))}', sys.stderr)
         return exit_codes.USAGE
     seed = random.SystemRandom().randrange(1, 10_000) if options.seed is None else options.seed
     folder = os.path.abspath(options.output or os.path.join('output', 'grades', chosen.name))
     processes.make_interruptible()
-    job = Job(chosen, tuple(options.command), os.getcwd(), folder, seed, options.packages, options.real_time)
+    job = Job(chosen, tuple(options.command), os.getcwd(), folder, seed, options.packages, options.real_time,
+              sourced=_sourced(os.environ))
     try:
         with Supervisor() as supervisor:
             isolation, warning = isolate.choose(options)
@@ -104,6 +107,32 @@ def load(path):
     return loaded
 
 
+def _sourced(environment):
+    """Return what is Sourced in the terminal besides ROS and this repository."""
+    entries = sourced.folders_in(environment, sourced.PACKAGE_PATH, 'ROS_PACKAGE_PATH')
+    prefixes = sourced.folders_in(environment, sourced.PREFIX_PATH, 'CMAKE_PREFIX_PATH')
+    others = [*view.SYSTEM, REPOSITORY]
+    known = rospkg.RosPack(sourced.outside(entries, others))
+    packages = [(name, known.get_path(name)) for name in sorted(known.list())]
+    return sourced.Sourced(tuple((name, folder) for name, folder in packages if sourced.outside([folder], others)),
+                           tuple(sourced.outside(prefixes, view.SYSTEM)))
+
+
+def _check_package(arguments, options):
+    """Raise UsageError where rosrun or roslaunch would not find the package of a command."""
+    program, *words = options.command
+    words = [word for word in words if not word.startswith('-')]
+    if program not in ('rosrun', 'roslaunch') or not words or os.path.isfile(words[0]) or options.packages:
+        return
+    known = [*rospkg.RosPack().list(), *(name for name, _ in _sourced(os.environ).packages)]
+    if words[0] not in known:
+        close = difflib.get_close_matches(words[0], known, 1)
+        raise usage.UsageError(
+            f'there is no package {words[0]} in the workspaces of this terminal.'
+            + (f' Did you mean {close[0]}?' if close else '') + ' Type this, with the folder of your workspace:\n'
+            f'  source ~/ros_ws/devel/setup.bash\n  {usage.line(arguments, options.command)}')
+
+
 def _find(name):
     """Return the path of an exercise, given by name or as a file."""
     known = exercises()
@@ -134,8 +163,8 @@ def _parse(arguments):
                         help='repeats the start and the stimuli of an earlier grading; default: random')
     parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
     parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
-                        help="where roslaunch and rosrun also look for packages; default: the package that holds the "
-                        "program's file")
+                        help='where roslaunch and rosrun also look for packages; default: the workspaces that are sourced '
+                        "in this terminal, and the package that holds the program's file")
     parser.add_argument('--format', choices=systems.FORMATS, metavar='FORMAT',
                         help='print and write what a system reads: ' + ', '.join(systems.FORMATS) + '; default: text, '
                         'or that of Classroom 50, Gradescope or VPL where one of them runs the grader')

@@ -33,6 +33,7 @@ from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import levels, network, sandbox, student_files, view
 from course_grader.isolation.limits import CPU_ALLOWANCE
+from course_grader.isolation.sourced import Sourced
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
 from course_grader.supervision import policy
@@ -82,10 +83,11 @@ def run(job):
     try:
         command, remarks = sandbox.runnable(job.command)
         packages = job.packages or _package(command)
-        if packages:
-            student_files.check_packages(packages)
-        job = job._replace(isolation=_isolation(job, command, packages))
-        _set_environment(policy.environment(os.environ, packages))
+        sourced = job.sourced if not job.packages and job.sourced.concern(command) else Sourced()
+        for folder in sourced.folders() or filter(None, [packages]):
+            student_files.check_packages(folder)
+        job = job._replace(isolation=_isolation(job, command, packages, sourced))
+        _set_environment(sourced.environment(policy.environment(os.environ, packages)))
         chosen = policy_of(command, job.real_time)
         command = static_analysis.resolved(command)
     except (sandbox.CommandError, student_files.NoFile) as error:
@@ -114,12 +116,13 @@ def _package(command):
     return None if package and view.below(REPOSITORY, [os.path.realpath(package)]) else package
 
 
-def _isolation(job, command, packages):
+def _isolation(job, command, packages, sourced):
     """Return the Isolation of a Job with the program's own files; raise CommandError when it names another's."""
     limits = job.isolation.limits
     if not limits.cpu:
         limits = limits._replace(cpu=math.ceil(job.exercise.time + CPU_ALLOWANCE))
-    own = job.isolation.own or view.own_files(command, packages, view.never_shown(REPOSITORY))
+    own = job.isolation.own or [*sourced.folders(), *sourced.built()] or view.own_files(
+        command, packages, view.never_shown(REPOSITORY))
     escaped = view.escaping(command, own)
     if escaped:
         raise sandbox.CommandError(f'{escaped} is a link to a file of somebody else: hand in the file itself')

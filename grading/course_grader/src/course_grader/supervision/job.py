@@ -2,6 +2,7 @@
 from typing import NamedTuple, Optional, Tuple
 
 from course_grader.isolation.confinement import Isolation
+from course_grader.isolation.sourced import Sourced
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
@@ -15,7 +16,7 @@ class Job(NamedTuple):
     ``command`` was typed in ``folder``; ``output`` takes all files; ``packages``: folder with the program's packages,
     by default that of the package in which its file lies; ``real_time``: at the speed of the wall clock, whatever the
     program does; ``mark``: the value by which all processes of the grading are found;
-    ``isolation``: what the program may see and use.
+    ``isolation``: what the program may see and use; ``sourced``: what else rosrun finds.
     """
 
     exercise: Exercise
@@ -27,6 +28,7 @@ class Job(NamedTuple):
     real_time: bool = False
     mark: str = ''
     isolation: Isolation = Isolation()
+    sourced: Sourced = Sourced()
 
 
 class Attempted(NamedTuple):

@@ -1,0 +1,137 @@
+"""The workspace of ./run: what a rebuild keeps, who is waited for, and what the steps show."""
+import os
+import pathlib
+import signal
+import subprocess
+import time
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = '. "$0/tools/environment.bash"; . "$0/tools/workspace.bash"; '
+DEADLINE = 30.0  # [s] for what takes less than one
+
+
+@pytest.fixture
+def small(tmp_path):
+    """Return (run(script), folder): bash with the functions of ./run, for a repository of two packages.
+
+    catkin_make is one that writes what it would build; /opt/ros is a folder of the test.
+    """
+    repository, ros, programs = tmp_path / 'repository', tmp_path / 'ros', tmp_path / 'bin'
+    for package in ('', 'vision/cv_bridge', 'vision/alvar'):
+        (repository / package).mkdir(parents=True, exist_ok=True)
+        (repository / package / 'package.xml').write_text('<package/>')
+    (repository / 'vision' / 'alvar' / 'scripts').mkdir()
+    (repository / 'vision' / 'alvar' / 'scripts' / 'node').write_text('')
+    for folder in (ros / 'share', tmp_path / 'ws' / 'src', programs):
+        folder.mkdir(parents=True)
+    (ros / 'setup.bash').write_text(f'PATH={programs}:$PATH\n')
+    (programs / 'catkin_make').write_text('''#!/bin/bash
+[ ! -e "$2/../broken" ] || exit 1
+for package in "$2"/src/*; do
+  mkdir -p "$2/build/${package##*/}" "$2/devel/lib/python3/dist-packages/${package##*/}"
+done
+touch "$2/devel/setup.bash"
+''')
+    (programs / 'catkin_make').chmod(0o755)
+
+    def run(script):
+        script = f'{SOURCE} repo={repository} ws={tmp_path}/ws ros_dir={ros} log=/dev/null; {script}'
+        return subprocess.run(['bash', '-euc', script, REPOSITORY], capture_output=True, text=True, check=False,
+                              env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)})
+    return run, tmp_path
+
+
+def built(folder):
+    return sorted(os.listdir(folder / 'ws' / 'devel' / 'lib' / 'python3' / 'dist-packages'))
+
+
+def test_a_package_that_ros_gets_later_leaves_the_build_of_the_others_alone(small):
+    run, folder = small
+    assert run('build_workspace; is_built').returncode == 0
+    assert built(folder) == ['alvar', 'cv_bridge', 'turtle_robotont']
+    kept = folder / 'ws' / 'build' / 'alvar' / 'compiled'
+    kept.write_text('')
+    (folder / 'ros' / 'share' / 'cv_bridge').mkdir()
+    (folder / 'ros' / 'share' / 'cv_bridge' / 'package.xml').write_text('<package/>')
+    assert run('is_built').returncode == 1
+    assert run('build_workspace; is_built').returncode == 0
+    assert built(folder) == ['alvar', 'turtle_robotont'] and kept.exists()
+    assert not (folder / 'ws' / 'src' / 'cv_bridge').exists() and not (folder / 'ws' / 'build' / 'cv_bridge').exists()
+    (folder / 'ros' / 'share' / 'cv_bridge' / 'package.xml').unlink()
+    assert run('build_workspace; is_built').returncode == 0
+    assert built(folder) == ['alvar', 'cv_bridge', 'turtle_robotont'] and kept.exists()
+
+
+def test_a_script_that_is_gone_takes_only_its_package_along(small):
+    run, folder = small
+    run('build_workspace')
+    others = [folder / 'ws' / 'build' / name / 'compiled' for name in ('alvar', 'cv_bridge', 'turtle_robotont')]
+    for path in others:
+        path.write_text('')
+    (folder / 'repository' / 'vision' / 'alvar' / 'scripts' / 'node').unlink()
+    assert run('build_workspace; is_built').returncode == 0
+    assert [path.exists() for path in others] == [False, True, True]
+
+
+@pytest.mark.parametrize('change, kept', [('', True), ('ros_dir=$ros_dir/../ros;', False)])
+def test_a_build_that_failed_continues_where_it_stopped(small, change, kept):
+    run, folder = small
+    (folder / 'broken').write_text('')
+    half = folder / 'ws' / 'build' / 'alvar'
+    assert run('build_workspace').returncode != 0
+    half.mkdir(parents=True)
+    assert run('is_built').returncode == 1
+    (folder / 'broken').unlink()
+    assert run(f'{change} find() {{ command find "$@"; }}; build_workspace; is_built').returncode == 0
+    assert built(folder) == ['alvar', 'cv_bridge', 'turtle_robotont']
+
+
+def until(condition):
+    end = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_who_waits_is_told_for_whom(tmp_path):
+    lock = f'{SOURCE} repo=$0 ws={tmp_path} typed=$1; lock "$2"; echo locked; '
+    environment = {'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}
+    with subprocess.Popen(['bash', '-euc', lock + 'exec cat', REPOSITORY, './run demo maze', '-s'], env=environment,
+                          stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as demo:
+        assert demo.stdout.readline() == 'locked\n'
+        shared = subprocess.run(['bash', '-euc', lock, REPOSITORY, './run shell', '-s'], env=environment, text=True,
+                                capture_output=True, check=True)
+        assert (shared.stdout, shared.stderr) == ('locked\n', '')
+        with subprocess.Popen(['bash', '-euc', lock, REPOSITORY, './run build', '-x'], env=environment, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE) as build:
+            assert build.stderr.readline() == 'Waiting until another terminal is done:\n'
+            said = build.stderr.readline()
+            assert said.startswith('  ./run demo maze, which has run for ') and said.endswith(f'(process {demo.pid})\n')
+            demo.stdin.close()
+            assert build.stdout.readline() == 'locked\n'
+            assert build.wait() == 0
+
+
+STEP = f'{SOURCE} repo=$0 ws=$1 log=$1/run.log; step 3 "Building the workspace" '
+
+
+def test_a_step_that_is_interrupted_has_not_failed(tmp_path):
+    with subprocess.Popen(['bash', '-euc', STEP + r'bash -c "trap \"exit 1\" INT; echo works; while :; do read -t 1; done"',
+                           REPOSITORY, tmp_path], stderr=subprocess.PIPE, text=True, start_new_session=True,
+                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+                          env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}) as process:
+        until(lambda: (tmp_path / 'run.log').exists() and 'works' in (tmp_path / 'run.log').read_text())
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=DEADLINE)[1]
+    assert process.returncode == 130, said
+    assert 'interrupted after' in said and 'Type ./run build to continue' in said and 'FAILED' not in said
+
+
+@pytest.mark.parametrize('command, code, said', [
+    ('true', 0, '[3/3] Building the workspace ...\n[3/3] done in '), ('false', 1, '[3/3] FAILED after ')])
+def test_a_step_says_how_it_ended_and_leaves_nothing_running(tmp_path, command, code, said):
+    done = subprocess.run(['bash', '-euc', STEP + command, REPOSITORY, tmp_path], capture_output=True, text=True,
+                          env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}, timeout=DEADLINE, check=False)
+    assert done.returncode == code and said in done.stderr
