@@ -23,12 +23,12 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
+from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
+from course_demo.harness import DemoHarness
 from robotont_gazebo.core import overhead
 from rospy_support import images
 from rospy_support.ports import free_port
 from rostest_support.browser import Browser
-from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
-from course_demo.harness import DemoHarness
 from turtle_robotont.driver import pose_of
 
 IMAGES = pathlib.Path(__file__).resolve().parents[1] / 'docs' / 'images'

@@ -174,8 +174,8 @@ class FollowTest(RobotCase):
         """A robot that obeys: it ends at the distance, facing the marker, and never nearer."""
         robot = self.robot(places={4: (2.0, 0.8)})
         self.start(NODE, '_mode:=follow', '_marker_id:=4', '_distance:=0.6', '_log_rate:=0.1')
-        until(lambda: robot.track and robot.track[-1][0] > 0.5 and math.dist(robot.track[-REST], robot.track[-1]) < STILL,
-              'a robot that came near and stands')
+        until(lambda: robot.track and robot.track[-1][0] > 0.5
+              and math.dist(robot.track[-REST], robot.track[-1]) < STILL, 'a robot that came near and stands')
         distances = [math.hypot(2.0 - x, 0.8 - y) for x, y, _ in robot.track]
         self.assertAlmostEqual(0.6, distances[-1], delta=0.03)
         self.assertGreater(min(distances), 0.55)
