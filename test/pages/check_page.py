@@ -3,9 +3,10 @@
 usage: check_page.py PAGE FOLDER     such as docs/course.md; FOLDER takes what the terminals showed
 
 Terminals are shells behind pseudo-terminals, opened as the page says: in the repository's folder, or by ./run shell in
-the home folder, which is empty and where they stay. Everything runs in a network namespace of its own, so that `roscore` finds its port free;
-where none is allowed, no roscore of this workspace may run. Commands in LEFT_OUT are not typed. page.py tells how a
-page is written. Exit code 0 when all is as the page says, else a text says which line is not.
+the home folder, which is empty and where they stay. Everything runs in a network namespace of its own, so that
+`roscore` finds its port free; where none is allowed, no roscore of this workspace may run. Commands in LEFT_OUT are
+not typed. page.py tells how a page is written. Exit
+code 0 when all is as the page says, else a text says which line is not.
 """
 import os
 import re

@@ -118,8 +118,9 @@ STEP = f'{SOURCE} repo=$0 ws=$1 log=$1/run.log; step 3 "Building the workspace" 
 
 
 def test_a_step_that_is_interrupted_has_not_failed(tmp_path):
-    with subprocess.Popen(['bash', '-euc', STEP + r'bash -c "trap \"exit 1\" INT; echo works; while :; do read -t 1; done"',
-                           REPOSITORY, tmp_path], stderr=subprocess.PIPE, text=True, start_new_session=True,
+    stubborn = r'bash -c "trap \"exit 1\" INT; echo works; while :; do read -t 1; done"'
+    with subprocess.Popen(['bash', '-euc', STEP + stubborn, REPOSITORY, tmp_path], stderr=subprocess.PIPE, text=True,
+                          start_new_session=True,
                           preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
                           env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}) as process:
         until(lambda: (tmp_path / 'run.log').exists() and 'works' in (tmp_path / 'run.log').read_text())

@@ -42,7 +42,8 @@ def test_what_a_bashrc_sets_stays(workspace):
     assert 'mine: 5\n' in shell(workspace, 'export MINE=5\nalias mine="echo mine:"\nset -e\n', 'mine $MINE\n')[0]
 
 
-@pytest.mark.parametrize('typed', ['run help', './run help', 'bash -c "run help"', 'bash -c ". $1/env.bash; ./run help"'])
+@pytest.mark.parametrize('typed', ['run help', './run help', 'bash -c "run help"',
+                                   'bash -c ". $1/env.bash; ./run help"'])
 def test_run_works_in_every_folder_and_is_that_of_the_checkout(workspace, tmp_path, typed):
     printed, errors = shell(workspace, '', typed.replace('$1', str(workspace)) + '\n', folder=tmp_path)
     assert 'usage: ./run COMMAND' in printed, errors

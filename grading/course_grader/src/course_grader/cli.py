@@ -163,8 +163,8 @@ def _parse(arguments):
                         help='repeats the start and the stimuli of an earlier grading; default: random')
     parser.add_argument('--real-time', action='store_true', help='grade at the speed of the wall clock')
     parser.add_argument('--packages', metavar='FOLDER', type=os.path.abspath,
-                        help='where roslaunch and rosrun also look for packages; default: the workspaces that are sourced '
-                        "in this terminal, and the package that holds the program's file")
+                        help='where roslaunch and rosrun also look for packages; default: the workspaces that are '
+                        "sourced in this terminal, and the package that holds the program's file")
     parser.add_argument('--format', choices=systems.FORMATS, metavar='FORMAT',
                         help='print and write what a system reads: ' + ', '.join(systems.FORMATS) + '; default: text, '
                         'or that of Classroom 50, Gradescope or VPL where one of them runs the grader')

@@ -1,7 +1,7 @@
 """The packages of the catkin workspaces that are sourced where a grading was typed.
 
-A grading has an environment of its own. When its command belongs to one of these packages, it finds all of them there as
-in the terminal: their folders, and what catkin_make has made of them, such as messages and compiled programs.
+A grading has an environment of its own. When its command belongs to one of these packages, it finds all of them there
+as in the terminal: their folders, and what catkin_make has made of them, such as messages and compiled programs.
 """
 import glob
 import os
@@ -35,8 +35,8 @@ class Sourced(NamedTuple):
         """Return the paths of what was made of the packages."""
         made = [os.path.join(prefix, place, name) for prefix in self.prefixes for place in ('lib', MODULES)
                 for name, _ in self.packages]
-        shared = [path for prefix in self.prefixes
-                  for path in (os.path.join(prefix, '.catkin'), *sorted(glob.glob(os.path.join(prefix, 'lib', '*.so'))))]
+        shared = [path for prefix in self.prefixes for path in (
+            os.path.join(prefix, '.catkin'), *sorted(glob.glob(os.path.join(prefix, 'lib', '*.so'))))]
         return [path for path in (*shared, *made) if os.path.exists(path)]
 
     def environment(self, base: Mapping[str, str]) -> Dict[str, str]:
