@@ -4,7 +4,6 @@ import math
 import os
 import signal
 import subprocess
-import time
 
 import actionlib
 import roslib.packages
@@ -16,9 +15,8 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, String
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 
-from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, registered_names, run, until
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, run, until
 from rostest_support.course import CourseCase, stands
-from rostest_support.node_pages import REPOSITORY
 
 ARRIVED = 0.05  # [m] between the turtle that follows and the one that it follows
 MD5 = {  # of the originals, built from their sources
@@ -45,10 +43,6 @@ WRONG = (  # package, program, arguments, part of what it says
     ('depthimage_to_laserscan', 'depthimage_to_laserscan', '_range_min:=5', '_range_max:=1',
      'range_min is 5; it must be below range_max, which is 1 m'),
     ('robotont_driver', 'fake_driver_node', "_odom_frame:=''", "odom_frame is ''; it must be a text that is not empty"))
-LESSONS = ('lessons/rospy_tutorials/[0-9]*/[!.]*', 'lessons/actionlib_tutorials/scripts/*',
-           'lessons/turtle_*/scripts/*')  # programs that are nodes
-AT_ONCE = 8
-SETTLED = 0.5  # [s] in which a node registers nothing more
 Status = actionlib.GoalStatus
 
 
@@ -367,43 +361,6 @@ class TutorialsTest(CourseCase):
         self.assertEqual('Hello World', Collected('/foo/chatter', String).next().data)
         self.assertIn('found global_example parameter under key: /global_example', launch.output())
         self.assertFalse(rospy.has_param('/foo/to_delete'))
-
-    def await_all_registered(self, started):
-        """Wait until each node has registered something but its log, and none registers anything more.
-
-        ``started``: pairs of a name and a Process; a client may have its result and have ended.
-        """
-        seen, changed = [], time.monotonic()
-
-        def settled():
-            nonlocal seen, changed
-            now = [set().union(*registered_names(f'/{name}')) - {'/rosout'} or not process.runs()
-                   for name, process in started]
-            if now != seen:
-                seen, changed = now, time.monotonic()
-            return all(seen) and time.monotonic() - changed > SETTLED
-        until(settled, lambda: f'all registered: {seen}', 2.0 * DEADLINE)
-
-    def test_every_lesson_ends_at_ctrl_c(self):
-        """Once it has registered what it has: in time, with the exit code 0, and without a traceback."""
-        settings = {'global_example': 1, 'utterance': 'hello', 'gains': {'P': 1, 'I': 2, 'D': 3}}  # of param_talker.py
-        for name, value in settings.items():
-            rospy.set_param(f'/{name}', value)
-            self.addCleanup(rospy.delete_param, f'/{name}')
-        lessons = [path for pattern in LESSONS for path in sorted(REPOSITORY.glob(pattern))
-                   if 'init_node' in path.read_text(encoding='utf-8')]
-        self.assertGreater(len(lessons), 40)
-        for first in range(0, len(lessons), AT_ONCE):
-            started = []
-            for number, path in enumerate(lessons[first:first + AT_ONCE], first):
-                process = Process(str(path), f'__name:=lesson{number}', '_turtle:=turtle1', '_topic_name:=chatter')
-                self.addCleanup(process.stop)
-                started.append((f'lesson{number}', process))
-            self.await_all_registered(started)
-            for _, process in started:
-                process.process.send_signal(signal.SIGINT)
-            for _, process in started:
-                self.assertNotIn('Traceback', self.ended(process))
 
     def test_keyboard_drives(self):
         """Keys from a program: a velocity each, and zeros when it has gone; a wrong parameter is named."""
