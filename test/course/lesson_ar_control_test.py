@@ -13,6 +13,8 @@ class LessonArControl(LessonCase):
     def setUp(self):
         """Be the tracker."""
         super().setUp()
+        if rospy.has_param('ar_control'):
+            rospy.delete_param('ar_control')  # a node that was killed leaves its parameters
         self.publisher = rospy.Publisher('ar_pose_marker', AlvarMarkers, queue_size=10)
         self.addCleanup(self.publisher.unregister)
 

@@ -61,14 +61,13 @@ class LessonCase(unittest.TestCase):
         """Reset the simulator."""
         if not self.turtle:
             self.commands = self.record('cmd_vel', Twist)
-        else:
-            rospy.wait_for_service('reset', DEADLINE)
-            self.commands = self.record('turtle1/cmd_vel', Twist)
-            self.poses, self.colours = self.record('turtle1/pose', Pose), self.record('turtle1/color_sensor', Color)
-            rospy.ServiceProxy('reset', Empty)()
-            self.until(lambda: self.poses and abs(self.poses[-1].x - 5.544445) < 1e-3, 'a turtle in the middle')
-            self.poses.clear()
-            self.until(lambda: self.poses, 'a pose')
+            return
+        rospy.wait_for_service('reset', DEADLINE)
+        rospy.ServiceProxy('reset', Empty)()
+        # after the reset, because the original then makes the turtle anew, with its topics
+        self.commands = self.record('turtle1/cmd_vel', Twist)
+        self.poses, self.colours = self.record('turtle1/pose', Pose), self.record('turtle1/color_sensor', Color)
+        self.until(lambda: self.poses and abs(self.poses[-1].x - 5.544445) < 1e-3, 'a turtle in the middle')
 
     def record(self, topic, message_type):
         """Return a list that grows by each message of a topic."""
