@@ -4,20 +4,21 @@ sitecustomize.py beside this file says how it gets into all programs of a worksp
 have to be right with the original rospy, too.
 
 **Ctrl-C.** rospy shuts down inside its signal handler, and so in the main thread. If that thread is just executing
-publish() or loginfo(), it holds a lock that the shutdown needs: it waits for itself for ever, and the program can only
-be killed. Here the shutdown begins when the main thread leaves rospy, a moment later. If it stays in rospy for
-PATIENCE, say in the call of a service, it holds at most one lock, and another thread shuts down meanwhile. Otherwise all is as with the original: hooks
-of rospy.on_shutdown run once, in the main thread, which goes on after the shutdown. One thing is new: GRACE after the
-first Ctrl-C, another one raises KeyboardInterrupt, as in every Python program. rospy ignores it, so that a program
-that waits in input() or in a loop without rospy.is_shutdown() cannot be ended.
+publish() or loginfo(), it holds a lock that the shutdown needs: it waits for itself for ever, and only SIGKILL or
+SIGQUIT ends the program. Here the shutdown waits until the main thread leaves rospy, a moment later. If it stays there
+for PATIENCE, say in the call of a service, another thread shuts down meanwhile. All else is as with the original: the
+hooks of rospy.on_shutdown run once, normally in the main thread, which goes on after the shutdown. One thing is new:
+GRACE after the first Ctrl-C, another one raises KeyboardInterrupt, as in every Python program. rospy ignores it, so
+that a program in input() or in a loop without rospy.is_shutdown() cannot be ended.
 
 **Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
-only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Private parameters on the
-command line that cannot be sent to a master are refused before that.
+for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
+refuses private parameters of the command line that cannot be sent to a master.
 """
 import _thread
 import atexit
 import importlib.metadata
+import re
 import signal
 import sys
 import time
@@ -128,6 +129,8 @@ def _check_parameters(argv):
 def _wait_for_master():
     """Wait until the master answers or the node is shut down; say once what is missing."""
     uri, told = rosgraph.get_master_uri(), False
+    if not re.match(r'https?://\S', uri):
+        sys.exit(f'ROS_MASTER_URI is {uri!r}, but must look like http://localhost:11311')
     while not rospy.core.is_shutdown():
         try:
             with xmlrpc.client.ServerProxy(uri, _Transport()) as master:

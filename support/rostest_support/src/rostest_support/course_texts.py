@@ -61,8 +61,8 @@ def snippets(course, *beginnings):
 def endless():
     """Return {name: source} of the programs of all texts that run until they are ended.
 
-    The last one is put together of a page's pieces; its loop is said in words only: a Twist that goes forward, published
-    and printed once a second. The service is printed without the rospy.spin() that it needs.
+    The last one is put together of a page's pieces; its loop is said in words only: a Twist that goes forward,
+    published and printed once a second. The service is printed without the rospy.spin() that it needs.
     """
     (publisher, subscriber), (both, service) = programs(text(0)), programs(text(1))
     pieces = snippets(text(2), 'import Twist', 'import AlvarMarkers', 'def ar_message_handler', 'init_node',
