@@ -25,7 +25,8 @@ from trial import Scale
 from under_test import TROUBLE, tell
 
 SUITES = {  # minutes that the full form takes, about
-    'fuzz': 6.0, 'clients': 5.0, 'master': 6.0, 'storms': 3.0, 'system': 10.0, 'web': 3.0, 'soak': 60.0}
+    'fuzz': 6.0, 'clients': 5.0, 'master': 6.0, 'storms': 3.0, 'system': 10.0, 'web': 3.0, 'interrupts': 12.0,
+    'soak': 60.0}
 DEFAULT = tuple(name for name in SUITES if name != 'soak')
 MANY_FILES = 16384
 LARGEST_SEED = 2 ** 31 - 1

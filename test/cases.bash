@@ -9,7 +9,7 @@ all_cases() (
   printf 'mypy\tcheck\nruff\tcheck\n'
   find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md docs/course_next.md README.md
-  printf 'stress\t%s\n' fuzz clients master storms system web soak
+  printf 'stress\t%s\n' fuzz clients master storms system web interrupts soak
   printf 'grading\tcourse_nodes\n'
   find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none

@@ -140,15 +140,8 @@ class RobotCourseTest(CourseTest):
     simulator = None
 
     def test_course_ar_control(self):
-        """ar_control_node.py, put together of the page's pieces: prints the markers and drives the robot at 1 Hz.
-
-        The loop is said in words only: a Twist that goes forward, published and printed once a second.
-        """
-        pieces = course_texts.snippets(course_texts.text(2), 'import Twist', 'import AlvarMarkers',
-                                       'def ar_message_handler', 'init_node', 'rospy.Publisher')
-        loop = ('velocity = Twist()\nvelocity.linear.x = 0.2\nrate = rospy.Rate(1)\nwhile not rospy.is_shutdown():\n'
-                '    velocity_pub.publish(velocity)\n    rospy.loginfo(velocity)\n    rate.sleep()\n')
-        source = '\n'.join(['#!/usr/bin/env python', 'import rospy', *pieces, loop])
+        """ar_control_node.py, put together of the page's pieces: prints the markers and drives the robot at 1 Hz."""
+        source = course_texts.endless()['ar_control_node']
         environment, _ = self.package('ar_control_robotont', ar_control_node=source)
         start = rospy.wait_for_message('/odom', Odometry, 2.0 * DEADLINE).pose.pose.position
         program = self.start('rosrun', 'ar_control_robotont', 'ar_control_node.py', **environment)

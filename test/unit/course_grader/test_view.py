@@ -54,6 +54,12 @@ def test_of_a_workspace_a_program_sees_definitions_alone(tmp_path):
         'devel/turtlesim/msg', 'src/turtlesim/msg', 'src/turtlesim/package.xml']
 
 
+def test_a_program_sees_the_repair_of_rospy(tmp_path):
+    write(tmp_path / 'python_path' / 'sitecustomize.py')
+    path = f'{tmp_path}/devel:{tmp_path}/python_path'
+    assert f'{tmp_path}/python_path' in [place for _, place in view.shown({'PYTHONPATH': path}, [])]
+
+
 @pytest.mark.parametrize('mode, staged', [(0o644, False), (0o600, True)])
 def test_another_user_gets_copies_of_what_only_the_teacher_can_read(tmp_path, monkeypatch, mode, staged):
     program = write(tmp_path / 'anna' / 'a.py', 'x', mode)

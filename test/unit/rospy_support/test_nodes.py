@@ -182,7 +182,7 @@ def test_a_node_that_waits_for_a_master_is_ended_at_once(monkeypatch):
         def main():
             nodes.init_node('waiting')
     """)
-    assert 'Unable to register' in process.stdout.readline()
+    assert 'There is no ROS master at http://localhost:1. Waiting' in process.stderr.readline()
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=DEADLINE)
     assert process.returncode == 1 and 'could not start' in err

@@ -13,7 +13,7 @@ from trial import Attack, Scale, losses
 
 def test_defaults():
     options = stress.parse([])
-    assert options.suites == ['fuzz', 'clients', 'master', 'storms', 'system', 'web']
+    assert options.suites == ['fuzz', 'clients', 'master', 'storms', 'system', 'web', 'interrupts']
     assert 0 <= options.seed <= stress.LARGEST_SEED
     assert stress.parse(['soak']).suites == ['soak']
     assert stress.parse(['--seed', '7']).seed == 7

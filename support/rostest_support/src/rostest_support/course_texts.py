@@ -13,6 +13,14 @@ MISSING = (f'the course texts are not in {FOLDER}: the programs of the course ar
 
 SHEBANG = '#!/usr/bin/env python'
 SLIDE_HEAD = 3  # lines that each slide begins with: section, chapter, title
+ROBOT_LOOP = '''velocity = Twist()
+velocity.linear.x = 0.2
+rate = rospy.Rate(1)
+while not rospy.is_shutdown():
+    velocity_pub.publish(velocity)
+    rospy.loginfo(velocity)
+    rate.sleep()
+'''
 QUOTES = str.maketrans({'\u2018': "'", '\u2019': "'", '\u201c': '"', '\u201d': '"'})
 
 
@@ -48,6 +56,20 @@ def snippets(course, *beginnings):
     """Return the code of a web page that begins with each of these, one after the other, without its margin."""
     blocks = [textwrap.dedent(block).strip() for block in re.findall(r'(?m)(?:^ {4}.*\n)+', course)]
     return [next(block for block in blocks if re.search(beginning, block)) for beginning in beginnings]
+
+
+def endless():
+    """Return {name: source} of the programs of all texts that run until they are ended.
+
+    The last one is put together of a page's pieces; its loop is said in words only: a Twist that goes forward,
+    published and printed once a second. The service is printed without the rospy.spin() that it needs.
+    """
+    (publisher, subscriber), (both, service) = programs(text(0)), programs(text(1))
+    pieces = snippets(text(2), 'import Twist', 'import AlvarMarkers', 'def ar_message_handler', 'init_node',
+                      'rospy.Publisher')
+    robot = '\n'.join(['#!/usr/bin/env python', 'import rospy', *pieces, ROBOT_LOOP])
+    return {'publisher': publisher, 'pose_subscriber': subscriber, 'pub': both, 'service': f'{service}rospy.spin()\n',
+            'ar_control_node': robot}
 
 
 def without_slides(lines):

@@ -173,7 +173,9 @@ def _no_files(folder: str, names: List[str]) -> List[str]:
 
 
 def _modules(folder: str) -> Iterator[str]:
-    """Yield the Python packages of a catkin workspace that are made of definitions."""
+    """Yield the Python packages of a catkin workspace that are made of definitions, and what Python runs first."""
+    if os.path.isfile(os.path.join(folder, 'sitecustomize.py')) and not below(folder, SYSTEM):
+        yield folder  # the repair of rospy
     for package in _entries(folder):
         for name in DEFINITIONS:
             yield os.path.join(folder, package, name)

@@ -1,0 +1,116 @@
+"""Ctrl-C, at random moments, in rospy programs of the course's texts: which of them do not end?
+
+Many of them run at once, so the machine is loaded, which makes it likely that a program is interrupted inside publish
+or loginfo: there, rospy without the repair of rospy_support waits for a lock that it holds itself.
+"""
+import os
+import signal
+import time
+from contextlib import ExitStack
+
+from figures import Figure, Target, median
+from rostest_support import course_texts
+from session import find_node
+from trial import Attack
+from under_test import running, until
+
+OFF = {'TURTLE_ROBOTONT_REPAIR_ROSPY': '0'}
+TOGETHER = 12  # programs that run at once
+LONGEST_RUN = 2.0  # [s] from the moment at which rospy catches signals to Ctrl-C
+LONGEST_END = 15.0  # [s] after Ctrl-C; a program that still runs then never ends
+POLL = 0.02  # [s]
+BUSY = '''import rospy
+from geometry_msgs.msg import Twist
+
+rospy.init_node('busy')
+pub = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
+while not rospy.is_shutdown():
+    pub.publish(Twist())
+    rospy.loginfo('published')
+'''
+
+
+def repaired(subject, scale, rng):
+    """Programs as they run in a workspace."""
+    return {f'repaired_{key}': values for key, values in _interrupted(subject, scale.count(1000, 24), rng).items()}
+
+
+def original(subject, scale, rng):
+    """The same programs with rospy as it is."""
+    return {f'original_{key}': values
+            for key, values in _interrupted(subject, scale.count(300, TOGETHER), rng, **OFF).items()}
+
+
+def _interrupted(subject, count, rng, **environment):
+    """Interrupt this many programs; return {key: samples}."""
+    files = _written({**(course_texts.endless() if course_texts.FOLDER.is_dir() else {}), 'busy': BUSY},
+                     subject.folder)
+    found = {'hung': [], 'time': [], 'failed': []}
+    with running(subject, 'turtlesim'), subject.other(find_node('rosout', 'rosout')):
+        for first in range(0, count, TOGETHER):
+            with ExitStack() as stack:
+                programs = [stack.enter_context(subject.start(
+                    'program', ['python3', files[number % len(files)], f'__name:=program{number}'], **environment))
+                    for number in range(first, min(first + TOGETHER, count))]
+                for program in programs:
+                    until(lambda program=program: _catches_signals(program), f'{program.name} calls init_node')
+                for program, seconds in _ends(programs, rng):
+                    found['hung'].append(int(seconds is None))
+                    found['failed'].append(int('Traceback' in program.output()))
+                    found['time'].append(LONGEST_END if seconds is None else seconds)
+                    if seconds is None:
+                        program.process.kill()
+    return found
+
+
+def _written(sources, folder):
+    files = []
+    for name, source in sources.items():
+        files.append(os.path.join(folder, f'{name}.py'))
+        with open(files[-1], 'w', encoding='utf-8') as file:
+            file.write(source)
+    return files
+
+
+def _catches_signals(program):
+    """Return whether a program catches SIGTERM, as rospy does from init_node on."""
+    with open(f'/proc/{program.pid}/status', encoding='ascii', errors='replace') as file:
+        caught = next(line for line in file if line.startswith('SigCgt'))
+    return int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1
+
+
+def _ends(programs, rng):
+    """Interrupt the programs at random moments; return [(program, time to its end [s], or None)]."""
+    due = {program: time.monotonic() + rng.uniform(0.0, LONGEST_RUN) for program in programs}
+    ended, interrupted = {}, set()
+    while len(ended) < len(programs):
+        now = time.monotonic()
+        for program in programs:
+            if program not in interrupted and now > due[program]:
+                program.process.send_signal(signal.SIGINT)
+                due[program] = time.monotonic()
+                interrupted.add(program)
+            elif program in interrupted and program not in ended:
+                if program.process.poll() is not None:
+                    ended[program] = now - due[program]
+                elif now > due[program] + LONGEST_END:
+                    ended[program] = None
+        time.sleep(POLL)
+    return list(ended.items())
+
+
+ATTACKS = {
+    'repaired': Attack(repaired, "Ctrl-C in the course texts' programs", peer=False),
+    'original': Attack(original, 'the same with rospy as it is', peer=False),
+}
+FIGURES = (
+    Figure('Ctrl-C', 'repaired_hung', '', len),
+    Figure(f'programs not ended after {LONGEST_END:g} s', 'repaired_hung', '', sum, Target('at_most', 0)),
+    Figure('programs that ended with a traceback', 'repaired_failed', '', sum),
+    Figure('time to the end, median', 'repaired_time', 's', median),
+    Figure('time to the end, longest', 'repaired_time', 's', max, Target('below', LONGEST_END)),
+    Figure('rospy as it is: Ctrl-C', 'original_hung', '', len),
+    Figure(f'rospy as it is: programs not ended after {LONGEST_END:g} s', 'original_hung', '', sum),
+    Figure('rospy as it is: programs that ended with a traceback', 'original_failed', '', sum),
+    Figure('rospy as it is: time to the end, median', 'original_time', 's', median),
+)

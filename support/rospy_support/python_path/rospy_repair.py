@@ -1,0 +1,157 @@
+"""Two repairs of rospy: Ctrl-C ends every program, and a program that is started before roscore waits for it.
+
+sitecustomize.py beside this file says how it gets into all programs of a workspace. Programs must not rely on it: they
+have to be right with the original rospy, too.
+
+**Ctrl-C.** rospy shuts down inside its signal handler, and so in the main thread. If that thread is just executing
+publish() or loginfo(), it holds a lock that the shutdown needs: it waits for itself for ever, and only SIGKILL or
+SIGQUIT ends the program. Here the shutdown waits until the main thread leaves rospy, a moment later. If it stays there
+for PATIENCE, say in the call of a service, another thread shuts down meanwhile. All else is as with the original: the
+hooks of rospy.on_shutdown run once, normally in the main thread, which goes on after the shutdown. One thing is new:
+GRACE after the first Ctrl-C, another one raises KeyboardInterrupt, as in every Python program. rospy ignores it, so
+that a program in input() or in a loop without rospy.is_shutdown() cannot be ended.
+
+**Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
+for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
+refuses private parameters of the command line that cannot be sent to a master.
+"""
+import _thread
+import atexit
+import importlib.metadata
+import re
+import signal
+import sys
+import time
+import xmlrpc.client
+
+import rosgraph
+import rospy
+import rospy.client
+import rospy.core
+import rospy.impl.init
+
+CHECKED = '1.15.', '1.16.', '1.17.'  # versions of rospy; others stay as they are
+PATIENCE = 0.5  # [s] for the main thread to leave rospy; publish and loginfo take less than 1 ms
+GRACE = 2.0  # [s] in which further Ctrl-C do nothing, as with rospy: the first one needs some tenths of a second
+LONGEST_WAIT = 5.0  # [s] for a shutdown that another thread executes
+MASTER_POLL = 0.2  # [s]
+MASTER_TIMEOUT = 2.0  # [s] for the answer of a master
+HOLD_NO_LOCK = {  # functions of rospy that hold no lock while they wait, so that the shutdown may run inside them
+    ('rospy.core', 'is_shutdown'), ('rospy.rostime', 'wallsleep'), ('rospy.timer', 'sleep'),
+    ('rospy.impl.tcpros_service', 'wait_for_service'), (__name__, '_wait_for_master')}
+ALLOWED = ('true, false, whole numbers from -2147483648 to 2147483647, numbers with a decimal point, text, lists of '
+           'these, and dictionaries {name: value}. For text that looks like something else, type two pairs of '
+           """quotation marks: _x:='"2026-01-31"'""")
+
+_original_signal = rospy.core._ros_signal
+_original_start = rospy.impl.init.start_node
+_first_signal = []  # [s, monotonic] when the first one came
+
+
+def repair():
+    """Replace rospy's signal handler and the function that starts a node; do nothing for an unknown rospy."""
+    if importlib.metadata.version('rospy').startswith(CHECKED):
+        rospy.core._ros_signal = _on_signal
+        rospy.impl.init.start_node = _start_node
+        atexit.register(_await_shutdown)  # runs before rospy's own
+
+
+def _on_signal(number, frame):
+    """Shut down as rospy does, but not while the interrupted main thread is inside rospy."""
+    now = time.monotonic()
+    _first_signal.append(now)
+    if rospy.core._signalChain.get(number) == signal.default_int_handler and now > _first_signal[0] + GRACE:
+        signal.default_int_handler(number, frame)
+    inside = _frame_to_leave(frame)
+    if inside is None or rospy.core._in_shutdown:
+        _original_signal(number, frame)
+        return
+
+    def leave(left, event, _):
+        if left is inside and event == 'return':
+            sys.setprofile(None)
+            _original_signal(number, left)
+            _await_shutdown()
+    if sys.getprofile() is None:
+        sys.setprofile(leave)
+    _thread.start_new_thread(_shut_down_later, (number,))  # threading's own start() takes locks
+
+
+def _frame_to_leave(frame):
+    """Return the outermost frame of rospy in a stack, or None if the main thread holds no lock of rospy."""
+    outermost = None
+    while frame is not None:
+        module = frame.f_globals.get('__name__') or ''
+        if module in ('rospy', __name__) or module.startswith('rospy.'):
+            if outermost is None and (module, frame.f_code.co_name) in HOLD_NO_LOCK:
+                return None
+            outermost = frame
+        frame = frame.f_back
+    return outermost
+
+
+def _shut_down_later(number):
+    """Shut down unless the main thread does so within PATIENCE."""
+    end = time.monotonic() + PATIENCE
+    while not rospy.core._in_shutdown:
+        if time.monotonic() > end:
+            _original_signal(number, None)
+        time.sleep(0.01)
+
+
+def _await_shutdown():
+    """Wait until another thread has called the hooks of a shutdown, if one does."""
+    if rospy.core._shutdown_lock.acquire(timeout=LONGEST_WAIT):
+        rospy.core._shutdown_lock.release()
+
+
+def _start_node(*arguments, **options):
+    """Check the parameters on the command line and wait for the master, then start the node."""
+    _check_parameters((rospy.client._init_node_args or (None, sys.argv))[1])
+    _wait_for_master()
+    if rospy.core.is_shutdown() and rospy.core._signalChain:  # else rospy raises an error
+        sys.exit('Stopped while waiting for the ROS master.')
+    return _original_start(*arguments, **options)
+
+
+def _check_parameters(argv):
+    """End the program if a private parameter on its command line cannot be sent to the master."""
+    for argument in filter(rosgraph.names.is_legal_remap, argv):
+        try:
+            document = xmlrpc.client.dumps((rospy.client.load_command_line_node_params([argument]),))
+            xmlrpc.client.loads(document)
+        except Exception:  # that of the YAML parser, or of XML-RPC: each part has its own
+            document = None
+        if document is None or '<dateTime' in document:
+            sys.exit(f'The parameter {argument!r} cannot be used. Its value must be one of: {ALLOWED}')
+
+
+def _wait_for_master():
+    """Wait until the master answers or the node is shut down; say once what is missing."""
+    uri, told = rosgraph.get_master_uri(), False
+    if not re.match(r'https?://\S', uri):
+        sys.exit(f'ROS_MASTER_URI is {uri!r}, but must look like http://localhost:11311')
+    while not rospy.core.is_shutdown():
+        try:
+            with xmlrpc.client.ServerProxy(uri, _Transport()) as master:
+                master.getPid('/rospy_repair')
+        except Exception as error:  # of sockets, HTTP, XML, XML-RPC, or of a host name
+            if not told:
+                reason = '' if isinstance(error, ConnectionRefusedError) else f' ({error})'
+                rospy.logwarn('There is no ROS master at %s%s. Waiting for it: type roscore in another terminal.',
+                              uri, reason)
+                told = True
+            time.sleep(MASTER_POLL)
+        else:
+            if told:
+                rospy.loginfo('The ROS master is there.')
+            return
+
+
+class _Transport(xmlrpc.client.Transport):
+    """A connection that waits MASTER_TIMEOUT for an answer."""
+
+    def make_connection(self, host):
+        connection = super().make_connection(host)
+        connection.timeout = MASTER_TIMEOUT
+        return connection

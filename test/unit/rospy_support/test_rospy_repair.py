@@ -1,0 +1,315 @@
+"""The repair of rospy: programs are interrupted where rospy waits for itself, and started without a master."""
+import importlib.metadata
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import pytest
+import rospy.core
+import rospy.impl.init
+import rospy_repair
+
+DEADLINE = 30.0  # [s] for a process that has nothing to do, on a busy machine
+HANG = 3.0  # [s] after which a program that should hang does
+SWITCH = 'TURTLE_ROBOTONT_REPAIR_ROSPY'
+FOLDER = pathlib.Path(rospy_repair.__file__).parent
+NO_MASTER = 'http://localhost:1'
+SIGINT, SIGTERM = signal.SIGINT, signal.SIGTERM
+
+# a node without a master: rospy catches signals, and has a connection to a subscriber that has been sent `sent`
+NODE = textwrap.dedent("""
+    import os, signal, sys, threading, time
+    import rospy, rospy.core
+    from rospy.impl import tcpros_pubsub
+    sent = []
+    class Subscriber:
+        done = False
+        def set_cleanup_callback(self, function):
+            self.closed = function
+        def write_data(self, data):
+            sent.append(data)
+    class Interrupting(list):
+        def append(self, data):  # is called while write_data holds the lock of the connection
+            super().append(data)
+            if interrupted.acquire(False):
+                os.kill(os.getpid(), signal.SIGINT)
+                while_locked()
+    interrupted, while_locked = threading.Lock(), lambda: None
+    subscriber = Subscriber()
+    connection = tcpros_pubsub.QueuedConnection(subscriber, 0)
+    connection._thread.join = lambda *_: None
+    connection._queue = Interrupting()
+    def close(reason=''):
+        connection.write_data('stop')
+        subscriber.done = True
+        subscriber.closed(connection)
+        print('closed in the', threading.current_thread().name, flush=True)
+    rospy.on_shutdown(close)
+    rospy.core.register_signals()
+""")
+
+
+def program(body, python=sys.executable, **environment):
+    """Start a Python program."""
+    return subprocess.Popen([python, '-u', '-c', textwrap.dedent(body)], text=True, stdin=subprocess.PIPE,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, **environment})
+
+
+def ended(process, deadline=DEADLINE):
+    """Wait for the end of a program; return (exit code, output, errors)."""
+    try:
+        out, err = process.communicate(timeout=deadline)
+    finally:
+        process.kill()
+    return process.returncode, out, err
+
+
+def interrupted(process, *numbers):
+    """Send signals to a program that has printed that it is ready; return (exit code, output, errors)."""
+    assert process.stdout.readline() == 'ready\n', process.communicate()
+    for number in numbers:
+        process.send_signal(number)
+    return ended(process)
+
+
+LOCKED = NODE + """
+connection.write_data('drive')
+print('shut down:', rospy.is_shutdown())
+"""
+
+
+def test_ctrl_c_while_publish_holds_its_lock():
+    assert ended(program(LOCKED)) == (0, 'closed in the MainThread\nshut down: True\n', '')
+
+
+def test_rospy_waits_for_itself_without_the_repair():
+    with pytest.raises(subprocess.TimeoutExpired):
+        ended(program(LOCKED, **{SWITCH: '0'}), HANG)
+
+
+def test_ctrl_c_while_the_proxy_of_the_master_holds_its_lock():
+    """As in loginfo, which asks the master for a parameter; the shutdown calls the master to unregister."""
+    body = """
+        import os, signal, xmlrpc.client
+        import rospy, rospy.core
+        master, calls = rospy.core.xmlrpcapi('http://localhost:1'), []
+        def request(self, name, parameters):
+            calls.append(name)
+            if len(calls) == 1:
+                os.kill(os.getpid(), signal.SIGINT)
+        xmlrpc.client.ServerProxy._ServerProxy__request = request
+        rospy.core.add_preshutdown_hook(lambda reason: master.unregister())
+        rospy.core.register_signals()
+        master.subscribe()
+        print(calls, rospy.is_shutdown())
+    """
+    assert ended(program(body)) == (0, "['subscribe', 'unregister'] True\n", '')
+
+
+def test_nothing_is_published_after_the_hook():
+    """A publisher in a busy loop: the shutdown comes when it leaves publish, so that the last command is stop."""
+    code, out, err = ended(program(NODE + textwrap.dedent("""
+        while not rospy.is_shutdown():
+            connection.write_data('drive')
+        while not sent or sent[-1] != 'stop':
+            time.sleep(0.01)
+        print(sent.count('stop'), sent[-1])
+    """)))
+    assert (code, out, err) == (0, 'closed in the MainThread\n1 stop\n', '')
+
+
+def test_a_thread_that_stays_in_rospy_is_not_waited_for():
+    """Another thread shuts down; when the main thread leaves rospy, it waits for the hooks."""
+    code, out, err = ended(program(NODE + textwrap.dedent("""
+        def until_shut_down():
+            connection._lock.release()  # as a call that waits for its answer holds none
+            while not rospy.core.is_shutdown_requested():
+                time.sleep(0.01)
+            connection._lock.acquire()
+        while_locked = until_shut_down
+        rospy.on_shutdown(lambda: time.sleep(0.5))
+        rospy.on_shutdown(lambda: print('last hook'))
+        connection.write_data('drive')
+        print('shut down:', rospy.is_shutdown())
+    """)))
+    assert code == 0 and err == '' and re.fullmatch(
+        r'closed in the (?!Main)\S+( .*)?\nlast hook\nshut down: True\n', out), (out, err)
+
+
+@pytest.mark.parametrize('number', [SIGINT, SIGTERM])
+@pytest.mark.parametrize('wait', ['rospy.spin()', 'rospy.rostime.wallsleep(1.0)', 'time.sleep(1.0)',
+                                  'while not rospy.is_shutdown(): pass', 'input()'])
+@pytest.mark.parametrize('repair', ['0', '1'])
+def test_programs_end_as_with_the_original(wait, number, repair):
+    process = program(f"""
+        import threading, time
+        import rospy, rospy.core
+        rospy.core.register_signals()
+        rospy.core.set_initialized(True)
+        rospy.on_shutdown(lambda: print('hook in the', threading.current_thread().name))
+        print('ready')
+        {wait}
+        print('end', rospy.is_shutdown())
+    """, **{SWITCH: repair})
+    if wait == 'input()':
+        assert process.stdout.readline() == 'ready\n'
+        process.send_signal(number)
+        assert process.stdout.readline() == 'hook in the MainThread\n'
+        assert process.communicate('\n', timeout=DEADLINE) == ('end True\n', '')
+        assert process.returncode == 0
+    else:
+        assert interrupted(process, number) == (0, 'hook in the MainThread\nend True\n', '')
+
+
+def test_more_ctrl_c_at_once_change_nothing():
+    process = program("""
+        import time
+        import rospy, rospy.core
+        rospy.core.register_signals()
+        def slow():
+            time.sleep(0.5)
+            print('hook')
+        rospy.on_shutdown(slow)
+        print('ready')
+        while not rospy.is_shutdown():
+            time.sleep(0.1)
+    """)
+    assert interrupted(process, SIGINT, SIGINT, SIGINT) == (0, 'hook\n', '')
+
+
+def test_a_later_ctrl_c_is_a_keyboard_interrupt():
+    """It ends a program whose loop does not ask rospy.is_shutdown."""
+    process = program("""
+        import rospy, rospy.core, rospy_repair
+        rospy_repair.GRACE = 0.0
+        rospy.core.register_signals()
+        rospy.on_shutdown(lambda: print('hook'))
+        print('ready')
+        while True:
+            input()
+    """)
+    assert process.stdout.readline() == 'ready\n'
+    process.send_signal(SIGINT)
+    assert process.stdout.readline() == 'hook\n'
+    until = time.monotonic() + DEADLINE
+    while process.poll() is None and time.monotonic() < until:  # the first may come before the end of the shutdown
+        process.send_signal(SIGINT)
+        time.sleep(0.05)
+    code, _, err = ended(process)
+    assert code == -SIGINT and err.endswith('KeyboardInterrupt\n')
+
+
+def test_a_handler_of_the_program_is_called_as_well():
+    process = program("""
+        import signal
+        import rospy, rospy.core
+        signal.signal(signal.SIGINT, lambda number, frame: print('own handler'))
+        rospy.core.register_signals()
+        print('ready')
+        while not rospy.is_shutdown():
+            pass
+    """)
+    assert interrupted(process, SIGINT) == (0, 'own handler\n', '')
+
+
+INIT = """
+    import sys
+    import rospy
+    print('ready')
+    rospy.init_node('waiting', argv=sys.argv + {arguments!r}, disable_signals={own})
+"""
+
+
+@pytest.mark.parametrize('python', [sys.executable, '/usr/bin/python3'])
+@pytest.mark.parametrize('arguments', [[], ['_linear:=2']])
+def test_a_program_waits_for_the_master_and_says_so(arguments, python):
+    process = program(INIT.format(arguments=arguments, own=False), python, ROS_MASTER_URI=NO_MASTER)
+    said = process.stderr.readline()
+    assert f'There is no ROS master at {NO_MASTER}. Waiting for it: type roscore' in said
+    code, _, err = interrupted(process, SIGINT)
+    assert (code, err) == (1, 'Stopped while waiting for the ROS master.\n')
+
+
+def test_ctrl_c_while_waiting_is_a_keyboard_interrupt_for_a_program_with_its_own_signals():
+    process = program(INIT.format(arguments=[], own=True), ROS_MASTER_URI=NO_MASTER)
+    assert 'Waiting for it' in process.stderr.readline()
+    code, _, err = interrupted(process, SIGINT)
+    assert code == -SIGINT and err.endswith('KeyboardInterrupt\n')
+
+
+def test_the_reason_is_told_if_it_is_not_just_a_missing_roscore():
+    process = program(INIT.format(arguments=[], own=False), ROS_MASTER_URI='http://no.such.host.invalid:11311')
+    assert re.search(r'no.such.host.invalid:11311 \(.*[Nn]ame.*\)\. Waiting', process.stderr.readline())
+    assert interrupted(process, SIGTERM)[0] == 1
+
+
+@pytest.mark.parametrize('uri', ['localhost:11311', 'localhost', 'http//localhost:11311'])
+def test_a_uri_that_is_none_is_refused(uri):
+    code, _, err = ended(program(INIT.format(arguments=[], own=False), ROS_MASTER_URI=uri))
+    assert code == 1 and err == f'ROS_MASTER_URI is {uri!r}, but must look like http://localhost:11311\n'
+
+
+@pytest.mark.parametrize('value', [
+    '99999999999', '-2147483649', '2026-01-31', '2026-01-31 10:00:00', '{1: 2}', '[1, {2.5: a}]', '"\\0"', '"\\x01"',
+    'null', '~', '[a, [b, null]]', '!!set {a}', '[1', '{a', 'a:=b', '"\\ud800"'])
+def test_values_that_no_master_can_have_are_refused_by_name(value):
+    code, _, err = ended(program(INIT.format(arguments=['_good:=1', f'_x:={value}'], own=False),
+                                 ROS_MASTER_URI=NO_MASTER))
+    assert code == 1 and 'Traceback' not in err
+    assert err.splitlines()[-1].startswith(f"The parameter {'_x:=' + value!r} cannot be used. Its value must be ")
+
+
+@pytest.mark.parametrize('value', [
+    '2147483647', '-2147483648', '99999999999.0', '.inf', '.nan', 'true', 'text', '"2026-01-31"', "''", '', ' ',
+    '[1, [2, b]]', '{a: {b: 1}}', '[]', '{}', 'ä', '"line\\nline"', '/a/b', '<&>', '<dateTime>'])
+def test_all_others_are_not(value):
+    rospy_repair._check_parameters(['program', '_first:=1', f'_x:={value}', 'topic:=/other', '__name:=me'])
+
+
+def test_an_unknown_rospy_stays_as_it_is(monkeypatch):
+    monkeypatch.setattr(rospy.core, '_ros_signal', rospy_repair._original_signal)
+    monkeypatch.setattr(rospy.impl.init, 'start_node', rospy_repair._original_start)
+    monkeypatch.setattr(importlib.metadata, 'version', lambda name: '1.18.0')
+    rospy_repair.repair()
+    assert rospy.core._ros_signal == rospy_repair._original_signal
+    monkeypatch.setattr(importlib.metadata, 'version', lambda name: '1.17.3')
+    rospy_repair.repair()
+    assert rospy.core._ros_signal == rospy_repair._on_signal
+    assert rospy.impl.init.start_node == rospy_repair._start_node
+
+
+ASK = 'import rospy.core; print(rospy.core._ros_signal.__module__)'
+
+
+@pytest.mark.parametrize('python', [sys.executable, '/usr/bin/python3'])
+@pytest.mark.parametrize('setting, module', [('', 'rospy_repair'), ('1', 'rospy_repair'), ('0', 'rospy.core')])
+def test_every_program_of_the_workspace_gets_the_repair(python, setting, module):
+    assert ended(program(ASK, python, **{SWITCH: setting})) == (0, f'{module}\n', '')
+
+
+def test_a_program_without_rospy_imports_nothing_of_it():
+    assert ended(program('import sys; print("rospy_repair" in sys.modules, "rospy" in sys.modules)'))[1] == (
+        'False False\n')
+
+
+def test_the_next_sitecustomize_runs_too(tmp_path):
+    (tmp_path / 'sitecustomize.py').write_text('import sys\nsys.next = __file__\n')
+    path = os.pathsep.join([str(FOLDER), str(tmp_path), os.environ['PYTHONPATH']])
+    assert ended(program('import sys; print(sys.next)', PYTHONPATH=path)) == (0, f'{tmp_path}/sitecustomize.py\n', '')
+
+
+def test_a_sitecustomize_before_it_hides_it_without_harm(tmp_path):
+    (tmp_path / 'sitecustomize.py').write_text('')
+    path = os.pathsep.join([str(tmp_path), os.environ['PYTHONPATH']])
+    assert ended(program(ASK, PYTHONPATH=path)) == (0, 'rospy.core\n', '')
+
+
+def test_a_repair_that_fails_ends_no_program(tmp_path):
+    (tmp_path / 'rospy_repair.py').write_text('raise ValueError\n')
+    path = os.pathsep.join([str(tmp_path), os.environ['PYTHONPATH']])
+    assert ended(program(ASK, PYTHONPATH=path)) == (0, 'rospy.core\n', '')
