@@ -16,8 +16,8 @@ from rostest_support import node_kinds
 from trial import NOTHING, Attack, Trial, deaf, losses
 from under_test import MOTION, TROUBLE, running, started, tell, until
 
-KINDS = ('turtlesim', 'robotont', 'usb_cam', 'goto_pose_server')
-SMALL_KINDS = ('turtlesim', 'goto_pose_server')
+KINDS = ('turtlesim', 'robotont', 'usb_cam', 'mimic')
+SMALL_KINDS = ('turtlesim', 'mimic')
 SPARE_FILES = 3
 FLOOD = 60  # connections to a node without descriptors
 DISK = 400  # [kB]

@@ -23,10 +23,9 @@ import rosgraph
 import roslib.packages
 import rospy
 from tcpros_client import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
-from turtlesim.srv import Spawn
 
 from rostest_support import node_kinds
-from rostest_support.common import DEADLINE, Process, proxy, registered_names, run, until
+from rostest_support.common import DEADLINE, Process, registered_names, run, until
 from rostest_support.node_kinds import BY_KEY
 
 IDLE = 2000  # connections
@@ -37,13 +36,10 @@ ENOUGH_TROUBLES = 4  # of one node
 SILENT = 100  # publishers that do not answer
 GROUPS = {  # the nodes that run together; those that an earlier group has had are not attacked again
     'simulators': ('turtlesim', 'draw_square', 'robotont', 'camera', 'tracker', 'usb_cam', 'bundles'),
-    'servers': ('turtlesim', 'goto_pose_server', 'drive_shape', 'teleop', 'velocity_publisher', 'teleport_tour'),
-    'followers': ('turtlesim', 'pose_subscriber', 'stop_at_x', 'mimic', 'ar_control', 'ar_maze'),
+    'others': ('turtlesim', 'teleop', 'twist_keyboard', 'mimic'),
 }
-ALIKE = ('draw_square', 'velocity_publisher', 'pose_subscriber', 'stop_at_x', 'teleport_tour', 'mimic', 'ar_control',
-         'ar_maze')  # these begin as the others do: whether what protects those is there is seen by
+ALIKE = 'draw_square', 'mimic', 'twist_keyboard'  # these begin as the others do: whether what protects those is seen by
 ENOUGH = 'idle_connection', 'wrong_request', 'endless_message', 'many_idle_connections', 'no_descriptors'
-DRIVING = 'drive_shape', 'velocity_publisher', 'stop_at_x', 'teleport_tour'  # each has a turtle of its own
 
 
 class Attacks:
@@ -284,15 +280,11 @@ class AttackTest(unittest.TestCase):
         soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
         resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
         self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
-        kinds = [node_kinds.on_turtle(BY_KEY[key], key) if key in DRIVING else BY_KEY[key] for key in GROUPS[group]
-                 if not BY_KEY[key].lesson]
+        kinds = [BY_KEY[key] for key in GROUPS[group]]
         with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
             node_kinds.make_picture(folder)
             processes = [stack.enter_context(Process(*command(kind, folder), stdin=subprocess.PIPE)) for kind in kinds]
             stack.callback(end, processes)
-            for kind in kinds:
-                if kind.key in DRIVING:
-                    proxy('/spawn', Spawn)(3.0, 3.0, 0.0, kind.key)
             attacked = [pair for pair in zip(kinds, processes) if group == 'simulators' or pair[0].key != 'turtlesim']
             peers = [self.peer(kind, process) for kind, process in attacked]
             idle = [stack.enter_context(peer.connect()) for peer in peers]
@@ -323,15 +315,10 @@ class AttackTest(unittest.TestCase):
         """
         self.attack('simulators')
 
-    def test_attack_servers(self):
-        """The course's service server, nodes that drive, and teleop: attacked on their ports, they answer others all
-        the while.
-        """
-        self.attack('servers')
+    def test_attack_others(self):
+        """Teleop by keys and mimic: the same."""
+        self.attack('others')
 
-    def test_attack_followers(self):
-        """Nodes that follow a topic: attacked on their ports, they answer others all the while."""
-        self.attack('followers')
 
 
 def attack_one(peer, kind, process):
