@@ -80,8 +80,8 @@ class ParametersLeftTest(unittest.TestCase):
         rospy.set_param('/drive_shape/speed', 4.0)
         with Process(DRIVE_SHAPE, '_size:=1.0') as second:
             second.wait_for_output(re.escape(
-                f'/drive_shape has parameters {OLD}: shape=circle, speed=4.0, strafe=False; rosparam delete /drive_shape '
-                'forgets'))
+                f'/drive_shape has parameters {OLD}: shape=circle, speed=4.0, strafe=False; rosparam delete '
+                '/drive_shape forgets'))
             until(lambda: not second.runs(), 'the end of the drive', STEP_DEADLINE)
         self.assertEqual({'shape': 'circle', 'speed': 4.0, 'strafe': False}, rospy.get_param('/drive_shape'))
         rospy.delete_param('/drive_shape')

@@ -65,8 +65,8 @@ def test_a_package_that_is_not_sourced_is_wrong_usage(workspace, command, said):
     assert said in str(error.value)
 
 
-@pytest.mark.parametrize('command', [['rosrun', 'topic_demo', 'no.py'], ['rosrun', 'turtlesim', 'mimic'], ['true', 'zz'],
-                                     ['rosrun', 'rostopic', 'rostopic'], ['rosrun']])
+@pytest.mark.parametrize('command', [['rosrun', 'topic_demo', 'no.py'], ['rosrun', 'turtlesim', 'mimic'],
+                                     ['true', 'zz'], ['rosrun', 'rostopic', 'rostopic'], ['rosrun']])
 def test_what_rosrun_finds_is_left_to_it(workspace, command):
     options, _ = cli._parse(['x', '--', *command])
     cli._check_package(['x'], options)
