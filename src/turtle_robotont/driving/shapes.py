@@ -18,7 +18,6 @@ ROBOT_SIZE = 0.5  # [m] fits where a Robotont starts in its maze
 ROBOT_CORNERS = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]]  # [m] in odom
 CIRCLE_ENDS = ('right end', 'upper end', 'left end', 'lower end')
 SMALLEST = 0.1  # [m] the smallest size of a shape
-STEEP = 1e-6  # a heading with a smaller cosine never reaches another x
 EDGE = 1e-6  # [m] by which rounding may put a corner outside
 
 
@@ -93,19 +92,6 @@ def outline(shape: str, size: float, start: HasPose) -> List[Point]:
         return POLYGONS[shape](size, start)
     centre, radius = circle_centre(size, start), size / 2.0
     return [Point(centre.x + dx * radius, centre.y + dy * radius) for dx, dy in ((1, 0), (0, 1), (-1, 0), (0, -1))]
-
-
-def point_at_x(pose: HasPose, x: float) -> Point:
-    """Return the point at ``x`` [m] to drive to.
-
-    It lies straight ahead, if the heading leads there inside the arena, else at the turtle's own y.
-    """
-    ahead = math.cos(pose.theta)
-    if abs(ahead) > STEEP and (x - pose.x) * ahead >= 0.0:
-        y = pose.y + (x - pose.x) * math.tan(pose.theta)
-        if 0.0 <= y <= ARENA_SIZE:
-            return Point(x, y)
-    return Point(x, pose.y)
 
 
 def points_from(corners: Sequence[Any]) -> List[Point]:

@@ -102,18 +102,5 @@ def test_what_is_no_list_of_pairs_is_refused(corners, text):
     assert text in str(refusal.value) and 'e.g. [[' in str(refusal.value)
 
 
-@pytest.mark.parametrize('pose, x, target', [
-    (Goal(5.0, 5.0, 0.0), 10.0, (10.0, 5.0)),
-    (Goal(5.0, 5.0, math.pi / 4.0), 8.0, (8.0, 8.0)),  # straight on, 45 deg
-    (Goal(5.0, 5.0, LEFT), 2.0, (2.0, 5.0)),
-    (Goal(5.0, 5.0, LEFT), 10.0, (10.0, 5.0)),  # leads away from it
-    (Goal(5.0, 5.0, UP), 10.0, (10.0, 5.0)),  # never leads there
-    (Goal(5.0, 8.0, 1.2), 10.0, (10.0, 8.0)),  # leads there through the upper wall: 8 + 5 tan 1.2 = 20.9
-    (Goal(10.0, 5.0, 1.0), 10.0, (10.0, 5.0)),
-])
-def test_point_at_x_lies_ahead_where_the_heading_leads_there(pose, x, target):
-    assert shapes.point_at_x(pose, x) == pytest.approx(target, abs=1e-6)
-
-
 def test_the_default_corners_fit():
     shapes.require_fit(shapes.points_from(shapes.DEFAULT_CORNERS))

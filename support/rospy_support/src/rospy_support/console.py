@@ -16,12 +16,6 @@ from rospy_support import rospy_internals
 
 LOST = errno.EPIPE, errno.EBADF, errno.EIO  # the stream is unusable: no reader, closed, terminal gone
 NOWHERE = '/'  # a folder that always exists; nothing is written into it
-_unread = []  # functions to call when the reader of the standard output has gone
-
-
-def when_unread(function):
-    """Call ``function()`` once, in the thread that prints, when the reader of the standard output has gone."""
-    _unread.append(function)
 
 
 def guard():
@@ -29,17 +23,16 @@ def guard():
     for descriptor in (0, 1, 2):  # a closed number would go to the next file or connection, which would get all prints
         with contextlib.suppress(FileExistsError):
             _occupy(descriptor)
-    sys.stdout = Console(sys.stdout, _tell_unread)
+    sys.stdout = Console(sys.stdout)
     sys.stderr = Console(sys.stderr)
 
 
 class Console:
     """Wraps a text stream (or None): writes each line immediately and drops what cannot be written."""
 
-    def __init__(self, stream, on_lost=lambda: None):
-        """``on_lost()`` is called when the reader has gone; ``stream`` is None if Python found it closed."""
+    def __init__(self, stream):
+        """``stream`` is None if Python found it closed."""
         self._stream = stream if stream is not None else open(os.devnull, 'w', encoding='utf-8')
-        self._on_lost = on_lost
         if hasattr(self._stream, 'reconfigure'):  # characters that the locale cannot encode are no error
             self._stream.reconfigure(line_buffering=True, errors='backslashreplace')
 
@@ -73,8 +66,6 @@ class Console:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self._stream.fileno())
             os.close(nowhere)
-        on_lost, self._on_lost = self._on_lost, lambda: None
-        on_lost()
 
 
 class LogFile(logging.handlers.RotatingFileHandler):
@@ -158,8 +149,3 @@ def _occupy(descriptor):
             os.dup2(nowhere, descriptor)
             os.close(nowhere)
         os.set_inheritable(descriptor, True)
-
-
-def _tell_unread():
-    for function in _unread:
-        function()

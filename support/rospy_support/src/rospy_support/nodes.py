@@ -133,14 +133,6 @@ def _master_answers():
         return False
 
 
-def end_when_unread():
-    """Shut the node down when the reader of its standard output has gone (``node | head``).
-
-    Only for nodes that do nothing but print.
-    """
-    console.when_unread(lambda: shut_down('nothing reads its output any more'))
-
-
 def shut_down(reason):
     """Shut rospy down in a separate thread and return the thread, which ends when the shutdown is complete."""
     _limit_the_end()

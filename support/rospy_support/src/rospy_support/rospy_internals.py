@@ -210,11 +210,6 @@ def is_wall_time():
     return rospy.rostime.is_wallclock()
 
 
-def steady_time():
-    """Return a time [s] for measuring durations: simulated ROS time if there is any, else a monotonic clock."""
-    return time.monotonic() if is_wall_time() else rospy.get_time()
-
-
 def publications():
     """Return [name, type] of each topic that this node publishes."""
     return get_topic_manager().get_publications()
