@@ -1,8 +1,9 @@
-"""demo.plots: the curve is where its values say, and nothing of it beyond the axes."""
+"""course_demo.plots: the curve is where its values say, and nothing of it beyond the axes."""
 import numpy as np
 import pytest
-from turtle_robotont.demo import plots
-from turtle_robotont.demo.plots import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, over_time
+
+from course_demo import plots
+from course_demo.plots import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, over_time
 
 
 def drawn(values, colour=plots.LINE):
