@@ -123,7 +123,7 @@ def robot_square(harness):
 def from_demo(_):
     """Both pages of the course: what ./run demo saves."""
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run(['rosrun', COURSE, 'demo.py', '--output', folder, 'marker', 'maze', 'launch', 'follow',
+        subprocess.run(['rosrun', 'course_demo', 'demo', '--output', folder, 'marker', 'maze', 'launch', 'follow',
                         'bang', 'controller', 'posts'], check=True)
 
         def saved(name):
@@ -178,7 +178,7 @@ class _Page:
 
     def __init__(self, harness, panel):
         port = free_port()
-        self._server = harness.start('rosrun', COURSE, 'browser.py', f'--port={port}')
+        self._server = harness.start('rosrun', 'course_page', 'browser', f'--port={port}')
         harness.until(lambda: str(port) in self._server.output(), 'no page', START_TIMEOUT, self._server)
         self._folder = tempfile.mkdtemp()
         self._browser = Browser(1120, 640, folder=self._folder)
