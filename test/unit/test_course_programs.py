@@ -59,7 +59,7 @@ def test_a_step_saves_its_programs_where_they_are_run(number):
     printed = [path for path, _ in MARKED.findall(STEPS[number]) if path not in LINKED.findall(STEPS[number])]
     assert len(saved) == len(printed)
     assert saved or LINKED.findall(STEPS[number])
-    for path, name in saved:
+    for _, name in saved:
         program = re.escape(name)
         if name.endswith('.py'):
             assert re.search(rf'^(?:.*&& )?chmod \+x (?:\S+/)?{program}\b', STEPS[number], re.MULTILINE), name
