@@ -117,7 +117,7 @@ def robot_square(harness):
         recorder.end()
     harness.end_nodes()
     rospy.set_param('use_sim_time', False)
-    _save('11_robot_square', cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    _save('10_robot_square', cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
 
 
 def from_demo(_):
@@ -132,11 +132,11 @@ def from_demo(_):
             _save(picture, saved(name))
         _save('p_controller', np.hstack([saved('bang-bang'), saved('p_controller')]))
         views = saved('ar_markers')
-        _save('9_ar_markers', _high(views[:views.shape[0] // 2], 300))
+        _save('8_ar_markers', _high(views[:views.shape[0] // 2], 300))
         view = saved('ar_maze')[:360, :640]
         seen = np.full((500, 648, 3), 255, np.uint8)
         seen[70:430, 8:] = view
-        _save('12_ar_maze', np.hstack([_high(saved('ar_maze_2')[8:-40, 8:-8], 500), seen]))
+        _save('11_ar_maze', np.hstack([_high(saved('ar_maze_2')[8:-40, 8:-8], 500), seen]))
 
 
 MAKERS = {'moving_picture': moving_picture, 'robot_square': robot_square, 'from_demo': from_demo}

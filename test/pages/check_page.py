@@ -99,6 +99,7 @@ class Reader:
 
     def _write(self, file):
         if file.name.startswith('~/'):
+            self._turn_to(file.terminal).wait_started()  # what was typed before may make the folder
             path = Path(self._environment['HOME']) / file.name[2:]
         else:
             terminal = self._turn_to(file.terminal)

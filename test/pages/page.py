@@ -9,7 +9,8 @@ The page stays plain Markdown, and nothing in it is hidden from the reader:
   must be equal, decimal ones within TOLERANCE or RELATIVE_TOLERANCE; the time stamps of log lines do not count.
 * A ```python, ```xml or ```yaml block is a file if the paragraph above it says "as `NAME.py`"; `~/` is the home folder.
   A comment `<!-- file: PATH -->` above a block says that it is the file PATH of the repository (test_course_programs.py
-  compares both), and such a block needs a name. Other blocks of these languages are parts of a file, to be explained.
+  compares both). Such a block needs a name, or in the paragraph above it a link to PATH: then it is only shown. Other
+  blocks of these languages are parts of a file, to be explained.
 * "In terminal 2 press" and <kbd>keys</kbd>: they are pressed there, in their order.
 * A picture after a command that saved one must look like the saved one.
 """
@@ -25,7 +26,8 @@ COMMENT = re.compile(r'<!--.*?-->\n?')
 FILE_COMMENT = re.compile(r'<!-- file: (\S+) -->\n\Z')
 BLOCK = re.compile(r'^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 PICTURE = re.compile(r'!\[[^\]]*\]\(([^)]+\.png)\)')
-PRESS = re.compile(r'\bin terminal (\d+) press\b(.*?)(?=\bin terminal \d+ press\b|\Z)', re.IGNORECASE | re.DOTALL)
+PRESS = re.compile(r'\bin\s+terminal\s+(\d+)\s+press\b(.*?)(?=\bin\s+terminal\s+\d+\s+press\b|\Z)',
+                   re.IGNORECASE | re.DOTALL)
 KBD = re.compile(r'(?:<kbd>[^<]+</kbd>\+)?<kbd>[^<]+</kbd>')
 NUMBER = re.compile(r'(?<![\w.])-?\d+\.\d+(?:e-?\d+)?(?![\w.]*\d)')
 TIME_STAMP = re.compile(r'\[\d{9,}\.\d+\]')
@@ -125,8 +127,9 @@ def _of_file(language, body, prose, last):
     name = re.search(rf'as\s+`((?:~/)?[\w./]+\.(?:{FILES[language]}))`', paragraph)
     if name:
         return [File(last, name.group(1), body)]
-    if FILE_COMMENT.search(prose):
-        raise PageError(f'the paragraph above a program does not say "as `NAME.py`": {paragraph}')
+    marked = FILE_COMMENT.search(prose)
+    if marked and f'](../{marked.group(1)})' not in paragraph:
+        raise PageError(f'the paragraph above a program does not say "as `NAME.py`", nor link it: {paragraph}')
     return []
 
 

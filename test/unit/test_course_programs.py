@@ -11,10 +11,11 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = {name: (REPOSITORY / 'docs' / name).read_text(encoding='utf-8') for name in ('course.md', 'course_next.md')}
 PARTS = ('You will learn', 'The program', 'The code explained', 'Run it', 'What you see', 'What goes wrong',
          'Now change it', 'Grade your own')
-IN_THIS_FORM = ('course_next.md',)
 MARKED = re.compile(r'^<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 PARTS_OF_FILES = re.compile(r'^```(?:python|xml)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 SAVED = re.compile(r'as\s+`(~/ros_ws/src/topic_demo/(?:scripts|launch)/(\w+\.\w+))`')
+LINKED = re.compile(r'\]\(\.\./((?:scripts|src)/\S+\.py)\)')
+GRADED = re.compile(r'^run grade (\w+) -- ros(?:run|launch) topic_demo (\S+)$', re.MULTILINE)
 SAMPLES = 'test/data/submissions'
 
 
@@ -24,7 +25,7 @@ def sections(text):
     return {int(part.split('.')[0]): part for part in parts if re.match(r'\d+\. ', part)}
 
 
-STEPS = {number: text for page in IN_THIS_FORM for number, text in sections(PAGES[page]).items()}
+STEPS = {number: text for page in PAGES.values() for number, text in sections(page).items()}
 each_step = pytest.mark.parametrize('number', STEPS)
 
 
@@ -55,19 +56,22 @@ def test_a_step_has_its_parts_in_order(number):
 @each_step
 def test_a_step_saves_its_programs_where_they_are_run(number):
     saved = SAVED.findall(STEPS[number])
-    assert len(saved) == len(MARKED.findall(STEPS[number])) > 0
+    printed = [path for path, _ in MARKED.findall(STEPS[number]) if path not in LINKED.findall(STEPS[number])]
+    assert len(saved) == len(printed)
+    assert saved or LINKED.findall(STEPS[number])
     for _, name in saved:
         program = re.escape(name)
         if name.endswith('.py'):
-            assert re.search(rf'^(?:.*&& )?chmod \+x {program}\b', STEPS[number], re.MULTILINE), name
+            assert re.search(rf'^(?:.*&& )?chmod \+x (?:\S+/)?{program}\b', STEPS[number], re.MULTILINE), name
         else:
             assert re.search(rf'^roslaunch topic_demo {program}\b', STEPS[number], re.MULTILINE), name
 
 
 @each_step
 def test_what_is_explained_is_in_the_program(number):
-    """Each other block of code is made of whole lines of a program of the step, in their order."""
+    """Each other block of code is made of whole lines of a program of the step, printed or linked, in their order."""
     programs = [program for _, program in MARKED.findall(STEPS[number])]
+    programs += [(REPOSITORY / path).read_text(encoding='utf-8') for path in LINKED.findall(STEPS[number])]
     explained = PARTS_OF_FILES.findall(MARKED.sub('', STEPS[number]))
     assert explained
     for part in explained:
@@ -75,12 +79,15 @@ def test_what_is_explained_is_in_the_program(number):
 
 
 @each_step
-def test_the_program_of_a_step_is_a_right_sample_of_its_exercise(number):
-    """./run test grading/ grades it."""
-    graded = re.findall(r'^run grade (\w+) -- ros(?:run|launch) topic_demo (\S+)$', STEPS[number], re.MULTILINE)
-    assert len(graded) == 1
-    exercise, started = graded[0]
-    files = {path for path, _ in MARKED.findall(STEPS[number])}
-    assert {'/'.join(path.split('/')[:4]) for path in files} == {f'{SAMPLES}/{exercise}'}
-    assert any(re.match(rf'{SAMPLES}/\w+/right_', path) for path in files)
-    assert started in [name for _, name in SAVED.findall(STEPS[number])]
+def test_a_saved_program_is_a_right_sample_of_an_exercise_of_its_step(number):
+    """./run test grading/ grades it. Other printed programs are those of this package, in scripts/."""
+    graded = dict(GRADED.findall(STEPS[number]))
+    assert graded or number == 11
+    files = {path for path, _ in MARKED.findall(STEPS[number]) if path not in LINKED.findall(STEPS[number])}
+    folders = {'/'.join(path.split('/')[:4]) for path in files}
+    assert folders <= {f'{SAMPLES}/{exercise}' for exercise in graded}
+    saved = [name for _, name in SAVED.findall(STEPS[number])]
+    assert files or number < 12
+    if files:
+        assert any(re.match(rf'{SAMPLES}/\w+/right_', path) for path in files)
+        assert all(graded[folder.split('/')[-1]] in saved for folder in folders)

@@ -23,8 +23,11 @@ MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.s
                    'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/'}
 OF_DEBIAN = {'dynparam', 'static_transform_publisher', 'tf_echo', 'view_frames', 'view_frames.py'}
 SAVED = re.compile(r'as\s+`~/[\w/]+/(\w+\.\w+)`')  # a page says where the reader saves a file
-OF_THE_READER = {'publisher.py', 'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
-                 *SAVED.findall(COURSE_NEXT.read_text(encoding='utf-8'))}
+GRADED = re.compile(r'rosrun topic_demo (\w+\.py)')
+OWN = re.compile(r'`(\w+\.py)`\s+of\s+your\s+own')
+OF_THE_READER = {'publish_circle.py', 'poses.bag.active', '...', *OF_DEBIAN,
+                 *(name for page in (REPOSITORY / 'docs' / 'course.md', COURSE_NEXT)
+                   for pattern in (SAVED, GRADED, OWN) for name in pattern.findall(page.read_text(encoding='utf-8')))}
 FILE_NAME = re.compile(r'\.(py|launch|bash|txt|md|rst|png|csv|xml|test|msg|srv|toml|yaml)$|/$')
 NUMBERED = list(REPOSITORY.glob('lessons/rospy_tutorials/[0-9]*'))
 NODES = {path.name for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'), *NUMBERED)

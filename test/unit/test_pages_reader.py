@@ -31,7 +31,8 @@ y
 
 ![a picture](images/a.png)
 
-In terminal 2 press <kbd>↑</kbd> <kbd>q</kbd>, and in terminal 1 press <kbd>Ctrl</kbd>+<kbd>C</kbd>.
+In
+terminal 2 press <kbd>↑</kbd> <kbd>q</kbd>, and in terminal 1 press <kbd>Ctrl</kbd>+<kbd>C</kbd>.
 
 Write this as `c.py`:
 
@@ -51,6 +52,13 @@ Save it as
 <!-- file: launch/d.launch -->
 ```xml
 <launch/>
+```
+
+[e.py](../scripts/e.py) is shown:
+
+<!-- file: scripts/e.py -->
+```python
+pass
 ```
 
 ```

@@ -1,0 +1,17 @@
+#!/usr/bin/env python3
+import rospy
+from geometry_msgs.msg import Twist
+
+rospy.init_node('velocity_publisher')
+publisher = rospy.Publisher('/turtle1/cmd_vel', Twist, queue_size=10)
+velocity = Twist()
+velocity.linear.x = 0.5
+velocity.angular.z = 0.2
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    publisher.publish(velocity)
+    rospy.loginfo('%.1f m/s, %.1f rad/s', velocity.linear.x, velocity.angular.z)
+    try:
+        rate.sleep()
+    except rospy.ROSInterruptException:
+        break
