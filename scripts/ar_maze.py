@@ -49,7 +49,7 @@ class ArMaze:
         while not self.tour.finished and not rospy.is_shutdown():
             rate.sleep()
             now = rospy.get_time()
-            command = self.tour.step(min(max(0.0, now - before), 0.15))   # a clock can be set
+            command = self.tour.step(min(max(0.0, now - before), 0.15))   # not longer, if somebody sets the clock
             before = now
             velocity = Twist()
             velocity.linear.x, velocity.linear.y, velocity.angular.z = command

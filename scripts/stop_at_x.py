@@ -11,6 +11,7 @@ from turtle_robotont.params import check_params, number, ros_name
 
 GAIN = 4.0     # speed for each metre, or radian, that is left [1/s]
 NEAR = 0.005   # close enough [m]
+ALIGNED = 0.05  # looks in the right direction [rad]
 pose = None    # the newest one
 
 
@@ -46,7 +47,7 @@ def main():
         turn = math.remainder(direction - pose.theta, 2.0 * math.pi)  # the shorter way round, -pi to pi
         velocity = Twist()
         velocity.angular.z = limited(GAIN * turn, turn_speed)
-        if abs(turn) < 0.05:                           # it looks in the right direction: drive
+        if abs(turn) < ALIGNED:
             velocity.linear.x = limited(GAIN * abs(x - pose.x), speed)
         publisher.publish(velocity)
         rate.sleep()

@@ -34,7 +34,7 @@ class Allowed(NamedTuple):
 
 def number(low: float = -math.inf, high: float = math.inf, unit: str = '') -> Allowed:
     """Allow a finite number from ``low`` to ``high`` in ``unit``."""
-    between = f' from {low:g} to {high:g}' if math.isfinite(high) else ''
+    between = f' from {low:g} to {high:g}' if math.isfinite(high) else ' in' if unit else ''
     return Allowed(f'a number{between} {unit}'.rstrip(), f'{high:g}' if math.isfinite(high) else '1.0',
                    lambda value: _is_number(value) and low <= value <= high, 'float')
 
@@ -65,7 +65,8 @@ def ros_name(example: str) -> Allowed:
 
 def list_of(entry: Allowed, example: str, least: int = 1, most: float = math.inf) -> Allowed:
     """Allow a list of ``least`` to ``most`` entries."""
-    count = f'{least} entries' if least == most else f'at least {least} entries'
+    entries = 'entry' if least == 1 else 'entries'
+    count = f'{least} {entries}' if least == most else f'at least {least} {entries}'
     return Allowed(f'a list of {count}, each {entry.text}', f'"{example}"',
                    lambda value: isinstance(value, list) and least <= len(value) <= most
                    and all(entry.accepts(each) for each in value), f'list of {entry.kind}')

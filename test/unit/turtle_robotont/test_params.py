@@ -29,10 +29,11 @@ def test_what_is_allowed(allowed, right, wrong):
 
 
 @pytest.mark.parametrize('allowed, text', [
-    (number(unit='m/s'), 'a number m/s'), (number(0.1, 1000.0, 'Hz'), 'a number from 0.1 to 1000 Hz'),
+    (number(unit='m/s'), 'a number in m/s'), (number(0.1, 1000.0, 'Hz'), 'a number from 0.1 to 1000 Hz'),
     (whole(0, 255, 'px'), 'a whole number from 0 to 255 px'), (whole(0), 'a whole number from 0'),
     (one_of('drive', 'log'), 'one of drive, log'), (true_or_false(), 'true or false'),
     (list_of(whole(0, 255), '[0, 0, 0]', 3, 3), 'a list of 3 entries, each a whole number from 0 to 255'),
+    (list_of(whole(1), '[1]'), 'a list of at least 1 entry, each a whole number from 1'),
 ])
 def test_texts(allowed, text):
     assert allowed.text == text
