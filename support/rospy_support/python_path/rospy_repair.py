@@ -1,4 +1,4 @@
-"""Two repairs of rospy: Ctrl-C ends every program, and a program that is started before roscore waits for it.
+"""Repairs of rospy: Ctrl-C ends every program, and a program that is started before roscore waits for it.
 
 sitecustomize.py beside this file says how it gets into all programs of a workspace. Programs must not rely on it: they
 have to be right with the original rospy, too.
@@ -10,6 +10,9 @@ for PATIENCE, say in the call of a service, another thread shuts down meanwhile.
 hooks of rospy.on_shutdown run once, normally in the main thread, which goes on after the shutdown. One thing is new:
 GRACE after the first Ctrl-C, another one raises KeyboardInterrupt, as in every Python program. rospy ignores it, so
 that a program in input() or in a loop without rospy.is_shutdown() cannot be ended.
+
+**Publishing meanwhile.** A shutdown closes the topics before rospy.is_shutdown() is true. A thread that publishes just
+then got an error, "publish() to a closed topic"; here, as a moment later with rospy, nothing happens.
 
 **Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
 for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
@@ -45,14 +48,16 @@ ALLOWED = ('true, false, whole numbers from -2147483648 to 2147483647, numbers w
 
 _original_signal = rospy.core._ros_signal
 _original_start = rospy.impl.init.start_node
+_original_publish = rospy.Publisher.publish
 _first_signal = []  # [s, monotonic] when the first one came
 
 
 def repair():
-    """Replace rospy's signal handler and the function that starts a node; do nothing for an unknown rospy."""
+    """Replace rospy's signal handler, publish() and the function that starts a node; do nothing for an unknown rospy."""
     if importlib.metadata.version('rospy').startswith(CHECKED):
         rospy.core._ros_signal = _on_signal
         rospy.impl.init.start_node = _start_node
+        rospy.Publisher.publish = _publish
         atexit.register(_await_shutdown)  # runs before rospy's own
 
 
@@ -103,6 +108,15 @@ def _await_shutdown():
     """Wait until another thread has called the hooks of a shutdown, if one does."""
     if rospy.core._shutdown_lock.acquire(timeout=LONGEST_WAIT):
         rospy.core._shutdown_lock.release()
+
+
+def _publish(publisher, *arguments, **fields):
+    """Publish a message; do nothing once a shutdown has closed the topic."""
+    try:
+        _original_publish(publisher, *arguments, **fields)
+    except rospy.ROSException:
+        if not rospy.core._in_shutdown:
+            raise
 
 
 def _start_node(*arguments, **options):

@@ -313,3 +313,16 @@ def test_a_repair_that_fails_ends_no_program(tmp_path):
     (tmp_path / 'rospy_repair.py').write_text('raise ValueError\n')
     path = os.pathsep.join([str(tmp_path), os.environ['PYTHONPATH']])
     assert ended(program(ASK, PYTHONPATH=path)) == (0, 'rospy.core\n', '')
+
+
+@pytest.mark.parametrize('shutting_down', [True, False])
+def test_publishing_on_a_closed_topic_is_an_error_unless_the_node_ends(monkeypatch, shutting_down):
+    def closed(*_):
+        raise rospy.ROSException('publish() to a closed topic')
+    monkeypatch.setattr(rospy_repair, '_original_publish', closed)
+    monkeypatch.setattr(rospy.core, '_in_shutdown', shutting_down)
+    if shutting_down:
+        assert rospy_repair._publish(None, 'message') is None
+    else:
+        with pytest.raises(rospy.ROSException):
+            rospy_repair._publish(None, 'message')
