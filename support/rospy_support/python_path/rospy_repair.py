@@ -53,7 +53,7 @@ _first_signal = []  # [s, monotonic] when the first one came
 
 
 def repair():
-    """Replace rospy's signal handler, publish() and the function that starts a node; do nothing for an unknown rospy."""
+    """Replace rospy's signal handler, publish() and the function that starts a node; nothing for an unknown rospy."""
     if importlib.metadata.version('rospy').startswith(CHECKED):
         rospy.core._ros_signal = _on_signal
         rospy.impl.init.start_node = _start_node
