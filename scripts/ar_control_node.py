@@ -27,6 +27,7 @@ class ArControl:
         self.status = ''
         rospy.Subscriber('ar_pose_marker', AlvarMarkers, self.on_markers)
         rospy.loginfo('Subscribing to %s', rospy.resolve_name('ar_pose_marker'))
+        rospy.Timer(rospy.Duration(5.0), self.warn, oneshot=True)   # calls warn once, after 5 s
 
     def on_markers(self, message):
         now, lines = rospy.get_time(), []
@@ -49,6 +50,11 @@ class ArControl:
             self.printed = now
             for line in lines or ['No AR markers detected.']:
                 rospy.loginfo(line)
+
+    def warn(self, event):
+        if self.printed < 0.0:
+            rospy.logwarn('No markers on %s for 5 s. To start camera and tracker, type: roslaunch turtle_robotont '
+                          'camera_ar_track.launch', rospy.resolve_name('ar_pose_marker'))
 
     def drive(self, mode):
         """Publish velocities until the node ends."""
@@ -115,10 +121,6 @@ def main():
     node = ArControl()
     if mode != 'print':
         node.drive(mode)
-    rospy.sleep(5.0)
-    if node.printed < 0.0:
-        rospy.logwarn('No markers on %s for 5 s. To start camera and tracker, type: roslaunch turtle_robotont '
-                      'camera_ar_track.launch', rospy.resolve_name('ar_pose_marker'))
     rospy.spin()
 
 

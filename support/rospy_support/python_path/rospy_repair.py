@@ -11,8 +11,9 @@ hooks of rospy.on_shutdown run once, normally in the main thread, which goes on 
 GRACE after the first Ctrl-C, another one raises KeyboardInterrupt, as in every Python program. rospy ignores it, so
 that a program in input() or in a loop without rospy.is_shutdown() cannot be ended.
 
-**Publishing meanwhile.** A shutdown closes the topics before rospy.is_shutdown() is true. A thread that publishes just
-then got an error, "publish() to a closed topic"; here, as a moment later with rospy, nothing happens.
+**Publishing meanwhile.** A shutdown calls the hooks and closes the topics before rospy.is_shutdown() is true. What another
+thread publishes just then came after the hook's last velocity, or was an error, "publish() to a closed topic". Here, as a
+moment later with rospy, nothing happens once the hooks have been called.
 
 **Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
 for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
@@ -111,7 +112,9 @@ def _await_shutdown():
 
 
 def _publish(publisher, *arguments, **fields):
-    """Publish a message; do nothing once a shutdown has closed the topic."""
+    """Publish a message; do nothing once a shutdown has called the hooks."""
+    if rospy.core._in_shutdown and not rospy.core._client_shutdown_hooks:
+        return
     try:
         _original_publish(publisher, *arguments, **fields)
     except rospy.ROSException:

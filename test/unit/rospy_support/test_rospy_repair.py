@@ -321,8 +321,21 @@ def test_publishing_on_a_closed_topic_is_an_error_unless_the_node_ends(monkeypat
         raise rospy.ROSException('publish() to a closed topic')
     monkeypatch.setattr(rospy_repair, '_original_publish', closed)
     monkeypatch.setattr(rospy.core, '_in_shutdown', shutting_down)
+    monkeypatch.setattr(rospy.core, '_client_shutdown_hooks', [print])
     if shutting_down:
         assert rospy_repair._publish(None, 'message') is None
     else:
         with pytest.raises(rospy.ROSException):
             rospy_repair._publish(None, 'message')
+
+
+def test_nothing_is_published_after_the_hooks(monkeypatch):
+    """Such as a velocity of the main thread after the hook's stop, when rosnode kill ends the node."""
+    published = []
+    monkeypatch.setattr(rospy_repair, '_original_publish', lambda publisher, message: published.append(message))
+    monkeypatch.setattr(rospy.core, '_in_shutdown', True)
+    monkeypatch.setattr(rospy.core, '_client_shutdown_hooks', [print])
+    rospy_repair._publish(None, 'stop')
+    rospy.core._client_shutdown_hooks.clear()
+    rospy_repair._publish(None, 'drive')
+    assert published == ['stop']

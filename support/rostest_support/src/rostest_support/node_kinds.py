@@ -134,7 +134,7 @@ KINDS = (
              needs=('tracker',), published=('/cmd_vel',), subscribed=('/ar_pose_marker',), drives=True, lesson=True),
     NodeKind('rosbridge', '/rosbridge_websocket', 'rosbridge_server', 'rosbridge_websocket', ('_port:=0',),
              published=('/client_count', '/connected_clients')),
-    NodeKind('browser', '/browser', 'course_page', 'browser', ('--port=0',)),
+    NodeKind('browser', '/browser', 'turtle_robotont', 'browser.py', ('--port=0',)),
     NodeKind('web_video', '/web_video_server', 'web_video_server', 'web_video_server', ('_port:=0',)),
     NodeKind('tf2_web', '/tf2_web_republisher', 'tf2_web_republisher', 'tf2_web_republisher',
              published=('/tf2_web_republisher/feedback',), subscribed=('/tf2_web_republisher/goal',),
