@@ -11,9 +11,9 @@ hooks of rospy.on_shutdown run once, normally in the main thread, which goes on 
 GRACE after the first Ctrl-C, another one raises KeyboardInterrupt, as in every Python program. rospy ignores it, so
 that a program in input() or in a loop without rospy.is_shutdown() cannot be ended.
 
-**Publishing meanwhile.** A shutdown calls the hooks and closes the topics before rospy.is_shutdown() is true. What another
-thread publishes just then came after the hook's last velocity, or was an error, "publish() to a closed topic". Here, as a
-moment later with rospy, nothing happens once the hooks have been called.
+**Publishing meanwhile.** A shutdown calls the hooks and closes the topics before rospy.is_shutdown() is true. What
+another thread published just then came after the hook's last velocity, or was an error, "publish() to a closed topic".
+Here, as a moment later with rospy, nothing happens once the hooks have been called.
 
 **Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
 for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
