@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Nothing that ./run demo, test and grade start can be reached from another machine.
 
-Of ./run shell only the XML-RPC servers of C++ nodes can. A network namespace of ours asks all ports of another, in which
-they run, and ss there tells what waits for anybody, UDP included.
+Of ./run shell, only the XML-RPC servers of C++ nodes can. A network namespace of ours asks all ports of another, in
+which they run, and ss there tells what waits for anybody, UDP included.
 """
 import os
 import re
