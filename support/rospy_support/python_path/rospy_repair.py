@@ -13,7 +13,8 @@ that a program in input() or in a loop without rospy.is_shutdown() cannot be end
 
 **Publishing meanwhile.** A shutdown calls the hooks and closes the topics before rospy.is_shutdown() is true. What
 another thread published just then came after the hook's last velocity, or was an error, "publish() to a closed topic".
-Here, as a moment later with rospy, nothing happens once the hooks have been called.
+Here, as a moment later with rospy, nothing happens once the hooks have been called; and what the hooks have published,
+such as a velocity of zero, is sent before the topics are closed, which drops what still waits.
 
 **Start.** Without a master, rospy.init_node ends in a traceback: it reads and sets parameters of the master, but waits
 for it only if a topic is registered already. Here it waits in any case, and says so, as roscpp does. Before that it
@@ -33,11 +34,13 @@ import rospy
 import rospy.client
 import rospy.core
 import rospy.impl.init
+import rospy.impl.registration
 
 CHECKED = '1.15.', '1.16.', '1.17.'  # versions of rospy; others stay as they are
 PATIENCE = 0.5  # [s] for the main thread to leave rospy; publish and loginfo take less than 1 ms
 GRACE = 2.0  # [s] in which further Ctrl-C do nothing, as with rospy: the first one needs some tenths of a second
 LONGEST_WAIT = 5.0  # [s] for a shutdown that another thread executes
+LONGEST_SENDING = 0.2  # [s] of what the hooks have published
 MASTER_POLL = 0.2  # [s]
 MASTER_TIMEOUT = 2.0  # [s] for the answer of a master
 HOLD_NO_LOCK = {  # functions of rospy that hold no lock while they wait, so that the shutdown may run inside them
@@ -59,6 +62,7 @@ def repair():
         rospy.core._ros_signal = _on_signal
         rospy.impl.init.start_node = _start_node
         rospy.Publisher.publish = _publish
+        rospy.core.add_preshutdown_hook(_send_rest)  # the first one: it runs directly after the program's hooks
         atexit.register(_await_shutdown)  # runs before rospy's own
 
 
@@ -120,6 +124,16 @@ def _publish(publisher, *arguments, **fields):
     except rospy.ROSException:
         if not rospy.core._in_shutdown:
             raise
+
+
+def _send_rest(_):
+    """Wait until the threads that write to subscribers have taken and sent what waits."""
+    topics = list(rospy.impl.registration.get_topic_manager().pubs.values())
+    end = time.monotonic() + LONGEST_SENDING
+    while time.monotonic() < end and any(getattr(connection, '_queue', None) for topic in topics
+                                         for connection in topic.connections):
+        time.sleep(0.005)
+    time.sleep(0.01)  # for the one that has just been taken
 
 
 def _start_node(*arguments, **options):
