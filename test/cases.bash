@@ -7,7 +7,7 @@
 all_cases() (
   cd "$repo" || return
   printf 'mypy\tcheck\nruff\tcheck\n'
-  find test/unit -name 'test_*.py' -printf 'unit\t%p\n' | sort
+  find test/unit */*/test/unit bench/test stress/test -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md docs/course_next.md README.md
   printf 'stress\t%s\n' fuzz clients master storms system web interrupts soak
   printf 'grading\tcourse_nodes\n'
@@ -38,13 +38,13 @@ needs_of_cases() {
     if grep -qE "$pattern" <<<"$cases"; then echo "$need"; fi
   done <<END
 /network/|^page|^stress.system|_doctor iproute2
-printing/test_sheet            poppler-utils
-turtlesim/(test_)?window       xvfb
+/test_sheet                    poppler-utils
+/(test_)?window                 xvfb
 browser|class_page             ?chromium
 browser|class_page             ?chromium-driver
 browser|class_page             ?python3-selenium
 ^(unit|catkin_lint|ruff|mypy)  $repo/test/requirements.txt
-grader/test_remote             $repo/grading/course_grader/dask_requirements.txt
+/test_remote                   $repo/grading/course_grader/dask_requirements.txt
 test_notebooks                 $repo/test/notebook_requirements.txt
 recordings?\.test              $repo/test/requirements.txt
 ^(unit|mypy|stress)            $repo/stress/requirements.txt

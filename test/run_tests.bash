@@ -17,7 +17,7 @@ cases_here() {
   local dir left_out='^$'
   for dir in "$repo"/*/*/package.xml; do
     dir=${dir%/*}
-    [ -e "$ws/src/$(basename "$dir")" ] || left_out+="|test/(unit|rostest)/$(basename "$dir")/"
+    [ -e "$ws/src/$(basename "$dir")" ] || left_out+="|${dir#"$repo"/}/test/"
   done
   chosen_cases "$@" | grep -vE "$left_out"
 }

@@ -211,7 +211,8 @@ def test_a_command_installs_what_its_modules_import(folder):
                         for line in (REPOSITORY / file).read_text().splitlines())
     required |= set().union(*(requires[name] for name in required))
     names = {top(name) for path in MODULES if path.relative_to(REPOSITORY).parts[0] == folder
-             and path.name != 'setup.py' for name in imports_of(path)}
+             and path.name != 'setup.py' and 'test' not in path.relative_to(REPOSITORY).parts
+             for name in imports_of(path)}
     assert {name: distribution_of[name] for name in names if name in distribution_of
             and distribution_of[name] not in required | EXTRAS} == {}
 

@@ -22,11 +22,11 @@ import xmlrpc.server
 import rosgraph
 import roslib.packages
 import rospy
-from tcpros_client import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
 
 from rostest_support import node_kinds
 from rostest_support.common import DEADLINE, Process, registered_names, run, until
 from rostest_support.node_kinds import BY_KEY
+from tcpros_client import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
 
 IDLE = 2000  # connections
 SOON = 0.2  # [s] in which a new subscriber and a call get through beside them: the median of

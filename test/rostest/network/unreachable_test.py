@@ -13,9 +13,8 @@ import unittest
 
 import listening
 import two_machines_test
-from two_machines_test import LAPTOP, ROBOT, Machine
-
 from rostest_support.common import Process, run, until
+from two_machines_test import LAPTOP, ROBOT, Machine
 
 REPOSITORY = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', '..'))
 ROBOT_6 = 'fd77::1'
@@ -83,8 +82,8 @@ class UnreachableTest(unittest.TestCase):
             self.start(self.inside, *ours, 'demo', '--output', os.path.join(folder.name, 'demo'), 'First publisher'),
             self.start(self.inside, *ours, 'grade', 'publish_circle', '--output', os.path.join(folder.name, 'grade'),
                        '--', sys.executable, student),
-            self.start(self.inside, 'rostest', '--results-base-dir', folder.name, os.path.join(
-                REPOSITORY, 'test/rostest/robotont_gazebo/robotont_basic.test'))]  # with the environment of ./run test
+            self.start(self.inside, 'rostest', '--results-base-dir', folder.name, os.path.join(  # as in ./run test
+                REPOSITORY, 'simulation/robotont_gazebo/test/rostest/robotont_basic.test'))]
         scans, exposed, seen = [], set(), set()
 
         def look():

@@ -6,8 +6,8 @@ import unittest
 
 import roslib.packages
 from geometry_msgs.msg import Twist
-from nodes_tools import OwnMaster
 
+from nodes_tools import OwnMaster
 from rostest_support.common import DEADLINE, SIMULATOR, Collected, Process, run, until
 
 WAITS = 'There is no ROS master at {uri}. Waiting for it: type roscore'

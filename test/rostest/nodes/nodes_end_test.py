@@ -11,9 +11,9 @@ import unittest
 import xmlrpc.client
 
 from geometry_msgs.msg import Twist
-from nodes_tools import Nodes, OwnMaster, on_own_turtle
 from turtle_robotont.srv import DriveTo
 
+from nodes_tools import Nodes, OwnMaster, on_own_turtle
 from rospy_support import registration
 from rostest_support import node_kinds
 from rostest_support.common import Collected, run, until

@@ -12,7 +12,6 @@ import unittest
 
 from nodes_pages import names_and_types, wrong_pages
 from nodes_tools import Nodes, OwnMaster, all_kinds
-
 from rostest_support.common import run, until
 
 RESTARTS = int(os.environ.get('RESTARTS', '3'))

@@ -9,7 +9,6 @@ import time
 import unittest
 
 from nodes_tools import Nodes, OwnMaster, all_kinds
-
 from rostest_support.common import run
 from rostest_support.node_kinds import HARDENED
 

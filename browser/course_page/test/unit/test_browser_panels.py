@@ -1,0 +1,238 @@
+"""The logic of the page's panels, which is JavaScript: it runs in a browser, with values from tables."""
+import functools
+import http.server
+import json
+import pathlib
+import re
+import threading
+
+import pytest
+
+from rostest_support import browser
+
+pytestmark = pytest.mark.skipif(bool(browser.MISSING), reason=browser.MISSING)
+REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
+COURSE = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
+COURSE_NEXT = (REPOSITORY / 'docs' / 'course_next.md').read_text(encoding='utf-8')
+POSE = {'type': 'turtlesim/Pose', 'fieldnames': ['x', 'y'], 'fieldtypes': ['float32', 'float32'],
+        'fieldarraylen': [-1, -1]}
+SCAN = {'type': 'a/Scan', 'fieldnames': ['header', 'ranges', 'name', 'pose'], 'fieldarraylen': [-1, 0, -1, -1],
+        'fieldtypes': ['std_msgs/Header', 'float32', 'string', 'turtlesim/Pose']}
+HEADER = {'type': 'std_msgs/Header', 'fieldnames': ['seq', 'stamp'], 'fieldtypes': ['uint32', 'time'],
+          'fieldarraylen': [-1, -1]}
+TYPES = f'new (await import("/panels/lib/types.js")).Types({json.dumps([SCAN, HEADER, POSE])})'
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        """Say nothing."""
+
+
+@pytest.fixture(scope='module')
+def page():
+    handler = functools.partial(Quiet, directory=str(REPOSITORY / 'browser' / 'course_page' / 'web'))
+    with http.server.ThreadingHTTPServer(('localhost', 0), handler) as server, browser.Browser() as opened:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        opened.get(f'http://localhost:{server.server_port}/README.md')
+        yield opened
+        server.shutdown()
+
+
+def value(page, module, expression):
+    """Return the value of an expression with the names of a module, or the text of its error."""
+    return json.loads(page.evaluate(f'''(async () => {{
+        try {{
+            const m = await import("/panels/lib/{module}.js");
+            return JSON.stringify({expression}) ?? "null";
+        }} catch (error) {{ return JSON.stringify(`error: ${{error.message}}`); }}
+    }})()'''))
+
+
+@pytest.mark.parametrize('module, expression, expected', [
+    ('form', 'm.parse("0.5", "float64")', 0.5),
+    ('form', 'm.parse("1e-3", "float32")', 0.001),
+    ('form', 'm.parse(" -inf ", "float64")', '-Infinity'),
+    ('form', 'm.parse("1,5", "float64")', 'error: "1,5" is not a number. Use a point, not a comma: 0.5'),
+    ('form', 'm.parse("1e999", "float64")', 'error: 1e999 is too large for a float64.'),
+    ('form', 'm.parse("256", "uint8")', 'error: 256 is not allowed: a uint8 is from 0 to 255.'),
+    ('form', 'm.parse("-128", "int8")', -128),
+    ('form', 'm.parse("3.0", "int32")', 'error: "3.0" is not a whole number. Example: 3'),
+    ('form', 'm.parse("TRUE", "bool")', True),
+    ('form', 'm.parse("  a ", "string")', '  a '),
+    ('form', 'm.parseArray("[1, 2 3;4]", "uint8", 0)', [1, 2, 3, 4]),
+    ('form', 'm.parseArray("", "float64", 0)', []),
+    ('form', 'm.parseArray("1, 2", "float64", 3)', 'error: 2 values; this array has exactly 3.'),
+    ('form', 'm.parseArray("1, x", "float64", 0)',
+     'error: Value 2: "x" is not a number. Examples: 0.5, -2, 1e-3, inf, nan'),
+    ('form', '''m.parseArray('["a, b", "c"]', "string", 0)''', ['a, b', 'c']),
+    ('fields', 'm.expand("/turtle1/pose/x:y, odom/a//b/")',
+     ['/turtle1/pose/x', '/turtle1/pose/y', '/odom/a/b']),
+    ('fields', 'm.split("/a/b/c", ["/a", "/a/b", "/a/bc"])', {'topic': '/a/b', 'path': 'c'}),
+    ('fields', 'm.split("/a", ["/b"])', None),
+    ('fields', f'm.numbersAt({TYPES}, "pose")', ['pose/x', 'pose/y']),
+    ('fields', f'm.numbersAt({TYPES}, "ranges[7]")', ['ranges[7]']),
+    ('fields', f'm.numbersAt({TYPES}, "header/stamp")', ['header/stamp']),
+    ('fields', f'm.numbersAt({TYPES}, "name")', 'error: a/Scan has no number "name". It has header/seq, header/stamp, '
+     'ranges[0], pose/x, pose/y.'),
+    # seq 4 + stamp 8, length 4 + 2 * 4, length 4 + 2 (u umlaut), 2 * 4 bytes
+    ('values', f'm.sizeOf({{header: {{seq: 1, stamp: {{secs: 0, nsecs: 0}}}}, ranges: [1, null], name: "\\u00fc", '
+     f'pose: {{x: 0, y: 0}}}}, "a/Scan", null, {TYPES})', 38),
+    ('values', r'm.clean("a\nb\u202e<b>", 5)', 'a\\nb\\u202e<…'),
+    ('values', 'm.short(null, "float32")', 'NaN or infinite'),
+    ('values', 'm.short([1, 2, 3, 4, 5, 6, 7, 8, 9.5], "float64", true)', '[1, 2, 3, 4, 5, 6, 7, 8, …] 9 elements'),
+    ('values', 'm.short("AAAA", "uint8", true)', '3 bytes'),
+    ('values', 'm.short(5.544444561004639, "float32")', '5.544445'),
+    ('values', 'm.at({a: [{b: 2}]}, ["a", 0, "b"])', 2),
+    ('values', 'm.at({}, ["constructor"]) === undefined', True),
+    ('samples', 'm.merge([[[1, 3], [10, 30]], [[2, 3], [5, 6]]])', [[1, 2, 3], [10, None, 30], [None, 5, 6]]),
+    ('samples', 'm.toCsv(["/a", "b\\"c"], [[1, 2], [0.5, null], [3, 4]])',
+     '"time","/a","b""c"\n1.0000,0.5,3\n2.0000,,4\n'),
+    ('samples', 'm.summary([0, 1, 2, 3], [9, 1, null, 4], 1, 3)', {'last': 4, 'min': 1, 'max': 4}),
+    ('parameter_values',
+     '["1", "1.0", "true", "[1, 2]", "a b", "\\"1\\"", "[1"].map((text) => m.parseValue(text).kind)',
+     ['int', 'double', 'bool', 'list', 'text', 'text', '']),
+    ('parameter_values', '[1, "1", "a", true, [1], {a: "b"}].map(m.valueText)',
+     ['1', '"1"', 'a', 'true', '[1]', '{"a":"b"}']),
+    ('parameter_values', 'm.flatten({b: {c: 1, d: {}}, a: [1]})', [['/a', [1]], ['/b/c', 1], ['/b/d', {}]]),
+    ('parts', '''m.asArgument({x: 1, name: "it's", list: [true, "NaN"]})''',
+     """'{x: 1, name: "it'\\''s", list: [true, .nan]}'"""),
+])
+def test_values(page, module, expression, expected):
+    assert value(page, module, expression) == expected
+
+
+def test_rates_are_those_of_the_messages(page):
+    assert value(page, 'monitor', '''(() => {
+        const meter = new m.Meter();
+        for (let i = 0; i < 100; i += 1) meter.add(i / 50, 20);
+        return [meter.read(1.98), meter.read(60)];
+    })()''') == [{'rate': pytest.approx(50), 'bandwidth': pytest.approx(1000)}, {'rate': 0, 'bandwidth': 0}]
+
+
+def test_samples_are_bounded(page):
+    """70 s at 1000 Hz: at most the 15750 newest of the last 63 s stay."""
+    count, first = value(page, 'samples', '''(() => {
+        const samples = new m.Samples();
+        samples.add('x');
+        for (let i = 0; i < 70000; i += 1) samples.take({x: i}, i / 1000);
+        return [samples.values('x').length, samples.values('x')[0]];
+    })()''')
+    assert 15000 <= count <= 15750
+    assert first == 70000 - count
+
+
+def test_log_is_bounded_and_counts_repeated_messages(page):
+    size, dropped, times = value(page, 'log', '''(() => {
+        const log = new m.Log(100);
+        const message = (i) => ({level: 2, name: '/n', msg: `${i}`, header: {stamp: {secs: 1, nsecs: 0}}, file: '',
+                                 line: 1, function: ''});
+        for (let i = 0; i < 1000; i += 1) log.add(message(i));
+        for (let i = 0; i < 50; i += 1) log.add(message('again'));
+        return [log.size, log.dropped, log.find({levels: new Set([2]), node: '', text: 'again'})[0].count];
+    })()''')
+    assert size <= 110
+    assert size + dropped == 1001
+    assert times == 50
+
+
+def test_a_graph_of_50_nodes_is_laid_out_without_overlaps(page):
+    boxes = value(page, 'layout', '''(() => {
+        const nodes = Array.from({length: 50}, (_, i) => `/node${i}`);
+        const topics = nodes.map((name) => `${name}/topic`);
+        const edges = nodes.flatMap((name, i) => [[`n:${name}`, `t:${name}/topic`, ''],
+                                                  [`t:${name}/topic`, `n:/node${(i + 1) % 50}`, '']]);
+        return m.layOut({nodes, topics, edges}, (text) => 7 * text.length).nodes;
+    })()''')
+    assert len(boxes) == 100
+    for i, one in enumerate(boxes):
+        for other in boxes[:i]:
+            assert (abs(one['x'] - other['x']) >= (one['width'] + other['width']) / 2 - 1
+                    or abs(one['y'] - other['y']) >= (one['height'] + other['height']) / 2 - 1)
+
+
+@pytest.mark.parametrize('text', [COURSE, COURSE_NEXT], ids=['course.md', 'course_next.md'])
+def test_every_step_of_the_course_is_read(page, text):
+    read = value(page, 'course_text', f'm.parseCourse({json.dumps(text)})')
+    steps, titles = read['steps'], re.findall(r'^## (\d+)\. (.*)$', text, re.MULTILINE)
+    assert text.startswith(f'# {read["title"]}\n')
+    assert [(str(step['number']), step['title']) for step in steps] == titles
+    assert all(step['goal'] for step in steps)
+    commands = [command['text'] for step in steps for block in step['blocks'] if block['kind'] == 'commands'
+                for command in block['commands']]
+    blocks = re.findall(r'```bash\n(.*?)```', text.split('## All launch')[0], re.DOTALL)
+    assert len(commands) == len([line for block in blocks for line in block.splitlines() if line.strip()])
+    assert not [command for command in commands if '# terminal' in command]
+
+
+def test_the_steps_of_the_first_page_have_rules(page):
+    steps = value(page, 'course_text', f'm.parseCourse({json.dumps(COURSE)}).steps')
+    assert sorted(map(int, value(page, 'course_rules', 'm.RULES'))) == [step['number'] for step in steps]
+
+
+def node(*publishing, reads=(), serves=()):
+    return {'publishing': publishing, 'subscribing': reads, 'services': serves}
+
+
+TYPES_OF_TOPICS = {'/turtle1/pose': 'turtlesim/Pose', '/turtle1/cmd_vel': 'geometry_msgs/Twist',
+                   '/odom': 'nav_msgs/Odometry', '/cmd_vel': 'geometry_msgs/Twist',
+                   '/ar_pose_marker': 'ar_track_alvar_msgs/AlvarMarkers'}
+SIMULATORS = {'/turtlesim': node('/turtle1/pose', reads=['/turtle1/cmd_vel']),
+              '/robotont_gazebo': node('/odom', reads=['/cmd_vel']), '/ar_track_alvar': node('/ar_pose_marker')}
+PUBLISHER, READER = node('/turtle1/cmd_vel'), node(reads=['/turtle1/pose'])
+STEERING = node('/turtle1/cmd_vel', reads=['/turtle1/pose'])
+ROBOT_STEERING = node('/cmd_vel', reads=['/odom'])
+TO_TEN = [(6 + 0.5 * step, 5.5, 1.0) for step in range(9)] + [(10.0, 5.5, 0.0)]
+SQUARE = [(x, y, 1.0) for x, y in ((5, 5), (5.5, 5), (6, 5), (6, 5.5), (6, 6), (5.5, 6), (5, 6), (5, 5.5), (5, 5.02))]
+JUMPS = [(1 + 4 * (step % 2), 1 + 2 * step, 0.0) for step in range(5)]
+
+
+@pytest.mark.parametrize('program, drives, steps', [
+    (('/velocity_publisher', PUBLISHER), [], [1]),
+    (('/mine', PUBLISHER), [], [1]),
+    (('/velocity_publisher_1234_5678', PUBLISHER), [], [1]),  # anonymous
+    (('/teleop_turtle', PUBLISHER), [], [1]),
+    (('/browser', STEERING), TO_TEN + SQUARE, []),  # the page itself
+    (('/reader', READER), [], [2]),
+    (('/stop_at_x', STEERING), TO_TEN, [1, 2, 3]),
+    (('/stop_at_x', STEERING), TO_TEN[:-1], [1, 2]),  # it has not stopped
+    (('/stop_at_x', STEERING), TO_TEN[-2:], [1, 2]),  # it was put there
+    (('/teleop_turtle', PUBLISHER), TO_TEN, [1]),  # somebody has driven it by keys
+    (('/drive_shape', STEERING), SQUARE, [1, 2, 4]),
+    (('/drive_shape', STEERING), SQUARE[:-2], [1, 2]),  # not back yet
+    (('/drive_shape', STEERING), SQUARE[:2] * 9, [1, 2]),  # to and fro
+    (('/velocity_publisher', PUBLISHER), SQUARE, [1]),  # in a circle, without looking at the pose
+    (('/goto_pose_server', node(serves=['/turtle1/gotoPose'])), [], [6]),
+    (('/tour', READER), JUMPS, [2, 7]),
+    (('/tour', READER), JUMPS[:4], [2]),
+    (('/tracker_reader', node(reads=['/ar_pose_marker'])), [], [8]),
+    (('/robot', node('/cmd_vel')), [(0.05 * step, 0, 0.5) for step in range(4)], [9]),
+    (('/robot', node('/cmd_vel')), [(0, 0, 0.0)] * 4, []),  # it stands
+    (('/robot', ROBOT_STEERING), SQUARE, [9, 10]),
+    (('/robot', ROBOT_STEERING), SQUARE[:-2], [9]),
+    (('/follower', node('/cmd_vel', reads=['/ar_pose_marker'])), [], [8, 11]),
+])
+def test_a_step_of_the_course_is_seen(page, program, drives, steps):
+    """A program beside the simulators, and what its vehicle does: (x, y [m], speed [m/s]) each second."""
+    robot = '/cmd_vel' in program[1]['publishing']
+    assert watched(page, {**SIMULATORS, program[0]: program[1]}, TYPES_OF_TOPICS, drives, robot) == steps
+
+
+def test_a_second_turtle_is_seen(page):
+    assert watched(page, SIMULATORS, {**TYPES_OF_TOPICS, '/leo/pose': 'turtlesim/Pose'}) == [5]
+
+
+def watched(page, nodes, types, drives=(), robot=False):
+    """Return the steps that are marked done."""
+    return value(page, 'course_rules', f'''(() => {{
+        const done = new Set();
+        const watcher = new m.Watcher((number) => done.add(number));
+        const map = (values) => new Map(Object.entries(values));
+        watcher.look({{nodes: map({json.dumps(nodes)}), types: map({json.dumps(types)})}});
+        for (const [index, [x, y, speed]] of {json.dumps(drives)}.entries()) {{
+            const twist = {{twist: {{linear: {{x: speed, y: 0}}}}}};
+            const odometry = {{pose: {{pose: {{position: {{x, y}}}}}}, twist}};
+            if ({json.dumps(robot)}) watcher.pose("/odom", "nav_msgs/Odometry", odometry, index);
+            else watcher.pose("/turtle1/pose", "turtlesim/Pose", {{x, y, linear_velocity: speed}}, index);
+        }}
+        return [...done].sort((a, b) => a - b);
+    }})()''')

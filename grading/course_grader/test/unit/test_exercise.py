@@ -1,0 +1,183 @@
+"""course_grader.rules.exercise: the repository's exercise files are read; wrong ones are named with the key."""
+import copy
+import math
+import pathlib
+
+import pytest
+
+from course_grader.rules import exercise, registry
+
+FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
+GOOD = {'title': 'T', 'time': '10 s', 'start': {'x': '3 to 5 m'}, 'allows': ['teleport'],
+        'stimuli': [{'do': 'drive', 'for': '3 s'}],
+        'checks': [{'check': 'moves', 'points': 60, 'length': '2 m'}, {'check': 'runs', 'points': 40, 'must': True}]}
+
+
+@pytest.mark.parametrize('path', sorted(FOLDER.glob('*.yaml')), ids=lambda path: path.stem)
+def test_exercise_files_are_right(path):
+    loaded = exercise.load(path)
+    assert loaded.name == path.stem and loaded.asks and loaded.title
+    assert any(scored.must for scored in loaded.rules)
+
+
+@pytest.mark.parametrize('path', sorted(FOLDER.glob('*.yaml')), ids=lambda path: path.stem)
+def test_the_task_says_what_counts(path):
+    """The time, each name and each service that is checked, and what else is allowed stand in the task."""
+    loaded = exercise.load(path)
+    names = [scored.parameters[key].lstrip('/') for scored in loaded.rules for key in ('topic', 'service')
+             if key in scored.parameters]
+    names += [scored.parameters['by'] for scored in loaded.rules
+              if scored.parameters.get('by', '').startswith('teleport_')]
+    counted = [*names, f' {loaded.time:g} s', *(['/reset'] if 'reset' in loaded.allows else [])]
+    assert [text for text in counted if text not in loaded.asks] == []
+
+
+def test_values_are_converted():
+    loaded = exercise.parse(GOOD, 'good')
+    assert (loaded.time, loaded.pass_score, loaded.simulator) == (10.0, 80.0, 'turtlesim')
+    assert loaded.start == {'x': (3.0, 5.0), 'theta': (0.0, 0.0)}
+    assert loaded.rules[0] == exercise.ScoredRule('moves', {'length': 2.0}, 60.0, False)
+    assert loaded.rules[1].parameters == {'until': 'the end'} and loaded.rules[1].must
+    assert loaded.stimuli == [('drive', {'after': 0.0, 'linear': (0.5, 1.5), 'angular': (-0.8, 0.8), 'for': 3.0})]
+    request = {'do': 'call', 'service': '/a', 'type': 'b/C', 'request': ['2 to 9 m', '90 deg']}
+    assert exercise.parse({**GOOD, 'stimuli': [request]}).stimuli[0][1]['request'] == [
+        (2.0, 9.0), pytest.approx((math.pi / 2.0,) * 2)]
+
+
+def changed(*path, value=None):
+    """GOOD with one value set, or without it where ``value`` is None."""
+    content = copy.deepcopy(GOOD)
+    inner = content
+    for key in path[:-1]:
+        inner = inner[key]
+    if value is None:
+        del inner[path[-1]]
+    else:
+        inner[path[-1]] = value
+    return content
+
+
+@pytest.mark.parametrize('content, said', [
+    (None, 'the exercise is empty; it must be a mapping (keys with values)'),
+    (changed('title'), 'the exercise lacks the key title'),
+    (changed('colour', value=1), "the exercise has an unknown key 'colour'; it may have title, asks, simulator"),
+    (changed('time', value='10 parsec'), "the exercise: time: the unit 'parsec'"),
+    (changed('time', value='10'), "the exercise: time: '10' is not a number with one of the units s, ms, min"),
+    (changed('time', value='1000 s'), "time is '1000 s'; it must be above 0 and at most 120 s"),
+    (changed('pass', value='high'), "the exercise: pass: 'high' must be a number"),
+    (changed('pass', value=0), 'pass is 0; it must be above 0'),
+    (changed('simulator', value='gazebo'), "the exercise: simulator: 'gazebo' must be one of turtlesim, robotont"),
+    (changed('allows', value=['magic']), "allows has 'magic'; it may have teleport, reset, kill"),
+    (changed('start', value={'z': '1 m'}), "start has an unknown key 'z'; it may have x, y, theta"),
+    (changed('start', value={'x': '5 to 3 m'}), "start: x: '5 to 3 m' starts above its end"),
+    (changed('start', value={'y': '9 to 12 m'}), 'start: y is 9 to 12 m; the arena allows 0 to 11.0889 m'),
+    (changed('checks', value='all'), "the exercise: checks: 'all' must be a list"),
+    (changed('checks', 0, 'check', value='flies'), "check 1: check is 'flies'; it must be one of draws, commands"),
+    (changed('checks', 0, 'length'), 'check 1 (moves) lacks the key length'),
+    (changed('checks', 0, 'length', value='2 s'),
+     "check 1 (moves): length: the unit 's' in '2 s' does not measure a length"),
+    (changed('checks', 0, 'points'), 'check 1 (moves) lacks the key points'),
+    (changed('checks', 0, 'points', value=-1), 'check 1 (moves): points is -1; it must be above 0'),
+    (changed('checks', 0, 'points', value=50), 'the points of the checks add up to 90; they must add up to 100'),
+    (changed('checks', 1, 'must', value='yes please'), "check 2 (runs): must: 'yes please' must be true or false"),
+    (changed('checks', 1, 'until', value='noon'), "check 2 (runs): until: 'noon' must be one of the end, it is done"),
+    (changed('stimuli', 0, 'do', value='dance'), "stimulus 1: do is 'dance'; it must be one of drive, call, markers"),
+    (changed('stimuli', 0, 'for'), 'stimulus 1 (drive) lacks the key for'),
+])
+def test_wrong_files_are_named_with_the_key(content, said):
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.parse(content)
+    assert str(error.value).startswith(said)
+
+
+@pytest.mark.parametrize('parameters, said', [
+    ({'check': 'prints', 'pattern': '('}, 'check 1 (prints): pattern: missing ), unterminated subpattern'),
+    ({'check': 'pen', 'colour': [0, 0, 256]}, 'check 1 (pen): colour: [0, 0, 256] must be three whole numbers'),
+    ({'check': 'draws', 'shape': 'heart'}, "check 1 (draws): shape: 'heart' must be one of circle, square, triangle"),
+    ({'check': 'positions', 'count': 'four'}, "check 1 (positions): count: 'four' must be a whole number"),
+])
+def test_wrong_parameters_of_checks(parameters, said):
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.parse({'title': 'T', 'time': '1 s', 'checks': [{'points': 100, **parameters}]})
+    assert str(error.value).startswith(said)
+
+
+CALL = {'do': 'call', 'service': '/s', 'type': 'std_srvs/Empty', 'request': []}
+SHOW = {'do': 'markers', 'for': '3 s'}
+
+
+@pytest.mark.parametrize('changes, said', [
+    ({'checks': [{'check': 'stops', 'points': 100}]}, 'check 1 (stops) lacks the key x or y: where to stop'),
+    ({'checks': [{'check': 'answers', 'service': '/t', 'points': 100}], 'stimuli': [CALL]},
+     'check 1 (answers) needs a stimulus {do: call, service: /t, ...}: nobody calls that service'),
+    ({'checks': [{'check': 'prints_markers', 'what': 'id', 'points': 100}]},
+     'check 1 (prints_markers) needs a stimulus'),
+    ({'checks': [{'check': 'prints_no_marker', 'points': 100}], 'stimuli': [{**SHOW, 'rate': '0.5 Hz'}]},
+     'check 1 (prints_no_marker) needs a stimulus {do: markers, ...} of two messages'),  # 3 s * 0.5 Hz
+    ({'checks': [{'check': 'positions', 'count': 4, 'points': 100}]},
+     'check 1 (positions) needs the line: allows: [teleport]'),
+    ({'checks': [{'check': 'pen', 'colour': [0, 0, 0], 'points': 100}], 'simulator': 'robotont'},
+     'check 1 (pen) needs simulator: turtlesim'),
+    ({'stimuli': [{'do': 'drive', 'after': '8 s', 'for': '3 s'}]},
+     'stimulus 1 (drive) lasts until 11 s, longer than the time of the exercise, 10 s'),
+    ({'stimuli': [{**CALL, 'after': '10 s'}]}, 'stimulus 1 (call) lasts until 10 s'),
+    ({'stimuli': [{'do': 'drive', 'for': '3 s'}], 'simulator': 'robotont'}, 'stimulus 1 (drive) needs simulator'),
+    ({'checks': [{'check': 'connects', 'topic': 'turtle1/pose', 'role': 'publishes', 'points': 100}]},
+     "check 1 (connects): topic: 'turtle1/pose' must be a full name, such as /turtle1/pose"),
+    ({'stimuli': [{**CALL, 'type': 'turtlesim.srv.Go'}]}, "stimulus 1 (call): type: 'turtlesim.srv.Go' must be a"),
+    ({'checks': [{'check': 'moves', 'length': '-2 m', 'points': 100}]},
+     "check 1 (moves): length: '-2 m' must be above 0"),
+    ({'checks': [{'check': 'stops', 'x': '5 m', 'rest': '-1 s', 'points': 100}]},
+     "check 1 (stops): rest: '-1 s' must be at least 0"),
+    ({'checks': [{'check': 'prints_poses', 'share': '120 %', 'points': 100}]},
+     "check 1 (prints_poses): share: '120 %' must be at most 100 %"),
+    ({'checks': [{'check': 'prints_poses', 'fields': 4, 'points': 100}]},
+     'check 1 (prints_poses): fields: 4 must be one of 2, 3'),
+    ({'checks': [{'check': 'prints', 'pattern': 'x', 'times': 0, 'points': 100}]},
+     'check 1 (prints): times: 0 must be above 0'),
+    ({'checks': [{'check': 'moves', 'lenght': '2 m', 'length': '2 m', 'points': 100}]},
+     "check 1 (moves) has an unknown key 'lenght'; it may have length. Did you mean length?"),
+    ({'simulator': 'turtlsim'},
+     "the exercise: simulator: 'turtlsim' must be one of turtlesim, robotont. Did you mean turtlesim?"),
+])
+def test_what_no_program_could_fulfil_is_the_teachers_mistake(changes, said):
+    content = {'title': 'T', 'time': '10 s', 'checks': [{'check': 'runs', 'points': 100}], **changes}
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.parse(content)
+    assert str(error.value).startswith(said)
+
+
+def test_all_mistakes_are_said_at_once(tmp_path):
+    (tmp_path / 'wrong.yaml').write_text("""
+title: 7
+time: 10 s
+start: {x: 20 m}
+stimuli:
+  - {do: drive, fro: 3 s}
+  - 5
+checks:
+  - {check: moves, points: 60}
+  - {check: runs, points: 30, until: noon}
+""", encoding='utf-8')
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.load(tmp_path / 'wrong.yaml')
+    head, *lines = str(error.value).split('\n')
+    assert head.endswith('wrong.yaml: 7 mistakes')
+    assert [line.strip()[:24] for line in lines] == [
+        'the exercise: title: 7 m', 'start: x is 20 m; the ar', 'check 1 (moves) lacks th', "check 2 (runs): until: '",
+        'stimulus 1 (drive) has a', 'stimulus 1 (drive) lacks', 'stimulus 2 is 5; it must']
+
+
+def test_files_that_are_no_yaml_or_not_there(tmp_path):
+    (tmp_path / 'bad.yaml').write_text('title: [', encoding='utf-8')
+    with pytest.raises(exercise.ExerciseError, match='bad.yaml: not YAML'):
+        exercise.load(tmp_path / 'bad.yaml')
+    (tmp_path / 'empty.yml').write_text('', encoding='utf-8')
+    with pytest.raises(exercise.ExerciseError, match='empty.yml: the exercise is empty'):
+        exercise.load(tmp_path / 'empty.yml')
+    with pytest.raises(FileNotFoundError):
+        exercise.load(tmp_path / 'none.yaml')
+
+
+def test_every_check_says_what_it_looks_at():
+    assert all(registered.judge.__doc__ for registered in registry.RULES.values()) and len(registry.RULES) >= 11

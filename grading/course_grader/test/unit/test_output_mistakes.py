@@ -1,0 +1,47 @@
+"""course_grader.rules.output_mistakes: what a program prints instead of what is asked."""
+import pathlib
+
+import pytest
+
+from course_grader.rules import exercise, output_mistakes
+from course_grader.rules.observation import Observed, OutputLine, ShownMarkers
+from unit_support.graded_turtle import GradedTurtle
+
+FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
+SHOWN = [ShownMarkers(0.0, {21: (0.512, 0.113, 1.774), 35: (-0.304, 0.221, 2.531)}), ShownMarkers(1.5, {}),
+         ShownMarkers(3.0, {47: (0.701, -0.408, 0.902)})]
+
+
+@pytest.mark.parametrize('say, advice', [
+    (lambda pose: f'{pose.y:.3f} {pose.x:.3f}', 'swapped'),
+    (lambda pose: f'x {pose.x:.0f} y {pose.y:.0f}', 'whole numbers'),
+    (lambda pose: '5.54 5.54', 'always the same'),
+    (lambda pose: f'x {pose.x:.3f} theta {pose.theta:.3f}', 'theta'),
+    (lambda pose: f'{pose.y:.3f}, {pose.theta:.3f}', 'theta'),
+    (lambda pose: f'{pose.x:.3f} {pose.y:.3f}', None),
+    (lambda pose: 'hello', None)])
+def test_poses(say, advice):
+    turtle = GradedTurtle(2.0, 7.0).drive(4.0, 1.0, 0.7, say=say)
+    said = output_mistakes.found(exercise.load(FOLDER / 'print_poses.yaml'), turtle.observed, ['prints_poses'])
+    assert advice in said['prints_poses'][0] if advice else said == {'prints_poses': []}
+
+
+def test_one_pose():
+    turtle = GradedTurtle(2.0, 7.0).print('2.00 7.00').drive(4.0, 1.0, 0.7)
+    said = output_mistakes.found(exercise.load(FOLDER / 'print_poses.yaml'), turtle.observed, ['prints_poses'])
+    assert 'only 1 poses are printed' in said['prints_poses'][0]
+
+
+@pytest.mark.parametrize('name, say, advice', [
+    ('print_marker_x', lambda marker, at: f'{at[2]:.3f}', 'it prints z of each marker'),
+    ('print_marker_x', lambda marker, at: f'{at[1]:.3f}', 'it prints y of each marker'),
+    ('print_marker_x', lambda marker, at: f'{marker}', 'it prints id of each marker'),
+    ('print_marker_x', lambda marker, at: f'{at[0]:.3f}', None),
+    ('print_marker_ids', lambda marker, at: f'{at[0]:.3f}', 'it prints x of each marker'),
+    ('print_marker_ids', lambda marker, at: f'{marker}', None),
+    ('print_marker_ids', lambda marker, at: 'a marker', None)])
+def test_markers(name, say, advice):
+    lines = [OutputLine(shown.t + 0.05, say(marker, at)) for shown in SHOWN for marker, at in shown.markers.items()]
+    said = output_mistakes.found(exercise.load(FOLDER / f'{name}.yaml'), Observed(shown=SHOWN, lines=lines),
+                                 ['prints_markers'])
+    assert advice in said['prints_markers'][0] if advice else said == {'prints_markers': []}

@@ -1,0 +1,105 @@
+"""course_grader.rules.path_mistakes: what the path and the commands show."""
+import pathlib
+
+import pytest
+
+from course_grader.rules import exercise, path_mistakes, registry
+from course_grader.rules.observation import Command, Observed, Sensed
+from unit_support.graded_turtle import GradedTurtle
+
+FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
+
+
+def found(name, act, check='draws', start=(3.0, 3.0)):
+    """Return the advice on a check for what a turtle did in an exercise."""
+    turtle = GradedTurtle(*start)
+    act(turtle)
+    one = exercise.load(FOLDER / f'{name}.yaml')
+    return path_mistakes.found(one, turtle.observed, [check]).get(check)
+
+
+def polygon(turtle, side=4.0, turned=1.5708, sides=4, moving=0.0):
+    for number in range(sides):
+        turtle.drive(side if isinstance(side, float) else side[number % 2], 1.0, 0.0, 50.0)
+        turtle.drive(2.0, moving, turned / 2.0, 50.0)
+
+
+def visit(turtle, *corners):
+    for corner in corners:
+        turtle.teleport(*corner)
+
+
+@pytest.mark.parametrize('name, act, advice', [
+    ('square_by_topics', lambda turtle: polygon(turtle, turned=1.0472), 'turns by 60 degrees; a square needs 90'),
+    ('square_by_topics', lambda turtle: polygon(turtle, side=(4.0, 2.0)), 'its sides are 2.0 m and 4.0 m long'),
+    ('square_by_topics', lambda turtle: polygon(turtle, side=2.0, moving=0.5), 'the corners are round'),
+    ('square_by_topics', lambda turtle: polygon(turtle, side=9.0), 'into a wall'),
+    ('square_by_topics', lambda turtle: turtle.drive(3.0, 1.0), 'it never turns'),
+    ('square_by_teleport', lambda turtle: visit(turtle, (2, 2), (8, 8), (8, 2), (2, 8), (2, 2)), 'wrong order'),
+    ('square_by_teleport', lambda turtle: visit(turtle, (2, 2), (8, 2), (8, 5), (2, 5), (2, 2)), '3.0 m and 6.0 m'),
+    ('square_by_teleport', lambda turtle: visit(turtle.pen(0, 0, 0, 2, 1), (2, 2), (8, 2)), 'the pen is off'),
+])
+def test_shapes(name, act, advice):
+    assert advice in found(name, act)[0]
+
+
+@pytest.mark.parametrize('name, act', [
+    ('square_by_topics', polygon), ('square_by_topics', lambda turtle: polygon(turtle, sides=3)),
+    ('square_by_teleport', lambda turtle: visit(turtle, (3, 3), (7, 3), (7, 7), (3, 7), (3, 3))),
+    ('square_by_teleport', lambda turtle: visit(turtle, (3, 3), (7, 3), (7, 7), (3, 7))),
+    ('square_by_topics', lambda turtle: turtle.wait(1.0))])
+def test_nothing_is_said_of_what_is_right_or_not_known(name, act):
+    assert found(name, act) == []
+
+
+@pytest.mark.parametrize('linear, angular, advice', [
+    (0.2, 0.5, 'swapped'), (0.5, 11.46, 'rad/s'), (0.5, 0.2, None), (0.5, -0.2, None), (1.0, 0.2, None)])
+def test_velocities(linear, angular, advice):
+    said = found('publish_circle', lambda turtle: turtle.drive(3.0, linear, angular), 'commands')
+    assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('act, advice', [
+    (lambda turtle: turtle.drive(1.0, 1.0), 'the turtle drives: call /turtle1/teleport_absolute'),
+    (lambda turtle: turtle.wait(1.0), 'no call of /turtle1/teleport_absolute arrived'),
+    (lambda turtle: turtle.teleport(1.0, 1.0), None)])
+def test_positions(act, advice):
+    said = found('black_path', act, 'positions')
+    assert advice in said[0] if advice else said == []
+
+
+def test_other_checks_and_those_that_lost_nothing_get_none():
+    turtle = GradedTurtle()
+    one = exercise.load(FOLDER / 'publish_circle.yaml')
+    assert path_mistakes.found(one, turtle.observed, ['prints']) == {}
+    assert set(path_mistakes.KINDS) <= set(registry.RULES)
+
+
+@pytest.mark.parametrize('pause, advice', [(3.0, 'after 1 s without a command'), (1.0, None)])
+def test_velocities_that_are_sent_once(pause, advice):
+    turtle = GradedTurtle(3.0, 3.0)
+    turtle.drive(3.0 * pause, 0.5, 0.2, rate=1.0 / pause).drive(0.02)
+    said = list(path_mistakes.stops_in_between(exercise.load(FOLDER / 'publish_circle.yaml'), turtle.observed))
+    assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('pause, advice', [(1.0, 'every 1.0 s, and drives 3.0 m'), (0.05, None)])
+def test_positions_that_are_looked_at_too_seldom(pause, advice):
+    said = found('stop_at_x', lambda turtle: turtle.drive(3.0 * pause, 3.0, rate=1.0 / pause).drive(0.02), 'stops')
+    assert advice in said[0] if advice else said == []
+
+
+@pytest.mark.parametrize('name, what, sign, advice', [
+    ('keep_centre', 'marker left', -1.0, 'check the sign'), ('keep_centre', 'marker left', 1.0, None),
+    ('bang_bang', 'ahead', -1.0, 'check the sign'), ('bang_bang', 'ahead', 1.0, None)])
+def test_velocities_of_the_wrong_sign(name, what, sign, advice):
+    one = exercise.load(FOLDER / f'{name}.yaml')
+    goal = next(rule.parameters['value'] for rule in one.rules if rule.name == 'keeps')
+    seen = Observed()
+    for number in range(20):
+        error = 0.3 if number < 15 else -0.2
+        seen.sensed.append(Sensed(0.1 * number, what, goal + error))
+        seen.commands.append(Command(0.1 * number + 0.05, *([sign * error, 0.0, 0.0] if what == 'ahead'
+                                                            else [0.0, 0.0, sign * error])))
+    said = path_mistakes.found(one, seen, ['keeps'])['keeps']
+    assert advice in said[0] if advice else not any('sign' in hint for hint in said)

@@ -1,0 +1,126 @@
+"""course_grader.rules.random_stimuli: seeds differ in numbers, not in what they ask. 1,000 of them, without grading."""
+import itertools
+import math
+import pathlib
+
+import pytest
+
+from course_grader.rules import exercise, random_stimuli, robot_sensors
+from kinematic_core.worlds.planar import Pose2D
+from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from robotont_gazebo.core import worlds
+
+FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
+EXERCISES = {path.stem: exercise.load(path) for path in sorted(FOLDER.glob('*.yaml'))}
+SEEDS = range(1000)
+CANCELLED = 3.0  # [s] that the goal which is cancelled lasts at most
+BESIDE = 0.03  # [m] from the middle of a gate: there both posts are as near
+CURVED = 0.05  # [1/m] between two legs: after 2 m they are 0.1 m apart
+ROUNDED = 0.05  # a number with one decimal is so far off
+
+
+def of_kind(what):
+    """Return [(exercise, number of the stimulus)] of the exercises with this kind of stimulus."""
+    return [pytest.param(one, number, id=name) for name, one in EXERCISES.items()
+            for number, (kind, _) in enumerate(one.stimuli) if kind == what]
+
+
+def drawn(one, number):
+    return [random_stimuli.stimuli(one, seed)[number] for seed in SEEDS]
+
+
+@pytest.mark.parametrize('one, number', of_kind('markers'))
+def test_every_seed_shows_as_many_different_markers(one, number):
+    shows = drawn(one, number)
+    assert {tuple(sorted(map(len, messages))) for messages in shows} == {(0, 0, 0, 1, 2, 3, 3)}
+    for messages in shows:
+        ids = [marker for markers in messages for marker in markers]
+        assert len(set(ids)) == len(ids) and set(ids) <= set(random_stimuli.IDS)
+    assert len({tuple(messages[0]) for messages in shows}) > 500
+
+
+@pytest.mark.parametrize('one, number', of_kind('markers'))
+def test_in_no_seed_another_number_can_be_taken_for_x(one, number):
+    for messages in drawn(one, number):
+        positions = [position for markers in messages for position in markers.values()]
+        assert all(abs(a[0] - b[0]) > ROUNDED for a, b in itertools.combinations(positions, 2))
+        for markers in messages:
+            assert all(abs(a[0] - other) > ROUNDED for a in markers.values() for b in markers.values()
+                       for other in b[1:])
+
+
+@pytest.mark.parametrize('one, number', of_kind('call'))
+def test_in_every_seed_the_requests_differ_in_each_number(one, number):
+    for requests in drawn(one, number):
+        assert len(requests) == one.stimuli[number][1]['times']
+        for field in zip(*requests):
+            assert all(abs(a - b) > 2.0 * ROUNDED for a, b in itertools.combinations(field, 2))
+
+
+@pytest.mark.parametrize('one, number', of_kind('drive'))
+def test_in_every_seed_the_turtle_is_driven_without_a_wall(one, number):
+    values, dt = one.stimuli[number][1], 0.05
+    for seed, velocities in zip(SEEDS, drawn(one, number)):
+        start = random_stimuli.start(one, seed)
+        x, y, theta = start['x'], start['y'], start['theta']
+        for step in range(int(values['for'] / dt)):
+            linear, angular = velocities[int(step * dt / random_stimuli.LEG)]
+            theta += angular * dt
+            x, y = x + linear * dt * math.cos(theta), y + linear * dt * math.sin(theta)
+            assert 0.1 < x < ARENA_SIZE - 0.1 and 0.1 < y < ARENA_SIZE - 0.1, seed
+
+
+@pytest.mark.parametrize('one, number', of_kind('goals'))
+def test_in_every_seed_the_goals_differ_and_have_time(one, number):
+    """A server that adds two numbers per second, and the goal that is cancelled."""
+    count = one.stimuli[number][1]['times']
+    for orders in drawn(one, number):
+        assert len(set(orders)) == len(orders) == count and set(orders) <= set(random_stimuli.ORDERS)
+        assert sum((order - 1) / 2.0 for order in orders) + CANCELLED < 0.75 * one.time
+    assert len(set(map(tuple, drawn(one, number)))) > len(random_stimuli.ORDERS)
+
+
+@pytest.mark.parametrize('one, number', of_kind('distances'))
+def test_in_every_seed_the_first_distances_say_the_same(one, number):
+    """A box is beyond what the camera sees; two posts say to which side their middle is."""
+    sensor = robot_sensors.DistanceSensor(worlds.parse(one.world))
+    gate = next((rule.parameters['y'] for rule in one.rules if rule.name == 'passes'), None)
+    for pose in starts(one):
+        right, center, left = sensor.look(pose)
+        if gate is None:
+            assert center.nearest == pytest.approx(robot_sensors.FLOOR)
+        elif abs(gate - pose.y) > BESIDE:
+            assert (left.nearest > right.nearest) == (gate > pose.y)
+
+
+@pytest.mark.parametrize('one, number', of_kind('tracker'))
+def test_in_every_seed_the_robot_sees_the_marker(one, number):
+    plan = worlds.parse(one.world)
+    assert all(robot_sensors.in_view(at) for pose in starts(one)
+               for at in robot_sensors.markers(plan, 0.0, pose).values())
+
+
+def starts(one):
+    return [Pose2D(at['x'], at['y'], at['theta']) for at in (random_stimuli.start(one, seed) for seed in SEEDS)]
+
+
+@pytest.mark.parametrize('one', EXERCISES.values(), ids=list(EXERCISES))
+def test_starts_lie_where_the_exercise_says(one):
+    starts = [random_stimuli.start(one, seed) for seed in SEEDS]
+    for axis, (low, high) in one.start.items():
+        assert all(low <= start[axis] <= high for start in starts)
+        assert max(start[axis] for start in starts) - min(start[axis] for start in starts) >= 0.9 * (high - low)
+    assert starts[7] == random_stimuli.start(one, 7)
+
+
+def test_very_many_markers_can_be_drawn():
+    many = EXERCISES['print_marker_ids']._replace(stimuli=[('markers', {'for': 20.0, 'rate': 10.0, 'most': 100})])
+    assert len(random_stimuli.stimuli(many, 1)[0]) == 200
+
+
+@pytest.mark.parametrize('one, number', of_kind('drive'))
+def test_in_no_seed_two_legs_are_the_same_arc(one, number):
+    """Else who drives the first leg alone, for as long as both, drives the same path."""
+    for velocities in drawn(one, number):
+        curvatures = sorted(angular / linear for linear, angular in velocities)  # [1/m]
+        assert all(after - before > CURVED for before, after in zip(curvatures, curvatures[1:]))

@@ -1,0 +1,144 @@
+"""course_grader.rules.robot_sensors, and the checks of what a robot's sensors tell."""
+import math
+import pathlib
+
+import pytest
+import yaml
+
+from course_grader.rules import exercise, robot_sensors, scoring
+from course_grader.rules.observation import Observed, Sample, Sensed
+from depthimage_to_laserscan.core import projection
+from kinematic_core.worlds.planar import Pose2D
+from robotont_gazebo.core import camera, worlds
+from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
+from robotont_gazebo.core.renderer import Renderer
+from robotont_laserscan_to_distance.core.sectors import SCAN_HEIGHT, split
+
+BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
+MILLIMETRE, CENTIMETRE = 1e-3, 1e-2  # [m]
+ROBOT = {'title': 'T', 'time': '10 s', 'simulator': 'robotont'}
+DISTANCES, TRACKER = {'do': 'distances', 'for': '5 s'}, {'do': 'tracker', 'for': '5 s'}
+AHEAD = {'check': 'keeps', 'what': 'ahead', 'value': '0.5 m'}
+
+
+def look(x, *shapes, yaw=0.0, **kinds):
+    """Return the Sectors of a robot whose camera is at ``x`` [m]."""
+    plan = worlds.parse({'boxes': list(shapes), **kinds})
+    return robot_sensors.DistanceSensor(plan).look(Pose2D(x - CAMERA_X * math.cos(yaw), -CAMERA_X * math.sin(yaw), yaw))
+
+
+def test_the_box_ahead():
+    sectors = look(1.0, BOX)
+    assert sectors.center.nearest == pytest.approx(0.5, abs=MILLIMETRE)
+    assert sectors.left.nearest == pytest.approx(0.5 / math.cos(math.radians(15.0)), abs=MILLIMETRE)  # its first ray
+
+
+def test_nearer_than_the_camera_sees():
+    assert math.isnan(look(1.11, BOX).center.nearest)
+    assert look(1.09, BOX).center.nearest == pytest.approx(0.41, abs=MILLIMETRE)
+
+
+def test_the_floor_hides_what_is_far():
+    """The lowest of 200 rows looks 100 px down at a focal length of 640 px, from 21.55 cm: floor at 1.379 m."""
+    assert CAMERA_Z == pytest.approx(0.2155)
+    assert look(0.0, BOX).center.nearest == look(0.0).center.nearest == pytest.approx(1.379, abs=MILLIMETRE)
+
+
+def test_posts_to_the_left_and_right():
+    def post(name, y):
+        return {'name': name, 'x': 1.0, 'y': y, 'radius': 0.1, 'height': 0.5}
+    sectors = look(0.0, cylinders=[post('left', 0.5), post('right', -0.6)])
+    assert sectors.left.nearest == pytest.approx(math.hypot(1.0, 0.5) - 0.1, abs=MILLIMETRE)
+    assert sectors.right.nearest == pytest.approx(math.hypot(1.0, 0.6) - 0.1, abs=MILLIMETRE)
+    assert sectors.left.mean < sectors.right.mean
+
+
+@pytest.mark.parametrize('pose', [Pose2D(0.2, 0.1, 0.1), Pose2D(0.6, -0.2, -0.2), Pose2D(0.95, 0.0, 0.0)])
+def test_it_tells_what_the_depth_image_tells(pose):
+    """The whole chain of robotont_laserscan_to_distance: image, scan of 200 rows, sectors."""
+    post = {'name': 'post', 'x': 1.2, 'y': 0.7, 'radius': 0.1, 'height': 0.5}
+    plan = worlds.parse({'boxes': [BOX], 'cylinders': [post]})
+    size = camera.PinholeCamera()
+    image = Renderer(plan, size.width, size.height).depth((*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw))
+    fx, _, cx, _, _, cy, *_ = size.matrix()
+    scan = projection.scan(image, projection.Camera(fx, cx, cy), projection.Settings(SCAN_HEIGHT, 0.2, 6.0))
+    seen, told = split(scan.ranges), robot_sensors.DistanceSensor(plan).look(pose)
+    for side in ('left', 'center', 'right'):
+        assert getattr(told, side) == pytest.approx(getattr(seen, side), abs=2.0 * CENTIMETRE, nan_ok=True), side
+
+
+@pytest.mark.parametrize('pose, position, seen', [
+    (Pose2D(0.0, 0.0, 0.0), (2.0 - CAMERA_X, 0.5), True),
+    (Pose2D(2.0, 0.0, math.pi / 2.0), (0.5 - CAMERA_X, 0.0), True),  # it looks to the left: the marker is ahead
+    (Pose2D(2.0, 0.0, 0.0), (-CAMERA_X, 0.5), False),  # too far to the left
+    (Pose2D(0.0, 0.0, math.pi), (-2.0 - CAMERA_X, -0.5), False),  # behind
+])
+def test_where_a_marker_is(pose, position, seen):
+    plan = worlds.parse({'panels': [{'name': 'm', 'marker_id': 7, 'x': 2.0, 'y': 0.5, 'yaw': 0.0}]})
+    found = robot_sensors.markers(plan, 0.0, pose)[7]
+    assert found[:2] == pytest.approx(position) and robot_sensors.in_view(found) == seen
+
+
+def test_a_marker_that_moves():
+    plan = worlds.parse({'panels': [{'name': 'm', 'marker_id': 7, 'x': 1.0, 'y': 0.0, 'yaw': 0.0,
+                                     'path': [[0, 1.0, 0.0, 0.0], [10, 2.0, 0.0, 0.0]]}]})
+    assert robot_sensors.markers(plan, 5.0, Pose2D(0.0, 0.0, 0.0))[7][0] == pytest.approx(1.5 - CAMERA_X)
+
+
+def judged(observed, stimulus=DISTANCES, **check):
+    reason, = scoring.decide(exercise.parse({**ROBOT, 'stimuli': [stimulus], 'checks': [{'points': 100, **check}]}),
+                             observed).reasons
+    return reason
+
+
+def sensed(*values, what='ahead'):
+    """Return what was Observed: a value [m] each second."""
+    return Observed(sensed=[Sensed(float(t), what, value) for t, value in enumerate(values)])
+
+
+@pytest.mark.parametrize('values, points, said', [
+    ((1.4, 1.4, 0.55, 0.45, 0.5, 0.5), 100, 'the distance ahead by 0.45 to 0.55 m; 100% of the time within'),
+    ((0.5, 0.5, 0.5, 0.5, 0.7, 0.8), 50, '0.50 to 0.80 m; 50%'),
+    ((0.5, 0.5, 0.5, math.nan, math.nan, math.nan), 25, '0.50 to 0.50 m; 25%'),
+    ((math.nan,) * 6, 0, 'unknown, as it is too near'),
+    ((), 0, 'the program subscribes to no sensor'),
+])
+def test_keeps(values, points, said):
+    reason = judged(sensed(*values), **AHEAD, tolerance='0.1 m', last='3 s')
+    assert reason.points == points and said in reason.seen
+
+
+def test_keeps_a_marker_at_its_place():
+    check = {'check': 'keeps', 'what': 'marker left', 'value': '0 m'}
+    assert judged(sensed(0.02, -0.02, what='marker left'), TRACKER, **check).points == 100
+    assert judged(sensed(0.02, -0.02, what='marker ahead'), TRACKER, **check).points == 0
+
+
+@pytest.mark.parametrize('y, points', [(0.05, 100), (0.15, 0), (-0.15, 0)])
+def test_passes(y, points):
+    track = [Sample(0.1 * number, 0.02 * number, y, 0.0) for number in range(100)]
+    assert judged(Observed(track=track), check='passes', x='1 m', y='0 m').points == points
+
+
+@pytest.mark.parametrize('changes, said', [
+    ({'world': {'boxes': [{**BOX, 'length': -1}]}}, 'world: box: length is -1'),
+    ({'world': {'balls': []}}, 'world: '),
+    ({'world': {'boxes': [BOX]}, 'simulator': 'turtlesim', 'stimuli': []}, 'world needs simulator: robotont'),
+    ({'simulator': 'turtlesim'}, 'stimulus 1 (distances) needs simulator: robotont'),
+    ({'checks': [{**AHEAD, 'points': 100}], 'stimuli': [TRACKER]}, 'check 1 (keeps) needs a stimulus {do: distances'),
+    ({'checks': [{**AHEAD, 'what': 'marker left', 'points': 100}]}, 'check 1 (keeps) needs a stimulus {do: tracker'),
+])
+def test_wrong_exercises(changes, said):
+    right = {**ROBOT, 'stimuli': [DISTANCES], 'checks': [{'check': 'moves', 'length': '1 m', 'points': 100}]}
+    assert exercise.parse(right)
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.parse({**right, **changes})
+    assert str(error.value).startswith(said)
+
+
+def test_the_worlds_of_exercises_are_those_of_the_course():
+    """The box of bang-bang is that of world_bangbang.launch."""
+    repository = pathlib.Path(__file__).resolve().parents[4]
+    world = yaml.safe_load((repository / 'simulation/robotont_gazebo/worlds/bangbang.yaml').read_text(encoding='utf-8'))
+    for name in ('bang_bang', 'p_controller'):
+        assert exercise.load(repository / 'grading' / 'course_grader' / 'exercises' / f'{name}.yaml').world == world

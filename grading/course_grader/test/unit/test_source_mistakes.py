@@ -1,0 +1,74 @@
+"""course_grader.rules.source_mistakes: what stands in a program's source, whatever it did."""
+import pathlib
+
+import pytest
+
+from course_grader.rules import source_mistakes
+
+SAMPLES = pathlib.Path(__file__).resolve().parents[4] / 'test' / 'data' / 'submissions'
+HEAD = '''import rospy
+from geometry_msgs.msg import Twist
+from turtlesim.msg import Pose
+from turtlesim.srv import SetPen, TeleportAbsolute, TeleportAbsoluteResponse
+rospy.init_node('a')
+'''
+
+
+def found(text):
+    """Return all advice on a program."""
+    return source_mistakes.found(source_mistakes.program(HEAD + text))
+
+
+@pytest.mark.parametrize('text, advice', [
+    ("if __name__ == 'main':\n    rospy.spin()\n", "if __name__ == '__main__':"),
+    ("pub = rospy.Publisher('/turtle1/cmd_vel', Twist)\npub.publish\n", 'parentheses call it, as in pub.publish()'),
+    ("rospy.spin\n", 'only names rospy.spin'),
+    ("while not rospy.is_shutdown:\n    rospy.sleep(1)\n", 'only names is_shutdown'),
+    ("def main():\n    rospy.spin()\nmain\n", 'only names main'),
+    ("def show(pose):\n    print(pose)\nrospy.Subscriber('/turtle1/pose', Pose, show())\n", '`show`, not `show()`'),
+    ("def tick():\n    pass\nrospy.Timer(rospy.Duration(1), tick())\n", '`tick`, not `tick()`'),
+    ("rospy.Subscriber('/turtle1/pose', Pose)\n", 'has no callback'),
+    ("def go(q):\n    return TeleportAbsoluteResponse()\nrospy.ServiceProxy('/a', TeleportAbsolute, go)\n",
+     'rospy.Service(NAME, TYPE, function)'),
+    ("def main():\n    rospy.Subscriber('/turtle1/pose', Pose, print)\n", 'nothing calls main'),
+    ("class A:\n    def __init__(self):\n        pass\n    def run(self):\n        rospy.spin()\nA()\n",
+     'nothing calls run'),
+    ("class A:\n    def __init__(self):\n        rospy.spin()\n", 'nothing uses the class A'),
+    ("def show():\n    print(Pose.x)\nshow()\n", '`message = Pose()`'),
+    ("def go(q):\n    return TeleportAbsoluteResponse\ngo(1)\n", '`return TeleportAbsoluteResponse()`'),
+    ("def go(q):\n    print(q)\nrospy.Service('/a', TeleportAbsolute, go)\n", 'must return a response'),
+    ("rospy.spin()\nrospy.Publisher('/turtle1/cmd_vel', Twist).publish(Twist())\n", 'comes too late'),
+    ("pub = rospy.Publisher('/turtle1/cmd_vel', Twist)\n", 'publish(message)'),
+    ("pen = rospy.ServiceProxy('/turtle1/set_pen', SetPen)\npen.wait_for_service()\n", 'never called'),
+    ("x = 0\ndef show(pose):\n    x = pose.x\nshow(1)\n", '`global x`'),
+    ("class A:\n    def show(self, pose):\n        x = pose.x\n    def x_of(self):\n        return self.x\nA()\n",
+     'self.x = ...'),
+    ("class A:\n    def show(message):\n        print(message)\nA().show()\n", 'def show(self, message)'),
+    ("rospy.Subscriber('/turtle1/pose', Twist, print)\n", '/turtle1/pose has the type Pose'),
+    ("from geometry_msgs.msg import Pose\nrospy.Subscriber('turtle1/pose', Pose, print)\n",
+     'from turtlesim.msg import Pose'),
+    ("pen = rospy.ServiceProxy('/turtle1/set_pen', TeleportAbsolute)\npen(1)\n",
+     '/turtle1/set_pen has the type SetPen'),
+])
+def test_mistakes(text, advice):
+    assert advice in '\n'.join(found(text))
+
+
+def test_a_program_that_is_no_node():
+    source = "import rospy\nrospy.Publisher('a', Twist).publish(Twist())\n"
+    assert 'rospy.init_node' in source_mistakes.found(source_mistakes.program(source))[0]
+
+
+@pytest.mark.parametrize('path', sorted(SAMPLES.glob('*/right_*.py')),
+                         ids=lambda path: f'{path.parent.name}_{path.stem}')
+def test_right_programs_have_none(path):
+    program = source_mistakes.program(path.read_text(encoding='utf-8'))
+    assert source_mistakes.found(program) == []
+
+
+@pytest.mark.parametrize('text, names', [
+    ("rospy.Publisher('cmd_vel', Twist)\n", ['/cmd_vel']), ("NAME = '/turtle1/pose'\n", ['/turtle1/pose']),
+    ("print('m/s of it', 'a / b')\n", []), ("def broken(:\n", None)])
+def test_names(text, names):
+    program = source_mistakes.program(text)
+    assert (source_mistakes.names(program) if program else None) == names

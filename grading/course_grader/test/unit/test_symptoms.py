@@ -1,0 +1,277 @@
+"""course_grader.rules.symptoms: a program that lost points gets advice on what it may be."""
+import pathlib
+
+import pytest
+import yaml
+
+from course_grader.rules import exercise, scoring, symptoms
+from course_grader.rules.observation import Observed
+from unit_support.graded_turtle import GradedTurtle
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
+FOLDER = REPOSITORY / 'grading' / 'course_grader' / 'exercises'
+PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'
+OTHERS = {('/turtle1/cmd_vel', 'subscribes'), ('/turtle1/pose', 'publishes'), ('/turtle1/set_pen', 'serves'),
+          ('/turtle1/teleport_absolute', 'serves'), ('/turtle1/teleport_relative', 'serves'), ('/rosout', 'publishes')}
+
+
+def hints(name, act=None, source='', trouble='', connections=()):
+    """Return the hints for what a turtle did in an exercise."""
+    turtle = GradedTurtle(4.0, 3.0)
+    if act:
+        act(turtle)
+    observed = turtle.observed
+    observed.others, observed.source, observed.trouble = OTHERS, source, trouble
+    observed.connections |= set(connections)
+    one = exercise.load(FOLDER / f'{name}.yaml')
+    return symptoms.advise(one, observed, scoring.decide(one, observed)).hints
+
+
+def circle(turtle, angular=0.2, rate=10.0):
+    turtle.drive(33.0, 0.5, angular, rate, say=lambda pose: '0.5 0.2')
+
+
+@pytest.mark.parametrize('connection, said', [
+    (('/turtle/cmd_vel', 'publishes'), 'publishes /turtle/cmd_vel, which nobody reads: did you mean /turtle1/cmd_vel?'),
+    (('/cmd_vel', 'publishes'), 'publishes /cmd_vel, which nobody reads: did you mean /turtle1/cmd_vel?'),
+    (('/turtle1/Pose', 'subscribes'),
+     'subscribes to /turtle1/Pose, which nobody publishes: did you mean /turtle1/pose?'),
+    (('/turtle1/setpen', 'serves'), 'offers /turtle1/setpen, which nobody calls: did you mean /turtle1/set_pen?'),
+])
+def test_names_that_nobody_else_uses(connection, said):
+    assert hints('publish_circle', connections=[connection])[0] == f'the program {said}'
+
+
+@pytest.mark.parametrize('connection', [('/rosout', 'publishes'), ('/turtle1/cmd_vel', 'publishes'),
+                                        ('/my_node/get_loggers', 'serves'), ('/something/else', 'publishes')])
+def test_other_names_are_not_suspected(connection):
+    assert not any('did you mean' in hint for hint in hints('publish_circle', connections=[connection]))
+
+
+@pytest.mark.parametrize('source', [
+    't' + '.a' * 2000 + '.linear.x += 1\n',
+    'm = wait_for_message(t' + '.a' * 2000 + ', P)\nwhile True:\n    print(m)\n',
+    'while True:\n    publish(a)\n' * 50_000])
+def test_a_source_that_cannot_be_searched_costs_no_verdict(source):
+    assert hints('publish_circle', lambda turtle: circle(turtle, angular=0.3), source) is not None
+
+
+def test_names_in_the_source_are_compared_with_the_task_first():
+    source = "call = rospy.ServiceProxy('/turtle1/teleport', Teleport)  # of turtlesim/Teleport\n"
+    assert hints('square_by_teleport', source=source)[0] == (
+        'the program uses /turtle1/teleport, which does not exist: did you mean /turtle1/teleport_absolute?')
+
+
+def test_a_relative_name_that_a_launch_file_puts_into_a_namespace_is_no_misspelling():
+    source = "publisher = rospy.Publisher('cmd_vel', Twist, queue_size=10)\n"
+    assert 'did you mean' in hints('publish_circle', source=source)[0]
+    assert not any('did you mean' in hint for hint in hints('publish_circle', source=source, connections=[
+        ('/turtle1/cmd_vel', 'publishes')]))
+
+
+@pytest.mark.parametrize('trouble, said', [
+    ("a.py, line 3: SyntaxError: Missing parentheses in call to 'print'. Did you mean print(...)?",
+     'this is Python 2: `2to3 -w FILE` makes it Python 3'),
+    ("TypeError: callback() missing 1 required positional argument: 'pose'", 'too few arguments'),
+    ("AttributeError: 'Pose' object has no attribute 'position'", 'Pose has no field position: `rosmsg show Pose`'),
+    ("ModuleNotFoundError: No module named 'geometry_msg'", 'there is no module geometry_msg'),
+    ("ImportError: cannot import name 'twist' from 'geometry_msgs.msg' (/opt)",
+     '`from geometry_msgs.msg import Twist`'),
+    ("NameError: name 'twsit' is not defined", 'the name twsit is used'),
+    ('the program never started a node; does it call rospy.init_node?', 'call rospy.init_node'),
+])
+def test_failures_are_explained(trouble, said):
+    assert said in hints('publish_circle', trouble=trouble)[0]
+
+
+def test_a_service_that_returns_nothing():
+    def act(turtle):
+        turtle.print("[ERROR] Error processing request: service handler returned None")
+    assert 'must return a response' in hints('set_pen_and_goto_pose', act)[0]
+
+
+def test_a_missing_spin():
+    def act(turtle):
+        turtle.observed.exit_code, turtle.observed.ended_at = 0, 5.0
+    assert 'rospy.spin()' in hints('print_poses', act, source="rospy.Subscriber('/turtle1/pose', Pose, show)\n")[0]
+    assert not any('ended by itself' in hint for hint in hints(
+        'print_poses', act, source="rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.spin()\n"))
+
+
+def test_a_program_that_has_to_end_needs_no_spin():
+    def act(turtle):
+        turtle.observed.exit_code, turtle.observed.ended_at = 0, 5.0
+    source = "rospy.Subscriber('/turtle1/pose', Pose, show)\nrospy.sleep(5)\n"
+    assert not any('rospy.spin() in' in hint for hint in hints('background_by_parameters', act, source=source))
+    assert 'rospy.spin()' in hints('print_poses', act, source=source)[0]
+
+
+def test_the_pose_of_another_package():
+    source = "from geometry_msgs.msg import Pose\nrospy.Subscriber('/turtle1/pose', Pose, print)\nrospy.spin()\n"
+    assert 'turtlesim.msg' in hints('print_poses', source=source)[0]
+
+
+def test_a_value_that_stays_in_a_function():
+    source = 'x = None\ndef callback(pose):\n    x = pose.x\n'
+    assert 'write `global x`' in hints('stop_at_x', source=source)[0]
+    declared = source.replace('    x =', '    global x\n    x =')
+    assert not any('global' in hint for hint in hints('stop_at_x', source=declared))
+
+
+@pytest.mark.parametrize('act, said', [
+    (lambda turtle: circle(turtle, angular=-0.2), 'a positive angular.z turns to the left'),
+    (lambda turtle: circle(turtle, angular=0.0), 'angular.z is the turn speed'),
+    (lambda turtle: circle(turtle, rate=1.0), 'rospy.Rate(10)'),
+])
+def test_symptoms_of_an_exercise(act, said):
+    assert said in hints('publish_circle', act)[0]
+
+
+@pytest.mark.parametrize('source, said', [
+    ("def show(pose):\n    while pose.x < 10:\n        pub.publish(go)\nSubscriber('/turtle1/pose', Pose, show)\n",
+     'write `if` instead of `while`'),
+    ('while not rospy.is_shutdown():\n    pub.publish(go)\n', 'the loop in line 1 sends its commands without a pause'),
+    ('for corner in range(4):\n    pub.publish(go)\n', 'the loop in line 1 sends its commands without a pause'),
+    ('while True:\n    go.linear.x += 0.5\n    rate.sleep()\n', 'line 2 changes the velocity each time'),
+    ('go.linear.x = error // 2\n', '// in line 1 rounds down'),
+])
+def test_what_the_source_shows_where_it_drives_wrong(source, said):
+    found = hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.5), source=source + "rospy.init_node('a')\n")
+    assert said in found[0]
+
+
+@pytest.mark.parametrize('source', [
+    'def send():\n    pub.publish(go)\n    rate.sleep()\nwhile True:\n    send()\n',
+    'for marker in message.markers:\n    pub.publish(marker)\n',
+    "def show(pose):\n    while queue:\n        queue.pop()\nrospy.Subscriber('/turtle1/pose', Pose, show)\n",
+    'total.x += 1\n',
+])
+def test_other_loops_are_not_suspected(source):
+    found = hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.5), source=source + "rospy.init_node('a')\n")
+    assert not any(word in hint for hint in found for word in ('pause', 'instead of `while`', 'grows'))
+
+
+def test_a_circle_that_is_too_large():
+    found = hints('robot_circle', lambda turtle: turtle.drive(13.0, 1.0, 0.5))  # of 4 m, and at most 3 m are asked
+    assert found[0].startswith('the circle has a diameter of 4.0 m, and not of 0.5 to 3 m')
+
+
+def test_commands_that_are_all_zero():
+    assert hints('stop_at_x', lambda turtle: turtle.drive(2.0, 0.0))[0].startswith('all velocities that it sends are 0')
+
+
+def test_the_wrong_turtle_drives():
+    def act(turtle):
+        turtle.drive(5.0, 1.0).observed.turtles['turtle2'] = [turtle.observed.track[-1]._replace(x=1.0)]
+    assert 'publish on /turtle2/cmd_vel' in hints('follow_turtle', act, connections=[
+        ('/turtle1/cmd_vel', 'publishes')])[0]
+
+
+def test_the_namespace_of_an_action_is_no_misspelling():
+    assert not any('did you mean' in hint for hint in hints(
+        'fibonacci_server', source="actionlib.SimpleActionServer('/fibonacci', FibonacciAction, run, False)\n",
+        connections=[('/fibonacci/goal', 'subscribes'), ('/fibonacci/result', 'publishes')]))
+
+
+@pytest.mark.parametrize('trouble, said', [
+    ('service [/clear] responded with an error: b"service cannot process request: parameter /turtlesim/background_r is '
+     "'255'; it must be a whole number from 0 to 255\"", 'the parameter /turtlesim/background_r is a text'),
+    ('service [/spawn] responded with an error: b"service cannot process request: there is a turtle2 already"',
+     'the service refuses the request: there is a turtle2 already'),
+    ('genpy.message.SerializationError: field x must be float type', 'in the order of `rossrv show TYPE`'),
+])
+def test_refused_calls_are_explained(trouble, said):
+    assert said in hints('spawn_turtle', trouble=trouble)[0]
+
+
+def test_a_variable_with_the_name_of_a_type():
+    found = hints('publish_circle', source='from geometry_msgs.msg import Twist\ndef f():\n    Twist = Twist()\n',
+                  trouble="UnboundLocalError: cannot access local variable 'Twist' where it is not associated")
+    assert found[0].startswith('a variable has the name of the imported Twist')
+
+
+def test_the_first_symptom_of_a_check_counts():
+    found = hints('set_pen_and_goto_pose', lambda turtle: turtle.pen(0, 0, 255, 1, 0).drive(2.0, 1.0))
+    assert [hint for hint in found if 'blue' in hint or 'width' in hint] == ['the width of the pen has to be 5']
+
+
+@pytest.mark.parametrize('connection, said', [
+    (('/turtle1/pose', 'publishes'), 'rospy.Subscriber instead of rospy.Publisher'),
+    (('/turtle1/cmd_vel', 'subscribes'), 'rospy.Publisher instead of rospy.Subscriber'),
+    (('/turtle1/set_pen', 'serves'), 'rospy.ServiceProxy instead of rospy.Service'),
+    (('/turtle1/set_pen', 'publishes'), '/turtle1/set_pen is a service, and no topic'),
+])
+def test_what_the_simulator_does_already(connection, said):
+    assert said in hints('publish_circle', connections=[connection])[0]
+
+
+def test_who_teleports_is_told_to_drive():
+    assert 'here the turtle has to drive' in hints('square_by_topics', lambda turtle: turtle.teleport(1.0, 1.0))[0]
+
+
+def test_a_program_that_crashed_gets_no_advice_on_what_it_did_not_come_to():
+    found = hints('publish_circle', lambda turtle: turtle.wait(1.0),
+                  trouble='the program ended with exit code 1: StrangeError: what')
+    assert found == ('the program ended with a StrangeError: the last lines of its output say why, and in which line',)
+    found = hints('publish_circle', lambda turtle: turtle.wait(1.0),
+                  trouble="the program ended with exit code 1: NameError: name 'Twist' is not defined")
+    assert found == ('Twist is used, but not imported: `from geometry_msgs.msg import Twist`',)
+
+
+def test_a_sure_cause_stands_alone():
+    found = hints('publish_circle', lambda turtle: turtle.wait(1.0), connections=[('/turtle/cmd_vel', 'publishes')])
+    assert len(found) == 1 and 'did you mean' in found[0]
+
+
+def test_another_turtle_of_the_task_is_no_misspelling():
+    assert not any('did you mean' in hint for hint in hints('follow_turtle', connections=[
+        ('/turtle2/cmd_vel', 'publishes')]))
+
+
+def test_commands_that_come_too_early():
+    def act(turtle):
+        turtle.wait(1.0).observed.exit_code = 0
+    assert 'no command arrived' in hints('square_by_topics', act, source='pub.publish(Twist())\n',
+                                         connections=[('/turtle1/cmd_vel', 'publishes')])[0]
+
+
+def test_who_passes_with_less_than_all_points_gets_hints():
+    assert 'print or log' in hints('publish_circle', lambda turtle: turtle.drive(33.0, 0.5, 0.2))[0]
+
+
+def test_who_has_all_points_gets_no_hint():
+    assert hints('publish_circle', circle, connections=[('/turtle/cmd_vel', 'publishes')]) == ()
+
+
+def test_hints_are_few():
+    assert len(hints('publish_circle', trouble='NameError: init_node', connections=[
+        ('/turtle/cmd_vel', 'publishes'), ('/turtle1/cmdvel', 'publishes'), ('/turtle1/Pose', 'subscribes')])) == 2
+
+
+@pytest.mark.parametrize('symptom, said', [
+    ({'lost': 'moves'}, 'symptom 1 lacks the key hint'),
+    ({'hint': 'a', 'lost': 'flies'}, "symptom 1: lost: 'flies' must be one of "),
+    ({'hint': 'a', 'seen': '('}, 'symptom 1: seen: '),
+    ({'hint': 'a', 'colour': 'red'}, "symptom 1 has an unknown key 'colour'"),
+])
+def test_wrong_symptoms_are_the_teachers_error(symptom, said):
+    content = {'title': 'T', 'time': '10 s', 'checks': [{'check': 'moves', 'points': 100, 'length': '2 m'}]}
+    assert exercise.parse({**content, 'symptoms': [{'hint': 'drive', 'lost': 'moves'}]}).symptoms[0]['hint'] == 'drive'
+    with pytest.raises(exercise.ExerciseError) as error:
+        exercise.parse({**content, 'symptoms': [symptom]})
+    assert str(error.value).startswith(said)
+
+
+def test_every_exercise_has_symptoms_and_every_predicate_is_known():
+    assert all(exercise.load(path).symptoms for path in FOLDER.glob('*.yaml'))
+    assert set(symptoms.PREDICATES) == set(exercise.OF_A_SYMPTOM) - {'hint'}
+    assert symptoms.advise(exercise.load(FOLDER / 'stop_at_x.yaml'), Observed(),
+                           scoring.Verdict('undecided', 0.0, [], [])).hints == ()
+
+
+def test_the_mistakes_of_the_bench_are_mistakes_in_samples():
+    listed = yaml.safe_load(PROGRAMS.read_text(encoding='utf-8'))
+    assert sum(map(len, listed.values())) >= 60 and len(listed['held_out']) >= len(listed['open'])
+    for entry in listed['open'] + listed['held_out']:
+        text = (REPOSITORY / 'test' / 'data' / 'submissions' / entry['of']).read_text(encoding='utf-8')
+        assert all(str(old) in text and str(old) != str(new) for old, new in entry['change'].items()), entry

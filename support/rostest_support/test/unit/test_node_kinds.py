@@ -1,0 +1,85 @@
+"""The table of node kinds agrees with itself and with the scripts that there are."""
+import pathlib
+import re
+
+import pytest
+
+from rostest_support import node_kinds
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
+NOT_NODES = {'browser', 'demo', 'demo.py', 'grade', 'grade.py', 'marker_sequence',
+             'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz', 'rqt',
+             'rqt_console', 'rqt_graph', 'rqt_gui', 'rqt_image_view', 'rqt_plot', 'rqt_topic', 'xacro',
+             'xacro.py'}
+MAIN = re.compile(r'^from ([a-z_.]+) import main$', re.MULTILINE)
+OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of the same shape
+    'averaging_client', 'fibonacci_callback_client', 'fibonacci_class_client', 'fibonacci_client',
+    'fibonacci_client.py', 'shape_client', 'averaging_server', 'gen_numbers.py', 'fibonacci_server',
+    'turtle_tf2_message_broadcaster.py', 'turtle_tf_message_broadcaster.py', 'turtle_tf2_message_filter',
+    'turtle_tf_message_filter', 'dynamic_tf2_broadcaster.py', 'dynamic_tf_broadcaster.py', 'fixed_tf2_broadcaster.py',
+    'fixed_tf_broadcaster.py', 'turtle_tf_broadcaster', 'turtle_tf2_broadcaster', 'turtle_tf_listener',
+    'turtle_tf_listener.py', 'turtle_tf_listener_wait.py', 'turtle_tf_listener_debug', 'turtle_tf2_listener',
+    'turtle_tf2_listener_wait.py'}
+SHORT_LIVED = {'set_pen.py'}  # calls once and ends, without the service after 10 s
+
+
+def test_every_node_is_in_the_table():
+    """A script that calls the main() of a module that a kind has, too, is the same program by another name."""
+    scripts = {path: MAIN.findall(path.read_text(encoding='utf-8'))
+               for folder in (REPOSITORY / 'scripts', *REPOSITORY.glob('*/*/scripts'))
+               for path in folder.iterdir() if path.is_file()}
+    told = {kind.executable for kind in node_kinds.KINDS}
+    modules = {module for path, found in scripts.items() if path.name in told for module in found}
+    names = {path.name for path, found in scripts.items() if path.name in told or not modules.intersection(found)}
+    assert names - told == NOT_NODES | SHORT_LIVED | OWN_ENTRIES
+    assert told <= names
+
+
+def test_keys_and_names_are_unique():
+    for names in ([kind.key for kind in node_kinds.KINDS], [kind.node for kind in node_kinds.KINDS]):
+        assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize('key, order', [
+    ('turtlesim', ['turtlesim']),
+    ('ar_control', ['robotont', 'camera', 'tracker', 'ar_control']),
+])
+def test_what_a_kind_needs_comes_first(key, order):
+    assert [kind.key for kind in node_kinds.in_order([key])] == order
+
+
+def test_everything_comes_once():
+    keys = [kind.key for kind in node_kinds.KINDS]
+    assert sorted(kind.key for kind in node_kinds.in_order(keys)) == sorted(keys)
+
+
+def test_parameters_are_those_of_the_command_line():
+    assert node_kinds.BY_KEY['tracker'].parameters == {
+        '/marker_detect/marker_size': '28.0', '/marker_detect/output_frame': 'camera_depth_optical_frame'}
+
+
+def test_a_turtle_of_its_own():
+    shape = node_kinds.on_turtle(node_kinds.BY_KEY['drive_shape'], 'turtle3')
+    assert '_turtle:=turtle3' in shape.arguments
+    assert shape.published == ('/turtle3/cmd_vel', '/turtle3/drive_status')
+    driver = node_kinds.on_turtle(node_kinds.BY_KEY['velocity_publisher'], 'turtle2')
+    assert 'turtle1/cmd_vel:=turtle2/cmd_vel' in driver.arguments
+    assert driver.published == ('/turtle2/cmd_vel',)
+
+
+def test_what_is_missing():
+    kind = node_kinds.BY_KEY['pose_subscriber']
+    assert node_kinds.missing(kind, ((), {'/turtle1/pose'}, ())) == []
+    assert node_kinds.missing(kind, ({'/turtle1/pose'}, (), ())) == ['/turtle1/pose']
+
+
+def test_picture(tmp_path):
+    node_kinds.make_picture(tmp_path / 'pictures')
+    data = (tmp_path / 'pictures' / 'picture.ppm').read_bytes()
+    assert len(data) == len(b'P6 160 120 255\n') + 160 * 120 * 3
+    assert node_kinds.arguments(node_kinds.BY_KEY['usb_cam'], '/a')[0] == '_video_device:=/a'
+
+
+def test_nothing_that_has_to_survive_needs_a_lesson():
+    needed = node_kinds.in_order([kind.key for kind in node_kinds.HARDENED])
+    assert len(node_kinds.HARDENED) >= 16 and not [kind.key for kind in needed if kind.lesson]
