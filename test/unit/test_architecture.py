@@ -1,38 +1,38 @@
-"""What holds the repository together: layers, folders without ROS, launch arguments' texts, scripts.
+"""What holds the repository together: the direction of the rooms, folders without ROS, lessons, launch files, scripts.
 
-A module's folder tells what it may import: see ``LAYERS`` and ``ROS_FREE``. No list here names a single module.
+A module's folder tells what it may import: see ``ORDER`` of unit_support.packages and ``ROS_FREE``. One case is one
+rule for one package; what it prints names the files.
 """
 import ast
 import functools
 import importlib.metadata
-import importlib.util
 import os
-import pathlib
 import re
 import sysconfig
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from unit_support.imports import imported, in_standard_library, top
+from unit_support.imports import imported, imports_in, imports_of, in_standard_library, top, tree_of
+from unit_support.packages import COURSE, PACKAGES, REPOSITORY, ROOMS, later_than
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading', 'demo')  # a package of ours is ROOM/NAME
-PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
-            if path.parts[-4] in ROOMS and (path / '__init__.py').exists()}
-PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
-BASES = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
-         {'sim_ros'}]  # before all rooms, in this order: libraries without ROS, what nodes need, what simulators need
-LAST = {'rostest_support'}
-
-
-def rest_of(*rooms):
-    return {name for name, path in PACKAGES.items() if path.relative_to(REPOSITORY).parts[0] in rooms
-            and name not in set.union(LAST, *BASES)}
-
-
-LAYERS = [*BASES, rest_of('support', 'simulation', 'vision'), rest_of('lessons', 'browser'), rest_of('grading'),
-          {'turtle_robotont'}, rest_of('demo'), LAST]  # each imports from itself and from those before
+OURS = set(PACKAGES)
+EXCEPTIONS = {  # (package, what it names of a later room): why
+    ('robotont_description', 'teleop_twist_keyboard'): 'gazebo_teleop_keyboard.launch, as in the original',
+    ('robotont_teleop', 'teleop_twist_keyboard'): 'its launch files start it, as in the original',
+    ('robotont_gazebo', 'course_page'): 'gazebo.launch browser:=true',
+    ('ros_doctor', COURSE): 'it asks whether rosrun finds this package',
+    ('ros_doctor', 'turtlesim'): 'it asks whether rosrun finds this package, and knows its background',
+    ('marker_pictures', COURSE): 'the name of a folder in ~/.ros',
+    ('course_grader', COURSE): 'static_analysis.py knows that its modules may use the wall clock',
+}
+LIBRARIES = {  # (package, stand-in whose modules it imports): the stand-in is replaced where the real package is
+    ('course_demo', 'robotont_gazebo'), ('course_grader', 'robotont_gazebo'),
+    ('course_grader', 'robotont_laserscan_to_distance'), ('course_page', 'rosbridge_server'),
+    ('course_page', 'web_video_server'), ('robotont_driver', 'robotont_gazebo'),
+    ('robotont_sensors', 'robotont_laserscan_to_distance'), ('rosbridge_server', 'rosapi'),
+}  # to be emptied: what two packages need belongs into a package that is no stand-in
+INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, too
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
@@ -48,65 +48,47 @@ ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # 
             'grading/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': PLAIN,
-            '*/*/src/*/core': IMAGES | {'yaml'}}  # folder: what it may use beside the standard library and us
-INTERNALS = 'support/rospy_support/src/rospy_support/rospy_internals.py'  # may use private parts of rospy
+            **{str(folder.relative_to(REPOSITORY)): IMAGES | {'yaml'}
+               for folder in sorted(REPOSITORY.glob('*/*/src/*/core'))}}  # folder: what it uses beside Python and us
+INTERNALS = 'support/rospy_support/src/rospy_support/rospy_internals'  # .py or a folder; may use private parts of rospy
 REPAIR = 'support/rospy_support/python_path/rospy_repair.py'  # too: it is loaded where rospy_support is not
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 REQUIREMENTS = {'stress': ('requirements.txt', 'stress/requirements.txt')}  # folder: what its command installs
-REQUIREMENTS.update(dict.fromkeys(('bench', 'scripts', 'src', *ROOMS), ('requirements.txt',)))
+REQUIREMENTS.update(dict.fromkeys(('bench', 'scripts', 'src', *ROOMS[:-1]), ('requirements.txt',)))
 EXTRAS = {'gymnasium'}  # of kinematic_core; ./run bench environments installs it, too
-NUMBERED = 'lessons/rospy_tutorials/[0-9]*'  # its folders of programs and launch files
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
+
+TESTING = {'test', 'bench', 'rostest_support'}  # folders of what is no node of a user
+MODULES = sorted({path for folder in ('src', *ROOMS, 'scripts', 'bench', 'stress')
+                  for path in (REPOSITORY / folder).rglob('*.py')}
+                 | {path for package in PACKAGES.values() for path in package.python()})
+LESSON_PACKAGES = 'actionlib_tutorials', 'rospy_tutorials', 'turtle_actionlib', 'turtle_tf', 'turtle_tf2'
+FORWARDERS = 'browser.py', 'demo.py', 'grade.py', 'marker_sequence.py'  # of the root: they start another package's
+CONTROLLED = 'ar_maze.py', 'drive_server.py', 'drive_shape.py'  # their controllers, without ROS, lie in the package
+OF_LESSONS = {'rospy', 'tf', 'tf2_ros', 'tf2_geometry_msgs', 'tf_conversions', 'actionlib', 'numpy',
+              'sensor_msgs.point_cloud2'}  # and messages, the standard library, one module of the own package
+OWN_MODULES = 1
+FILES = {name: package.python() for name, package in PACKAGES.items()}
+FILES.update({folder: sorted((REPOSITORY / folder).rglob('*.py')) for folder in ('bench', 'stress')})
+each_package = pytest.mark.parametrize('package', PACKAGES.values(), ids=list(PACKAGES))
 
 
 def name_of(path):
     return str(path.relative_to(REPOSITORY))
 
 
-def each(paths):
-    return pytest.mark.parametrize('path', paths, ids=name_of)
+def parts_of(path):
+    return set(path.relative_to(REPOSITORY).parts)
 
 
-SCRIPTS = sorted(path for pattern in ('scripts/*', '*/*/scripts/*', f'{NUMBERED}/*')
-                 for path in REPOSITORY.glob(pattern) if path.is_file() and path.suffix != '.launch')
-MODULES = sorted({path for folder in ('src', *ROOMS, 'scripts', 'bench', 'stress', 'test')
-                  for path in (REPOSITORY / folder).rglob('*.py')} | set(SCRIPTS))
-PACKAGED = [path for folder in PACKAGES.values() for path in sorted(folder.rglob('*.py'))]
-LESSON_PATTERNS = (*(f'lessons/{name}/scripts/*' for name in ('actionlib_tutorials', 'turtle_actionlib', 'turtle_tf',
-                                                               'turtle_tf2')), f'{NUMBERED}/*')
-FORWARDERS = 'browser.py', 'demo.py', 'grade.py', 'marker_sequence.py'  # of the root: they start another package's
-CONTROLLED = 'ar_maze.py', 'drive_server.py', 'drive_shape.py'  # their controllers, without ROS, lie in the package
-LESSONS = [path for path in SCRIPTS if any(path.match(pattern) for pattern in LESSON_PATTERNS)
-           or path.parent == REPOSITORY / 'scripts' and path.name not in FORWARDERS]  # students read and copy these
-OF_LESSONS = {'rospy', 'tf', 'tf2_ros', 'tf2_geometry_msgs', 'tf_conversions', 'actionlib', 'numpy',
-              'sensor_msgs.point_cloud2'}  # and messages, the standard library, one module of the own package
-OWN_MODULES = 1
-LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/*/launch/*.launch'),
-                       *REPOSITORY.glob(f'{NUMBERED}/*.launch')])
-WITHOUT_ROS = [(path, allowed) for pattern, allowed in ROS_FREE.items() for folder in REPOSITORY.glob(pattern)
-               for path in sorted(folder.rglob('*.py'))]
+def programs(package):
+    """Return the programs of a package, as students start them."""
+    return [path for path in package.python() if path.parent.name == 'scripts' or path.parent.name[:1].isdigit()]
 
 
-def imports_of(path):
-    return imported(path.read_text(encoding='utf-8'), path.parent.name)
-
-
-def package_of(path):
-    return next(name for name, folder in PACKAGES.items() if folder in path.parents)
-
-
-def folder_of(name):
-    """Return the folder of a module of this repository by its dotted name, or by the name of something in it."""
-    parts = name.split('.')
-    path = PACKAGES[parts[0]]
-    for part in parts[1:]:
-        if (path / f'{part}.py').exists():
-            return path
-        if not (path / part).is_dir():
-            break
-        path = path / part
-    return path
+LESSONS = {name: [path for path in programs(PACKAGES[name]) if path.name not in FORWARDERS]
+           for name in (COURSE, *LESSON_PACKAGES)}  # students read and copy these
 
 
 @pytest.mark.parametrize('source, names', [
@@ -130,9 +112,90 @@ def test_standard_library_is_told_from_the_rest(name, known):
     assert in_standard_library(name) is known
 
 
+# ------------------------------------------------------------------------------------------------ rooms and packages
+
+def uses(package):
+    """Return {kind: packages of this repository that a package names}: in imports, launch files, strings, package.xml."""
+    return {'imports': {top(name) for name in package.imports()} & OURS, 'launch files': package.launched() & OURS,
+            'strings': package.named() & OURS, 'messages': package.messages() & OURS,
+            'package.xml': package.depends('depend', 'build_depend', 'build_export_depend', 'exec_depend') & OURS}
+
+
+def not_allowed(package):
+    """Return the packages that a package must not know: of later rooms, and the course, which lies beside them."""
+    return later_than(package.room) | (set() if package.room in ('demo', 'test') else {COURSE})
+
+
+@pytest.mark.parametrize('package', [each for each in PACKAGES.values() if each.room], ids=lambda each: each.name)
+def test_rooms_know_each_other_in_one_direction(package):
+    excepted = {named for name, named in EXCEPTIONS if name == package.name}
+    assert {kind: names for kind, named in uses(package).items()
+            for names in [named & not_allowed(package) - excepted] if names} == {}
+
+
+def test_no_exception_is_left_over():
+    for name, named in EXCEPTIONS:
+        assert named in set().union(*uses(PACKAGES[name]).values()) & not_allowed(PACKAGES[name]), (name, named)
+
+
+def test_the_course_imports_messages_of_two_packages_and_nothing_else_of_the_repository():
+    """Its launch files may name packages of the rooms: test_root_package.py and test_launch_files.py."""
+    imports = {name for name in PACKAGES[COURSE].imports() if top(name) in OURS - {COURSE}}
+    assert {'.'.join(name.split('.')[:2]) for name in imports} <= {
+        'turtlesim.msg', 'turtlesim.srv', 'ar_track_alvar_msgs.msg'}
+
+
+def circle(needs):
+    """Return the names in {name: names that it needs} that are on a circle or need one; empty if there is none."""
+    left = dict(needs)
+    while True:
+        free = {name for name, needed in left.items() if not needed & set(left)}
+        if not free:
+            return set(left)
+        left = {name: needed for name, needed in left.items() if name not in free}
+
+
+@pytest.mark.parametrize('needs, found', [
+    ({}, set()), ({'a': {'b'}, 'b': {'c'}, 'c': set()}, set()), ({'a': {'b'}, 'b': {'a'}}, {'a', 'b'}),
+    ({'a': {'b'}, 'b': {'c'}, 'c': {'b'}, 'd': {'missing'}}, {'a', 'b', 'c'}),
+])
+def test_circles_are_found(needs, found):
+    assert circle(needs) == found
+
+
+def test_no_circle_between_packages():
+    """Strings are left out: a name in one may be that of a plug-in, or of what a text tells to start."""
+    excepted = {name: {named for owner, named in EXCEPTIONS if owner == name} for name in PACKAGES}
+    needs = {name: {needed for kind, names in uses(package).items() if kind != 'strings' for needed in names}
+             for name, package in PACKAGES.items()}
+    assert circle({name: needed - {name} - excepted[name] for name, needed in needs.items()}) == set()
+
+
+@each_package
+def test_no_stand_in_is_a_library(package):
+    """Where the real package is installed, it has other modules; its messages are the same."""
+    imports = {tuple(name.split('.')[:2]) for name in package.imports() if top(name) in OURS - {package.name}}
+    used = {(package.name, parts[0]) for parts in imports
+            if PACKAGES[parts[0]].is_stand_in and parts[1:2] not in [(kind,) for kind in INTERFACES]}
+    assert used == {pair for pair in LIBRARIES if pair[0] == package.name}
+
+
+def folder_of(name):
+    """Return the folder of a module of this repository by its dotted name, or by the name of something in it."""
+    parts = name.split('.')
+    path = PACKAGES[parts[0]].folder / 'src' / parts[0]
+    for part in parts[1:]:
+        if (path / f'{part}.py').exists():
+            return path
+        if not (path / part).is_dir():
+            break
+        path = path / part
+    return path
+
+
 @pytest.mark.parametrize('name, folder', [
-    ('kinematic_core.validation.InvalidInput', 'simulation/kinematic_core/src/kinematic_core'),
     ('kinematic_core.timing.pacing', 'simulation/kinematic_core/src/kinematic_core/timing'),
+    ('kinematic_core.worlds.planar.Pose2D', 'simulation/kinematic_core/src/kinematic_core/worlds'),
     ('turtle_robotont.driving.control.Goal', 'src/turtle_robotont/driving'),
     ('turtle_robotont.msg.DriveStatus', 'src/turtle_robotont'),
 ])
@@ -140,51 +203,45 @@ def test_folder_of_an_import_is_found(name, folder):
     assert folder_of(name) == REPOSITORY / folder
 
 
-def test_every_package_has_its_layer():
-    assert set.union(*LAYERS) == set(PACKAGES)
+@functools.lru_cache(maxsize=None)
+def folders_without_ros():
+    return {path.parent for folder in ROS_FREE for path in (REPOSITORY / folder).rglob('*.py')}
 
 
-@each(PACKAGED)
-def test_imports_go_one_way(path):
-    package = package_of(path)
-    layer = next(number for number, names in enumerate(LAYERS) if package in names)
-    later = set.union(set(), *LAYERS[layer + 1:])
-    assert {name for name in imports_of(path) if top(name) in later} == set()
+@pytest.mark.parametrize('folder', ROS_FREE)
+def test_folder_without_ros_imports_none(folder):
+    wrong = set()
+    for path in sorted((REPOSITORY / folder).rglob('*.py')):
+        for name in imports_of(path):
+            free = folder_of(name) in folders_without_ros() if top(name) in OURS else \
+                top(name) in ROS_FREE[folder] or in_standard_library(name)
+            if not free:
+                wrong.add((name_of(path), name))
+    assert wrong == set()
 
 
-@pytest.mark.parametrize('path, allowed', WITHOUT_ROS, ids=[name_of(path) for path, _ in WITHOUT_ROS])
-def test_folder_without_ros_imports_none(path, allowed):
-    ours = {name for name in imports_of(path) if top(name) in PACKAGES}
-    foreign = {name for name in imports_of(path) - ours if top(name) not in allowed}
-    assert {name for name in foreign if not in_standard_library(name)} == set()
-    free = {other.parent for other, _ in WITHOUT_ROS}
-    assert {name for name in ours if folder_of(name) not in free} == set()
+# ---------------------------------------------------------------------------------------------------- files of each
+
+@each_package
+def test_every_launch_argument_has_a_text(package):
+    assert [(name_of(path), argument.get('name')) for path in package.files() if path.suffix == '.launch'
+            for parent in ElementTree.parse(path).iter() if parent.tag != 'include'
+            for argument in parent.findall('arg') if not (argument.get('doc') or '').strip()] == []
 
 
-@each(LAUNCH_FILES)
-def test_every_launch_argument_has_a_text(path):
-    silent = [argument.get('name') for parent in ElementTree.parse(path).iter() if parent.tag != 'include'
-              for argument in parent.findall('arg') if not (argument.get('doc') or '').strip()]
-    assert silent == []
+@each_package
+def test_programs_are_executable_and_find_their_python(package):
+    files = [path for path in package.files() if path.parent.name == 'scripts' or
+             path.parent.name[:1].isdigit() and path.suffix == '.py']
+    assert [name_of(path) for path in files if not os.access(path, os.X_OK)
+            or not path.read_text(encoding='utf-8').startswith('#!/usr/bin/env python3\n')] == []
 
 
-@each(SCRIPTS)
-def test_script_is_executable_and_finds_its_python(path):
-    assert os.access(path, os.X_OK)
-    assert path.read_text(encoding='utf-8').startswith('#!/usr/bin/env python3\n')
-
-
-@each(MODULES)
-def test_module_parses_with_the_oldest_python(path):
-    ast.parse(path.read_text(encoding='utf-8'), feature_version=OLDEST_PYTHON)
-
-
-def dotted(node):
-    """Return a.b.c of the expression a.b.c, '' of anything else."""
-    if isinstance(node, ast.Attribute):
-        before = dotted(node.value)
-        return before and f'{before}.{node.attr}'
-    return node.id if isinstance(node, ast.Name) else ''
+@pytest.mark.parametrize('folder', sorted({path.relative_to(REPOSITORY).parts[0] for path in MODULES}))
+def test_modules_parse_with_the_oldest_python(folder):
+    for path in MODULES:
+        if path.relative_to(REPOSITORY).parts[0] == folder:
+            ast.parse(path.read_text(encoding='utf-8'), name_of(path), feature_version=OLDEST_PYTHON)
 
 
 @functools.lru_cache(maxsize=None)
@@ -211,11 +268,12 @@ def test_a_command_installs_what_its_modules_import(folder):
                         for line in (REPOSITORY / file).read_text().splitlines())
     required |= set().union(*(requires[name] for name in required))
     names = {top(name) for path in MODULES if path.relative_to(REPOSITORY).parts[0] == folder
-             and path.name != 'setup.py' and 'test' not in path.relative_to(REPOSITORY).parts
-             for name in imports_of(path)}
+             and path.name != 'setup.py' and 'test' not in parts_of(path) for name in imports_of(path)}
     assert {name: distribution_of[name] for name in names if name in distribution_of
             and distribution_of[name] not in required | EXTRAS} == {}
 
+
+# --------------------------------------------------------------------------------------------------------- lessons
 
 def are_messages(name):
     return name.split('.')[1:2] in (['msg'], ['srv'])
@@ -243,18 +301,25 @@ def test_what_a_lesson_may_not_import_is_found(names, wrong):
     assert not_for_a_lesson(names, 'course') == wrong
 
 
-@each(LESSONS)
-def test_a_lesson_runs_wherever_a_student_copies_it(path):
-    package = 'turtle_robotont' if path.parents[1] == REPOSITORY else next(
-        folder.name for folder in path.parents if (folder / 'package.xml').exists())
-    own_modules = 10 if path.name in CONTROLLED else OWN_MODULES
-    assert not_for_a_lesson(imports_of(path), package, own_modules) == set()
+@pytest.mark.parametrize('name', LESSONS)
+def test_a_lesson_runs_wherever_a_student_copies_it(name):
+    assert {name_of(path): wrong for path in LESSONS[name] for wrong in [
+        not_for_a_lesson(imports_of(path), name, 10 if path.name in CONTROLLED else OWN_MODULES)] if wrong} == {}
 
 
-def private_parts(source):
-    """Return what Python source uses of rospy that is not its documented interface."""
-    tree = ast.parse(source)
-    named = {dotted(node) for node in ast.walk(tree)} | imported(source)
+# -------------------------------------------------------------------------------------------------- parts of rospy
+
+def dotted(node):
+    """Return a.b.c of the expression a.b.c, '' of anything else."""
+    if isinstance(node, ast.Attribute):
+        before = dotted(node.value)
+        return before and f'{before}.{node.attr}'
+    return node.id if isinstance(node, ast.Name) else ''
+
+
+def private_parts(tree):
+    """Return what parsed Python source uses of rospy that is not its documented interface."""
+    named = {dotted(node) for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name))} | imports_in(tree)
     found = {name for name in named for module in PRIVATE_MODULES if name == module or name.startswith(f'{module}.')}
     return found | {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)
                     and node.attr in PRIVATE_ATTRIBUTES}
@@ -269,22 +334,24 @@ def private_parts(source):
     ('message._connection_header["callerid"]', {'_connection_header'}),
 ])
 def test_private_parts_are_found(source, found):
-    assert private_parts(source) == found
+    assert private_parts(ast.parse(source)) == found
 
 
-@each([path for path in MODULES if name_of(path) not in (INTERNALS, REPAIR)
-       and 'test' not in path.relative_to(REPOSITORY).parts])
-def test_one_module_uses_private_parts_of_rospy(path):
-    taught = {'_connection_header'} if path in LESSONS else set()  # of rospy_tutorials/007_connection_header
-    assert private_parts(path.read_text(encoding='utf-8')) - taught == set(), f'use or extend {INTERNALS}'
+@pytest.mark.parametrize('name', FILES)
+def test_one_place_uses_private_parts_of_rospy(name):
+    taught = {'_connection_header'} if name == 'rospy_tutorials' else set()  # by its 007_connection_header
+    found = {name_of(path): private_parts(tree_of(path)) - taught for path in FILES[name] if 'test' not in parts_of(path)}
+    assert {path: parts for path, parts in found.items() if parts and not path.startswith((INTERNALS, REPAIR))} == {}, \
+        f'use or extend {INTERNALS}'
 
 
-@each([path for path in MODULES if not {'test', 'bench', 'rostest_support'} & set(path.relative_to(REPOSITORY).parts)
-       and path not in LESSONS])
-def test_who_calls_init_node_has_servers_that_idle_connections_do_not_block(path):
-    source = path.read_text(encoding='utf-8')
-    if 'rospy.init_node' in {dotted(node) for node in ast.walk(ast.parse(source))}:
-        assert 'servers.protect()' in source, 'call nodes.init_node, or servers.protect() before it'
+@pytest.mark.parametrize('name', FILES)
+def test_who_calls_init_node_has_servers_that_idle_connections_do_not_block(name):
+    """Lessons are plain rospy."""
+    nodes = [path for path in FILES[name] if not TESTING & parts_of(path) and path not in LESSONS.get(name, ())
+             and any(dotted(node) == 'rospy.init_node' for node in ast.walk(tree_of(path)))]
+    assert [name_of(path) for path in nodes if 'servers.protect()' not in path.read_text(encoding='utf-8')] == [], \
+        'call nodes.init_node, or servers.protect() before it'
 
 
 def test_root_holds_no_pictures():
@@ -292,6 +359,9 @@ def test_root_holds_no_pictures():
 
 
 def test_the_repository_was_found():
-    assert (REPOSITORY / INTERNALS).is_file() and (REPOSITORY / REPAIR).is_file()
-    assert len(PACKAGES) >= 10 and len(WITHOUT_ROS) >= 60 and len(SCRIPTS) >= 11
-    assert len(LAUNCH_FILES) >= 8 and len(MODULES) >= 150 and len(LESSONS) >= 40
+    """A glob that finds nothing would let all of the above pass."""
+    assert len(PACKAGES) >= 30 and len(MODULES) >= 150 and sum(map(len, LESSONS.values())) >= 40
+    assert all(list((REPOSITORY / folder).rglob('*.py')) for folder in ROS_FREE)
+    assert sum(map(len, FILES.values())) >= 150
+    assert sum(path.suffix == '.launch' for package in PACKAGES.values() for path in package.files()) >= 30
+    assert all(LESSONS.values()) and (REPOSITORY / REPAIR).is_file()

@@ -1,14 +1,22 @@
-"""What Python source imports."""
+"""What Python source imports and names. Each file is read and parsed once."""
 import ast
+import functools
 import importlib.util
 import pathlib
 import sysconfig
 
+WITH_DOCSTRING = ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef
+
 
 def imported(source, package=''):
     """Return the dotted names of everything that Python source imports, wherever in it; of ``package`` itself."""
+    return imports_in(ast.parse(source), package)
+
+
+def imports_in(tree, package=''):
+    """Return what ``imported`` does, of parsed source."""
     names = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -17,12 +25,37 @@ def imported(source, package=''):
     return names
 
 
+def strings_in(tree):
+    """Return the strings of parsed source that are not docstrings."""
+    docstrings = {id(node.body[0].value) for node in ast.walk(tree) if isinstance(node, WITH_DOCSTRING)
+                  and node.body and isinstance(node.body[0], ast.Expr)}
+    return {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            and id(node) not in docstrings}
+
+
+@functools.lru_cache(maxsize=None)
+def tree_of(path):
+    """Return the parsed source of a Python file."""
+    return ast.parse(path.read_text(encoding='utf-8'))
+
+
+@functools.lru_cache(maxsize=None)
+def imports_of(path):
+    """Return the dotted names that a Python file imports."""
+    return frozenset(imports_in(tree_of(path), path.parent.name))
+
+
 def top(name):
     return name.partition('.')[0]
 
 
 def in_standard_library(name):
-    spec = importlib.util.find_spec(top(name))
+    return _in_standard_library(top(name))
+
+
+@functools.lru_cache(maxsize=None)
+def _in_standard_library(name):
+    spec = importlib.util.find_spec(name)
     if spec is None or spec.origin is None:
         return False
     if spec.origin in ('built-in', 'frozen'):

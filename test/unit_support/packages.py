@@ -1,0 +1,91 @@
+"""The packages of this repository: their rooms, what each uses of others, and what its package.xml says."""
+import functools
+import os
+import pathlib
+import re
+from xml.etree import ElementTree
+
+from unit_support.imports import imports_of, in_standard_library, strings_in, top, tree_of
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+COURSE = 'turtle_robotont'
+ORDER = ('support',), ('simulation', 'vision'), ('lessons', 'browser'), ('grading',), ('demo',), ('test',)
+ROOMS = tuple(room for rooms in ORDER for room in rooms)
+OF_THE_COURSE = 'scripts', 'src', 'launch', 'msg', 'srv'  # its folders in the root
+LAUNCH_FILES = '.launch', '.xacro', '.urdf'
+FOUND = re.compile(r'\$\(find (\w+)\)')
+COMMAND = re.compile(r'\b(?:rosrun|roslaunch) (\w+)')
+PYTHON = b'#!/usr/bin/env python3'
+
+
+class Package:
+    """A catkin package: ``folder`` is where its package.xml lies."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.room = '' if folder == REPOSITORY else folder.parent.name
+        self.xml = ElementTree.parse(folder / 'package.xml').getroot()
+        self.name = self.xml.findtext('name')
+
+    @property
+    def is_stand_in(self):
+        return 'stand-in for' in self.xml.findtext('description')
+
+    @functools.lru_cache(maxsize=None)  # noqa: B019  the packages live as long as the tests
+    def files(self):
+        """Return its files, without those of its tests."""
+        folders = [self.folder / name for name in OF_THE_COURSE] if self.name == COURSE else [self.folder]
+        skipped = {'__pycache__'} if self.name == COURSE else {'__pycache__', 'test'}
+        return [path for folder in folders for path in sorted(folder.rglob('*'))
+                if path.is_file() and not skipped & set(path.relative_to(self.folder).parts)]
+
+    def python(self):
+        """Return its Python files: modules and programs."""
+        return [path for path in self.files() if path.name != 'setup.py' and is_python(path)]
+
+    def imports(self):
+        """Return the dotted names that its modules and programs import, without the standard library."""
+        return {name for path in self.python() for name in imports_of(path) if not in_standard_library(name)}
+
+    def launched(self):
+        """Return the packages that its launch files and robot descriptions start or find."""
+        found = set()
+        for path in self.files():
+            if path.suffix in LAUNCH_FILES:
+                found.update(FOUND.findall(path.read_text(encoding='utf-8')))
+                found.update(node.get('pkg') for node in ElementTree.parse(path).iter() if node.get('pkg'))
+        return found
+
+    def messages(self):
+        """Return the packages that its messages, services and actions name."""
+        return {name for path in self.files() if path.suffix in ('.msg', '.srv', '.action')
+                for name in re.findall(r'^(\w+)/\w+', path.read_text(encoding='utf-8'), re.MULTILINE)}
+
+    def named(self):
+        """Return what strings in its Python files may name: whole words, modules, and what is started by a command."""
+        strings = {text for path in self.python() for text in strings_in(tree_of(path))}
+        return ({top(text) for text in strings if re.fullmatch(r'\w+(\.\w+)*', text)}
+                | {name for text in strings for name in COMMAND.findall(text)})
+
+    def depends(self, *tags):
+        """Return what its package.xml names in elements of these tags."""
+        return {element.text for tag in tags for element in self.xml.findall(tag)}
+
+
+def is_python(path):
+    if path.suffix:
+        return path.suffix == '.py'
+    with open(path, 'rb') as file:
+        return file.read(len(PYTHON)) == PYTHON and os.access(path, os.X_OK)
+
+
+PACKAGES = {package.name: package for package in (
+    Package(path.parent) for path in (REPOSITORY / 'package.xml', *sorted(REPOSITORY.glob('*/*/package.xml')))
+    if path.parent == REPOSITORY or path.parts[-3] in ROOMS)}
+
+
+def later_than(room):
+    """Return the names of the packages in rooms that ``room`` must not know."""
+    level = next(number for number, rooms in enumerate(ORDER) if room in rooms)
+    return {package.name for package in PACKAGES.values()
+            if package.room in {name for rooms in ORDER[level + 1:] for name in rooms}}
