@@ -4,17 +4,14 @@ Only Debian's ROS and packages that the tests put beside it are there, nothing e
 """
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 import time
 import xmlrpc.client
-from xml.etree import ElementTree
 
 import pytest
 
 from rospy_support.own_master import own_master
-from unit_support.imports import imported, in_standard_library, top
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 ENVIRONMENT = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
@@ -23,7 +20,6 @@ BUILD_TIMEOUT = 120.0  # [s]; it takes 15
 START_TIMEOUT = 60.0  # [s] until a program has registered; it takes 1
 STARTERS = {'browser.py': 'course_page', 'demo.py': 'course_demo', 'grade.py': 'course_grader',
             'marker_sequence.py': 'marker_pictures'}
-PACKAGE_XML = ElementTree.parse(REPOSITORY / 'package.xml').getroot()
 
 
 def run(*command, folder):
@@ -138,44 +134,6 @@ def test_launch_files_and_docs_are_installed(installed):
     share = installed / 'install' / 'share' / 'turtle_robotont'
     for name in ('launch', 'docs'):
         assert {path.name for path in (REPOSITORY / name).iterdir()} == {path.name for path in (share / name).iterdir()}
-
-
-def depends(*tags):
-    return {element.text for tag in tags for element in PACKAGE_XML.findall(tag)}
-
-
-def packages_imported(*patterns):
-    """Return the packages that Python files import, without the standard library and this package."""
-    names = {top(name) for pattern in patterns for path in REPOSITORY.glob(pattern)
-             for name in imported(path.read_text(encoding='utf-8'))}
-    own = {path.stem for pattern in patterns for path in REPOSITORY.glob(pattern)} | {'turtle_robotont'}
-    return {name for name in names - own if not in_standard_library(name)}
-
-
-def packages_of_interfaces():
-    return {package for path in (*REPOSITORY.glob('msg/*'), *REPOSITORY.glob('srv/*'))
-            for package in re.findall(r'^(\w+)/\w+', path.read_text(), re.MULTILINE)}
-
-
-def packages_launched():
-    """Return the packages whose nodes launch files start, without those of the rooms, which each names in a comment."""
-    found = {node.get('pkg') for path in REPOSITORY.glob('launch/*.launch')
-             for node in ElementTree.parse(path).iter('node')}
-    rooms = {path.parent.name for path in REPOSITORY.glob('*/*/package.xml')} - {'turtlesim'}
-    return found - rooms - {'turtle_robotont'}
-
-
-def test_package_xml_names_what_is_used_and_nothing_else():
-    used = packages_imported('scripts/*.py', 'src/**/*.py') | packages_of_interfaces() | packages_launched()
-    assert depends('depend', 'exec_depend') == used | {'message_runtime'}
-    assert depends('build_depend') == {'message_generation'}
-    assert depends('buildtool_depend') == {'catkin', 'python3-setuptools'}
-    assert depends('test_depend') == packages_imported('test/course/*.py') - used
-
-
-def test_the_course_imports_nothing_else_of_the_repository():
-    rooms = {path.parent.name for path in REPOSITORY.glob('*/*/package.xml')}
-    assert packages_imported('scripts/*.py', 'src/**/*.py') & rooms <= {'turtlesim', 'ar_track_alvar_msgs'}
 
 
 def test_rostests_of_the_root_are_the_lessons():

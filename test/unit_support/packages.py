@@ -14,6 +14,11 @@ ROOMS = tuple(room for rooms in ORDER for room in rooms)
 OF_THE_COURSE = 'scripts', 'src', 'launch', 'msg', 'srv'  # its folders in the root
 LAUNCH_FILES = '.launch', '.xacro', '.urdf'
 FOUND = re.compile(r'\$\(find (\w+)\)')
+OPENED = {  # (package, what one of its launch files starts of a later room): why
+    ('robotont_description', 'teleop_twist_keyboard'): 'gazebo_teleop_keyboard.launch, as in the original',
+    ('robotont_teleop', 'teleop_twist_keyboard'): 'its launch files start it, as in the original',
+    ('robotont_gazebo', 'course_page'): 'gazebo.launch browser:=true',
+}
 COMMAND = re.compile(r'\b(?:rosrun|roslaunch) (\w+)')
 PYTHON = b'#!/usr/bin/env python3'
 
@@ -39,6 +44,15 @@ class Package:
         return [path for folder in folders for path in sorted(folder.rglob('*'))
                 if path.is_file() and not skipped & set(path.relative_to(self.folder).parts)]
 
+    def libraries(self):
+        """Return the names of its importable packages."""
+        return {path.name for path in self.folder.glob('src/*')}
+
+    def components(self):
+        """Return the packages that its CMakeLists.txt asks catkin for."""
+        found = re.search(r'find_package\(catkin REQUIRED COMPONENTS ([^)]*)\)', (self.folder / 'CMakeLists.txt').read_text())
+        return set(found.group(1).split()) if found else set()
+
     def python(self):
         """Return its Python files: modules and programs."""
         return [path for path in self.files() if path.name != 'setup.py' and is_python(path)]
@@ -58,13 +72,14 @@ class Package:
 
     def messages(self):
         """Return the packages that its messages, services and actions name."""
-        return {name for path in self.files() if path.suffix in ('.msg', '.srv', '.action')
-                for name in re.findall(r'^(\w+)/\w+', path.read_text(encoding='utf-8'), re.MULTILINE)}
+        types = {name for path in self.files() if path.suffix in ('.msg', '.srv', '.action')
+                 for name in re.findall(r'^(\w+/\w+|Header)\b', path.read_text(encoding='utf-8'), re.MULTILINE)}
+        return {'std_msgs' if name == 'Header' else name.partition('/')[0] for name in types}
 
     def named(self):
-        """Return what strings in its Python files may name: whole words, modules, and what is started by a command."""
+        """Return what strings in its Python files may name: words, modules, types, and what a command starts."""
         strings = {text for path in self.python() for text in strings_in(tree_of(path))}
-        return ({top(text) for text in strings if re.fullmatch(r'\w+(\.\w+)*', text)}
+        return ({re.split('[./]', text)[0] for text in strings if re.fullmatch(r'\w+(\.\w+)*|\w+/\w+', text)}
                 | {name for text in strings for name in COMMAND.findall(text)})
 
     def depends(self, *tags):
@@ -74,7 +89,7 @@ class Package:
 
 def is_python(path):
     if path.suffix:
-        return path.suffix == '.py'
+        return path.suffix in ('.py', '.cfg')
     with open(path, 'rb') as file:
         return file.read(len(PYTHON)) == PYTHON and os.access(path, os.X_OK)
 
