@@ -39,19 +39,6 @@ master_port() {
   echo "$port"
 }
 
-# Sockets of all programs that would listen on all addresses listen on loopback, while ROS_HOSTNAME is localhost: a graded
-# program may start servers. support/local_sockets does it.
-keep_local() {
-  local library=$ws/devel/lib/libturtle_robotont_local_sockets.so
-  [ -f "$library" ] || return 0
-  export TURTLE_ROBOTONT_LOCAL=all
-  case :${LD_PRELOAD:-}: in
-    *:"$library":*) ;;
-    *) export LD_PRELOAD="$library${LD_PRELOAD:+:$LD_PRELOAD}" ;;
-  esac
-  export ASAN_OPTIONS="${ASAN_OPTIONS:-verify_asan_link_order=0}"  # its runtime would insist on being the first library
-}
-
 # For a command that must not meet the user's own roscore, log folder or namespace.
 enter_apart() {
   unset ROS_IP ROS_HOSTNAME ROS_MASTER_URI ROS_NAMESPACE ROS_LOG_DIR ROSCONSOLE_CONFIG_FILE ROS_IPV6
@@ -60,7 +47,6 @@ enter_apart() {
   set +eu
   # shellcheck disable=SC2119
   enter_workspace
-  keep_local
   set -eu
   find "$ROS_HOME" -mindepth 2 -maxdepth 2 -mtime +2 -exec rm -rf {} + 2>/dev/null || true
 }

@@ -12,7 +12,7 @@ from rostest_support.common import Process, run, until
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 WRITE = '. "$0/tools/environment.bash"; ws=$1; write_shell_files'
 IN_WORKSPACE = '. "$0/env.bash"; "$@"'
-FOREIGN = 'ROS_MASTER_URI', 'ROS_HOSTNAME', 'PYTHONPATH', 'CMAKE_PREFIX_PATH', 'LD_PRELOAD'
+FOREIGN = 'ROS_MASTER_URI', 'ROS_HOSTNAME', 'PYTHONPATH', 'CMAKE_PREFIX_PATH'
 LINE_DEADLINE = 60.0  # [s] for a command of ROS on a loaded machine
 
 

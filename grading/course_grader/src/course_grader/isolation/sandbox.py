@@ -102,7 +102,7 @@ class Sandbox:
         isolation, inside = self._isolation, self._isolation.level == levels.NAMESPACE
         base, temporary = (confinement.HOME, confinement.TEMPORARY) if inside else (
             self._program, os.path.join(self._program, 'tmp'))
-        surroundings = view.environment(self.environment, base, temporary, inside)
+        surroundings = view.environment(self.environment, base, temporary)
         shown = view.shown(surroundings, isolation.own)
         if isolation.level != levels.NONE:
             _check_own(command, shown)

@@ -21,19 +21,16 @@ FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'studen
 KEPT = ('CMAKE_PREFIX_PATH', 'LANG', 'LANGUAGE', 'LD_LIBRARY_PATH', 'PATH', 'PYTHONNOUSERSITE', 'PYTHONPATH',
         'ROS_DISTRO', 'ROS_ETC_DIR', 'ROS_HOSTNAME', 'ROS_MASTER_URI', 'ROS_PACKAGE_PATH', 'ROS_PYTHON_VERSION',
         'ROS_ROOT', 'ROS_VERSION', 'TERM', 'TZ', 'VIRTUAL_ENV')  # variables
-KEPT_BESIDE = 'ASAN_OPTIONS', 'LD_PRELOAD', 'TURTLE_ROBOTONT_LOCAL'  # the same where the network is everybody's
 ADDED = {'PYTHONUNBUFFERED': '1', 'PYTHONDONTWRITEBYTECODE': '1', 'USER': 'student', 'LOGNAME': 'student',
          'OPENBLAS_NUM_THREADS': '1'}  # numpy would take memory for each core
 
 
-def environment(base: Mapping[str, str], folder: str, temporary: str, network: bool) -> Dict[str, str]:
+def environment(base: Mapping[str, str], folder: str, temporary: str) -> Dict[str, str]:
     """Return the environment of a program; nothing that is not listed here reaches it.
 
-    ``base``: the grader's; ``folder``: where the program may write, ``temporary`` for files that it forgets;
-    ``network``: whether the grading has one of its own.
+    ``base``: the grader's; ``folder``: where the program may write, ``temporary`` for files that it forgets.
     """
-    names = KEPT if network else (*KEPT, *KEPT_BESIDE)
-    kept = {name: value for name, value in base.items() if name in names or name.startswith('LC_')}
+    kept = {name: value for name, value in base.items() if name in KEPT or name.startswith('LC_')}
     path = os.pathsep.join(filter(None, (FIRST_ON_PATH, base.get('PYTHONPATH'))))
     home = os.path.join(folder, 'home')
     return {**kept, **ADDED, 'PYTHONPATH': path, 'HOME': home, 'PWD': os.path.join(folder, 'work'),
@@ -96,7 +93,7 @@ def escaping(command: Sequence[str], own: Sequence[str]) -> str:
 
 def shown(surroundings: Mapping[str, str], own: Sequence[str]) -> List[Tuple[str, str]]:
     """Return [(path, its path inside)] of what a program sees besides the system, parents first."""
-    places = [FIRST_ON_PATH, *own, *surroundings.get('LD_PRELOAD', '').split(os.pathsep)]
+    places = [FIRST_ON_PATH, *own]
     if not below(sys.prefix, SYSTEM):
         places += [sys.prefix, sys.base_prefix]
     for entry in surroundings.get('PYTHONPATH', '').split(os.pathsep):
