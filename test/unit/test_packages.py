@@ -16,8 +16,8 @@ ROSDEP = {'cairo': 'python3-cairo', 'cbor2': 'python3-cbor2', 'cv2': 'python3-op
           'selenium': 'python3-selenium', 'tkinter': 'python3-tk', 'tornado': 'python3-tornado', 'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}  # module: its name in rosdep
 OPTIONAL = {'dask', 'distributed', 'gymnasium',  # installed for the commands that need them
             'ament_index_python'}  # a part of ROS 2 that our xacro brings along
-PROVENANCE = re.compile(r'A stand-in for (?:the [\w ]+ )?(\w+) (\d+\.\d+\.\d+)\b.*: the behaviour of that version,'
-                        r' no code of it\.$')
+PROVENANCE = re.compile(r'A stand-in for (?:the [\w ]+ )?(\w+) (\d+\.\d+\.\d+)\b.*'
+                        r'\. It behaves like that version; no code is copied from it\.$')
 each_package = pytest.mark.parametrize('package', PACKAGES.values(), ids=list(PACKAGES))
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Nothing that ./run demo, test and grade start can be reached from another machine.
+"""Of what ./run starts, only the XML-RPC servers of C++ nodes can be reached from another machine.
 
-Of ./run shell, only the XML-RPC servers of C++ nodes can. A network namespace of ours asks all ports of another, in
-which they run, and ss there tells what waits for anybody, UDP included.
+One network namespace probes all ports of another, in which demo, grading, rostest and shell run. There, ss lists the
+sockets that accept connections from everywhere, UDP included.
 """
 import os
 import re
