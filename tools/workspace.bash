@@ -322,16 +322,21 @@ install_packages() {
     [ -z "$(missing_packages)" ]
 }
 
-venv_stamp() { readlink -f /usr/bin/python3; echo "$ws"; sha256sum "${requirement_files[@]}"; }
+# The Python packages of the requirements, each with the versions and hashes that tools/lock.bash has found.
+lock_files() { printf '%s\n' "${requirement_files[@]/%.txt/.lock}" | sort -u; }
+
+venv_stamp() { readlink -f /usr/bin/python3; echo "$ws"; lock_files | xargs -d '\n' sha256sum; }
 
 make_venv() {
   local clear="" before=""
+  local -a pip=(env -u PYTHONPATH -u PYTHONHOME PYTHONNOUSERSITE=1 PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1
+    "$ws/venv/bin/python3" -m pip install --require-hashes) locks
+  mapfile -t locks < <(lock_files)
   if [ -f "$ws/.venv_made" ]; then before=$(cat "$ws/.venv_made"); else clear=--clear; fi
   rm -f "$ws/.venv_made"
   env -u PYTHONPATH -u PYTHONHOME /usr/bin/python3 -m venv --system-site-packages $clear "$ws/venv" &&
-    env -u PYTHONPATH -u PYTHONHOME PYTHONNOUSERSITE=1 PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1 \
-      "$ws/venv/bin/python3" -m pip install --prefer-binary --only-binary numpy,opencv-python-headless \
-      'pip>=21' "${requirement_files[@]/#/-r}" &&
+    "${pip[@]}" -r "$repo/tools/pip.lock" &&
+    "${pip[@]}" --only-binary numpy,opencv-python-headless "${locks[@]/#/-r}" &&
     { printf '%s\n' "$before"; venv_stamp; } | sort -u >"$ws/.venv_made"
 }
 
