@@ -96,7 +96,7 @@ class ArControl:
                     velocity.linear.y = limited(GAIN * self.left, speed)
                 else:
                     velocity.angular.z = limited(TURN_GAIN * bearing, turn_speed)
-                    if abs(bearing) < 0.6:   # it looks at the marker: drive
+                    if abs(bearing) < 0.6:   # it faces the marker: drive
                         velocity.linear.x = limited(GAIN * (math.hypot(self.ahead, self.left) - wanted), speed)
                 self.publisher.publish(velocity)
             elif self.status.startswith('Following'):

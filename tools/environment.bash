@@ -3,7 +3,8 @@
 : "${ws=}" "${ros_dir=}"
 : "${repo:=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)}"
 
-# Also written to the workspace as env.bash: everything foreign out, the workspace in (not for the argument `build`).
+# Clear inherited ROS settings, then source the workspace (not with the argument `build`). Also written to the workspace
+# as env.bash.
 # shellcheck disable=SC2120
 enter_workspace() {
   unset PYTHONPATH PYTHONHOME LD_LIBRARY_PATH CMAKE_PREFIX_PATH PKG_CONFIG_PATH ROS_PACKAGE_PATH ROS_ROOT ROS_ETC_DIR

@@ -65,7 +65,7 @@ step() {
   fi
 }
 
-# show_progress NUMBER: the time so far and the last line of the log; on a terminal in one line, else one now and then.
+# show_progress NUMBER: prints the elapsed time and the last line of the log: on a terminal in one line, else every 30 s.
 show_progress() {
   local start=$SECONDS period=30 before='' after='\n' pipe
   [ ! -t 2 ] || period=1 before='\r' after='\033[K'
@@ -150,7 +150,7 @@ find_workspace() {
   esac
 }
 
-# Dies unless the workspace is this checkout's (or of one that is gone: then it is taken over), empty or absent.
+# Dies unless the workspace is absent, empty, this checkout's, or that of a checkout that is gone, which it replaces.
 check_workspace() {
   local owner=""
   [ -e "$ws" ] || return 0
@@ -178,7 +178,7 @@ open_workspace() {
   fi
 }
 
-# Every checkout has a workspace of its own: what can be made again is removed where the checkout is gone.
+# Every checkout has a workspace of its own. Where the checkout is gone, removes what can be made again.
 forget_lost_workspaces() {
   local marker
   for marker in "$default_parent"/*/.checkout; do
@@ -296,7 +296,7 @@ become_root() {
     "Ask someone who may use sudo to type the following line, then type ./run again:" "  sudo sh -c '$(apt_command)'"
 }
 
-# packages_not_offered PACKAGE...: those that no source of apt has. This decides on which systems ./run works, not a name.
+# packages_not_offered PACKAGE...: prints those that no source of apt has. Support depends on available packages, not on the system's name.
 packages_not_offered() {
   comm -23 <(printf '%s\n' "$@" | sort) \
     <(LC_ALL=C apt-cache policy "$@" | awk '/^[^ ]/ { name = $1 } /^  Candidate: [^(]/ { sub(":", "", name); print name }' | sort)
@@ -399,8 +399,8 @@ source_folder() {
   echo "$folder"
 }
 
-# build_workspace: also continues what was interrupted, so that open shells stay usable; what is gone from the repository
-# leaves the build alone.
+# build_workspace: continues an interrupted build, so that open shells stay usable, and forgets only the packages that
+# are gone from the repository.
 build_workspace() {
   local name before=$ws/.built
   [ -f "$before" ] || before=$ws/.unfinished
@@ -425,13 +425,13 @@ build_workspace() {
   ) && mv "$ws/.unfinished" "$ws/.built"
 }
 
-# gone_packages STAMP: those packages of which a file, or which themselves, were there at that build_stamp and are no more.
+# gone_packages STAMP: the packages that are gone, or lack a file, since that build_stamp.
 gone_packages() {
   comm -23 <(sed 's/^[^ ]*  //' "$1" | sort) <(build_stamp | sed 's/^[^ ]*  //' | sort) |
     sed -nE 's#^(\./[^/]+/([^/]+)/.*|([^ ]+) /.*)$#\2\3#p; t; s#^\./.*#turtle_robotont#p' | sort -u
 }
 
-# forget_products PACKAGE: what the build of a package has made.
+# forget_products PACKAGE: removes everything that the build of a package has made.
 forget_products() {
   local name=$1 devel=$ws/devel
   rm -rf "$ws/build/$name" "$devel"/{lib,include,share,lib/python3/dist-packages}/"$name" \

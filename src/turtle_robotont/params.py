@@ -116,7 +116,7 @@ def _typed(arguments: List[str]) -> Dict[str, str]:
 
 
 def _wrong_arguments(allowed: Dict[str, Allowed]) -> List[str]:
-    """Return what is wrong with the arguments that are neither parameters nor remappings of names."""
+    """Return the errors in the arguments that are neither parameters nor remappings of names."""
     wrong = []
     for argument in sys.argv[1:]:
         name, value = (re.split(':?=', argument, maxsplit=1) + [''])[:2]

@@ -11,7 +11,7 @@ class LessonArControl(LessonCase):
     turtle = False
 
     def setUp(self):
-        """Be the tracker."""
+        """Publish what the tracker would publish."""
         super().setUp()
         if rospy.has_param('ar_control'):
             rospy.delete_param('ar_control')  # a node that was killed leaves its parameters

@@ -1,6 +1,6 @@
 """What the tests of the lessons share: they start a program as a student does, and watch the turtle.
 
-They need rospy, rostest, turtlesim and ar_track_alvar_msgs, whoever made them, and nothing else of this repository.
+They need rospy, rostest, any turtlesim and ar_track_alvar_msgs, and nothing else of this repository.
 Threads: rospy appends messages to lists in threads of its own; the tests read these.
 """
 import math

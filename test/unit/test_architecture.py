@@ -58,7 +58,7 @@ REQUIREMENTS.update(dict.fromkeys(('bench', 'scripts', 'src', *ROOMS[:-1]), ('re
 EXTRAS = {'gymnasium'}  # of kinematic_core; ./run bench environments installs it, too
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
-TESTING = {'test', 'bench', 'rostest_support'}  # folders of what is no node of a user
+TESTING = {'test', 'bench', 'rostest_support'}  # folders without nodes that users start
 MODULES = sorted({path for folder in ('src', *ROOMS, 'scripts', 'bench', 'stress')
                   for path in (REPOSITORY / folder).rglob('*.py')}
                  | {path for package in PACKAGES.values() for path in package.python()})

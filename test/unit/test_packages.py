@@ -108,7 +108,7 @@ def test_every_vendored_file_is_listed_with_its_hash():
 
 
 def test_minified_files_are_vendored():
-    """What nobody here can have written lies where its source and licence are said."""
+    """Files that were not written here lie beside the table of their sources and licences."""
     strange = [path for package in PACKAGES.values() for path in package.files() if path.suffix in ('.js', '.css')
                and max(map(len, path.read_text(encoding='utf-8').splitlines()), default=0) > 1000]
     assert strange and all(VENDORED in path.parts for path in strange)
