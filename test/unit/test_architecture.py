@@ -21,7 +21,7 @@ ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading', 'de
 PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
             if path.parts[-4] in ROOMS and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
-BASES = [{'kinematic_core', 'alvar_core', 'process_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
+BASES = [{'kinematic_core', 'alvar_core', 'plain_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
          {'sim_ros'}]  # before all rooms, in this order: libraries without ROS, what nodes need, what simulators need
 LAST = {'rostest_support'}
 
@@ -38,7 +38,7 @@ PLAIN, IMAGES = set(), {'cv2', 'numpy'}
 ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
-            'support/process_support/src': {'psutil'},
+            'support/plain_support/src': {'psutil'},
             'support/ros_doctor/src': set(),
             'browser/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'grading/course_grader/src/course_grader/isolation': {'psutil'},

@@ -1,4 +1,4 @@
-"""process_support.processes: real processes are found, told apart when numbers come again, and ended."""
+"""plain_support.processes: real processes are found, told apart when numbers come again, and ended."""
 import os
 import signal
 import subprocess
@@ -9,8 +9,8 @@ import time
 import psutil
 import pytest
 
-from process_support import processes
-from process_support.processes import BackgroundProcess
+from plain_support import processes
+from plain_support.processes import BackgroundProcess
 
 SOON = 5.0  # [s] deadline of what takes well under one
 QUICK = ((signal.SIGINT, 0.3), (signal.SIGTERM, 0.3), (signal.SIGKILL, SOON))
@@ -182,7 +182,7 @@ def test_cpu_time_grows_and_ends_with_the_process(start):
 
 
 def test_a_process_ends_with_its_parent(start):
-    code = ('import subprocess, sys, time\nfrom process_support.processes import end_with_parent\n'
+    code = ('import subprocess, sys, time\nfrom plain_support.processes import end_with_parent\n'
             'child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"], '
             'start_new_session=True, preexec_fn=end_with_parent)\nprint(child.pid, flush=True)\ntime.sleep(60)')
     process = start(code)
@@ -193,7 +193,7 @@ def test_a_process_ends_with_its_parent(start):
 
 @pytest.mark.parametrize('number', processes.END_SIGNALS)
 def test_interruptible_once(number):
-    code = ('import os, time\nfrom process_support.processes import make_interruptible\nmake_interruptible()\n'
+    code = ('import os, time\nfrom plain_support.processes import make_interruptible\nmake_interruptible()\n'
             f'try:\n    os.kill(os.getpid(), {int(number)})\n    time.sleep(5)\nexcept KeyboardInterrupt:\n'
             f'    os.kill(os.getpid(), {int(number)})\n    print("cleaned up")\n')
     done = subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE, timeout=30, check=False)

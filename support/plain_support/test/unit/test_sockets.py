@@ -1,4 +1,4 @@
-"""process_support.sockets: who is at the other end, whatever it says."""
+"""plain_support.sockets: who is at the other end, whatever it says."""
 import os
 import socket
 import subprocess
@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from process_support import sockets
+from plain_support import sockets
 
 CLIENT = '''
 import socket, sys
