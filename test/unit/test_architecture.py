@@ -21,7 +21,7 @@ ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading', 'de
 PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
             if path.parts[-4] in ROOMS and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
-BASES = [{'kinematic_core', 'alvar_core', 'plain_support', 'ros_doctor', 'rosbridge_core'}, {'rospy_support'},
+BASES = [{'plain_support'}, {'kinematic_core', 'alvar_core', 'rosbridge_core'}, {'rospy_support'},
          {'sim_ros'}]  # before all rooms, in this order: libraries without ROS, what nodes need, what simulators need
 LAST = {'rostest_support'}
 
@@ -39,7 +39,7 @@ ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # 
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
             'support/plain_support/src': {'psutil'},
-            'support/ros_doctor/src': set(),
+            'support/plain_support/src/plain_support/doctor': PLAIN,
             'browser/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'grading/course_grader/src/course_grader/isolation': {'psutil'},
             'grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},

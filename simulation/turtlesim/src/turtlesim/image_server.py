@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.files import create_numbered
 from kinematic_core.worlds.turtle_world import CANVAS_SIZE
-from ros_doctor import findings
+from plain_support.doctor import findings
 from rospy_support import threads
 from rospy_support.parameters import Boolean, Computed, Number, Table, Text
 from rospy_support.topics import Publisher, SubscriptionListener

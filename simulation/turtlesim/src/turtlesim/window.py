@@ -15,7 +15,7 @@ import threading
 import time
 
 from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
-from ros_doctor import findings
+from plain_support.doctor import findings
 
 TITLE = 'TurtleSim'
 SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two images shown; others are left out

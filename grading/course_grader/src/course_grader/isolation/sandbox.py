@@ -27,7 +27,7 @@ from course_grader.rules.observation import OutputLine
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from plain_support import processes
-from ros_doctor import findings, programs
+from plain_support.doctor import findings, programs
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
 SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown

@@ -1,4 +1,4 @@
-"""ros_doctor.registrations: a node is told from whatever else answers at its address."""
+"""plain_support.doctor.registrations: a node is told from whatever else answers at its address."""
 import contextlib
 import socket
 import struct
@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from ros_doctor import registrations
+from plain_support.doctor import registrations
 
 TIMEOUT = 5.0  # [s] for an answer on this machine, however loaded
 NAME = '/robotont_camera/get_loggers'

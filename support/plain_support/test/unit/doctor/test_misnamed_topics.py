@@ -1,8 +1,8 @@
-"""ros_doctor.topics and names: misspelled names of topics are found, usual systems are left alone."""
+"""plain_support.doctor.topics and names: misspelled names of topics are found, usual systems are left alone."""
 import pytest
 
-from ros_doctor import names, topics
-from ros_doctor.master import Graph
+from plain_support.doctor import names, topics
+from plain_support.doctor.master import Graph
 
 TYPES = {'cmd_vel': 'geometry_msgs/Twist', 'pose': 'turtlesim/Pose', 'Pose': 'turtlesim/Pose',
          'cmdvel': 'geometry_msgs/Twist', 'goal': 'actionlib_tutorials/FibonacciActionGoal',

@@ -15,11 +15,12 @@ from typing import NamedTuple
 
 import pytest
 
-from ros_doctor import cli, findings, system_checks
-from ros_doctor.cli import CHECKS
-from ros_doctor.machine import Machine
+from kinematic_core.worlds.turtle_world import BACKGROUND
+from plain_support.doctor import cli, findings, system_checks
+from plain_support.doctor.cli import CHECKS
+from plain_support.doctor.machine import Machine
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
+REPOSITORY = pathlib.Path(__file__).resolve().parents[5]
 IS_ROOT = os.geteuid() == 0
 NAMESPACES = ['unshare', '-pfnm' if IS_ROOT else '-rpfnm', '--mount-proc', '--kill-child']
 PORT = 12399
@@ -61,9 +62,9 @@ tell() { /usr/bin/python3 -c "import sys, xmlrpc.client; master = xmlrpc.client.
 $1"; }
 doctor() {
   "${user[@]}" "${changed[@]}" /usr/bin/python3 -I -c 'import sys
-sys.path[:0] = sys.argv.pop(1).split(":")
-from ros_doctor import cli
-sys.exit(cli.main())' "$repo/support/ros_doctor/src:$repo/simulation/kinematic_core/src" --repository "$repo" \
+sys.path.insert(0, sys.argv.pop(1))
+from plain_support.doctor import cli
+sys.exit(cli.main())' "$repo/support/plain_support/src" --repository "$repo" \
     --workspace "$workspace" "$@"
 }
 user=() changed=(env) code=0
@@ -233,10 +234,12 @@ def test_a_healthy_machine_gives_no_finding(folder):
 
 
 def test_a_running_master_with_a_node_gives_no_finding(folder):
+    colour = '; '.join(f"master.setParam('/x', '/turtlesim/background_{channel}', {value})"
+                       for channel, value in zip('rgb', BACKGROUND))
     setup = f'''master
         tell "master.registerPublisher('/drive_shape', '/clock', 'rosgraph_msgs/Clock', 'http://localhost:{PORT}/')
 master.setParam('/x', '/use_sim_time', True); master.setParam('/x', '/drive_shape/shape', 'circle')
-master.setParam('/x', '/turtlesim/background_r', 69); master.setParam('/x', '/rosdistro', 'noetic')"'''
+{colour}; master.setParam('/x', '/rosdistro', 'noetic')"'''
     assert examine(folder, setup) == (0, [])
 
 

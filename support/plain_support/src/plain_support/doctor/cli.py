@@ -8,9 +8,9 @@ import os
 import sys
 from typing import List, Optional, Sequence
 
-from ros_doctor import device_checks, ros_checks, system_checks, terminal_checks
-from ros_doctor.findings import Finding
-from ros_doctor.machine import Machine
+from plain_support.doctor import device_checks, ros_checks, system_checks, terminal_checks
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Machine
 
 CHECKS = [*terminal_checks.CHECKS, *system_checks.CHECKS, *ros_checks.CHECKS, *device_checks.CHECKS]
 WILL_FAIL, NOTE = 'FAILS', 'note'

@@ -6,9 +6,9 @@ end: where commands go to nobody, or where somebody waits for what nobody sends.
 import re
 from typing import Callable, Dict, Iterable, Iterator, List, Mapping, Set
 
-from ros_doctor import findings, names
-from ros_doctor.findings import Finding
-from ros_doctor.master import Graph
+from plain_support.doctor import findings, names
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.master import Graph
 
 COMMAND = 'geometry_msgs/Twist'
 WAITED_FOR = {COMMAND, 'actionlib_msgs/GoalID'}  # types that a node may wait for in vain: a command, ...

@@ -8,10 +8,10 @@ import sys
 import time
 from typing import Dict, Iterator, List, Tuple
 
-from ros_doctor import findings
-from ros_doctor.findings import Finding
-from ros_doctor.machine import Check, Machine
-from ros_doctor.processes import user_name
+from plain_support.doctor import findings
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Check, Machine
+from plain_support.doctor.processes import user_name
 
 BUILT_NEEDS, UNBUILT_NEEDS = 20.0, 1100.0  # [MB] of disk: for logs and temporary files; for all that ./run installs
 OLDEST_OPENCV = (4, 6)

@@ -5,17 +5,16 @@ import socket
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Set, Tuple
 from urllib.parse import urlsplit
 
-from kinematic_core.worlds.turtle_world import BACKGROUND
-from ros_doctor import addresses, findings, master, packages, processes, registrations, topics
-from ros_doctor.addresses import MasterAddress
-from ros_doctor.findings import Finding
-from ros_doctor.machine import Check, Machine
-from ros_doctor.master import Graph
+from plain_support.doctor import addresses, findings, master, packages, processes, registrations, topics
+from plain_support.doctor.addresses import MasterAddress
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Check, Machine
+from plain_support.doctor.master import Graph
 
 ANSWER_TIME = 2.0  # [s] for a master or a node
 AT_A_TIME = 16  # nodes that are asked
 OF_ROS_ITSELF = {'roslaunch', 'rosdistro', 'rosversion', 'run_id', 'rosout'}  # parameters that belong to no node
-LEFT_ON_PURPOSE = {'turtlesim': {f'background_{channel}': value for channel, value in zip('rgb', BACKGROUND)}}
+LEFT_ON_PURPOSE = {'turtlesim': {'background_r': 69, 'background_g': 86, 'background_b': 255}}  # its own defaults
 PROGRAMS = 'roscore', 'rosmaster', 'roslaunch', 'rosout', 'rostest'
 
 

@@ -4,8 +4,8 @@ import socket
 from typing import Mapping, NamedTuple, Optional
 from urllib.parse import urlsplit
 
-from ros_doctor import findings
-from ros_doctor.findings import Finding
+from plain_support.doctor import findings
+from plain_support.doctor.findings import Finding
 
 HOSTNAME, IP, MASTER_URI = 'ROS_HOSTNAME', 'ROS_IP', 'ROS_MASTER_URI'
 DEFAULT_MASTER = 'http://localhost:11311'

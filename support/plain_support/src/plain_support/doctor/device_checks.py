@@ -4,9 +4,9 @@ import re
 import socket
 from typing import Iterator, List
 
-from ros_doctor import addresses, devices, findings, processes
-from ros_doctor.findings import Finding
-from ros_doctor.machine import Check, Machine
+from plain_support.doctor import addresses, devices, findings, processes
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Check, Machine
 
 ANSWER_TIME = 2.0  # [s] for a display on another machine
 FIRST_PORT = 6000  # of X servers

@@ -1,4 +1,4 @@
-"""ros_doctor.terminal_checks and packages: which packages a terminal finds, which files are programs, what hangs."""
+"""plain_support.doctor.terminal_checks and packages: which packages a terminal finds, which files are programs, what hangs."""
 import os
 import subprocess
 import sys
@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from ros_doctor import packages, processes, programs, terminal_checks
-from ros_doctor.machine import Machine
+from plain_support.doctor import packages, processes, programs, terminal_checks
+from plain_support.doctor.machine import Machine
 
 PROGRAM = '#!/usr/bin/env python3\nimport rospy\nrospy.init_node("a")\n'
 

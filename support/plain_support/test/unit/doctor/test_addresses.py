@@ -1,9 +1,9 @@
-"""ros_doctor.addresses: what a machine announces, and why other machines cannot use it."""
+"""plain_support.doctor.addresses: what a machine announces, and why other machines cannot use it."""
 import socket
 
 import pytest
 
-from ros_doctor import addresses
+from plain_support.doctor import addresses
 
 NO_ADDRESS = '10.88.0.9'  # none of a machine that runs tests
 

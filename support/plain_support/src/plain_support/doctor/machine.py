@@ -2,7 +2,7 @@
 import os
 from typing import Callable, Iterator, List, Mapping, NamedTuple
 
-from ros_doctor.findings import Finding
+from plain_support.doctor.findings import Finding
 
 
 class Machine(NamedTuple):

@@ -7,7 +7,7 @@ import re
 import stat
 from typing import List, Tuple
 
-from ros_doctor.processes import user_name
+from plain_support.doctor.processes import user_name
 
 DEV, SYSFS = '/dev', '/sys/class/video4linux'
 VIDEO4LINUX = 81  # major device number

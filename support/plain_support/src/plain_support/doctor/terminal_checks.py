@@ -5,10 +5,10 @@ import re
 import time
 from typing import Dict, Iterable, Iterator, List, Set, Tuple
 
-from ros_doctor import addresses, findings, packages, processes, programs
-from ros_doctor.findings import Finding
-from ros_doctor.machine import Check, Machine
-from ros_doctor.processes import Process
+from plain_support.doctor import addresses, findings, packages, processes, programs
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Check, Machine
+from plain_support.doctor.processes import Process
 
 OURS = 'turtle_robotont'
 LONGEST = 1 << 20  # [bytes] of a program that are read

@@ -4,8 +4,8 @@ import re
 import shutil
 from typing import Iterator, Mapping
 
-from ros_doctor import findings
-from ros_doctor.findings import Finding
+from plain_support.doctor import findings
+from plain_support.doctor.findings import Finding
 
 BYTE_ORDER_MARK = b'\xef\xbb\xbf'  # at the start of what some editors of Windows save
 PYTHON2 = re.compile(r'python2(\.\d+)?$')

@@ -1,11 +1,11 @@
-"""ros_doctor.devices: which there are, why one cannot be used; with folders that look like /dev, /sys and /proc."""
+"""plain_support.doctor.devices: which there are, why one cannot be used; with folders that look like /dev, /sys and /proc."""
 import errno
 import getpass
 import os
 
 import pytest
 
-from ros_doctor import devices
+from plain_support.doctor import devices
 
 
 @pytest.fixture
