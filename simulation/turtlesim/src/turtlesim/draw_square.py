@@ -13,9 +13,9 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty
 
-from kinematic_core.validation import InvalidInput, require_sane
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import STILL, Twist2D
+from plain_support import InvalidInput, require_sane
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Integer, Number, Table
 from rospy_support.throttle import WallThrottle

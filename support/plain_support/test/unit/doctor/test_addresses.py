@@ -1,4 +1,4 @@
-"""plain_support.doctor.addresses: what a machine announces, and why other machines cannot use it."""
+"""doctor.addresses: what a machine announces, and why other machines cannot use it."""
 import socket
 
 import pytest

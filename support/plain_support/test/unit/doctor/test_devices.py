@@ -1,4 +1,4 @@
-"""plain_support.doctor.devices: which there are, why one cannot be used; with folders that look like /dev, /sys and /proc."""
+"""doctor.devices: which there are, why one cannot be used; with folders that look like /dev, /sys and /proc."""
 import errno
 import getpass
 import os

@@ -1,4 +1,4 @@
-"""plain_support.doctor.topics and names: misspelled names of topics are found, usual systems are left alone."""
+"""doctor.topics and names: misspelled names of topics are found, usual systems are left alone."""
 import pytest
 
 from plain_support.doctor import names, topics

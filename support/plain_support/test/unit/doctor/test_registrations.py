@@ -1,4 +1,4 @@
-"""plain_support.doctor.registrations: a node is told from whatever else answers at its address."""
+"""doctor.registrations: a node is told from whatever else answers at its address."""
 import contextlib
 import socket
 import struct

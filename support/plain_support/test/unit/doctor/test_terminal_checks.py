@@ -1,4 +1,4 @@
-"""plain_support.doctor.terminal_checks and packages: which packages a terminal finds, which files are programs, what hangs."""
+"""doctor.terminal_checks and packages: which packages a terminal finds, which files are programs, what hangs."""
 import os
 import subprocess
 import sys

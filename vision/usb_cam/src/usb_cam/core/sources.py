@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, List, Optional, Tuple
 import cv2
 import numpy as np
 
-from kinematic_core.encoded_images import is_truncated
+from plain_support import is_truncated
 from plain_support.doctor import devices
 
 FOURCC = {'yuyv': 'YUYV', 'uyvy': 'UYVY', 'mjpeg': 'MJPG', 'yuvmono10': 'Y10 ', 'rgb24': 'RGB3', 'bgr24': 'BGR3',

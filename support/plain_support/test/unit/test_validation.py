@@ -1,9 +1,9 @@
-"""kinematic_core.validation: what no robot can be given is refused with a text that helps."""
+"""plain_support.validation: what no robot can be given is refused with a text that helps."""
 import math
 
 import pytest
 
-from kinematic_core.validation import ABSURD, InvalidInput, require_sane, shown
+from plain_support.validation import ABSURD, InvalidInput, require_sane, shown
 
 ABOVE = ABSURD + 1e-9  # a few of the last bits above
 

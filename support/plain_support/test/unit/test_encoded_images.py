@@ -1,7 +1,7 @@
-"""kinematic_core.encoded_images: the end mark decides, wherever in the trailer it is."""
+"""plain_support.encoded_images: the end mark decides, wherever in the trailer it is."""
 import pytest
 
-from kinematic_core.encoded_images import TRAILER, is_truncated
+from plain_support.encoded_images import TRAILER, is_truncated
 
 JPEG, PNG = b'\xff\xd8\xff\xe0', b'\x89PNG\r\n\x1a\n'
 

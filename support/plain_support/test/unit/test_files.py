@@ -1,4 +1,4 @@
-"""kinematic_core.files: files that are there as a whole or not at all. A full disk is a small limit of file sizes."""
+"""plain_support.files: files that are there as a whole or not at all. A full disk is a small limit of file sizes."""
 import contextlib
 import os
 import resource
@@ -10,7 +10,7 @@ import threading
 
 import pytest
 
-from kinematic_core import files
+from plain_support import files
 
 LIMIT = 1000  # [bytes] of a file
 
@@ -152,7 +152,7 @@ def test_names_that_are_as_long_as_can_be(tmp_path):
 
 def test_killed_while_writing_leaves_the_old_file(tmp_path):
     (tmp_path / 'a').write_text('old')
-    program = ('import os, signal, sys\nfrom kinematic_core import files\n'
+    program = ('import os, signal, sys\nfrom plain_support import files\n'
                'files.os.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n'
                'files.write_whole(sys.argv[1], "new")')
     ended = subprocess.run([sys.executable, '-c', program, str(tmp_path / 'a')], env=dict(
