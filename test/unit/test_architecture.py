@@ -21,8 +21,8 @@ ROOMS = ('support', 'simulation', 'vision', 'lessons', 'browser', 'grading', 'de
 PACKAGES = {path.name: path for path in sorted(REPOSITORY.glob('*/*/src/*'))
             if path.parts[-4] in ROOMS and (path / '__init__.py').exists()}
 PACKAGES['turtle_robotont'] = REPOSITORY / 'src' / 'turtle_robotont'
-BASES = [{'plain_support'}, {'kinematic_core', 'alvar_core', 'rosbridge_core'}, {'rospy_support'},
-         {'sim_ros'}]  # before all rooms, in this order: libraries without ROS, what nodes need, what simulators need
+BASES = [{'plain_support'}, {'rospy_support'}, {'kinematic_core', 'alvar_core', 'rosbridge_core'},
+         {'sim_ros'}]  # before all rooms, in this order: what programs and nodes need, libraries, what simulators need
 LAST = {'rostest_support'}
 
 
