@@ -19,8 +19,8 @@ from types import SimpleNamespace
 
 import report
 from figures import OURS, PEER, judge
-from kinematic_core.files import write_whole
-from process_support.processes import INTERRUPTED, make_interruptible
+from plain_support import write_whole
+from plain_support.processes import INTERRUPTED, make_interruptible
 from processes import BenchError, stop_all
 from session import Subject, find_node, split_command
 

@@ -15,7 +15,7 @@ import cv2
 
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 
 def detection_record(detection):

@@ -13,7 +13,7 @@ import time
 
 import psutil
 
-from process_support import processes
+from plain_support import processes
 
 TAIL_LINES = 15
 POLL = 0.05  # [s]

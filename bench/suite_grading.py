@@ -18,7 +18,7 @@ from pathlib import Path
 import psutil
 
 from figures import Figure, Target, median
-from process_support import processes
+from plain_support import processes
 from processes import BenchError, Child, tree_memory
 from suite_turtlesim import Measurement
 

@@ -18,7 +18,7 @@ from contextlib import ExitStack
 
 import report
 from figures import OURS, PEER, judge
-from process_support.processes import INTERRUPTED, make_interruptible
+from plain_support.processes import INTERRUPTED, make_interruptible
 from processes import BenchError, stop_all
 from session import Subject, split_command
 from trial import Scale

@@ -37,7 +37,7 @@ needs_of_cases() {
   while read -r pattern need; do
     if grep -qE "$pattern" <<<"$cases"; then echo "$need"; fi
   done <<END
-/network/|^page|^stress.system|_doctor iproute2
+/network/|^page|^stress.system|/doctor/ iproute2
 /test_sheet                    poppler-utils
 /(test_)?window                 xvfb
 browser|class_page             ?chromium

@@ -26,7 +26,7 @@ import psutil
 
 import check_red_team
 from course_grader.classes import submissions
-from process_support import processes
+from plain_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 DATA = REPOSITORY / 'test' / 'data'

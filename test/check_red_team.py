@@ -21,7 +21,7 @@ from pathlib import Path
 import psutil
 
 from course_grader.isolation import levels
-from process_support import processes
+from plain_support import processes
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 GRADER = REPOSITORY / 'grading' / 'course_grader'

@@ -19,9 +19,9 @@ from unit_support.packages import COURSE, OPENED, PACKAGES, REPOSITORY, ROOMS, l
 OURS = set(PACKAGES)
 EXCEPTIONS = {  # (package, what it names of a later room): why
     **OPENED,
-    ('ros_doctor', COURSE): 'it asks whether rosrun finds this package',
-    ('ros_doctor', 'turtlesim'): 'it asks whether rosrun finds this package, and knows its background',
-    ('ros_doctor', 'ar_track_alvar_msgs'): 'the type of a topic that it explains',
+    ('plain_support', COURSE): 'it asks whether rosrun finds this package',
+    ('plain_support', 'turtlesim'): 'it asks whether rosrun finds this package, and knows its background',
+    ('plain_support', 'ar_track_alvar_msgs'): 'the type of a topic that it explains',
     ('marker_pictures', COURSE): 'the name of a folder in ~/.ros',
     ('course_grader', COURSE): 'static_analysis.py knows that its modules may use the wall clock',
 }
@@ -34,11 +34,11 @@ LIBRARIES = {  # (package, stand-in whose modules it imports): the stand-in is r
 INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, too
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
-ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'yaml', 'gymnasium'},  # most do without: test_core_import.py
+ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'gymnasium'},  # most do without: test_core_import.py
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
-            'support/process_support/src': {'psutil'},
-            'support/ros_doctor/src': set(),
+            'support/plain_support/src': {'psutil', 'yaml'},  # most do without: test_plain_import.py
+            'support/plain_support/src/plain_support/doctor': PLAIN,
             'browser/rosbridge_core/src': IMAGES | {'cbor2', 'tornado'},
             'grading/course_grader/src/course_grader/isolation': {'psutil'},
             'grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
@@ -194,6 +194,7 @@ def folder_of(name):
 
 
 @pytest.mark.parametrize('name, folder', [
+    ('plain_support.validation.InvalidInput', 'support/plain_support/src/plain_support'),
     ('kinematic_core.timing.pacing', 'simulation/kinematic_core/src/kinematic_core/timing'),
     ('kinematic_core.worlds.planar.Pose2D', 'simulation/kinematic_core/src/kinematic_core/worlds'),
     ('turtle_robotont.driving.control.Goal', 'src/turtle_robotont/driving'),

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from course_grader.rules import exercise, reference
-from ros_doctor import findings
+from plain_support.doctor import findings
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOSITORY.glob('docs/*.md')),

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from alvar_core import bundles
 from course_grader.rules import exercise
-from kinematic_core import documents
 from marker_pictures import marker_sequence
+from plain_support import documents
 from robotont_gazebo.core import worlds
 from usb_cam.core import calibration
 

@@ -113,7 +113,7 @@ def built(tmp_path_factory):
     (workspace / 'src').mkdir(parents=True)
     assert link(workspace)[0] == 0
     for path in (workspace / 'src').iterdir():
-        if path.name not in ('rospy_support', 'robotont_description', 'kinematic_core'):
+        if path.name not in ('plain_support', 'robotont_description', 'rospy_support'):
             path.unlink()
     programs = workspace.parent / 'ros_venv' / 'bin'
     venv.EnvBuilder(system_site_packages=True, symlinks=True).create(programs.parent)

@@ -1,4 +1,4 @@
-"""kinematic_core and alvar_core as wheels: they install into a plain Python, and need neither ROS nor catkin there."""
+"""The libraries without ROS as wheels: they install into a plain Python, and need neither ROS nor catkin there."""
 import importlib.util
 import os
 import pathlib
@@ -11,9 +11,10 @@ from xml.etree import ElementTree
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = {'kinematic_core': REPOSITORY / 'simulation' / 'kinematic_core',
+FOLDERS = {'plain_support': REPOSITORY / 'support' / 'plain_support',
+           'kinematic_core': REPOSITORY / 'simulation' / 'kinematic_core',
            'alvar_core': REPOSITORY / 'vision' / 'alvar_core'}
-NEEDED = ('numpy', 'cv2', 'yaml')  # what the wheels ask for; linked, as pip would have to download it
+NEEDED = ('numpy', 'cv2', 'psutil', 'yaml')  # what the wheels ask for; linked, as pip would have to download it
 EXTRA = 'environments'  # a folder that needs the extra gymnasium, see test_environments.py
 LIBRARIES = ('numpy.libs', 'opencv_python_headless.libs')
 TIMEOUT = 60.0  # [s]
@@ -36,7 +37,7 @@ def wheels(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def python(tmp_path_factory, wheels):
-    """Return the Python of a fresh virtual environment with both wheels and what they need."""
+    """Return the Python of a fresh virtual environment with the wheels and what they need."""
     folder = tmp_path_factory.mktemp('fresh') / 'venv'
     venv.create(folder)
     packages, = folder.glob('lib/python*/site-packages')

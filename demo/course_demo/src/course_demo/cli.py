@@ -10,7 +10,7 @@ import rospy
 
 from course_demo import course, course_markers, course_next, course_sensors
 from course_demo.harness import DemoError, DemoHarness
-from process_support.processes import INTERRUPTED
+from plain_support.processes import INTERRUPTED
 
 STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS, *course_sensors.STEPS)
 TIME_LIMIT = 340  # [s] for everything except ending the processes

@@ -23,9 +23,9 @@ from std_srvs.srv import Empty, Trigger
 from turtlesim.msg import Color, Pose
 
 from course_demo.core import track_metrics
-from kinematic_core.files import write_whole
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
-from process_support.processes import BackgroundProcess, end_with_parent
+from plain_support import write_whole
+from plain_support.processes import BackgroundProcess, end_with_parent
 from rospy_support import servers
 from rospy_support.own_master import MasterError, own_master
 

@@ -22,8 +22,7 @@ from course_grader.isolation import isolate, levels, sourced, view
 from course_grader.rules import exercise, new_exercise, reference
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor
-from kinematic_core.files import create_whole, write_whole
-from process_support import processes
+from plain_support import create_whole, processes, write_whole
 
 REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]
 GTEST_OUTPUT = '--gtest_output=xml:'

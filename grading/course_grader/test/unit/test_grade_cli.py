@@ -13,7 +13,7 @@ from course_grader.formats import exit_codes
 from course_grader.rules import exercise, registry
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import Supervisor
-from process_support import processes
+from plain_support import processes
 
 OF_ROSTEST = ['--gtest_output=xml:/r/x.xml', '__name:=stop', '__log:=/r/stop.log']
 

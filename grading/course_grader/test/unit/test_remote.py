@@ -16,7 +16,7 @@ from course_grader.classes import graded, remote
 from course_grader.classes.class_grader import Work
 from course_grader.classes.submissions import Submission
 from course_grader.rules import exercise
-from process_support import processes
+from plain_support import processes
 
 distributed = pytest.importorskip('distributed')
 

@@ -9,7 +9,7 @@ import time
 import pytest
 
 from course_grader.isolation import confinement, limits, sandbox
-from process_support import processes
+from plain_support import processes
 
 DEADLINE = 10.0  # [s] for what takes well under one
 FORKS = r'''

@@ -1,20 +1,21 @@
-"""kinematic_core runs with plain python3: no ROS, no site-packages; casting rays takes numpy, reading files yaml,
-the environments gymnasium."""
+"""kinematic_core runs with plain python3: no ROS, no site-packages; casting rays takes numpy, the environments
+gymnasium."""
 import pathlib
 import shutil
 import subprocess
 
 import pytest
 
-CORE = pathlib.Path(__file__).resolve().parents[4] / 'simulation' / 'kinematic_core' / 'src'
+REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
+CORE, SUPPORT = REPOSITORY / 'simulation/kinematic_core/src', REPOSITORY / 'support/plain_support/src'
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
-WITH_MORE = {'rays', 'documents', 'environments'}  # modules and folders
+WITH_MORE = {'rays', 'environments'}  # modules and folders
 MODULES = sorted('.'.join(path.relative_to(CORE).with_suffix('').parts) for path in CORE.rglob('[!_]*.py')
                  if path.stem not in WITH_MORE and path.parent.name not in WITH_MORE)
 TIMEOUT = 20.0  # [s]
 PROGRAM = '''
 import sys
-sys.path = [{core!r}] + [path for path in sys.path if 'packages' not in path]
+sys.path = [{core!r}, {support!r}] + [path for path in sys.path if 'packages' not in path]
 import {module}
 from kinematic_core.worlds.turtle_world import TurtleWorld
 world = TurtleWorld()
@@ -26,7 +27,8 @@ print(world.turtles['turtle1'].pose().x, *sorted(set(sys.modules) & {{'numpy', '
 
 @pytest.mark.parametrize('module', MODULES)
 def test_module_needs_nothing_but_the_standard_library(module):
-    result = subprocess.run([PYTHON, '-I', '-S', '-c', PROGRAM.format(core=str(CORE), module=module)],
+    program = PROGRAM.format(core=str(CORE), support=str(SUPPORT), module=module)
+    result = subprocess.run([PYTHON, '-I', '-S', '-c', program],
                             capture_output=True, text=True, timeout=TIMEOUT, env={}, check=False)
     assert result.returncode == 0, result.stderr
     # one step of 0.016 s at 1 m/s from the middle, float32(499 / 45) / 2; and none of the modules asked for

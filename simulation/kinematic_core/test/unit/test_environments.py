@@ -17,9 +17,9 @@ import kinematic_core.environments as environments
 from kinematic_core.environments.episodes import POSE, REWARD, box_ranges
 from kinematic_core.environments.policies import POLICIES
 from kinematic_core.environments.tasks import TASKS, gap_plan
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.rays import RayCaster
 from kinematic_core.worlds.turtle_world import ARENA_SIZE, START, random_start
+from plain_support import InvalidInput
 
 each_task = pytest.mark.parametrize('task', TASKS)
 SEEDS = 40

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import PANEL_THICKNESS, Box, Cylinder, FloorPlan, Panel, corners
+from plain_support import InvalidInput
 
 LENGTH_TOLERANCE = 1e-9  # [m]
 BOX = Box('wall', 0.0, 0.0, 0.0, 2.0, 1.0, 0.5)

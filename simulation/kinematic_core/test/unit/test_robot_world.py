@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import Box, FloorPlan, Panel
 from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D, advance
 from kinematic_core.worlds.robot_world import DT, WATCHDOG, RobotWorld
+from plain_support import InvalidInput
 
 LENGTH_TOLERANCE = 1e-6  # [m, rad]
 WALL = Box('wall', 1.0, 0.0, 0.0, 0.1, 20.0, 0.5)  # the robot stops at x = 0.95 - 0.18 = 0.77

@@ -3,7 +3,6 @@ import math
 
 import pytest
 
-from kinematic_core.validation import ABSURD, InvalidInput
 from kinematic_core.worlds.turtle_world import (
     ARENA_SIZE,
     PEN_COLOUR,
@@ -14,6 +13,7 @@ from kinematic_core.worlds.turtle_world import (
     UnknownTurtle,
     float32,
 )
+from plain_support import ABSURD, InvalidInput
 
 CENTRE = ARENA_SIZE / 2.0
 TOO_MUCH = 1.001 * ABSURD

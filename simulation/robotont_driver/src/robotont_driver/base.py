@@ -10,8 +10,8 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.robot_world import RobotWorld
+from plain_support import InvalidInput
 from robotont_gazebo import messages
 from rospy_support import parameters
 from rospy_support.throttle import WallThrottle

@@ -2,7 +2,7 @@
 import rospy
 from robotont_msgs.msg import ColorRGB, LedModulePixel, LedModuleSegment, PowerSupply
 
-from kinematic_core.validation import InvalidInput
+from plain_support import InvalidInput
 from robotont_driver.base import RATE, DriverNode
 from robotont_driver.core.board import Board, power
 from rospy_support import nodes, reachability

@@ -1,8 +1,8 @@
 """robotont_driver.core.board: LEDs and battery."""
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.planar import STILL, Twist2D
+from plain_support import InvalidInput
 from robotont_driver.core.board import IDLE_CURRENT, LEDS, OFF, Board, power
 
 RED, BLUE = (255, 0, 0), (0, 0, 255)

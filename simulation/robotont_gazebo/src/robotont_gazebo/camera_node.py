@@ -16,8 +16,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.planar import Pose2D
+from plain_support import InvalidInput
 from robotont_gazebo.core import camera, worlds
 from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from robotont_gazebo.core.renderer import Renderer

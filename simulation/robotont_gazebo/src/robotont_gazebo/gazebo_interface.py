@@ -16,8 +16,8 @@ from gazebo_msgs.srv import (
 from geometry_msgs.msg import Pose, Twist
 from std_srvs.srv import Empty, EmptyResponse
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.planar import Pose2D
+from plain_support import InvalidInput
 from robotont_gazebo.core import models
 from rospy_support.rotations import to_quaternion, yaw_of
 from rospy_support.topics import LatestPublisher

@@ -14,10 +14,10 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
+from plain_support import InvalidInput
 from robotont_gazebo import messages
 from robotont_gazebo.core import models, worlds
 from robotont_gazebo.core.frames import LIDAR_X, LIDAR_Z, ahead, frames

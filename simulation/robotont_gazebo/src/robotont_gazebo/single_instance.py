@@ -5,7 +5,7 @@ import xmlrpc.client
 import rosgraph
 import rosgraph.names
 
-from ros_doctor import registrations
+from plain_support.doctor import registrations
 
 TIMEOUT = 2.0  # [s] in which a running node must answer
 

@@ -3,10 +3,10 @@ import math
 
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import EMPTY, Box, Cylinder, Panel
 from kinematic_core.worlds.planar import Pose2D, Twist2D
 from kinematic_core.worlds.robot_world import RobotWorld
+from plain_support import InvalidInput
 from robotont_gazebo.core import models
 
 PLAN = EMPTY._replace(boxes=(Box('box', 3.0, 1.0, 0.5, 1.0, 1.0, 0.6),),

@@ -4,9 +4,9 @@ import math
 import numpy as np
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
 from kinematic_core.worlds.robot_world import ROBOT_RADIUS
+from plain_support import InvalidInput
 from robotont_gazebo.core import overhead
 from robotont_gazebo.core.overhead import MARGIN, PAPER, ROBOT_COLOUR, FloorPlanMap, Path
 

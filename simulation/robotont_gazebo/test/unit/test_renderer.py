@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
+from plain_support import InvalidInput
 from robotont_gazebo.core.camera import DEPTH_FAR, DEPTH_NEAR, CameraPose
 from robotont_gazebo.core.renderer import Renderer
 from unit_support import reference_camera as reference

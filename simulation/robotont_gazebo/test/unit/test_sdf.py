@@ -3,8 +3,8 @@ import math
 
 import pytest
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import GREY, Box, Cylinder, Panel, corners
+from plain_support import InvalidInput
 from robotont_gazebo.core.sdf import read
 from robotont_gazebo.core.worlds import WorldError, load_world
 

@@ -38,7 +38,7 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger, TriggerResponse
 
 from kinematic_core.timing.pacing import Pacer
-from ros_doctor import findings
+from plain_support.doctor import findings
 from rospy_support import nodes, parameters, registration, rospy_internals
 from rospy_support.parameters import Boolean, Computed, Integer, Number, Table
 from rospy_support.rospy_internals import frame

@@ -14,7 +14,7 @@ import rospy
 
 from kinematic_core.timing.idle_threads import Gone, Machine, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
-from process_support import sockets
+from plain_support import sockets
 from rospy_support import rospy_internals
 from rospy_support.limited_transport import LimitedTransport
 

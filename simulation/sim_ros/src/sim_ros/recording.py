@@ -11,7 +11,7 @@ import threading
 import rospy
 
 from kinematic_core.timing.recorder import ACTIVE, Recorder
-from kinematic_core.validation import InvalidInput
+from plain_support import InvalidInput
 from rospy_support import parameters
 from rospy_support.rospy_internals import caller
 

@@ -13,14 +13,13 @@ import rospy
 from geometry_msgs.msg import Twist
 from std_srvs.srv import Empty
 
-from kinematic_core.validation import InvalidInput, require_sane
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.planar import STILL, Twist2D
+from plain_support import InvalidInput, require_sane
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Integer, Number, Table
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
-from rospy_support.velocities import to_twist
 from turtlesim.msg import Pose
 
 SPEED = 1.0  # [m/s] along the sides, turtlesim's
@@ -92,6 +91,13 @@ class SquareDriver:
     def _finish(self, ahead, left, heading_error):
         self.finished = abs(heading_error) <= HEADING_TOLERANCE
         return STILL if self.finished else Twist2D(angular_z=approach(heading_error, TURN_SPEED))
+
+
+def to_twist(command):
+    """Return the geometry_msgs/Twist of a Twist2D; its other components are 0."""
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = command.linear_x, command.linear_y, command.angular_z
+    return message
 
 
 def square_corners(x, y, theta, side):

@@ -12,9 +12,9 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger, TriggerResponse
 
-from kinematic_core.files import create_numbered
 from kinematic_core.worlds.turtle_world import CANVAS_SIZE
-from ros_doctor import findings
+from plain_support import create_numbered
+from plain_support.doctor import findings
 from rospy_support import threads
 from rospy_support.parameters import Boolean, Computed, Number, Table, Text
 from rospy_support.topics import Publisher, SubscriptionListener

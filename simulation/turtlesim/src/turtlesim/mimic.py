@@ -7,7 +7,7 @@ import threading
 import rospy
 from geometry_msgs.msg import Twist
 
-from kinematic_core.validation import InvalidInput, require_sane
+from plain_support import InvalidInput, require_sane
 from rospy_support import nodes
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher

@@ -3,7 +3,7 @@ import re
 
 import rospy
 
-from kinematic_core.validation import InvalidInput
+from plain_support import InvalidInput
 
 NODE_SERVICES = ('clear', 'kill', 'reset', 'spawn')
 LONGEST = 200  # [characters]

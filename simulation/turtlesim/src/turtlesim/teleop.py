@@ -13,7 +13,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 
-from kinematic_core.validation import ABSURD
+from plain_support import ABSURD
 from rospy_support import nodes
 from rospy_support.key_terminal import KeyTerminal
 from rospy_support.parameters import Number, Table

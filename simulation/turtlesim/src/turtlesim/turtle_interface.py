@@ -2,8 +2,8 @@
 import rospy
 from geometry_msgs.msg import Twist
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.turtle_world import UnknownTurtle
+from plain_support import InvalidInput
 from rospy_support.rospy_internals import frame
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher

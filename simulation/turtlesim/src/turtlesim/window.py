@@ -15,7 +15,7 @@ import threading
 import time
 
 from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
-from ros_doctor import findings
+from plain_support.doctor import findings
 
 TITLE = 'TurtleSim'
 SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two images shown; others are left out
@@ -112,7 +112,7 @@ class Window:
 def _start(title):
     """Start the window's process in a new session, so that Ctrl-C in a terminal only reaches the simulator.
 
-    It is not a process_support.BackgroundProcess, whose output goes to a file, because threads use its pipes.
+    It is not a plain_support.BackgroundProcess, whose output goes to a file, because threads use its pipes.
     """
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(path for path in sys.path if path))
     return subprocess.Popen([sys.executable, '-m', 'turtlesim.window', title], bufsize=0, env=environment,

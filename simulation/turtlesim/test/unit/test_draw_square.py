@@ -2,9 +2,10 @@
 import math
 
 import pytest
+from geometry_msgs.msg import Twist, Vector3
 
-from kinematic_core.worlds.planar import STILL
-from turtlesim.draw_square import SPEED, TURN_SPEED, SquareDriver, approach, in_turtle_frame, square_corners
+from kinematic_core.worlds.planar import STILL, Twist2D
+from turtlesim.draw_square import SPEED, TURN_SPEED, SquareDriver, approach, in_turtle_frame, square_corners, to_twist
 
 DT = 0.016  # [s]
 MIDDLE = 5.54444456  # [m]
@@ -111,3 +112,8 @@ def test_a_turtle_that_was_moved_finds_back(elsewhere):
     assert turtle.drive(driver, 60.0) < 60.0
     for corner in driver.corners:
         assert turtle.closest(corner) < CORNER_TOLERANCE
+
+
+def test_each_component_of_a_velocity_has_its_field():
+    assert to_twist(Twist2D(linear_x=1.0, linear_y=-2.0, angular_z=3.0)) == \
+        Twist(Vector3(1.0, -2.0, 0.0), Vector3(0.0, 0.0, 3.0))

@@ -4,7 +4,7 @@ import math
 import pytest
 from turtlesim.msg import Pose
 
-from kinematic_core.validation import InvalidInput
+from plain_support import InvalidInput
 from turtlesim.mimic import twist_from_pose
 
 

@@ -2,7 +2,7 @@
 import pytest
 import rospy
 
-from kinematic_core.validation import InvalidInput
+from plain_support import InvalidInput
 from turtlesim import names
 
 NODE = '/sim/turtlesim'

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from sensor_msgs.msg import CompressedImage, Image
 
-from kinematic_core.encoded_images import is_truncated
+from plain_support import is_truncated
 
 
 class ImageError(ValueError):

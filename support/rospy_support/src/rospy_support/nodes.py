@@ -32,7 +32,7 @@ import traceback
 import rosgraph
 import rospy
 
-from ros_doctor import findings
+from plain_support.doctor import findings
 from rospy_support import console, parameters, registration, rospy_internals, servers
 from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import MasterAway, ParameterError

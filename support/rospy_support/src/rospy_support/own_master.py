@@ -4,7 +4,7 @@ import time
 import xmlrpc.client
 from typing import Callable, Iterator, List, NamedTuple, Optional
 
-from process_support.processes import BackgroundProcess, end_with_parent
+from plain_support.processes import BackgroundProcess, end_with_parent
 from rospy_support.limited_transport import LimitedTransport
 from rospy_support.ports import free_port
 

@@ -19,7 +19,7 @@ import xmlrpc.client
 import rosgraph
 import rospy
 
-from ros_doctor import findings
+from plain_support.doctor import findings
 from rospy_support.master import Master, NoMaster
 
 HIDDEN = '(hidden)'  # instead of a secret value

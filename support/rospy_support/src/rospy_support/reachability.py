@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import rosgraph
 import rospy
 
-from ros_doctor import addresses, findings, registrations
+from plain_support.doctor import addresses, findings, registrations
 from rospy_support import rospy_internals, threads
 from rospy_support.throttle import WallThrottle
 

@@ -5,7 +5,7 @@ import xmlrpc.client
 
 import pytest
 
-from process_support.processes import BackgroundProcess
+from plain_support.processes import BackgroundProcess
 from rospy_support import own_master, ports
 
 

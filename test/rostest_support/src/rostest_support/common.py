@@ -33,7 +33,7 @@ from turtlesim.msg import Color, Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
 import rostest
-from process_support.processes import BackgroundProcess
+from plain_support.processes import BackgroundProcess
 
 PACKAGE = 'turtle_robotont'
 DEADLINE = 20.0  # [s] for things that take well under a second on an idle machine

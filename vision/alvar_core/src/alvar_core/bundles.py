@@ -24,8 +24,7 @@ import numpy as np
 
 from alvar_core import code
 from alvar_core.arrays import ArrayLike, Floats
-from kinematic_core import documents
-from kinematic_core.validation import LARGEST_MARKER_ID, shown
+from plain_support import LARGEST_MARKER_ID, documents, shown
 
 METRES = 0.01  # [m] per unit of the files
 FROM_FILE = [3, 2, 1, 0]  # converts the order of corners in a file to top left, clockwise, and back

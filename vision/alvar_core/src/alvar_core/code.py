@@ -23,7 +23,7 @@ from typing import Iterable, Sequence, Tuple, Union
 import numpy as np
 
 from alvar_core.arrays import ArrayLike, Bools
-from kinematic_core.validation import LARGEST_MARKER_ID
+from plain_support import LARGEST_MARKER_ID
 
 NUMBER, STRING, FILE, HTTP = range(4)
 KINDS = ('number', 'string', 'file', 'http')

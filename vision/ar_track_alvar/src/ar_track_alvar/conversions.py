@@ -11,7 +11,7 @@ from visualization_msgs.msg import Marker
 from alvar_core import rotations
 from alvar_core.camera import Camera, CameraError
 from alvar_core.fisheye import FisheyeCamera
-from kinematic_core.validation import LARGEST_MARKER_ID
+from plain_support import LARGEST_MARKER_ID
 
 MARKER_FRAME = 'ar_marker_'  # followed by the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz

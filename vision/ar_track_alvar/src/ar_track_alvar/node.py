@@ -25,7 +25,7 @@ from ar_track_alvar.diagnostics import Statistics
 from ar_track_alvar.live_settings import LiveSettings
 from ar_track_alvar.marker_publisher import Report
 from ar_track_alvar.settings import AUTO, RECTIFIED
-from kinematic_core.validation import LARGEST_MARKER_ID
+from plain_support import LARGEST_MARKER_ID
 from rospy_support import images, parameters, registration, rospy_internals
 from rospy_support.throttle import WallThrottle
 from rospy_support.topic_diagnosis import COMPRESSED, waiting_text

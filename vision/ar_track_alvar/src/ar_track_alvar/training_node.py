@@ -21,8 +21,7 @@ from ar_track_alvar.bundle_node import MASTER, OTHERS
 from ar_track_alvar.conversions import MarkerPose
 from ar_track_alvar.core import command_line
 from ar_track_alvar.node import MarkerNode
-from kinematic_core import files
-from kinematic_core.validation import LARGEST_MARKER_ID
+from plain_support import LARGEST_MARKER_ID, files
 from rospy_support import parameters
 from rospy_support.key_terminal import KeyTerminal
 

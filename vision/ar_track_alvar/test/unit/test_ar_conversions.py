@@ -16,7 +16,7 @@ from alvar_core.detection.detector import Detection
 from alvar_core.fisheye import FisheyeCamera
 from ar_track_alvar import conversions
 from ar_track_alvar.conversions import MarkerPose
-from kinematic_core.validation import LARGEST_MARKER_ID
+from plain_support import LARGEST_MARKER_ID
 
 K = [500.0, 0, 320.0, 0, 510.0, 240.0, 0, 0, 1]
 P = [450.0, 0, 310.0, 0, 0, 460.0, 230.0, 0, 0, 0, 1, 0]

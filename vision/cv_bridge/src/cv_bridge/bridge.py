@@ -4,7 +4,7 @@ import numpy as np
 from sensor_msgs.msg import CompressedImage, Image
 
 from cv_bridge.encodings import CHANNELS, DEPTHS, CvBridgeError, Pixels, converted, depth_of, getCvType, pixels
-from kinematic_core.encoded_images import is_truncated
+from plain_support import is_truncated
 
 PASSTHROUGH = 'passthrough'  # as it is
 DECODED = {1: 'mono', 3: 'bgr', 4: 'bgra'}  # number of channels of an image decoded by OpenCV: their order

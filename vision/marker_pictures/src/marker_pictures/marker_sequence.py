@@ -16,7 +16,7 @@ import numpy as np
 
 from alvar_core import drawing, rotations
 from alvar_core.camera import Camera, default_camera
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 VERSION = 2  # raise it with any change of the images or their ground truth: it names the cached copy
 FRAMES = 72

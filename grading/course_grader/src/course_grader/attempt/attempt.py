@@ -42,7 +42,7 @@ from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds import robot_world, turtle_world
-from process_support import processes
+from plain_support import processes
 from rospy_support import rospy_internals, servers
 
 REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]

@@ -19,7 +19,7 @@ import time
 import rosmaster.master
 import rosmaster.threadpool
 
-from process_support import processes
+from plain_support import processes
 from rospy_support import nodes
 from sim_ros import lockstep
 

@@ -22,7 +22,7 @@ from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
 from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import INTERRUPTED, Supervisor, remove_results
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 
 class Work(NamedTuple):

@@ -14,7 +14,7 @@ from course_grader.formats import class_report, exit_codes, harmless, systems, t
 from course_grader.formats.class_report import Class
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 OUTPUT = os.path.join('output', 'grades')
 CLASS = 'class.json'

@@ -26,7 +26,7 @@ from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.supervision.supervisor import EXTRA, INTERRUPTED, Supervisor
-from process_support import processes
+from plain_support import processes
 
 LONGEST = 200  # characters of the line for a grading
 Load = Callable[[str], Exercise]

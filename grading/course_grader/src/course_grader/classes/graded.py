@@ -11,18 +11,19 @@ import time
 from pathlib import Path
 from typing import Any, Container, Dict, Iterable, List, Mapping, NamedTuple, Tuple
 
-import kinematic_core.files
 from course_grader.classes.submissions import Submission
 from course_grader.isolation import student_files
 from course_grader.isolation.limits import MEGABYTE
 from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason, Verdict
-from kinematic_core.files import write_whole
+from kinematic_core.worlds import turtle_world
+from plain_support import files, write_whole
 
 RECORD, RESULT = 'submission.json', 'result.json'
 NOT_GRADED = 'it is not graded yet'
 HASHED = 64 * MEGABYTE  # [bytes] of a file in which a change counts
-SOURCES = [Path(__file__).parents[1], Path(kinematic_core.files.__file__).parent]  # of the grader and its worlds
+SOURCES = [Path(__file__).parents[1], Path(turtle_world.__file__).parents[1],  # of the grader, its worlds,
+           Path(files.__file__).parent]  # and what they stand on
 
 
 class Graded(NamedTuple):

@@ -25,7 +25,7 @@ from course_grader.classes.class_grader import Answer, Work
 from course_grader.classes.graded import Graded
 from course_grader.formats import exit_codes
 from course_grader.supervision.supervisor import EXTRA, RESULTS
-from process_support import processes
+from plain_support import processes
 
 GRADER = [sys.executable, '-c', 'import sys; from course_grader.cli import main; sys.exit(main())']
 LARGEST = 50_000_000  # [bytes] of a submission

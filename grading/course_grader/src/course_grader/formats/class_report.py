@@ -7,7 +7,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 from course_grader.classes.graded import Graded
 from course_grader.formats import class_page, harmless, junit, systems
 from course_grader.rules import scoring
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
 CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # who is who, for the teacher alone; the table without names

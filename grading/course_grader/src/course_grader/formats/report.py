@@ -8,7 +8,7 @@ from course_grader.formats import junit, path_picture
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 WIDTH = 110  # characters of a line of the text
 

@@ -18,7 +18,7 @@ from course_grader.formats import exit_codes, harmless, junit, report
 from course_grader.rules import scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.scoring import Verdict
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 TEXT = 'text'  # the format for people
 HIGHEST = 100  # score

@@ -2,7 +2,7 @@
 
 A program may start others, detach them, ignore signals and print forever: ``close`` ends all that are in its namespace
 or belong to its user, and all that have the environment variable MARK or descend from here, until there is none left
-(see process_support). Should the grader itself be killed, its guardian does the same.
+(see plain_support). Should the grader itself be killed, its guardian does the same.
 
 Threading contract: a thread reads the output; ``lines`` only grows; copy it before iterating over it.
 """
@@ -26,8 +26,8 @@ from course_grader.isolation.confinement import NO_ISOLATION, Isolation
 from course_grader.rules.observation import OutputLine
 from kinematic_core.timing.idle_threads import Gone, ProcessThreads
 from kinematic_core.timing.stall_free_timer import ActiveTimer
-from process_support import processes
-from ros_doctor import findings, programs
+from plain_support import processes
+from plain_support.doctor import findings, programs
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
 SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown

@@ -16,7 +16,7 @@ SETTINGS = ('alternatives', 'default/locale', 'fonts', 'group', 'host.conf', 'ho
             'python3', 'ros', 'services', 'timezone')  # below /etc
 SHARED = '/tmp', '/var/tmp'
 DEFINITIONS = 'msg', 'srv', 'action'  # folders of a package that students may read and import
-LIBRARIES = {'cv_bridge': ('cv_bridge', 'kinematic_core')}  # packages of modules that students import: what they need
+LIBRARIES = {'cv_bridge': ('cv_bridge', 'plain_support')}  # packages of modules that students import: what they need
 FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
 KEPT = ('CMAKE_PREFIX_PATH', 'LANG', 'LANGUAGE', 'LD_LIBRARY_PATH', 'PATH', 'PYTHONNOUSERSITE', 'PYTHONPATH',
         'ROS_DISTRO', 'ROS_ETC_DIR', 'ROS_HOSTNAME', 'ROS_MASTER_URI', 'ROS_PACKAGE_PATH', 'ROS_PYTHON_VERSION',

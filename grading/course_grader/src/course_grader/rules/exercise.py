@@ -15,9 +15,8 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
-from kinematic_core import documents
-from kinematic_core.validation import InvalidInput, shown
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
+from plain_support import InvalidInput, documents, shown
 
 SIMULATORS = ('turtlesim', 'robotont')
 LONGEST = 120.0  # [s] of simulated time

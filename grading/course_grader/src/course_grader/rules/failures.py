@@ -5,7 +5,7 @@ The first entry of FAILURES whose pattern is found counts, so what is specific s
 import re
 from typing import Callable, Match, Optional, Tuple, Union
 
-from ros_doctor.findings import SHEBANG, two_types
+from plain_support.doctor.findings import SHEBANG, two_types
 
 PACKAGES = {  # name: module that it is imported from
     'Twist': 'geometry_msgs.msg', 'Vector3': 'geometry_msgs.msg', 'TransformStamped': 'geometry_msgs.msg',

@@ -3,7 +3,7 @@ import math
 import re
 from typing import Tuple
 
-from kinematic_core.validation import shown
+from plain_support import shown
 
 UNITS = {  # unit: (dimension, factor to the SI unit)
     's': ('time', 1.0), 'ms': ('time', 1e-3), 'min': ('time', 60.0),

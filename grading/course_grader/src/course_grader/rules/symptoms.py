@@ -13,8 +13,8 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.judging import ANY, SHORTCUTS, within
 from course_grader.rules.observation import Command, Observed
 from course_grader.rules.scoring import Reason, Verdict
-from ros_doctor import names
-from ros_doctor.findings import misnamed
+from plain_support.doctor import names
+from plain_support.doctor.findings import misnamed
 
 MOST = 2  # hints: the first ones are the likeliest causes
 LINES = 200  # of the output at either end that are searched

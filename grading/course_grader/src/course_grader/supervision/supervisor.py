@@ -25,7 +25,7 @@ from course_grader.rules.observation import Observed
 from course_grader.supervision.job import RECORD, Attempted, Job
 from course_grader.supervision.warm_start import WarmStart
 from kinematic_core.timing.recorder import ACTIVE
-from process_support import processes
+from plain_support import processes
 
 ATTEMPT = 'course_grader.attempt.attempt'  # imported only in the children: it imports ROS
 RESULTS = ('result.json', 'junit.xml', 'path.png', 'path.svg', 'output.txt')  # what a grading writes

@@ -23,7 +23,7 @@ from typing import Any, Callable, Tuple
 
 import psutil
 
-from process_support import processes
+from plain_support import processes
 
 SERVERS = 3  # that one process is tried with
 LONGEST_IMPORT = 60.0  # [s] of wall time, on a loaded machine, until a server answers; one that does not was stopped

@@ -13,8 +13,8 @@ RobotontGoal-v0            drive a Robotont to a random position in the empty wo
 RobotontBetweenWalls-v0    drive a Robotont through a random gap between two walls, without touching them
 =========================  ============================================================================
 
-Needs gymnasium: ``pip install './simulation/kinematic_core[gymnasium]'``. docs/environments.md describes actions,
-observations and rewards.
+Needs gymnasium: ``pip install ./support/plain_support './simulation/kinematic_core[gymnasium]'``.
+docs/environments.md describes actions, observations and rewards.
 """
 import gymnasium
 

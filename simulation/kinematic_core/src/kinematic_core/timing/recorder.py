@@ -15,7 +15,7 @@ import itertools
 import os
 from typing import IO, Iterable, Iterator, List, Optional, Tuple, Union
 
-from kinematic_core import files
+from plain_support import files
 
 Value = Union[float, str]  # of an event; floats are written to the last bit
 

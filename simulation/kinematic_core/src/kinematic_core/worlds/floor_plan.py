@@ -7,8 +7,8 @@ import bisect
 import math
 from typing import Any, Iterator, List, NamedTuple, Sequence, Tuple, Union
 
-from kinematic_core.validation import LARGEST_MARKER_ID, InvalidInput, require_sane, shown
 from kinematic_core.worlds.angles import wrap_angle
+from plain_support import LARGEST_MARKER_ID, InvalidInput, require_sane, shown
 
 Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 

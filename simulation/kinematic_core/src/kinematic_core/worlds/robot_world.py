@@ -16,12 +16,12 @@ import math
 import random
 from typing import Tuple
 
-from kinematic_core.validation import InvalidInput, require_sane
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.collision import Obstacles
 from kinematic_core.worlds.floor_plan import EMPTY, FloorPlan
 from kinematic_core.worlds.omni import UNLIMITED, Limits, Odometry, wheel_speeds
 from kinematic_core.worlds.planar import ORIGIN, STILL, Pose2D, Twist2D, advance, mean_twist
+from plain_support import InvalidInput, require_sane
 
 DT = 1.0 / 120.0  # [s] a step: odometry and camera (30 Hz) are due every fourth, the scanner (40 Hz) every third
 WATCHDOG = 0.5  # [s] without a command after which the robot stops

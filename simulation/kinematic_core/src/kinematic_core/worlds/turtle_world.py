@@ -22,8 +22,8 @@ import math
 import random
 from typing import Any, Callable, Collection, Dict, List, NamedTuple, Optional, Tuple
 
-from kinematic_core.validation import InvalidInput, require_sane
 from kinematic_core.worlds.angles import wrap_angle
+from plain_support import InvalidInput, require_sane
 
 CANVAS_SIZE = 500  # [px] width and height of turtlesim's picture
 PIXELS_PER_METRE = 45.0  # the height of turtlesim's turtle picture, which is its metre

@@ -1,8 +1,8 @@
 """The Robotont's circuit board: the state of its LED strip, and a battery. No ROS."""
 from typing import List, NamedTuple, Sequence, Tuple
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.planar import Twist2D
+from plain_support import InvalidInput
 
 Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 

@@ -9,7 +9,7 @@ from typing import List, NamedTuple, Sequence, Tuple
 import cv2
 import numpy as np
 
-from kinematic_core.validation import InvalidInput
+from plain_support import InvalidInput
 
 WIDTH, HEIGHT = 1280, 720  # [px]
 HORIZONTAL_FOV = math.pi / 2.0  # [rad]

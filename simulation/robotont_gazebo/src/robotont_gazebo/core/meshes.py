@@ -5,8 +5,7 @@ from typing import Tuple
 
 import numpy as np
 
-from kinematic_core import documents
-from kinematic_core.validation import InvalidInput
+from plain_support import InvalidInput, documents
 
 SEARCHED = ('GAZEBO_RESOURCE_PATH', 'GAZEBO_MODEL_PATH')  # folders, separated by colons
 STL_HEADER, STL_TRIANGLE = 84, np.dtype([('normal', '<3f4'), ('corners', '<9f4'), ('attribute', '<u2')])

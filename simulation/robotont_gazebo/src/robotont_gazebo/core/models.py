@@ -6,11 +6,11 @@ The robot's is that of base_footprint. Frames: that of the world, or that of ano
 import math
 from typing import List, NamedTuple, Optional
 
-from kinematic_core.validation import InvalidInput, shown
 from kinematic_core.worlds.angles import wrap_angle
 from kinematic_core.worlds.floor_plan import Panel, Shape
 from kinematic_core.worlds.planar import STILL, Pose2D, Twist2D
 from kinematic_core.worlds.robot_world import RobotWorld
+from plain_support import InvalidInput, shown
 
 ROBOT = 'robotont'  # its model's name in the original's launch files
 WORLD_FRAMES = ('', 'world', 'map')

@@ -9,10 +9,10 @@ from typing import Any, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 import cv2
 import numpy as np
 
-from kinematic_core.validation import InvalidInput
 from kinematic_core.worlds.floor_plan import Box, Colour, FloorPlan, Panel, Solid, corners
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import ROBOT_RADIUS
+from plain_support import InvalidInput
 
 PIXELS_PER_METRE = 120.0  # the default scale
 LARGEST = 1600  # [px] the longest side; the scale is reduced for larger maps

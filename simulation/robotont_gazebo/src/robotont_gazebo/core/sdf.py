@@ -15,10 +15,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from alvar_core import rotations
-from kinematic_core import documents
-from kinematic_core.documents import DocumentError
-from kinematic_core.validation import InvalidInput, shown
 from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder, FloorPlan, Panel, Shape, Waypoint
+from plain_support import InvalidInput, documents, shown
+from plain_support.documents import DocumentError
 from robotont_gazebo.core import meshes
 from robotont_gazebo.core.colours import COLOURS
 

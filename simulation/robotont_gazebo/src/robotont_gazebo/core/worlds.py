@@ -17,10 +17,9 @@ import json
 import os
 from typing import Any, Dict, Iterable, List, Tuple, Type, Union
 
-from kinematic_core import documents
-from kinematic_core.documents import DocumentError
-from kinematic_core.validation import InvalidInput, shown
 from kinematic_core.worlds.floor_plan import EMPTY, Box, Cylinder, FloorPlan, Panel, Shape
+from plain_support import InvalidInput, documents, shown
+from plain_support.documents import DocumentError
 from robotont_gazebo.core import sdf
 from robotont_gazebo.core.colours import COLOURS
 

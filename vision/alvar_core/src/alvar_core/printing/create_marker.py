@@ -12,7 +12,7 @@ from typing import Any, Callable, Iterator, Sequence, TypeVar
 from alvar_core import code
 from alvar_core.printing import marker_files
 from alvar_core.printing.marker_files import DPI, PAGES, CreateError, Marker
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 CM, INCH = DPI / 2.54, DPI  # [px] per unit
 SIDE = 9.0  # [units]

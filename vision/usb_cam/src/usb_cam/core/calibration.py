@@ -7,10 +7,8 @@ from typing import Any, Callable, Dict, Optional, Tuple, Union
 
 import yaml
 
-from kinematic_core import documents
-from kinematic_core.documents import DocumentError
-from kinematic_core.files import write_whole
-from kinematic_core.validation import shown
+from plain_support import documents, shown, write_whole
+from plain_support.documents import DocumentError
 
 Numbers = Tuple[float, ...]
 

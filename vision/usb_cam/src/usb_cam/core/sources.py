@@ -8,8 +8,8 @@ from typing import Any, Callable, Dict, List, Optional, Tuple
 import cv2
 import numpy as np
 
-from kinematic_core.encoded_images import is_truncated
-from ros_doctor import devices
+from plain_support import is_truncated
+from plain_support.doctor import devices
 
 FOURCC = {'yuyv': 'YUYV', 'uyvy': 'UYVY', 'mjpeg': 'MJPG', 'yuvmono10': 'Y10 ', 'rgb24': 'RGB3', 'bgr24': 'BGR3',
           'grey': 'GREY', 'yu12': 'YU12', 'h264': 'H264'}  # usb_cam's pixel_format: V4L2's code

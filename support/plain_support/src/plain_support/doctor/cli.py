@@ -1,0 +1,66 @@
+"""``./run doctor``: what is wrong on this machine, one line a finding with its cure. It looks and changes nothing.
+
+Exit codes: 0 nothing will fail, 1 something will, 2 usage error.
+"""
+import argparse
+import json
+import os
+import sys
+from typing import List, Optional, Sequence
+
+from plain_support.doctor import device_checks, ros_checks, system_checks, terminal_checks
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Machine
+
+CHECKS = [*terminal_checks.CHECKS, *system_checks.CHECKS, *ros_checks.CHECKS, *device_checks.CHECKS]
+WILL_FAIL, NOTE = 'FAILS', 'note'
+
+
+def examine(machine: Machine) -> List[Finding]:
+    """Return all findings, what will fail first."""
+    found = [finding for check in CHECKS for finding in check(machine)]
+    return sorted(found, key=lambda finding: not finding.fails)
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Print the findings; return the exit code."""
+    options = _parse(arguments)
+    found = examine(Machine(dict(os.environ), options.repository, options.workspace, options.ros,
+                            options.missing.split()))
+    if options.json:
+        print(json.dumps([finding._asdict() for finding in found], indent=2))
+    else:
+        for finding in found:
+            print(f'{WILL_FAIL if finding.fails else NOTE:5s} {finding}')
+        print(summary(found))
+    return 1 if any(finding.fails for finding in found) else 0
+
+
+def summary(found: Sequence[Finding]) -> str:
+    """Return the last line of the output."""
+    if not found:
+        return f'Nothing is wrong: {len(CHECKS)} checks of terminal, programs, system, network, master and devices.'
+    errors = sum(finding.fails for finding in found)
+    notes = len(found) - errors
+    if not errors:
+        return f'{_count(notes, "note")}, no errors.'
+    return ', '.join(_count(number, noun) for number, noun in ((errors, 'error'), (notes, 'note')) if number) + '.'
+
+
+def _count(number: int, noun: str) -> str:
+    return f'{number} {noun}' + 's' * (number != 1)
+
+
+def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='./run doctor', epilog='Exit code: 0 nothing will fail, 1 something will.',
+                                     description='Says what is wrong on this machine and what to do about it. It looks '
+                                     'at the system, the terminal that it is called in, the ROS master and devices, '
+                                     'and changes nothing.')
+    parser.add_argument('--json', action='store_true', help='print a list of {name, text, cure, fails}')
+    for name in ('repository', 'workspace', 'ros', 'missing'):  # filled in by ./run
+        parser.add_argument(f'--{name}', default='', help=argparse.SUPPRESS)
+    return parser.parse_args(arguments)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,40 @@
+"""What the checks look at: the places of this checkout, and the environment of whoever asks."""
+import os
+from typing import Callable, Iterator, List, Mapping, NamedTuple
+
+from plain_support.doctor.findings import Finding
+
+
+class Machine(NamedTuple):
+    """Where to look.
+
+    environment  variables of the terminal in which the question is asked
+    repository   folder of this checkout
+    workspace    folder of its workspace, which need not exist
+    ros          folder of a ROS 1 beside the system's, or ''
+    missing      Debian packages that ./run would install
+    """
+
+    environment: Mapping[str, str]
+    repository: str
+    workspace: str
+    ros: str = ''
+    missing: List[str] = []
+
+    @property
+    def built(self) -> bool:
+        """Return whether the workspace has been built."""
+        return os.path.exists(os.path.join(self.workspace, '.built'))
+
+    @property
+    def python(self) -> str:
+        """Return the workspace's Python."""
+        return os.path.join(self.workspace, 'venv', 'bin', 'python3')
+
+    @property
+    def inside(self) -> bool:
+        """Return whether the terminal is a ./run shell."""
+        return self.environment.get('VIRTUAL_ENV') == os.path.join(self.workspace, 'venv')
+
+
+Check = Callable[[Machine], Iterator[Finding]]

@@ -1,0 +1,157 @@
+"""The address of this machine, its master's port, what the master knows, and processes that were left over."""
+import concurrent.futures
+import os
+import socket
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Set, Tuple
+from urllib.parse import urlsplit
+
+from plain_support.doctor import addresses, findings, master, packages, processes, registrations, topics
+from plain_support.doctor.addresses import MasterAddress
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Check, Machine
+from plain_support.doctor.master import Graph
+
+ANSWER_TIME = 2.0  # [s] for a master or a node
+AT_A_TIME = 16  # nodes that are asked
+OF_ROS_ITSELF = {'roslaunch', 'rosdistro', 'rosversion', 'run_id', 'rosout'}  # parameters that belong to no node
+LEFT_ON_PURPOSE = {'turtlesim': {'background_r': 69, 'background_g': 86, 'background_b': 255}}  # its own defaults
+PROGRAMS = 'roscore', 'rosmaster', 'roslaunch', 'rosout', 'rostest'
+
+
+def address(machine: Machine) -> Iterator[Finding]:
+    """What this machine announces."""
+    if addresses.master_address(machine.environment) is None:
+        yield findings.bad_master_uri(machine.environment.get(addresses.MASTER_URI, ''))
+    wrong = addresses.wrong_address(machine.environment)
+    if wrong:
+        yield wrong
+
+
+def master_and_graph(machine: Machine) -> Iterator[Finding]:
+    """The master, and what is registered with it."""
+    place = addresses.master_address(machine.environment)
+    if place is None:
+        return
+    here = addresses.is_here(place.host)
+    holder = next((one for one in processes.listeners() if one.port == place.port), None) if here else None
+    if here and holder is None:
+        if machine.environment.get(addresses.MASTER_URI) or packages.found(machine.environment):
+            yield findings.no_roscore(place.uri, _other_master(machine))
+        return
+    said = holder.holder if holder else place.uri
+    try:
+        graph = master.ask(place.uri, ANSWER_TIME)
+    except master.NoAnswer as error:
+        yield _silent(place, holder, str(error))
+    except master.NoMaster:
+        yield findings.port_taken(place.port, said) if here else findings.master_unreachable(
+            place.uri, 'what answers is no master')
+    else:
+        if holder and holder.user != os.geteuid():
+            yield findings.foreign_master(place.uri, processes.user_name(holder.user), graph.pid)
+        yield from graph_findings(graph)
+
+
+def _other_master(machine: Machine) -> Optional[Tuple[str, str]]:
+    """Return (who, URI) of a master of this user that is not one of a ./run demo or test."""
+    for one in processes.listeners():
+        process = one.process
+        if (process and process.user == os.geteuid() and any(word.endswith('rosmaster') for word in process.command[:2])
+                and not process.environment.get('ROS_HOME', '').startswith(machine.workspace)):
+            return str(process), f'http://localhost:{one.port}'
+    return None
+
+
+def _silent(place: MasterAddress, holder: Optional[processes.Listener], said: str) -> Finding:
+    if holder is None:
+        return findings.master_unreachable(place.uri, said)
+    if holder.process is None or any(word in ' '.join(holder.process.command) for word in ('rosmaster', 'roscore')):
+        return findings.master_hangs(place.uri, holder.holder)
+    return findings.port_taken(place.port, holder.holder)
+
+
+def graph_findings(graph: Graph) -> Iterator[Finding]:
+    """What is wrong with what a master knows."""
+    with concurrent.futures.ThreadPoolExecutor(AT_A_TIME) as pool:
+        alive = dict(zip(graph.nodes, pool.map(lambda node: _alive(graph, node), graph.nodes)))
+    for node, uri in graph.nodes.items():
+        if not alive[node]:
+            yield findings.stale_registration(node, uri)
+    clocks = [node for node in graph.publishers.get('/clock', []) if alive.get(node)]
+    if len(clocks) > 1:
+        yield findings.two_clocks(sorted(clocks))
+    if graph.parameters.get('use_sim_time') and not clocks:
+        yield findings.no_clock()
+    running = {node for node, lives in alive.items() if lives}
+    living = graph.of(running)
+    yield from topics.misnamed(living)
+    yield from topics.two_types(living, lambda nodes: _types(graph, nodes))
+    for node, values in _private(graph.parameters, running).items():
+        yield findings.stale_parameters(node, values)
+
+
+def _types(graph: Graph, nodes: List[str]) -> Dict[str, Dict[str, str]]:
+    with concurrent.futures.ThreadPoolExecutor(AT_A_TIME) as pool:
+        return dict(zip(nodes, pool.map(lambda node: master.types_of_node(graph.nodes[node], ANSWER_TIME), nodes)))
+
+
+def _alive(graph: Graph, node: str) -> bool:
+    service = f'{node}/{registrations.SIGN}'
+    if service in graph.services:
+        return registrations.offers(service, graph.services[service], ANSWER_TIME)
+    place = urlsplit(graph.nodes[node])  # a node of a library that has no such service
+    try:
+        with socket.create_connection((place.hostname or '', place.port or 0), ANSWER_TIME):
+            return True
+    except (OSError, ValueError):
+        return False
+
+
+def _private(parameters: Mapping[str, Any], running: Set[str]) -> Dict[str, Mapping[str, Any]]:
+    """Return {node: its parameters} of those in the tree whose node does not run, and that are no namespace of one."""
+    found: Dict[str, Mapping[str, Any]] = {}
+    for name, values in parameters.items():
+        node = f'/{name}'
+        if name in OF_ROS_ITSELF or not isinstance(values, dict) or not values:
+            continue
+        if any(each == node or each.startswith(f'{node}/') for each in running):
+            continue
+        usual = LEFT_ON_PURPOSE.get(name, {})
+        left = {key: value for key, value in values.items() if key not in usual or usual[key] != value}
+        if left:
+            found[node] = left
+    return found
+
+
+def exposed(_: Machine) -> Iterator[Finding]:
+    """Processes of ROS that other machines can reach although nobody has asked for it."""
+    told = set()
+    for one in processes.listeners():
+        environment = one.process.environment if one.process else {}
+        name = environment.get(addresses.HOSTNAME) or environment.get(addresses.IP) or 'localhost'
+        asked_for = name != 'localhost' and not name.startswith(addresses.LOOPBACK)
+        if addresses.MASTER_URI in environment and not one.local and not asked_for and one.holder not in told:
+            told.add(one.holder)
+            yield findings.exposed(one.holder, f'{one.address}, port {one.port}')
+
+
+def left_over(machine: Machine) -> Iterator[Finding]:
+    """Processes of ROS of this user whose terminal or launcher has gone."""
+    found = {process.pid: process for process in processes.all_processes()}
+    for process in found.values():
+        reaper = process.parent == 1 or getattr(found.get(process.parent), 'name', '') == 'systemd'
+        alone = process.session == process.pid or process.session not in {0, *found}  # 0: outside of a container
+        if process.user == os.geteuid() and reaper and alone and _of_ros(process, machine):
+            yield findings.left_over(str(process), ' '.join(process.command)[:100])
+
+
+def _of_ros(process: processes.Process, machine: Machine) -> bool:
+    if addresses.MASTER_URI not in process.environment:
+        return False
+    words = process.command[:3]
+    places = machine.workspace, machine.repository
+    return (any(os.path.basename(word) in PROGRAMS or word.startswith(places) for word in words)
+            or any('__name:=' in word or '__log:=' in word for word in process.command))
+
+
+CHECKS: List[Check] = [address, master_and_graph, exposed, left_over]

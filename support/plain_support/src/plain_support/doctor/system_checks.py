@@ -1,0 +1,181 @@
+"""Packages, disk, Python, OpenCV, variables, the clock, and what keeps a graded program apart."""
+import glob
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from typing import Dict, Iterator, List, Tuple
+
+from plain_support.doctor import findings
+from plain_support.doctor.findings import Finding
+from plain_support.doctor.machine import Check, Machine
+from plain_support.doctor.processes import user_name
+
+BUILT_NEEDS, UNBUILT_NEEDS = 20.0, 1100.0  # [MB] of disk: for logs and temporary files; for all that ./run installs
+OLDEST_OPENCV = (4, 6)
+FUTURE = 60.0  # [s] that a file may be newer than now: folders of other machines
+SAMPLE = 0.25  # [s] in which the clock is compared with the time that passes
+LOOKS = 10  # at both clocks, one after the other
+JUMP = 0.2  # [s/s] by which the clock may gain: programs that set the time smoothly gain less than a tenth of it
+PATIENCE = 20.0  # [s] for a command that takes well under one
+PATHS = 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH'
+WRONG_ALONE = 'PYTHONHOME', 'AMENT_PREFIX_PATH'  # of another Python, of ROS 2
+SYSTEM_PYTHONS = '/usr/bin/python3', '/bin/python3'
+
+
+def packages(machine: Machine) -> Iterator[Finding]:
+    """Debian packages that ./run will not be able to install."""
+    if not machine.missing:
+        return
+    if glob.glob('/var/lib/apt/lists/*Packages*') or not shutil.which('apt-cache'):  # else ./run asks for them first
+        offered = _offered(machine.missing)
+        absent = [name for name in machine.missing if name not in offered]
+        if absent:
+            yield findings.packages_unavailable(absent)
+    if os.geteuid() != 0 and not shutil.which('sudo'):
+        yield findings.packages_forbidden(machine.missing)
+
+
+def disk(machine: Machine) -> Iterator[Finding]:
+    """Room for the workspace."""
+    folder = machine.workspace
+    while not os.path.exists(folder):
+        folder = os.path.dirname(folder)
+    free, needed = shutil.disk_usage(folder).free / 1e6, BUILT_NEEDS if machine.built else UNBUILT_NEEDS
+    if free < needed:
+        yield findings.disk_full(folder, free, needed)
+
+
+def folders(machine: Machine) -> Iterator[Finding]:
+    """Folders that belong to root since a sudo."""
+    home = machine.environment.get('HOME', '')
+    logs = machine.environment.get('ROS_HOME') or os.path.join(home, '.ros')
+    for folder in (machine.workspace, logs, os.path.join(logs, 'log')):
+        if os.path.isdir(folder) and not os.access(folder, os.W_OK):
+            yield findings.folder_not_writable(folder, user_name(os.stat(folder).st_uid), user_name(os.geteuid()))
+
+
+def python(machine: Machine) -> Iterator[Finding]:
+    """The Python that ``python3`` means in the terminal."""
+    found = shutil.which('python3', path=machine.environment.get('PATH', ''))
+    expected = [machine.python] if machine.inside else [*SYSTEM_PYTHONS, machine.python]
+    if found is None or any(os.path.abspath(found) == path for path in expected) or _has_ros(found, machine):
+        return
+    why, cure = _trap(found, machine.environment.get('VIRTUAL_ENV', ''))
+    if machine.inside:
+        cure += ', or open ./run shell again'
+    else:
+        cure += ', or work in ./run shell, which uses the right one'
+    yield findings.python_shadowed(found, why, cure, fails=machine.inside)
+
+
+def _has_ros(python: str, machine: Machine) -> bool:
+    """Return whether a Python finds rospy."""
+    try:
+        done = subprocess.run([python, '-c', 'import rospy'], capture_output=True, check=False, timeout=PATIENCE,
+                              env={**machine.environment, 'PYTHONDONTWRITEBYTECODE': '1'})
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0
+
+
+def _trap(found: str, environment: str) -> Tuple[str, str]:
+    """Return which tool has put a Python first in the PATH, and how to undo it."""
+    if re.search(r'conda|mamba', found):
+        return ' (conda)', 'type conda deactivate'
+    if '/.pyenv/' in found or '/pyenv/' in found:
+        return ' (pyenv)', 'type pyenv shell system'
+    if environment and found.startswith(environment):
+        return f' (the virtual environment {environment})', 'type deactivate'
+    return '', f'take {os.path.dirname(found)} out of PATH'
+
+
+def variables(machine: Machine) -> Iterator[Finding]:
+    """Variables that lead to another Python, another ROS or ROS 2."""
+    for name in WRONG_ALONE:
+        if machine.environment.get(name):
+            yield findings.foreign_variable(name, machine.environment[name], machine.inside)
+    for name in PATHS:
+        foreign = [part for part in machine.environment.get(name, '').split(os.pathsep) if _foreign(part, machine.ros)]
+        if foreign:
+            yield findings.foreign_variable(name, os.pathsep.join(foreign), machine.inside)
+
+
+def _foreign(folder: str, ros: str) -> bool:
+    other_ros = folder.startswith('/opt/ros/') and not (ros and f'{folder}/'.startswith(f'{ros}/'))
+    versions = re.findall(r'python(\d\.\d+|2)\b', folder)
+    other_python = any(version != f'{sys.version_info[0]}.{sys.version_info[1]}' for version in versions)
+    return other_ros or other_python or 'conda' in folder
+
+
+def opencv(machine: Machine) -> Iterator[Finding]:
+    """OpenCV of the built workspace."""
+    if not machine.built:
+        return
+    try:
+        done = subprocess.run([machine.python, '-I', '-c', 'import cv2; print(cv2.__version__)'], capture_output=True,
+                              text=True, check=False, timeout=PATIENCE)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        yield findings.opencv_unusable(machine.python, f'it cannot be started ({error})')
+        return
+    version = tuple(int(number) for number in re.findall(r'\d+', done.stdout)[:2])
+    if done.returncode:
+        yield findings.opencv_unusable(machine.python, (done.stderr.strip().splitlines() or ['no answer'])[-1])
+    elif version < OLDEST_OPENCV:
+        yield findings.opencv_unusable(machine.python, f'its OpenCV is {done.stdout.strip()}, older than '
+                                                       f'{".".join(map(str, OLDEST_OPENCV))}')
+
+
+def clock(machine: Machine) -> Iterator[Finding]:
+    """A clock that was set back, or is being moved just now."""
+    files = [os.path.join(machine.repository, 'run'), *glob.glob(os.path.join(machine.workspace, '.[bc]*'))]
+    ahead: Dict[str, float] = {path: os.stat(path).st_mtime - time.time() for path in files if os.path.isfile(path)}
+    late = max(ahead, key=lambda path: ahead[path], default='')
+    if late and ahead[late] > FUTURE:
+        yield findings.time_set_back(late, ahead[late])
+    before = _gain()
+    time.sleep(SAMPLE)
+    gained = (_gain() - before) / SAMPLE
+    if abs(gained) > JUMP:
+        yield findings.clock_jumps(gained)
+
+
+def _gain() -> float:
+    """Return how far [s] the wall clock is ahead of the time that passes, from some moment on.
+
+    Of several looks, the one counts in which the machine let the least time pass between the two clocks.
+    """
+    looks = [(time.monotonic(), time.time(), time.monotonic()) for _ in range(LOOKS)]
+    start, wall, end = min(looks, key=lambda look: look[2] - look[0])
+    return wall - (start + end) / 2.0
+
+
+def isolation(_: Machine) -> Iterator[Finding]:
+    """What can keep a graded program apart: bubblewrap, or namespaces."""
+    root = [] if os.geteuid() == 0 else ['-r']
+    said = 'neither bwrap nor unshare is installed'
+    for command in (['bwrap', '--ro-bind', '/', '/', '--dev', '/dev', '--unshare-net', 'true'],
+                    ['unshare', *root, '-n', 'true']):
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+        except (OSError, subprocess.TimeoutExpired):
+            continue
+        if done.returncode == 0:
+            return
+        said = done.stderr.strip().replace('\n', ' ') or said
+    yield findings.no_isolation(said)
+
+
+def _offered(names: List[str]) -> List[str]:
+    """Return those packages for which apt has a candidate."""
+    try:
+        done = subprocess.run(['apt-cache', 'policy', *names], capture_output=True, text=True, check=False,
+                              env={**os.environ, 'LC_ALL': 'C'}, timeout=PATIENCE)
+    except (OSError, subprocess.TimeoutExpired):
+        return []
+    return re.findall(r'^(\S+):\n.*\n +Candidate: (?!\(none\))', done.stdout, re.MULTILINE)
+
+
+CHECKS: List[Check] = [packages, disk, folders, python, variables, opencv, clock, isolation]

@@ -1,1 +1,0 @@
-"""Start, find and end processes. Without ROS."""
