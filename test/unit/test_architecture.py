@@ -114,7 +114,7 @@ def test_standard_library_is_told_from_the_rest(name, known):
 # ------------------------------------------------------------------------------------------------ rooms and packages
 
 def uses(package):
-    """Return {kind: packages of this repository that a package names}: in imports, launch files, strings, package.xml."""
+    """Return {kind of place: packages of this repository that a package names there}."""
     return {'imports': {top(name) for name in package.imports()} & OURS, 'launch files': package.launched() & OURS,
             'strings': package.named() & OURS, 'messages': package.messages() & OURS,
             'package.xml': package.depends('depend', 'build_depend', 'build_export_depend', 'exec_depend') & OURS}
@@ -341,7 +341,8 @@ def test_private_parts_are_found(source, found):
 @pytest.mark.parametrize('name', FILES)
 def test_one_place_uses_private_parts_of_rospy(name):
     taught = {'_connection_header'} if name == 'rospy_tutorials' else set()  # by its 007_connection_header
-    found = {name_of(path): private_parts(tree_of(path)) - taught for path in FILES[name] if 'test' not in parts_of(path)}
+    found = {name_of(path): private_parts(tree_of(path)) - taught for path in FILES[name]
+             if 'test' not in parts_of(path)}
     assert {path: parts for path, parts in found.items() if parts and not path.startswith((INTERNALS, REPAIR))} == {}, \
         f'use or extend {INTERNALS}'
 

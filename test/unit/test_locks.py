@@ -7,7 +7,7 @@ from packaging.requirements import Requirement
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 FILES = sorted({*REPOSITORY.glob('*requirements.txt'), *REPOSITORY.glob('[a-z]*/**/*requirements.txt')})
-PYTHONS = '3.8', '3.10', '3.11', '3.12', '3.13', '3.14'  # Ubuntu 20.04, 22.04, Debian 12, Ubuntu 24.04, Debian 13, testing
+PYTHONS = '3.8', '3.10', '3.11', '3.12', '3.13', '3.14'  # of Ubuntu 20.04 to Debian testing
 HASH = re.compile(r'--hash=sha256:[0-9a-f]{64}')
 
 

@@ -11,9 +11,9 @@ from unit_support.imports import imports_of, in_standard_library, top
 from unit_support.packages import COURSE, OPENED, PACKAGES, REPOSITORY
 
 VERSION = '0.2.0'  # of all packages that stand for nothing else
-ROSDEP = {'cairo': 'python3-cairo', 'cbor2': 'python3-cbor2', 'cv2': 'python3-opencv', 'jinja2': 'python3-jinja2',
-          'numpy': 'python3-numpy', 'psutil': 'python3-psutil', 'rospkg': 'python3-rospkg',
-          'selenium': 'python3-selenium', 'tkinter': 'python3-tk', 'tornado': 'python3-tornado', 'tqdm': 'python3-tqdm', 'yaml': 'python3-yaml'}  # module: its name in rosdep
+ROSDEP = {name: f'python3-{name}' for name in (
+    'cairo', 'cbor2', 'jinja2', 'numpy', 'psutil', 'rospkg', 'selenium', 'tornado', 'tqdm')}  # module: rosdep's name
+ROSDEP.update(cv2='python3-opencv', tkinter='python3-tk', yaml='python3-yaml')
 OPTIONAL = {'dask', 'distributed', 'gymnasium',  # installed for the commands that need them
             'ament_index_python'}  # a part of ROS 2 that our xacro brings along
 PROVENANCE = re.compile(r'A stand-in for (?:the [\w ]+ )?(\w+) (\d+\.\d+\.\d+)\b.*'
@@ -87,7 +87,8 @@ def test_version_is_ours_or_that_of_the_original(package):
 
 
 def test_the_changelog_has_the_version():
-    assert re.search(rf'^(Upcoming \()?{re.escape(VERSION)}\b', (REPOSITORY / 'CHANGELOG.rst').read_text(), re.MULTILINE)
+    changes = (REPOSITORY / 'CHANGELOG.rst').read_text(encoding='utf-8')
+    assert re.search(rf'^(Upcoming \()?{re.escape(VERSION)}\b', changes, re.MULTILINE)
 
 
 # ------------------------------------------------------------------------------------------------- files of others

@@ -5,7 +5,7 @@ import pathlib
 import re
 from xml.etree import ElementTree
 
-from unit_support.imports import imports_of, in_standard_library, strings_in, top, tree_of
+from unit_support.imports import imports_of, in_standard_library, strings_in, tree_of
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = 'turtle_robotont'
@@ -50,7 +50,8 @@ class Package:
 
     def components(self):
         """Return the packages that its CMakeLists.txt asks catkin for."""
-        found = re.search(r'find_package\(catkin REQUIRED COMPONENTS ([^)]*)\)', (self.folder / 'CMakeLists.txt').read_text())
+        text = (self.folder / 'CMakeLists.txt').read_text(encoding='utf-8')
+        found = re.search(r'find_package\(catkin REQUIRED COMPONENTS ([^)]*)\)', text)
         return set(found.group(1).split()) if found else set()
 
     def python(self):

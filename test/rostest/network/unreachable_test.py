@@ -46,7 +46,7 @@ rospy.spin()
 '''
 NODES = {'rosmaster', 'rosout', 'robot_state_pub', 'robotont_gazebo', 'turtlesim_node'}  # as ss shortens them
 
-XMLRPC_OF_CPP = 'rosout', 'robot_state_pub'  # roscpp's XML-RPC server listens on all addresses, whatever ROS_HOSTNAME says
+XMLRPC_OF_CPP = 'rosout', 'robot_state_pub'  # roscpp's XML-RPC servers ignore ROS_HOSTNAME
 
 
 class UnreachableTest(unittest.TestCase):
