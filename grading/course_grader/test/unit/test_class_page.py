@@ -1,4 +1,4 @@
-"""course_grader.formats.class_page in a real browser: what a teacher sees, filters, sorts and prints."""
+"""course_grader.classes.class_page in a real browser: what a teacher sees, filters, sorts and prints."""
 import os
 import pathlib
 import re
@@ -6,10 +6,11 @@ import re
 import cv2
 import pytest
 
+from course_grader.classes import class_page, class_report
+from course_grader.classes.class_table import Class
 from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_page, class_report, path_picture
-from course_grader.formats.class_report import Class
+from course_grader.formats import path_picture
 from course_grader.rules import exercise, scoring
 from rostest_support import browser as browsers
 from unit_support.graded_turtle import GradedTurtle

@@ -10,8 +10,9 @@ import sys
 import tempfile
 from typing import Any, Dict, List, Sequence, Tuple
 
-from course_grader.formats import class_report, exit_codes, harmless, systems, terminal
-from course_grader.formats.class_report import Class
+from course_grader.classes import class_report, class_table
+from course_grader.classes.class_table import Class
+from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
 from plain_support import write_whole
@@ -75,7 +76,7 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
     """Print the table and write all files; return the exit code, by those of the results that were ``chosen``."""
     quiet = options.format != systems.TEXT
     if not quiet:
-        for line in (*terminal.table(class_report.cells(graded), terminal.columns()), *notes):
+        for line in (*terminal.table(class_table.cells(graded), terminal.columns()), *notes):
             say(line)
     paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),

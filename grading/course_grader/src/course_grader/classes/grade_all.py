@@ -15,12 +15,13 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tupl
 
 from tqdm import tqdm
 
-from course_grader.classes import class_grader, class_results, graded, remote, submissions
+from course_grader.classes import class_grader, class_report, class_results, graded, remote, submissions
 from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
+from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_report, exit_codes, harmless, systems
+from course_grader.formats import exit_codes, harmless, systems
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, scoring
@@ -112,7 +113,7 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
     notes = [harmless.printed(f'Left out, because no exercise has such a name: {", ".join(found.left_out)}'
                               )] if found.left_out else []
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
-    code = class_results.show(options, class_report.Class(
+    code = class_results.show(options, Class(
         title, found.students, names, [results[submission] for submission in found.submissions], options.weights),
         [results[submission] for submission in chosen], notes)
     return exit_codes.INTERRUPTED if interrupted else code
@@ -233,7 +234,7 @@ def _stream(options: argparse.Namespace) -> TextIO:
 
 def progress(one: Graded, number: int, total: int) -> str:
     """Return the line for a grading, the ``number``-th of ``total``, with the reason that cost most points."""
-    said = systems.first_reason(one.verdict)
+    said = one.verdict.main_reason()
     line = (f'[{number}/{total}] {one.submission.student} {one.submission.exercise}: {one.outcome}, '
             f'{one.score:g} of 100, {one.seconds:.1f} s')
     return harmless.printed((line + (f': {said}' if said else ''))[:LONGEST])

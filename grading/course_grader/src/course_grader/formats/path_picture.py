@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from alvar_core.arrays import ArrayLike, Floats, Integers
+from course_grader.formats import templates
 from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
@@ -98,23 +99,8 @@ def png(drawn: Drawing) -> bytes:
 
 def svg(drawn: Drawing) -> str:
     """Return the picture as SVG, which follows the colours of the page around it."""
-    def rules(tone: int) -> str:
-        return ''.join(f'.{style}{{stroke:{colours[tone]};color:{colours[tone]}}}' for style, colours in STYLES.items())
-    widths = ''.join(f'.{style}{{stroke-width:{width}}}' for style, (_, _, width) in STYLES.items())
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIZE} {SIZE}"><style>',
-             '*{fill:none;stroke-linejoin:round;stroke-linecap:round}text{fill:currentColor;stroke:none!important;'
-             f'font:{FONT}px sans-serif}}.dot{{fill:currentColor}}{widths}{rules(0)}',
-             f'@media (prefers-color-scheme:dark){{{rules(1)}}}</style>']
-    for style, points in drawn.lines:
-        if len(points) == 1:
-            filled = ' dot' if style in FILLED else ''
-            parts.append(f'<circle class="{style}{filled}" cx="{points[0, 0]}" cy="{points[0, 1]}" '
-                         f'r="{RADIUS[style]}"/>')
-        else:
-            parts.append(f'<polyline class="{style}" points="' + ' '.join(f'{x},{y}' for x, y in points.tolist())
-                         + '"/>')
-    parts += [f'<text class="text" x="{label.x}" y="{label.y}">{label.text}</text>' for label in drawn.labels]
-    return ''.join(parts) + '</svg>\n'
+    return templates.rendered('path.svg', size=SIZE, font=FONT, styles=STYLES, filled=FILLED, radius=RADIUS,
+                              lines=[(line.style, line.points.tolist()) for line in drawn.lines], labels=drawn.labels)
 
 
 def _view(exercise: Exercise, points: Floats) -> Tuple[Floats, float]:

@@ -6,15 +6,13 @@ takes for a failure of its own: no result at all, and the exit code 3.
 """
 import base64
 import contextlib
-import csv
 import datetime
 import html
-import io
 import json
 import os
-from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
-from course_grader.formats import exit_codes, harmless, junit, report
+from course_grader.formats import csv_table, exit_codes, harmless, junit, report
 from course_grader.rules import scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.scoring import Verdict
@@ -23,7 +21,6 @@ from plain_support import write_whole
 TEXT = 'text'  # the format for people
 HIGHEST = 100  # score
 PICTURE = 'path.png'  # in the folder of a grading
-COLUMNS = 'program', 'exercise', 'score', 'verdict', 'reason', 'isolation'
 CLASSROOM50_SCHEMA = 'classroom50/result/v1'
 CLASSROOM50_NAMES = ('CLASSROOM', 'ASSIGNMENT', 'SUBMISSION_TAG', 'COMMIT_URL', 'RELEASE_URL')  # its runner sets them
 VPL_NAMES = ('VPL_GRADEMIN', 'VPL_GRADEMAX')
@@ -187,34 +184,14 @@ def as_junit(grading: Grading, place: Place) -> Written:
 
 def as_csv(grading: Grading, place: Place) -> Written:
     """A heading and a row, and nothing else, on standard output."""
-    decided = grading.decided
-    score = '' if _undecided(grading) else f'{decided.score:g}'
-    row = [' '.join(grading.command), grading.exercise.name, score, decided.outcome, first_reason(decided),
-           grading.isolation]
-    return Written(table([COLUMNS, row]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[decided.outcome])
+    row = csv_table.Row(' '.join(grading.command), grading.exercise.name, grading.decided, grading.isolation)
+    return Written(csv_table.gradings('program', [row]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
 
 FORMATS: Dict[str, Callable[[Grading, Place], Written]] = {
     TEXT: text, 'classroom50': classroom50, 'gradescope': gradescope, 'vpl': vpl, 'autolab': autolab,
     'junit': as_junit, 'csv': as_csv}
-
-
 READ_SCORES = frozenset(FORMATS) - {TEXT, 'junit', 'csv'}  # here the exit code is 0 whatever the score
-
-
-def table(rows: Iterable[Sequence[str]]) -> str:
-    """Return a table with its headings as CSV, without formulas."""
-    lines = io.StringIO()
-    csv.writer(lines, lineterminator='\n').writerows([harmless.cell(value) for value in row] for row in rows)
-    return lines.getvalue()
-
-
-def first_reason(decided: Verdict) -> str:
-    """Return why a grading did not pass: an objection, or the check that lost most points; '' where nothing did."""
-    if decided.objections or decided.outcome == scoring.PASSED or not decided.reasons:
-        return (*decided.objections, '')[0]
-    worst = max(decided.reasons, key=lambda reason: reason.of - reason.points)
-    return f'{worst.points:g} of {worst.of:g}: asked: {worst.asked}; seen: {worst.seen}'
 
 
 class _Row(NamedTuple):

@@ -33,6 +33,13 @@ class Verdict(NamedTuple):
     objections: List[str]
     hints: Tuple[str, ...] = ()
 
+    def main_reason(self) -> str:
+        """Return why a program did not pass: an objection, or the check that lost most points; '' if it passed."""
+        if self.objections or self.outcome == PASSED or not self.reasons:
+            return (*self.objections, '')[0]
+        worst = max(self.reasons, key=lambda reason: reason.of - reason.points)
+        return f'{worst.points:g} of {worst.of:g}: asked: {worst.asked}; seen: {worst.seen}'
+
 
 def decide(exercise: Exercise, observed: Observed) -> Verdict:
     """Return the Verdict. A node that could not work at all, or took a shortcut, scores 0."""
