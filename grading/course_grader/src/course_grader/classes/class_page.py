@@ -99,7 +99,7 @@ def _submission(one: Graded, folder: Optional[str]) -> Dict[str, Any]:
 
 
 def _command(one: Graded, folder: Optional[str]) -> str:
-    """Return the command line that repeats a grading, or ''; on a student's page with paths below the student's folder."""
+    """Return the command line that repeats a grading, or ''; without ``folder`` paths start at the student's folder."""
     own = one.submission.student + os.sep
     parts = one.repeat if folder is not None else [part.partition(own)[2] or part for part in one.repeat]
     return './run grade ' + shlex.join(map(harmless.plain, parts)) if parts else ''

@@ -38,7 +38,7 @@ def _merit(graded: Graded) -> Tuple[bool, bool, float]:
 
 
 def _mean(graded: Class, student: str, best: Best) -> str:
-    """Return the mean over all exercises by their weights, where missing submissions count 0; '' if one is undecided."""
+    """Return the weighted mean over all exercises; missing submissions count 0, and it is '' if one is undecided."""
     of_student = {exercise: best.get((student, exercise)) for exercise in graded.exercises}
     if any(one is not None and one.outcome == scoring.UNDECIDED for one in of_student.values()):
         return ''

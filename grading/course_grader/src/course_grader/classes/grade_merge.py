@@ -1,4 +1,4 @@
-"""./run grade --merge DIR ...: makes one result of those of several machines or times.
+"""./run grade --merge DIR ...: merges results of several machines or times.
 
 Each DIR is an output folder of ./run grade --all, which may have graded a part of the class (--shard, --only). Of two
 gradings of one submission the newer one counts, with --best the better one.

@@ -1,6 +1,6 @@
-"""The picture of a path: where turtle or robot went, and what of it counted. As PNG, and as SVG for pages.
+"""The picture of a path: where turtle or robot went, and which parts counted. As PNG, and as SVG for pages.
 
-There is none where nothing moved and nothing counted.
+Without motion and without counted parts there is no picture.
 """
 import math
 from typing import List, NamedTuple, Optional, Tuple
@@ -17,14 +17,14 @@ from kinematic_core.worlds.turtle_world import ARENA_SIZE
 
 SIZE = 600  # [px] width and height
 MARGIN = 48  # [px]
-SHORTEST = 0.01  # [m] of a path that is worth a picture
-EXACT = 0.6  # [px] by which a simplified line may be off
+MIN_LENGTH = 0.01  # [m] of a path that is drawn
+SIMPLIFIED = 0.6  # [px] that a simplified line may deviate
 LINES = 6  # of the grid, at most, in each direction
 STYLES = {  # colour (light, dark), width [px]
     'grid': ('#dddddd', '#3a3f45', 1), 'frame': ('#999999', '#777f88', 2), 'earlier': ('#c9c9c9', '#555c63', 2),
     'counted': ('#7fd08a', '#2f8f46', 13), 'path': ('#1450c8', '#7db4ff', 4), 'start': ('#222222', '#eeeeee', 4),
     'end': ('#d01414', '#ff6b6b', 4), 'text': ('#555555', '#aab2ba', 0)}
-RADIUS = {'counted': 16, 'start': 9, 'end': 9}  # [px] of a line that is one point
+RADIUS = {'counted': 16, 'start': 9, 'end': 9}  # [px] of a single point
 FILLED = 'counted', 'end'
 FONT = 25  # [px]
 
@@ -45,17 +45,17 @@ class Label(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """What is drawn, the last on top; the labels."""
+    """Lines, the last on top, and labels."""
 
     lines: List[Line]
     labels: List[Label]
 
 
 def drawing(exercise: Exercise, observed: Observed) -> Optional[Drawing]:
-    """Return what there is to draw; None where nothing moved and nothing counted."""
+    """Return the Drawing, or None if nothing moved and nothing counted."""
     path = [(sample.x, sample.y) for sample in observed.track]
     counted = rules_driving.counted_parts(exercise.rules, observed)
-    if fits.path_length(path) < SHORTEST and not counted:
+    if fits.path_length(path) < MIN_LENGTH and not counted:
         return None
     reset = observed.reset_at()
     before = [(sample.x, sample.y) for sample in observed.track if sample.t < reset]
@@ -104,7 +104,7 @@ def svg(drawn: Drawing) -> str:
 
 
 def _view(exercise: Exercise, points: Floats) -> Tuple[Floats, float]:
-    """Return (lower left corner [m], pixels a metre) of a square view that holds the arena, or all points."""
+    """Return (lower left corner [m], pixels per metre) of a square view of the arena, or of all points."""
     low, high = points.min(axis=0), points.max(axis=0)
     if exercise.simulator == 'turtlesim':
         low, high = np.minimum(low, 0.0), np.maximum(high, ARENA_SIZE)
@@ -133,5 +133,5 @@ def _grid(low: Floats, scale: float) -> Tuple[List[Line], List[Label]]:
 def _simple(points: Integers) -> Integers:
     if len(points) < 3:
         return points
-    simple: Integers = np.asarray(cv2.approxPolyDP(points.reshape(-1, 1, 2), EXACT, False), np.int32)
+    simple: Integers = np.asarray(cv2.approxPolyDP(points.reshape(-1, 1, 2), SIMPLIFIED, False), np.int32)
     return simple.reshape(-1, 2)
