@@ -11,15 +11,15 @@ from course_grader.formats import csv_table, harmless, junit
 from kinematic_core.files import write_whole
 
 TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
-CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # who is who, for the teacher alone; the table without names
+CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # for the teacher only; the table without names
 PAGES = 'pages'  # folder of the students' pages
 FILES = (*TABLES, CODES, ANONYMOUS, PAGES)
-SIGNS = '23456789abcdefghjkmnpqrstuvwxyz'  # of a code: none that looks like another one
+SIGNS = '23456789abcdefghjkmnpqrstuvwxyz'  # of a code, without look-alikes
 CODE = 5  # signs
 
 
 def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bool = False) -> List[str]:
-    """Write the tables and pages into a folder; return their paths. Raise OSError when that cannot be."""
+    """Write the tables and pages into a folder; return their paths. Raise OSError if that fails."""
     rows = class_table.cells(graded)
     contents = {name: content for name, content in zip(TABLES, (
         csv_table.table(rows), as_rows(graded.results), class_page.of_class(graded, folder),
@@ -56,7 +56,7 @@ def as_junit(results: Sequence[Graded]) -> str:
 
 
 def _codes(path: str, students: Sequence[str]) -> Dict[str, str]:
-    """Return {student: code}: those of an earlier table where there is one, else drawn."""
+    """Return {student: code}: those of an earlier table, or new random ones."""
     known: Dict[str, str] = {}
     if os.path.isfile(path):
         with open(path, encoding='utf-8', newline='') as file:
