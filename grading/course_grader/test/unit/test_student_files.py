@@ -14,7 +14,7 @@ def test_a_file_is_read(tmp_path):
 
 
 @pytest.mark.parametrize('make, said, begins', [
-    (os.mkfifo, 'it is not a file', b''), (os.mkdir, 'it is no file', b''),
+    (os.mkfifo, 'it is not a file', b''), (os.mkdir, 'it is not a file', b''),
     (lambda path: os.symlink('/dev/zero', path), 'it is not a file', b''),
     (lambda path: os.symlink('nowhere', path), 'it is not a file', b''),
     (lambda path: open(path, 'wb').write(b'x' * (MAX_SIZE + 1)), 'it has 1.0 MB; at most 1 MB are read', b'x'),

@@ -8,7 +8,7 @@ from course_grader.classes import class_page, class_table
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import Graded
 from course_grader.formats import csv_table, harmless, junit
-from kinematic_core.files import write_whole
+from plain_support import write_whole
 
 TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
 CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # for the teacher only; the table without names
