@@ -43,7 +43,7 @@ ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'gymnasium'},  # most do 
             'grading/course_grader/src/course_grader/isolation': {'psutil'},
             'grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
             'grading/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},
-            'grading/course_grader/src/course_grader/formats': IMAGES,
+            'grading/course_grader/src/course_grader/formats': IMAGES | {'jinja2'},
             'grading/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': PLAIN,

@@ -86,7 +86,7 @@ def test_in_every_seed_the_first_distances_say_the_same(one, number):
     sensor = robot_sensors.DistanceSensor(worlds.parse(one.world))
     gate = next((rule.parameters['y'] for rule in one.rules if rule.name == 'passes'), None)
     for pose in starts(one):
-        right, center, left = sensor.look(pose)
+        right, center, left = sensor.measure(pose)
         if gate is None:
             assert center.nearest == pytest.approx(robot_sensors.FLOOR)
         elif abs(gate - pose.y) > BESIDE:

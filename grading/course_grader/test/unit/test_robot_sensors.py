@@ -24,7 +24,8 @@ AHEAD = {'check': 'keeps', 'what': 'ahead', 'value': '0.5 m'}
 def look(x, *shapes, yaw=0.0, **kinds):
     """Return the Sectors of a robot whose camera is at ``x`` [m]."""
     plan = worlds.parse({'boxes': list(shapes), **kinds})
-    return robot_sensors.DistanceSensor(plan).look(Pose2D(x - CAMERA_X * math.cos(yaw), -CAMERA_X * math.sin(yaw), yaw))
+    pose = Pose2D(x - CAMERA_X * math.cos(yaw), -CAMERA_X * math.sin(yaw), yaw)
+    return robot_sensors.DistanceSensor(plan).measure(pose)
 
 
 def test_the_box_ahead():
@@ -62,7 +63,7 @@ def test_it_tells_what_the_depth_image_tells(pose):
     image = Renderer(plan, size.width, size.height).depth((*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw))
     fx, _, cx, _, _, cy, *_ = size.matrix()
     scan = projection.scan(image, projection.Camera(fx, cx, cy), projection.Settings(SCAN_HEIGHT, 0.2, 6.0))
-    seen, told = split(scan.ranges), robot_sensors.DistanceSensor(plan).look(pose)
+    seen, told = split(scan.ranges), robot_sensors.DistanceSensor(plan).measure(pose)
     for side in ('left', 'center', 'right'):
         assert getattr(told, side) == pytest.approx(getattr(seen, side), abs=2.0 * CENTIMETRE, nan_ok=True), side
 
