@@ -12,10 +12,10 @@ from tf2_msgs.msg import TFMessage
 
 from kinematic_core.worlds.robot_world import RobotWorld
 from plain_support import InvalidInput
-from robotont_gazebo import messages
 from rospy_support import parameters
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
+from sim_ros import robotont_messages as messages
 
 RATE = 100  # [Hz] of odometry and transform
 MOST_BEHIND = 0.5  # [s] of motion that is made up for after the machine stood still

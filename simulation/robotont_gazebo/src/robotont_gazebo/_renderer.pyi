@@ -3,11 +3,9 @@
 Lengths in metres, angles in radians, colours 0 to 255 (red, green, blue). Raises ValueError for arrays of another shape
 and TypeError for arguments of another type.
 """
-from typing import Callable, Sequence, Tuple
+from typing import Callable, Sequence
 
 import numpy as np
-
-_Rgb = Tuple[float, float, float]
 
 class Camera:
     """A camera of width x height [px]; focal, cx, cy [px]; nothing nearer than ``near`` is seen."""
@@ -20,7 +18,7 @@ class Pose:
 class Solid:
     """A box or a cylinder. Of faces in one plane, that of the highest ``rank`` is seen.
 
-    ends (2, 3): colours of the upper and the lower end. Of a box: sides (4, 3): colours of its own -x, +x, -y, +y faces;
+    ends (2, 3): colours of the upper and lower end. Of a box: sides (4, 3): colours of its own -x, +x, -y, +y faces;
     resolution [px/m] of their patterns, NaN: the plain colour; ``steps`` levels of a pattern halve its image, which is
     taken ``sharper`` halvings finer than the camera's pixels. Of a cylinder: colour: that of its side, without shade.
     """
@@ -28,7 +26,7 @@ class Solid:
     def box(*, x: float, y: float, yaw: float, length: float, width: float, bottom: float, height: float, rank: float,
             sides: np.ndarray, ends: np.ndarray, resolution: Sequence[float], steps: int, sharper: float) -> Solid: ...
     @staticmethod
-    def cylinder(*, x: float, y: float, radius: float, bottom: float, height: float, rank: float, colour: _Rgb,
+    def cylinder(*, x: float, y: float, radius: float, bottom: float, height: float, rank: float, colour: Sequence[float],
                  ends: np.ndarray) -> Solid: ...
 
 class Pattern:

@@ -16,18 +16,18 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
+from kinematic_core.worlds import camera, world_format
+from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from kinematic_core.worlds.planar import Pose2D
 from plain_support import InvalidInput
-from robotont_gazebo.core import camera, worlds
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from robotont_gazebo.core.renderer import Renderer
-from robotont_gazebo.messages import ODOMETRY_RATE
 from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
 from rospy_support.images import DEPTH, to_image
 from rospy_support.parameters import Integer, Number, Table, Text
 from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
+from sim_ros.robotont_messages import ODOMETRY_RATE
 
 NAME = 'robotont_camera'
 MOVED_WITHIN = 0.2  # [s] of wall time after a pose of the robot, in which the panels' poses at that time come
@@ -68,7 +68,7 @@ class CameraNode:
 
     def _take_world(self, message):
         try:
-            self._plan = worlds.parse_json(message.data)
+            self._plan = world_format.parse_json(message.data)
         except (ValueError, InvalidInput) as error:
             rospy.logerr('Ignored a message on %s: %s', rospy.resolve_name(f'{SIMULATOR}/world'), error)
 
@@ -96,7 +96,7 @@ class CameraNode:
             for publisher in filter(_wanted, self._depths):
                 publisher.publish(message)
             if wants_points:
-                self._points.publish(cloud(self._info.header, renderer.camera.points(depth), colour))
+                self._points.publish(cloud(self._info.header, renderer.points(depth), colour))
 
     def _take_moved(self, poses):
         with self._arrived:

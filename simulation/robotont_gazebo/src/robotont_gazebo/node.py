@@ -14,13 +14,13 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from kinematic_core.worlds import world_format
+from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
 from plain_support import InvalidInput
-from robotont_gazebo import messages
 from robotont_gazebo.core import models, worlds
-from robotont_gazebo.core.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from robotont_gazebo.gazebo_interface import GazeboInterface
 from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
@@ -29,6 +29,7 @@ from rospy_support.parameters import Number, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, Publisher
 from sim_ros import clock, recording
+from sim_ros import robotont_messages as messages
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
 from sim_ros.recording import RecordedWorld
 
@@ -82,7 +83,7 @@ class RobotontNode:
         self._transform = LatestPublisher('/tf', TFMessage)
         self._joints = LatestPublisher('joint_states', JointState)
         self._plan = Publisher('~world', String, latch=True, queue_size=1)
-        self._plan.publish(worlds.to_json(self._world.plan))
+        self._plan.publish(world_format.to_json(self._world.plan))
         self._moving = LatestPublisher('~moving_panels', PoseArray) if self._world.plan.moving() else None
         self._start = self._world.pose, self._world.plan
         self._gazebo = GazeboInterface(self._clock, self._shared, self._put, self._reset)
@@ -183,7 +184,7 @@ class RobotontNode:
         """Let scanner and camera see panels where they are now."""
         if self._scanner:
             self._scanner.set_plan(self._world.plan)
-        self._plan.publish(worlds.to_json(self._world.plan))
+        self._plan.publish(world_format.to_json(self._world.plan))
 
 
 def _read_world(seed):

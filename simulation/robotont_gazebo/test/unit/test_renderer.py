@@ -4,9 +4,9 @@ import math
 import numpy as np
 import pytest
 
+from kinematic_core.worlds.camera import DEPTH_FAR, DEPTH_NEAR, CameraPose
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
 from plain_support import InvalidInput
-from robotont_gazebo.core.camera import DEPTH_FAR, DEPTH_NEAR, CameraPose
 from robotont_gazebo.core.renderer import Renderer
 from unit_support import reference_camera as reference
 
@@ -78,7 +78,7 @@ def test_an_impossible_range_of_depths_is_refused(depth_range):
 
 def test_points_lie_on_the_surfaces_in_the_optical_frame():
     rendered = Renderer(plan(Box('wall', 3.5, 0.0, 0.0, 1.0, 20.0, 2.0)))
-    points = rendered.camera.points(rendered.depth((0.0, 0.0, EYE, 0.0)))
+    points = rendered.points(rendered.depth((0.0, 0.0, EYE, 0.0)))
     assert points.shape == (720, 1280, 3) and points.dtype == np.float32
     assert np.allclose(points[200, 640 + 320], (1.5, 3.0 * (200 - 360) / 640, 3.0))
     floor = points[600]

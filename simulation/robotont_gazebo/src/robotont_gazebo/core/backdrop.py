@@ -3,8 +3,8 @@ from typing import Sequence
 
 import numpy as np
 
+from kinematic_core.worlds.camera import PinholeCamera
 from robotont_gazebo.core import textures
-from robotont_gazebo.core.camera import PinholeCamera
 from robotont_gazebo.core.compiled import Background
 
 SHARPNESS = 1.1  # pixels of the floor's image per pixel of the camera, in the geometric mean of its two directions

@@ -100,9 +100,8 @@ def _ranks(plan: FloorPlan) -> List[float]:
 
 
 def _cylinder(shape: Cylinder, rank: float) -> Solid:
-    red, green, blue = shape.colour
     return Solid.cylinder(x=shape.x, y=shape.y, radius=shape.radius, bottom=shape.bottom, height=shape.height,
-                          rank=rank, colour=(red, green, blue), ends=_ends(shape.colour))
+                          rank=rank, colour=shape.colour, ends=_ends(shape.colour))
 
 
 def _ends(colour: Sequence[int]) -> np.ndarray:

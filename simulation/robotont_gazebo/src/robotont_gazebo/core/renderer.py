@@ -4,11 +4,10 @@ The steps that draw are compiled (native/); here, they are given the camera, the
 """
 from typing import Sequence, Tuple
 
+import cv2
 import numpy as np
 
-from kinematic_core.worlds.floor_plan import FloorPlan
-from robotont_gazebo.core.backdrop import background
-from robotont_gazebo.core.camera import (
+from kinematic_core.worlds.camera import (
     DEPTH_FAR,
     DEPTH_NEAR,
     HEIGHT,
@@ -19,6 +18,8 @@ from robotont_gazebo.core.camera import (
     require_pose,
     require_range,
 )
+from kinematic_core.worlds.floor_plan import FloorPlan
+from robotont_gazebo.core.backdrop import background
 from robotont_gazebo.core.compiled import Camera, Pose, Scene
 from robotont_gazebo.core.faces import Faces, light
 
@@ -55,3 +56,11 @@ class Renderer:
         Depths that are not inside ``depth_range`` are NaN, as in the images of Gazebo's depth camera plugins.
         """
         return self._scene.depth(Pose(*require_pose(camera_pose)), near=self._near, far=self._far)
+
+    def points(self, depth: np.ndarray) -> np.ndarray:
+        """Return the points (height, width, 3) [m] in the optical frame of a depth image (height, width) [m].
+
+        Both are float32; NaN stays NaN.
+        """
+        right, down = (slopes.astype(np.float32) for slopes in (self.camera.right, self.camera.down))
+        return cv2.merge([depth * right, depth * down[:, None], depth])

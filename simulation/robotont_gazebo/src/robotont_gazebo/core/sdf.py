@@ -15,11 +15,11 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from alvar_core import rotations
+from kinematic_core.worlds.colours import COLOURS
 from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder, FloorPlan, Panel, Shape, Waypoint
 from plain_support import InvalidInput, documents, shown
 from plain_support.documents import DocumentError
 from robotont_gazebo.core import meshes
-from robotont_gazebo.core.colours import COLOURS
 
 UPRIGHT = 0.02  # [rad] a shape that is tilted less counts as upright, because saved worlds have settled
 FLOOR = 0.05  # [m] by which a shape may reach into the floor without a warning

@@ -1,7 +1,7 @@
 """Textures of walls, panels and the floor: our own patterns, computed in all sizes that are needed.
 
-Images are tones, uint8 arrays (rows, columns): 255 is the full colour of a wall, a panel or the floor. In the image of a
-face, row 0 is at the top, and column 0 is on the left of a viewer in front of it.
+Images are tones, uint8 arrays (rows, columns): 255 is the full colour of a wall, a panel or the floor. In the image of
+a face, row 0 is at the top, and column 0 is on the left of a viewer in front of it.
 """
 import functools
 import math
@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from alvar_core import code
+
 FloatOrArray = Any  # a float or an array of floats
 
 WALL_RESOLUTION = 256  # [px/m]
@@ -43,7 +44,7 @@ class PaddedImage(NamedTuple):
 class Mipmap:
     """A face's image in smaller and smaller sizes, in both directions independently; each is made when first needed.
 
-    ``image`` (rows, columns); ``length``, ``height`` [m] are those of the face. Each ``steps`` levels, the size is halved.
+    ``image`` (rows, columns); ``length``, ``height`` [m] are those of the face. ``steps`` levels halve the size.
     """
 
     def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1) -> None:
