@@ -26,8 +26,8 @@ class Solid:
     def box(*, x: float, y: float, yaw: float, length: float, width: float, bottom: float, height: float, rank: float,
             sides: np.ndarray, ends: np.ndarray, resolution: Sequence[float], steps: int, sharper: float) -> Solid: ...
     @staticmethod
-    def cylinder(*, x: float, y: float, radius: float, bottom: float, height: float, rank: float, colour: Sequence[float],
-                 ends: np.ndarray) -> Solid: ...
+    def cylinder(*, x: float, y: float, radius: float, bottom: float, height: float, rank: float,
+                 colour: Sequence[float], ends: np.ndarray) -> Solid: ...
 
 class Pattern:
     """The image of a face: tones (rows, columns) uint8 of ``colour``, with ``pad`` px around.

@@ -63,7 +63,7 @@ class RobotontNode:
         """Read the parameters and register everything. Call ``init_simulator`` first."""
         self._clock = SimulatorClock(DT)
         self._refusals = WallThrottle(WARNING_PERIOD)
-        self._stamp, self._told_of_watchdog = rospy.Time(), False
+        self._stamp, self._warned_of_watchdog = rospy.Time(), False
         model, prefix = PARAMETERS.read('~model', '~frame_prefix')
         self._frames = frames(prefix)
         numbers = seeded_random()
@@ -104,9 +104,9 @@ class RobotontNode:
             world = self._world
             world.step()
             self._shared.record_step(world.pose)
-            self._look_at_time()
-            if world.timed_out and not self._told_of_watchdog:
-                self._told_of_watchdog = True
+            self._update_stamp()
+            if world.timed_out and not self._warned_of_watchdog:
+                self._warned_of_watchdog = True
                 rospy.logwarn('No message on %s for %g s: the robot stops. It will do so again without a '
                               'warning. Publish continuously (10 Hz or more), or set ~watchdog.',
                               rospy.resolve_name('cmd_vel'), world.watchdog)
@@ -117,7 +117,7 @@ class RobotontNode:
                 ranges = self._scanner.scan(*ahead(world.pose, LIDAR_X), world.pose.yaw)
                 self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
 
-    def _look_at_time(self):
+    def _update_stamp(self):
         """Store the stamp of this step. If time has jumped back, stop the robot, because its command is outdated."""
         now = rospy.Time.now()
         if now < self._stamp:
@@ -160,7 +160,7 @@ class RobotontNode:
     def _move_marker(self, request):
         with self._shared.change() as world:
             world.move_panel(request.name, request.x, request.y, request.yaw)
-            self._show_plan()
+            self._publish_plan()
         return MoveMarkerResponse()
 
     def _put(self, name, pose, request):
@@ -169,7 +169,7 @@ class RobotontNode:
         if name == models.ROBOT:
             self._shared.note('teleport_absolute', *pose, request=request)
         else:
-            self._show_plan()
+            self._publish_plan()
 
     def _reset(self, request):
         """Put the robot and all panels where they started; the caller must hold the lock."""
@@ -177,10 +177,10 @@ class RobotontNode:
         for panel in plan.panels:
             if not panel.path:
                 self._world.move_panel(panel.name, panel.x, panel.y, panel.yaw)
-        self._show_plan()
+        self._publish_plan()
         self._put(models.ROBOT, pose, request)
 
-    def _show_plan(self):
+    def _publish_plan(self):
         """Let scanner and camera see panels where they are now."""
         if self._scanner:
             self._scanner.set_plan(self._world.plan)

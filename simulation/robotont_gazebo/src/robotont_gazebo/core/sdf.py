@@ -3,7 +3,7 @@
 It reads upright boxes and cylinders of links, static or not (nothing falls here), with nested poses (those in <state>
 take precedence over those of the models), colours of materials, the colour of the sky, horizontal planes at floor
 level, spheres as stacks of cylinders, meshes that are boxes, the AR panels of robotont_gazebo's models (meshes called
-Marker<id>.dae), and such panels as actors that move along waypoints. Other obstacles and visible things are left out,
+Marker<id>.dae), and such panels as actors that move along waypoints. Other obstacles and visible things are skipped,
 and a warning names each of them.
 """
 import math
@@ -55,7 +55,7 @@ class _Reader:
     """Collects the shapes of a <world>."""
 
     def __init__(self, world: Element, folder: str) -> None:
-        """``folder`` is that of the file, in which meshes are searched."""
+        """``folder`` is that of the file, where meshes are searched."""
         self.warnings: List[str] = []
         self._folder = folder
         self._shapes: Dict[type, List[Any]] = {Box: [], Cylinder: [], Panel: []}
