@@ -17,10 +17,10 @@ import cv2
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
+from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import LaserScanner
 from kinematic_core.worlds.robot_world import DT, RobotWorld
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, ahead
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.core.worlds import load_world
 

@@ -24,6 +24,7 @@ from std_msgs.msg import String
 from course_demo.core import track_metrics
 from course_demo.course import Measurement, Step, at_most, near
 from course_demo.harness import REST_TIMEOUT, DemoError, Recorder
+from kinematic_core.worlds import overhead, world_format
 from marker_pictures.marker_sequence import FRAMES, MARKERS
 from rospy_support import images
 from turtle_robotont.driver import pose_of
@@ -118,7 +119,7 @@ def run_maze(harness):
     world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
     try:
-        harness.until(lambda: world.entries and poses.entries, 'the simulated robot does not start',
+        harness.until(lambda: world.entries and poses.entries, 'the robotont_gazebo of this repository does not start',
                       START_TIMEOUT, simulator)
         before = len(poses.entries)
         node = harness.start('roslaunch', 'turtle_robotont', 'ar_maze.launch', 'sim:=false')
@@ -156,17 +157,12 @@ def _next_view():
 
 
 def world_plan(text):
-    """Return the FloorPlan that the simulator publishes; raise DemoError for another simulator."""
-    try:
-        from robotont_gazebo.core import worlds
-    except ImportError:
-        raise DemoError('this step needs the robotont_gazebo of this repository') from None
-    return worlds.parse_json(text)
+    """Return the FloorPlan that the simulator publishes."""
+    return world_format.parse_json(text)
 
 
 def map_of(plan, track, title='AR maze'):
     """Return the map with the path of the robot, BGR."""
-    from robotont_gazebo.core import overhead
     last = track[-1]
     path = overhead.Path([(pose.x, pose.y) for pose in track], label='the path of the robot')
     return cv2.cvtColor(overhead.draw_map(plan, [path], [(last.x, last.y, last.theta)], title), cv2.COLOR_RGB2BGR)

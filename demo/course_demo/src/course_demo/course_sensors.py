@@ -14,7 +14,6 @@ import yaml
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from robotont_gazebo.srv import MoveMarker
 from robotont_laserscan_to_distance.msg import LaserScanSplit
 from std_msgs.msg import String
 
@@ -23,6 +22,7 @@ from course_demo.course import Measurement, Step, at_most, near
 from course_demo.course_markers import POSE_RATE, START_TIMEOUT, map_of, world_plan
 from course_demo.harness import Recorder
 from course_demo.plots import over_time
+from kinematic_core.worlds.frames import CAMERA_X
 from turtle_robotont.driver import pose_of
 
 GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] tolerance of the goal
@@ -94,7 +94,6 @@ def _bangbang(harness, control):
 
 def _from_box(plan, track):
     """Return the distances [m] from the camera to the box."""
-    from robotont_gazebo.core.frames import CAMERA_X  # a plan exists, so this is our robotont_gazebo
     return [plan.boxes[0].x - plan.boxes[0].length / 2.0 - pose.x - CAMERA_X for pose in track]
 
 
@@ -173,12 +172,12 @@ def moved_marker(harness):
     with Drive(harness, world, TRACKER, 'ar_pose_marker', AlvarMarkers, control) as drive:
         drive.until(there, 'the robot does not come to the marker')
         first = drive.track[-1]
+        from robotont_gazebo.srv import MoveMarker  # the original has none
         harness.call('robotont_gazebo/move_marker', MoveMarker, 'marker1', *MOVED, 0.0)
         drive.until(lambda: not there(), 'the tracker does not see that the marker has moved')
         drive.until(there, 'the robot does not follow the marker')
         plan, track = drive.plan, drive.track
     harness.keep(map_of(plan, track, 'A marker that moves'))
-    from robotont_gazebo.core.frames import CAMERA_X
     last = track[-1]
     camera = last.x + CAMERA_X * math.cos(last.theta), last.y + CAMERA_X * math.sin(last.theta)
     bearing = math.remainder(math.atan2(MOVED[1] - camera[1], MOVED[0] - camera[0]) - last.theta, math.tau)

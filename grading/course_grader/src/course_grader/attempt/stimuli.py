@@ -19,6 +19,7 @@ from nav_msgs.msg import Odometry
 from course_grader.rules import random_stimuli
 from course_grader.rules.observation import Call, Goal, Sensed, ShownMarkers
 from kinematic_core.timing.pacing import BEGIN
+from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
 from rospy_support.rospy_internals import caller
 from rospy_support.rotations import yaw_of
@@ -176,8 +177,7 @@ class Stimuli:
         self._sense(values, MARKERS_EVERY, publish)
 
     def _plan(self):
-        from robotont_gazebo.core import worlds
-        return worlds.parse(self._world)
+        return world_format.parse(self._world)
 
     def _note(self, stamp, what, value):
         self._observed.sensed.append(Sensed(stamp.to_sec() - self._zero + self._observed.start, what, value))

@@ -15,6 +15,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
+from kinematic_core.worlds import world_format
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from plain_support import InvalidInput, documents, shown
 
@@ -193,11 +194,7 @@ def _wrong_world(values: Dict[str, Any]) -> List[str]:
     if values.get('simulator') != 'robotont':
         return ['world needs simulator: robotont']
     try:
-        from robotont_gazebo.core import worlds  # missing if the original is installed
-    except ImportError:
-        return []
-    try:
-        worlds.parse(values['world'])
+        world_format.parse(values['world'])
     except InvalidInput as error:
         return [f'world: {error}']
     return []

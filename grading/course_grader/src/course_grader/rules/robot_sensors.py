@@ -8,12 +8,12 @@ from typing import Dict, Tuple
 
 import numpy as np
 
+from kinematic_core.worlds.camera import DEPTH_NEAR, HORIZONTAL_FOV, PinholeCamera
 from kinematic_core.worlds.floor_plan import FloorPlan
+from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import RayCaster
-from robotont_gazebo.core.camera import DEPTH_NEAR, HORIZONTAL_FOV, PinholeCamera
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
-from robotont_laserscan_to_distance.core.sectors import Sectors, floor_depth, split
+from kinematic_core.worlds.sectors import Sectors, floor_depth, split
 
 RAYS = 181  # half a degree apart
 FLOOR = floor_depth(CAMERA_Z, PinholeCamera().focal)  # [m]

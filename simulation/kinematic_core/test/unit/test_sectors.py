@@ -1,11 +1,11 @@
-"""robotont_laserscan_to_distance.core.sectors: thirds of a scan, from right to left."""
+"""kinematic_core.worlds.sectors: thirds of a scan, from right to left."""
 import math
 import pathlib
 import re
 
 import pytest
 
-from robotont_laserscan_to_distance.core.sectors import SCAN_HEIGHT, Sector, Sectors, floor_depth, split
+from kinematic_core.worlds.sectors import SCAN_HEIGHT, Sector, Sectors, floor_depth, split
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[4] / 'simulation' / 'robotont_laserscan_to_distance'
 NOTHING = Sector(math.nan, math.nan)

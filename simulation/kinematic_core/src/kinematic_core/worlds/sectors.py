@@ -1,10 +1,10 @@
-"""Ranges of a laser scan in three sectors of equally many rays. No ROS."""
+"""Ranges of a laser scan in three sectors of equally many rays: the message LaserScanSplit."""
 import math
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
-SCAN_HEIGHT = 200  # [px] of the scan that config/laser_params.yaml makes: half of them are below the horizon
+SCAN_HEIGHT = 200  # [px] in laser_params.yaml of robotont_laserscan_to_distance: half of them are below the horizon
 
 
 class Sector(NamedTuple):

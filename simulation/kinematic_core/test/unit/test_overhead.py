@@ -4,11 +4,11 @@ import math
 import numpy as np
 import pytest
 
+from kinematic_core.worlds import overhead
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
+from kinematic_core.worlds.overhead import MARGIN, PAPER, ROBOT_COLOUR, FloorPlanMap, Path
 from kinematic_core.worlds.robot_world import ROBOT_RADIUS
 from plain_support import InvalidInput
-from robotont_gazebo.core import overhead
-from robotont_gazebo.core.overhead import MARGIN, PAPER, ROBOT_COLOUR, FloorPlanMap, Path
 
 RED, GREEN, BLUE = (200, 20, 20), (20, 160, 20), (20, 20, 200)
 PLAN = FloorPlan((Box('wall', 0.0, 1.0, math.pi / 6, 2.0, 0.2, 0.5, 0.0, RED),

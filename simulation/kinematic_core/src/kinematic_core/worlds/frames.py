@@ -1,4 +1,4 @@
-"""The frames of the Robotont that the simulator needs, and the positions of its sensors; see robotont_description."""
+"""The frames of a Robotont and the positions of its sensors, as in robotont_description."""
 import math
 from typing import NamedTuple, Tuple
 

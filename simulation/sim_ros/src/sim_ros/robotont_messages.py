@@ -6,8 +6,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from kinematic_core.worlds.frames import AXLE_HEIGHT
 from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE
-from robotont_gazebo.core.frames import AXLE_HEIGHT
 from rospy_support.rotations import to_quaternion
 
 POSE_VARIANCE = 1e-5  # [m^2] of x and y if the odometry has no errors, as in Gazebo's plugin

@@ -1,4 +1,4 @@
-"""The Robotont's camera: its parameters, projections, and the points of a depth image.
+"""The Robotont's camera: its parameters and projections.
 
 Optical frame: x right, y down, z forward; metres. Pixel (0, 0) is the centre of the top left one. The principal point
 is (width / 2, height / 2), as in Gazebo's camera_info; the images are rendered with exactly these values.
@@ -6,7 +6,6 @@ is (width / 2, height / 2), as in Gazebo's camera_info; the images are rendered 
 import math
 from typing import List, NamedTuple, Sequence, Tuple
 
-import cv2
 import numpy as np
 
 from plain_support import InvalidInput
@@ -68,14 +67,6 @@ class PinholeCamera:
         depth = cos * dx + sin * dy
         pixels = np.stack([self.cx + self.focal * (sin * dx - cos * dy) / depth, self.cy - self.focal * dz / depth], 1)
         return pixels, depth
-
-    def points(self, depth: np.ndarray) -> np.ndarray:
-        """Return the points (height, width, 3) [m] in the optical frame of a depth image (height, width) [m].
-
-        Both are float32; NaN stays NaN.
-        """
-        right, down = (slopes.astype(np.float32) for slopes in (self.right, self.down))
-        return cv2.merge([depth * right, depth * down[:, None], depth])
 
 
 def require_pose(pose: Sequence[float]) -> CameraPose:
