@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from rosbridge_server.incoming import ROOM, Incoming
+from browser_servers.incoming import ROOM, Incoming
 
 MESSAGES = [b'', b'a', b'x' * 1000, bytes(range(256)) * 2000, b'b' * (3 * ROOM), b'last']
 STREAM = b''.join(len(one).to_bytes(4, 'little') + one for one in MESSAGES)

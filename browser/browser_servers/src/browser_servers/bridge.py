@@ -4,9 +4,9 @@ Threading contract: as in topics.py.
 """
 import concurrent.futures
 
+from browser_servers.services import Services
+from browser_servers.topics import Topics
 from rosbridge_core.session import Bridge
-from rosbridge_server.services import Services
-from rosbridge_server.topics import Topics
 
 THREADS = 8  # that ask the master; a registration takes some milliseconds
 
@@ -14,14 +14,14 @@ THREADS = 8  # that ask the master; a registration takes some milliseconds
 class RosBridge(Bridge):
     """The Bridge of all sessions."""
 
-    def __init__(self, loop, unregister_timeout, globs):
-        """``unregister_timeout`` [s]; ``globs``: texts for topics, services and parameters."""
+    def __init__(self, loop, unregister_timeout, answers):
+        """``unregister_timeout`` [s]; ``answers``: an Answers, for calls of rosapi."""
         executor = concurrent.futures.ThreadPoolExecutor(THREADS, 'registration')
 
         def slow(function, *arguments):
             return loop.run_in_executor(executor, function, *arguments)
         self._topics = Topics(loop, slow, unregister_timeout)
-        self._services = Services(loop, slow, globs)
+        self._services = Services(loop, slow, answers)
         self.is_velocity, self.publish = self._topics.is_velocity, self._topics.publish
         self.advertise, self.unadvertise = self._topics.advertise, self._topics.unadvertise
         self.subscribe, self.unsubscribe = self._topics.subscribe, self._topics.unsubscribe

@@ -13,12 +13,12 @@ import rosgraph.names
 import rospy
 import rostopic
 
+from browser_servers import types
+from browser_servers.incoming import Incoming
 from rosbridge_core.encodings import Message
 from rosbridge_core.inbox import VELOCITIES
 from rosbridge_core.operations import Refused
 from rosbridge_core.outbox import BURST, SMALL
-from rosbridge_server import types
-from rosbridge_server.incoming import Incoming
 from rospy_support import rospy_internals
 from rospy_support.topics import LatestPublisher, Publisher
 

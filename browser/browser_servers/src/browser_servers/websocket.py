@@ -6,6 +6,8 @@ import asyncio
 import socket
 import time
 
+import tornado.routing
+
 from rosbridge_core.connection import WebSocket
 from rosbridge_core.session import Session
 
@@ -47,6 +49,19 @@ class RosbridgeWebSocket(WebSocket):
     def look(self, now):
         """Look at a silent or slow client."""
         self._session.look(now)
+
+
+class _WebSockets(tornado.routing.Matcher):
+    """Matches a request for a WebSocket, whatever its path: pages use several."""
+
+    def match(self, request):
+        """Return an empty dict if it matches, else None."""
+        return {} if request.headers.get('Upgrade', '').lower() == 'websocket' else None
+
+
+def websocket_rule(handler, clients):
+    """Return the rule of an application that lets a handler serve WebSockets at every path."""
+    return tornado.routing.Rule(_WebSockets(), handler, {'clients': clients})
 
 
 class Clients:

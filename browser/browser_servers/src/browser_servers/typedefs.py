@@ -1,20 +1,35 @@
-"""What a message type consists of, as rosapi/TypeDef."""
+"""The fields and constants of message types, as rosapi describes them."""
+import dataclasses
+from typing import List
+
 import roslib.message
 
-from rosapi.msg import TypeDef
 from rosbridge_core.conversion import TIMES, is_message, kind_of
 
 SINGLE, ANY_LENGTH = -1, 0  # of fieldarraylen; else the length of the array
 TIME_PARTS = 'int32'  # the type that rosapi gives for secs and nsecs
 
 
+@dataclasses.dataclass
+class TypeDef:
+    """The fields of rosapi/TypeDef."""
+
+    type: str
+    fieldnames: List[str] = dataclasses.field(default_factory=list)
+    fieldtypes: List[str] = dataclasses.field(default_factory=list)
+    fieldarraylen: List[int] = dataclasses.field(default_factory=list)
+    examples: List[str] = dataclasses.field(default_factory=list)
+    constnames: List[str] = dataclasses.field(default_factory=list)
+    constvalues: List[str] = dataclasses.field(default_factory=list)
+
+
 def of_message(name):
-    """Return the TypeDefs of a message type and all types in it; none if it is not installed."""
+    """Return the TypeDefs of a message type and of all types in it; empty if it is not installed."""
     return _with_inner(roslib.message.get_message_class(name) if '/' in name else None, [name])
 
 
 def of_service(name, part):
-    """Return those of one part of a service type: ``part`` is '_request_class' or '_response_class'."""
+    """Return the TypeDefs of a part of a service type: ``part`` is '_request_class' or '_response_class'."""
     service = service_class(name)
     return _with_inner(service and getattr(service, part), [])
 

@@ -11,8 +11,8 @@ import rosgraph
 import rospy
 from sensor_msgs.msg import CompressedImage, Image
 
+from browser_servers.core.query import depth_picture, encoded
 from rospy_support import images
-from web_video_server.core.query import depth_picture, encoded
 
 COMPRESSED = '/compressed'  # below the topic of the image, as image_transport has it
 LARGE = 1 << 22  # [B] that rospy reads at once

@@ -3,7 +3,7 @@ import cv2
 import numpy as np
 import pytest
 
-from web_video_server.core.query import InvalidQuery, Query, content_type, depth_picture, encoded, read
+from browser_servers.core.query import InvalidQuery, Query, content_type, depth_picture, encoded, read
 
 RED = np.full((40, 60, 3), (0, 0, 255), np.uint8)
 

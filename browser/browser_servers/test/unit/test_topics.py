@@ -1,7 +1,7 @@
 """What a topic of a client gives to subscribers that connect just after it was advertised."""
 import types
 
-from rosbridge_server import topics
+from browser_servers import topics
 
 
 def test_only_who_connects_at_once_gets_what_was_published_before(monkeypatch):

@@ -10,10 +10,10 @@ import genpy
 import rospy
 import rosservice
 
-from rosapi.answers import NAMESPACE, SERVICES, Answers
+from browser_servers import types
+from browser_servers.rosapi_answers import NAMESPACE
 from rosbridge_core.conversion import json_values
 from rosbridge_core.operations import Refused
-from rosbridge_server import types
 
 MOST_CALLS = 500  # that run at a time, of all clients
 
@@ -64,10 +64,10 @@ class Answered:
 class Services:
     """The services of all clients."""
 
-    def __init__(self, loop, slow, globs):
-        """``slow``: as in Topics; ``globs``: those of rosapi, for topics, services and parameters."""
+    def __init__(self, loop, slow, answers):
+        """``slow``: as in Topics; ``answers``: an Answers, for calls of rosapi where rosapi_node does not run."""
         self._loop, self._slow = loop, slow
-        self._answered, self._own = {}, Answers(*globs)
+        self._answered, self._rosapi = {}, answers
         self._calls = 0
 
     async def call(self, name, arguments, kind):
@@ -95,16 +95,16 @@ class Services:
         self._calls -= 1
 
     def _call(self, name, arguments, kind):
-        """Call a service; those of rosapi are answered here where no rosapi_node runs."""
+        """Call a service; those of rosapi are answered here if rosapi_node does not run."""
         resolved = rospy.resolve_name(name)
         own = resolved[len(NAMESPACE):] if resolved.startswith(NAMESPACE) else ''
         try:
             kind = rosservice.get_service_type(resolved) or kind
         except rosservice.ROSServiceIOException as error:
             raise Refused(f'the service {name} does not answer: {error}') from None
-        if not kind and own in SERVICES:
-            cls = SERVICES[own]
-            answer = self._own.call(own, types.builder.build(cls._request_class, arguments))
+        if not kind and own in self._rosapi.services:
+            cls = self._rosapi.services[own]
+            answer = self._rosapi.call(own, types.builder.build(cls._request_class, arguments))
             return json_values(answer)
         if not kind:
             raise Refused(f'Service {name} does not exist. The command rosservice list shows those that do')
