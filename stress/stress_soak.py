@@ -9,7 +9,6 @@ import threading
 import time
 
 import psutil
-
 from nav_msgs.msg import Odometry
 from robotont_gazebo.srv import SetPose
 from std_srvs.srv import Empty

@@ -417,7 +417,7 @@ def _is_refused(server, path, statuses=(400, 403, 404, 405), said=True, **reques
 def _bad_http(rng):
     """Return bytes that are not HTTP, or a request with a wrong method, length or body."""
     length = rng.choice(('-1', 'x', '0', '5', '99999999', str(2 ** 63)))
-    body = rng.choice((b'<methodCall>', b'<a>' * 200, b'\xff\xfe\0', b'<!DOCTYPE x [<!ENTITY a "b">]><x>&a;</x>', b'{}'))
+    body = rng.choice((b'<methodCall>', b'\xff\xfe\0', b'<!DOCTYPE x [<!ENTITY a "b">]><x>&a;</x>', b'{}'))
     method = rng.choice((b'POST', b'GET', b'PUT', b'DELETE', b'\0\0', b'POST' * 500))
     return method + f' / HTTP/1.1\r\nHost: x\r\nContent-Length: {length}\r\n\r\n'.encode() + body
 

@@ -159,7 +159,7 @@ def subscribe(uri, topic, kind):
 
 
 class Caller:
-    """A persistent connection to a service at ``place``; kind: its class. Many can wait with ``send`` and ``answer``."""
+    """A persistent connection to a service at ``place``; kind: its class. Many can wait at once."""
 
     def __init__(self, place, name, kind, timeout=DEADLINE):
         answer, self.socket = opened(place, timeout, callerid=CALLER, service=name, md5sum=kind._md5sum,
