@@ -5,7 +5,7 @@ import pathlib
 import re
 from xml.etree import ElementTree
 
-from unit_support.imports import imports_of, in_standard_library, strings_in, top, tree_of
+from unit_support.imports import imports_of, in_standard_library, strings_in, tree_of
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 COURSE = 'turtle_robotont'
