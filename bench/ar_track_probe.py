@@ -1,13 +1,7 @@
-"""A camera and a subscriber for an individualMarkersNoKinect, run by the bench as a process of its own.
+"""A camera and a subscriber for an individualMarkersNoKinect (see probing.py).
 
-`ar_track_probe.py watch` shows rendered markers to the node that the bench starts, and prints one line of JSON when it
-is ready, when the window opens, and with what came: times [s] from the call of publish() to the message at a
-subscriber, and stamps [s] of the messages. Messages are received as bytes (AnyMsg) and matched by their stamp.
+Messages are received as bytes (AnyMsg) and matched with the images by their stamp.
 """
-
-import argparse
-import gc
-import json
 import struct
 import time
 
@@ -16,31 +10,22 @@ import rospy
 from sensor_msgs.msg import CameraInfo, Image
 
 from alvar_core.camera import default_camera
+from probing import COME_UP, Silent, clock, say
 from rospy_support import images
 from rostest_support.marker_scenes import Scene, image_of, random_markers
 
-clock = time.perf_counter  # CLOCK_MONOTONIC on Linux: one clock for all processes
 NODE = 'marker_detect'
 FRAME = 'camera'
 HEADER = struct.Struct('<3I')  # seq, seconds, nanoseconds: how AlvarMarkers begins
-COME_UP = 20.0  # [s] for a node to answer
+MARKERS, RATE = 4, 30.0  # in an image; [Hz] of images
 SIZE = 0.1  # [m] of the markers
 
 
-class Silent(RuntimeError):
-    """The node did not do what the probe waited for."""
-
-
-def say(**document):
-    """Print one answer."""
-    print(json.dumps(document), flush=True)
-
-
-def shown(width, height, markers, colour):
-    """Return the Image and the CameraInfo of this many markers."""
+def shown(width, height, colour):
+    """Return an Image of MARKERS markers, and its CameraInfo."""
     rng = np.random.default_rng(1)
     camera, scene = default_camera(width, height), Scene(width=width, height=height, clutter=6)
-    placed = random_markers(rng, camera, scene, markers, side=(40, 110), max_tilt=45.0, size=SIZE)
+    placed = random_markers(rng, camera, scene, MARKERS, side=(40, 110), max_tilt=45.0, size=SIZE)
     picture = image_of(rng, camera, placed, scene)
     if colour:
         picture = np.repeat(picture[:, :, None], 3, 2)
@@ -53,8 +38,8 @@ def shown(width, height, markers, colour):
 class Camera:
     """Publish an image at a rate, note the time of each by its stamp, and receive the node's answers."""
 
-    def __init__(self, image, info, rate):
-        self._image, self._info, self._period = image, info, 1.0 / rate
+    def __init__(self, image, info):
+        self._image, self._info = image, info
         self.sent, self.received = {}, {}
         self._images = rospy.Publisher('camera_image', Image, queue_size=1, tcp_nodelay=True)
         self._infos = rospy.Publisher('camera_info', CameraInfo, queue_size=1, tcp_nodelay=True)
@@ -77,7 +62,7 @@ class Camera:
             self._infos.publish(self._info)
             self.sent[stamp.secs, stamp.nsecs] = clock()
             self._images.publish(self._image)
-            due += self._period
+            due += 1.0 / RATE
             time.sleep(max(0.0, due - clock()))
 
     def run_for(self, seconds):
@@ -86,42 +71,22 @@ class Camera:
         self.run(lambda: clock() > end)
 
 
-def watch(options):
-    """Set the node's parameters, say that all is ready, show markers, and report what comes in options.seconds."""
-    for name, value in (('output_frame', FRAME), ('marker_size', 100.0 * SIZE), ('max_frequency', options.limit)):
+def watch(limit, seconds, settle=1.0, width=640, height=480, colour=False):
+    """Set the node's parameters, show markers, and report what comes in ``seconds`` after ``settle`` [s].
+
+    Answers: that all is ready; when the first message came; that the window opens; times [s] from the call of
+    publish() to the message at a subscriber, and stamps [s] of the messages.
+    """
+    for name, value in (('output_frame', FRAME), ('marker_size', 100.0 * SIZE), ('max_frequency', limit)):
         rospy.set_param(f'{NODE}/{name}', value)
-    camera = Camera(*shown(options.width, options.height, options.markers, options.colour), options.rate)
+    camera = Camera(*shown(width, height, colour))
     say(ready=True)
     camera.run(lambda: camera.received)
     say(first=min(camera.received.values()))
-    camera.run_for(options.settle)
+    camera.run_for(settle)
     camera.sent.clear()
     camera.received.clear()
     say(begun=clock())
-    camera.run_for(options.seconds)
+    camera.run_for(seconds)
     say(times=[at - camera.sent[stamp] for stamp, at in list(camera.received.items()) if stamp in camera.sent],
         stamps=sorted(camera.received.values()))
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('task', choices=('watch',))
-    parser.add_argument('--rate', type=float, default=30.0, help='images per second')
-    parser.add_argument('--limit', type=float, default=8.0, help='max_frequency of the node')
-    parser.add_argument('--width', type=int, default=640)
-    parser.add_argument('--height', type=int, default=480)
-    parser.add_argument('--markers', type=int, default=4)
-    parser.add_argument('--colour', action='store_true', help='rgb8 instead of mono8')
-    parser.add_argument('--seconds', type=float, default=2.0)
-    parser.add_argument('--settle', type=float, default=1.0)
-    options = parser.parse_args()
-    rospy.init_node('ar_track_probe', anonymous=True, disable_signals=True)
-    gc.disable()
-    try:
-        watch(options)
-    except Silent as error:
-        say(error=str(error))
-
-
-if __name__ == '__main__':
-    main()

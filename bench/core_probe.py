@@ -1,15 +1,13 @@
-"""Turtle ticks per second of the turtle world, alone and with its canvas: no ROS, one process, one line of JSON.
+"""Turtle ticks per second of the turtle world, alone and with its canvas: a probe without ROS (see probing.py).
 
-``core_probe.py SECONDS`` measures each figure for this time. The turtles drive circles with their pens on; the time
-includes the commands that keep them moving (one within the watchdog's second), as in a node.
+The turtles drive circles with their pens on; the time includes the commands that keep them moving (one within the
+watchdog's second), as in a node.
 """
-
-import json
 import math
-import sys
 import time
 
 from kinematic_core.worlds.turtle_world import TurtleWorld
+from probing import say
 from turtlesim.core.drawn_world import DrawnWorld
 
 COMMAND_EVERY = 50  # steps: 0.8 s, inside the watchdog's second
@@ -45,14 +43,14 @@ def ticks_per_second(world, step, count, seconds):
 
 
 def require_moving(world):
-    """Raise RuntimeError when a turtle stands still: its ticks take less time than those to measure."""
+    """Raise RuntimeError if a turtle stands still: its ticks take less time than those to measure."""
     resting = [name for name, turtle in world.turtles.items() if math.hypot(turtle.linear_x, turtle.linear_y) == 0.0]
     if resting:
         raise RuntimeError(f'{len(resting)} of {len(world.turtles)} turtles do not move; the figures would be too good')
 
 
-def main():
-    seconds = float(sys.argv[1])
+def ticks(seconds):
+    """Report each figure, measured for this time."""
     found = {}
     for count in COUNTS:
         world = TurtleWorld()
@@ -61,8 +59,4 @@ def main():
         drawn = DrawnWorld()
         found[f'canvas_{count}'] = ticks_per_second(drawn.world, drawn.step, count, seconds)
         require_moving(drawn.world)
-    print(json.dumps(found), flush=True)
-
-
-if __name__ == '__main__':
-    main()
+    say(**found)

@@ -42,16 +42,6 @@ def mean_rate(stamps):
     return (len(stamps) - 1) / (stamps[-1] - stamps[0])
 
 
-def median_rate(stamps, span):
-    """Events a second [Hz]: the median over all stretches of ``span`` intervals; 0 for fewer stamps.
-
-    A machine that stands still for a moment, and what is caught up after it, does not count; a wrong rate does.
-    """
-    if len(stamps) <= span:
-        return 0.0
-    return span / median([later - earlier for earlier, later in zip(stamps, stamps[span:])])
-
-
 def rate_in_window(stamps, window, edge):
     """Events a second [Hz] in a window [s], without the error of whole events at its ends.
 

@@ -2,7 +2,6 @@
 
 Single-threaded. Every `Child` alive is in `Child.alive`, so that `stop_all()` ends them on any way out.
 """
-
 import contextlib
 import os
 import re
@@ -24,25 +23,39 @@ class BenchError(RuntimeError):
 
 
 def tree(pid):
-    """Return a process and its present descendants, each a psutil.Process; nothing when it has ended."""
+    """Return a process and its present descendants, each a psutil.Process; nothing if it has ended."""
     try:
         return processes.tree(psutil.Process(pid))
     except psutil.NoSuchProcess:
         return []
 
 
-def tree_cpu(pid):
-    """Return {process: CPU time [s]} of a process and its descendants."""
-    used = {}
-    for member in tree(pid):
-        with contextlib.suppress(OSError):  # ended in between
-            used[member] = processes.cpu_time(member.pid)
-    return used
+class Cpu:
+    """Counts the CPU time that a process and its descendants use from now on."""
 
+    def __init__(self, pid):
+        self._pid, self._before, self._begun = pid, self._now(pid), time.perf_counter()
 
-def cpu_between(before, after):
-    """Return the CPU time [s] between two results of tree_cpu; what started meanwhile counts from its start."""
-    return sum(seconds - before.get(process, 0.0) for process, seconds in after.items())
+    @staticmethod
+    def _now(pid):
+        used = {}
+        for member in tree(pid):
+            with contextlib.suppress(OSError):  # ended in between
+                used[member] = processes.cpu_time(member.pid)
+        return used
+
+    def seconds(self):
+        """Return the CPU time [s] so far; what started meanwhile counts from its start."""
+        return sum(used - self._before.get(member, 0.0) for member, used in self._now(self._pid).items())
+
+    def percent(self):
+        """Return the CPU time so far, in % of a core."""
+        return 100.0 * self.seconds() / (time.perf_counter() - self._begun)
+
+    def percent_over(self, seconds):
+        """Return the same after this time [s]."""
+        time.sleep(seconds)
+        return self.percent()
 
 
 def peak_memory(pid):
@@ -82,25 +95,21 @@ class Child(processes.BackgroundProcess):
         finally:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, processes.END_SIGNALS)
 
-    def lines(self):
-        """Return how many lines it has written."""
-        return self.output().count('\n')
-
     def tail(self):
-        """Return its last lines, indented, or a remark when there are none."""
+        """Return its last lines, indented, or a remark if there are none."""
         lines = self.output().splitlines()[-TAIL_LINES:]
         return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
 
     def require_alive(self):
-        """Raise BenchError with its last lines when it has ended."""
+        """Raise BenchError with its last lines if it has ended."""
         code = self.process.poll()
         if code is not None:
             raise BenchError(f'{self.name} ended early with exit code {code}. Its last lines:\n{self.tail()}')
 
     def next_line(self, deadline, watched=()):
-        """The next line of its stdout, at most until `deadline` [s, time.monotonic].
+        """Return the next line of its stdout, at most until `deadline` [s, time.monotonic].
 
-        Raises BenchError when it or one of the `watched` children ends first, or at the deadline.
+        Raise BenchError if it or one of the `watched` children ends first, or at the deadline.
         """
         begun = time.monotonic()
         while b'\n' not in self._pending:

@@ -1,13 +1,10 @@
-"""Simulated seconds a second of processor time: the Robotont's world alone, with scanner, with camera and tracker.
+"""Simulated seconds per second of processor time: the Robotont's world alone, with scanner, with camera and tracker.
 
-`robotont_core_probe.py SECONDS`: so long for each figure; one line of JSON, without ROS. The robot drives about in
-the maze with AR markers, into its walls as well; commanding it ten times a second is part of the time, as in a node.
+A probe without ROS (see probing.py). The robot drives about in the maze with AR markers, into its walls as well;
+commanding it ten times a second is part of the time, as in a node.
 """
-
-import json
 import math
 import os
-import sys
 import time
 
 os.environ['OMP_NUM_THREADS'] = os.environ['OPENBLAS_NUM_THREADS'] = '1'  # before numpy is loaded
@@ -17,10 +14,11 @@ import cv2
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
+from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import LaserScanner
 from kinematic_core.worlds.robot_world import DT, RobotWorld
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, LIDAR_X, LIDAR_Z, ahead
+from probing import say
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.core.worlds import load_world
 
@@ -29,7 +27,7 @@ WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))
 START = Pose2D(-2.0, 0.0, 0.0)
 COMMAND_STEPS, SCAN_STEPS, PICTURE_STEPS = 12, 3, 4
 MARKER_SIZE = 0.28  # [m]
-TRACKED = 4  # pictures from one that the tracker looks at to the next: 7.5 Hz of 30, its node's default is at most 8
+TRACKED = 4  # the tracker gets every fourth image: 7.5 Hz of 30; its node's default is at most 8
 
 
 def times_real_time(plan, seconds, every, sense):
@@ -58,8 +56,8 @@ def eye(pose):
     return (*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw)
 
 
-def main():
-    seconds = float(sys.argv[1])
+def real_time(seconds):
+    """Report each figure, measured for this time."""
     cv2.setNumThreads(1)
     plan, _ = load_world('minimaze_ar', WORLDS)
     scanner = LaserScanner(plan, LIDAR_Z)
@@ -88,8 +86,4 @@ def main():
     }
     rendered = times_real_time(plan, seconds, PICTURE_STEPS, lambda pose: large.render(eye(pose)))
     found['picture'] = 1e3 * PICTURE_STEPS * DT * (1.0 / rendered - 1.0 / found['kinematics'])
-    print(json.dumps(found), flush=True)
-
-
-if __name__ == '__main__':
-    main()
+    say(**found)

@@ -1,47 +1,39 @@
-"""Client of a robotont_gazebo and its camera, run by the bench as a process of its own.
-
-`robotont_probe.py first TOPIC` or `listen TOPIC --seconds S [--turning]`; every answer is one line of JSON, the first
-says that the subscriber is there. Messages are received as bytes (AnyMsg); stamps are of their arrival.
-"""
-
-import argparse
+"""Client of a robotont_gazebo and its camera (see probing.py). Messages are received as bytes (AnyMsg)."""
 import time
 
 import rospy
 from geometry_msgs.msg import Twist, Vector3
 
-from turtlesim_probe import COME_UP, await_true, clock, say
+from probing import COME_UP, await_true, clock, repeat, say
 
-BUFFER = 1 << 24  # [bytes] more than a picture
+BUFFER = 1 << 24  # [bytes] more than an image
 COMMAND_PERIOD = 0.1  # [s]
 TURN = 0.6  # [rad/s]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('task', choices=('first', 'listen'))
-    parser.add_argument('topic')
-    parser.add_argument('--seconds', type=float, default=1.0)
-    parser.add_argument('--turning', action='store_true', help='turn: no picture is like the last')
-    options = parser.parse_args()
-    rospy.init_node('robotont_probe', anonymous=True)
+def _stamps(topic):
+    """Return the list to which the times [s] of arrival on a topic are appended from now on."""
     stamps = []
-    rospy.Subscriber(options.topic, rospy.AnyMsg, lambda _: stamps.append(clock()), tcp_nodelay=True,
-                     buff_size=BUFFER)
-    if options.turning:
-        driver = rospy.Publisher('cmd_vel', Twist, queue_size=1)
-        rospy.Timer(rospy.Duration(COMMAND_PERIOD), lambda _: driver.publish(Vector3(), Vector3(0.0, 0.0, TURN)))
-    if options.task == 'first':
-        say(listens=True)
-    await_true(lambda: stamps, COME_UP, f'a message on {options.topic}')
-    if options.task == 'first':
-        say(stamp=stamps[0])
-        return
+    rospy.Subscriber(topic, rospy.AnyMsg, lambda _: stamps.append(clock()), tcp_nodelay=True, buff_size=BUFFER)
+    return stamps
+
+
+def first(topic):
+    """Say that the subscriber is there, then report when the first message came."""
+    stamps = _stamps(topic)
     say(listens=True)
-    time.sleep(options.seconds + 1.0)  # the bench settles for a second first
+    await_true(lambda: stamps, COME_UP, f'a message on {topic}')
+    say(first=stamps[0])
+
+
+def listen(topic, seconds, turning=False):
+    """Say that messages come, then report the stamps of this time; with ``turning``, no image is like the last."""
+    stamps = _stamps(topic)
+    if turning:
+        driver = rospy.Publisher('cmd_vel', Twist, queue_size=1)
+        repeat(COMMAND_PERIOD, lambda: driver.publish(Vector3(), Vector3(0.0, 0.0, TURN)))
+    await_true(lambda: stamps, COME_UP, f'a message on {topic}')
+    say(listens=True)
+    time.sleep(seconds + 1.0)  # the bench settles for a second first
     end = clock()
-    say(stamps=[stamp for stamp in stamps if stamp >= end - options.seconds])
-
-
-if __name__ == '__main__':
-    main()
+    say(stamps=[stamp for stamp in stamps if stamp >= end - seconds])

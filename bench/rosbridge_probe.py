@@ -1,13 +1,7 @@
-"""Client of a rosbridge server.
-
-`rosbridge_probe.py round_trip | rate | memory | zero | pages | images | poses`; every answer is one line of JSON.
-"""
-
-import argparse
+"""Client of a rosbridge server (see probing.py)."""
 import json
 import random
 import select
-import sys
 import threading
 import time
 
@@ -16,8 +10,8 @@ from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import Image
 
 from figures import rate_in_window, stratified_phases
-from turtlesim_probe import COME_UP, Silent, await_true, clock, run_task, say
-from websocket_client import WebSocket, masked
+from probing import COME_UP, Silent, await_true, clock, say
+from rostest_support.websocket_client import WebSocket, masked
 
 PORT = '/rosbridge_websocket/actual_port'
 ECHO = '/bench/echo'
@@ -88,11 +82,11 @@ def settle(page, seconds):
             pass
 
 
-def round_trip(options):
-    """Report the times [s] until a message of 100 bytes comes back, beside a stream of images if there is one."""
+def round_trip(count, beside_images=False):
+    """Report the times [s] until a message of 100 bytes comes back, subscribed to a stream of images, too, or not."""
     page = echoing()
     images = 0
-    if options.images:
+    if beside_images:
         page.subscribe(IMAGES, 'sensor_msgs/Image')
         deadline = clock() + COME_UP
         while not images:
@@ -100,7 +94,7 @@ def round_trip(options):
             if clock() > deadline:
                 raise Silent('no image came')
     times, start = [], clock()
-    phases = stratified_phases(options.count, random.Random(1))
+    phases = stratified_phases(count, random.Random(1))
     for number, phase in enumerate(phases, 1):
         wait(page, start + PERIOD * (number + phase))
         begun = clock()
@@ -126,12 +120,12 @@ def wait(page, end):
                 pass
 
 
-def rate(options):
+def rate(seconds):
     """Report the highest rate [Hz] of messages there and back of which at most 1 % are late."""
     page = echoing()
     found, tried = 0.0, 200.0
     while True:
-        late, reached = offered(page, tried, options.seconds)
+        late, reached = offered(page, tried, seconds)
         if late > 0.01 or reached < 0.99 * tried:
             break
         found, tried = tried, tried * STEP
@@ -139,7 +133,7 @@ def rate(options):
     settle(page, 0.5)
     for _ in range(2):  # between the last that held and the first that did not
         middle = (found * tried) ** 0.5
-        late, reached = offered(page, middle, options.seconds)
+        late, reached = offered(page, middle, seconds)
         if late > 0.01 or reached < 0.99 * middle:
             tried = middle
         else:
@@ -182,14 +176,14 @@ def offered(page, hertz, seconds):
     return 1.0 - timely / total, (sent - 1) / max(1e-9, last_sent - start)
 
 
-def memory(options):
-    """Deliver options.count messages among SUBSCRIBERS pages, in two steps: say ``warm`` after a tenth."""
+def memory(count):
+    """Deliver so many messages among SUBSCRIBERS pages; say how many after a tenth of them, and at the end."""
     pages = [connected() for _ in range(SUBSCRIBERS)]
     for page in pages:
         page.subscribe(ECHO, 'std_msgs/String', queue_length=1000)
     sender = echoing()
     counts = dict.fromkeys(pages, 0)
-    steps, sent = (options.count // 10, options.count), 0
+    steps, sent = (count // 10, count), 0
     for step in steps:
         while sum(counts.values()) < step:
             if sent * SUBSCRIBERS - sum(counts.values()) < 50 * SUBSCRIBERS:
@@ -226,7 +220,7 @@ class Stopped:
         return self.stamp
 
 
-def zero(options):
+def zero():
     """Report the time [s] until a zero velocity arrives that is sent behind a flood of other messages."""
     stopped = Stopped()
     page = connected()
@@ -260,9 +254,9 @@ def zero(options):
     say(seconds=stopped.wait(ONE_ANSWER) - (start + FLOOD_TIME))
 
 
-def pages(options):
-    """Let options.count pages get poses; report each page's rate [Hz] and how late [s] poses are."""
-    opened = [connected() for _ in range(options.count)]
+def pages(count, seconds):
+    """Let so many pages get poses; report each page's rate [Hz] and how late [s] poses are."""
+    opened = [connected() for _ in range(count)]
     for page in opened:
         page.subscribe(POSES, 'geometry_msgs/PointStamped', throttle_rate=int(1000 / PAGE_RATE))
     came = {page: 0 for page in opened}
@@ -271,11 +265,11 @@ def pages(options):
         for page in select.select(opened, [], [], 1.0)[0]:
             came[page] += sum(1 for _ in page.frames())
         if clock() > deadline:
-            raise Silent(f'{sum(not count for count in came.values())} of {options.count} pages got no pose')
+            raise Silent(f'{sum(not poses for poses in came.values())} of {count} pages got no pose')
     stamps, ages = {page: [] for page in opened}, []
     say(ready=True)
     start = clock()
-    while clock() < start + options.seconds:
+    while clock() < start + seconds:
         for page in select.select(opened, [], [], 0.1)[0]:
             for frame in page.frames():
                 if b'"publish"' in frame:
@@ -286,7 +280,7 @@ def pages(options):
     time.sleep(SETTLE)  # stay connected while the bench reads the processor time
 
 
-def images(options):
+def images():
     """Publish raw images at 30 Hz until the end."""
     publisher = rospy.Publisher(IMAGES, Image, queue_size=1)
     image = Image(width=640, height=480, step=1920, encoding='rgb8',
@@ -294,7 +288,7 @@ def images(options):
     _publish(publisher, lambda: image, 30.0)
 
 
-def poses(options):
+def poses():
     """Publish points, with the time [s] in x, at the rate of a turtle's poses until the end."""
     publisher = rospy.Publisher(POSES, PointStamped, queue_size=1, tcp_nodelay=True)
     point = PointStamped()
@@ -312,21 +306,3 @@ def _publish(publisher, message, hertz):
         due = max(clock(), due + 1.0 / hertz)
         threading.Event().wait(max(0.0, due - clock()))
         publisher.publish(message())
-
-
-TASKS = {task.__name__: task for task in (round_trip, rate, memory, zero, pages, images, poses)}
-
-
-def main():
-    """Run the task that the command line names."""
-    parser = argparse.ArgumentParser(description='one measurement at a running rosbridge server')
-    parser.add_argument('task', choices=sorted(TASKS))
-    parser.add_argument('--seconds', type=float, default=2.0, help='window [s]')
-    parser.add_argument('--count', type=int, default=100, help='samples, messages or pages')
-    parser.add_argument('--images', action='store_true', help='subscribe to images, too')
-    options = parser.parse_args()
-    return run_task(TASKS, options)
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -1,41 +1,63 @@
 """Masters, nodes under test and probes of a bench as child processes. The bench itself never imports rospy."""
-
 import json
 import os
 import shlex
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 
 from processes import BenchError, Child
 from rospy_support.own_master import MasterError, start_master
 
 FIND_DEADLINE = 20.0  # [s] for catkin_find
-HERE = os.path.dirname(os.path.abspath(__file__))
+COME_UP = 60.0  # [s] until a node answers; probes give up before that with a better text
+RUN_PROBE = 'import probing; probing.main()'
 
 
-def package_path(executable, inherited, read=None):
-    """ROS_PACKAGE_PATH for an executable: its own catkin workspace before the inherited ones.
+@dataclass(frozen=True)
+class Measurement:
+    """One measurement of a suite.
+
+    run(subject, scale) -> {figure key: samples}; in_process: it needs no node, so it is run for ours only.
+    """
+
+    run: object
+    about: str
+    in_process: bool = False
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How much to measure: windows [s], samples of a kind in a round, starts in a round."""
+
+    window: float
+    samples: int = 0
+    starts: int = 0
+
+
+FULL = Scale(window=5.0, samples=150, starts=3)
+QUICK = Scale(window=1.5, samples=30, starts=1)
+
+
+def package_path(executable, inherited):
+    """Return ROS_PACKAGE_PATH for an executable: its own catkin workspace before the inherited ones.
 
     A turtlesim_node of another workspace looks up its package's files by this path; without it, it would take those
     of the workspace of this bench. Unknown layouts leave `inherited` as it is.
     """
     prefix = os.path.dirname(os.path.dirname(os.path.dirname(executable)))  # PREFIX/lib/PACKAGE/EXECUTABLE
     try:
-        sources = (read or _read)(os.path.join(prefix, '.catkin'))
+        with open(os.path.join(prefix, '.catkin'), encoding='utf-8') as file:
+            sources = file.read().strip()  # a devel space names its sources, an install space has none
     except OSError:
         return inherited
-    own = sources.strip().split(';') if sources.strip() else [os.path.join(prefix, 'share')]
-    return os.pathsep.join(own + ([inherited] if inherited else []))
-
-
-def _read(path):
-    with open(path, encoding='utf-8') as file:
-        return file.read()
+    return os.pathsep.join([*(sources.split(';') if sources else [os.path.join(prefix, 'share')]),
+                            *([inherited] if inherited else [])])
 
 
 def find_node(package, executable):
-    """Return the command that ``rosrun package executable`` would run; raise BenchError when there is none."""
+    """Return the command that ``rosrun package executable`` would run; raise BenchError if there is none."""
     command = ['catkin_find', '--first-only', '--libexec', '--share', package, executable]
     try:
         found = subprocess.run(command, capture_output=True, text=True, timeout=FIND_DEADLINE, check=False).stdout
@@ -63,7 +85,7 @@ class Subject:
         self._node_env['ROS_PACKAGE_PATH'] = package_path(command[0], self._env.get('ROS_PACKAGE_PATH', ''))
 
     def start_master(self):
-        """Start the master, after its end on the same port; raise BenchError when it does not answer."""
+        """Start the master, after its end on the same port; raise BenchError if it does not answer."""
         port = self.uri and int(self.uri.rpartition(':')[2])
         try:
             self.uri, self.master = start_master(
@@ -72,31 +94,51 @@ class Subject:
             raise BenchError(str(error)) from None
 
     def start(self, name, command, stdin=subprocess.DEVNULL, **environment):
-        """Start any program beside the node under test; return a Child. None removes a variable of the environment."""
-        env = {key: value for key, value in {**self._node_env, **environment}.items() if value is not None}
-        return Child(name, command, env, self.folder, stdin=stdin)
+        """Start any program beside the node under test; return a Child."""
+        return Child(name, command, {**self._node_env, **environment}, self.folder, stdin=stdin)
 
-    def node(self, *arguments):
-        """Start the node under test; return a Child, for a with statement."""
-        return self.start(f'node of {self.side}', [*self.command, *arguments])
+    def node(self, *arguments, before=()):
+        """Start the node under test, after the words of ``before``; return a Child, for a with statement."""
+        return self.start(f'node of {self.side}', [*before, *self.command, *arguments])
 
     def other(self, command):
         """Start another node that the one under test works with; return a Child, for a with statement."""
         return self.start(f'other node of {self.side}', command)
 
-    def probe(self, module, *arguments):
-        """Start a module of this folder as a client that prints one JSON document per line; return a Child."""
-        command = [sys.executable, os.path.join(HERE, module), *(str(argument) for argument in arguments)]
-        return Child(f'{module} {arguments[0]}', command, self._env, self.folder, lines=True)
+    def probe(self, module, task, **arguments):
+        """Start a task of a probe (see probing.py), which prints one JSON document per line; return a Child."""
+        command = [sys.executable, '-c', RUN_PROBE, module, task, json.dumps(arguments)]
+        env = dict(self._env, PYTHONPATH=os.pathsep.join(filter(None, sys.path)))
+        return Child(f'{module} {task}', command, env, self.folder, lines=True)
+
+    def ask(self, node, module, task, patience=0.0, **arguments):
+        """Run a probe while ``node`` runs; return its only answer, within ``patience`` [s] after COME_UP."""
+        with self.probe(module, task, **arguments) as probe:
+            return answer(probe, patience, node)
 
 
-def answer(probe, patience, watched=()):
-    """Return the next JSON document of a probe within ``patience`` [s], while the ``watched`` children run."""
-    line = probe.next_line(time.monotonic() + patience, watched)
+def answer(probe, patience=0.0, *watched):
+    """Return the next answer of a probe within COME_UP and ``patience`` [s], while the ``watched`` children run."""
+    line = probe.next_line(time.monotonic() + COME_UP + patience, watched)
     try:
         return json.loads(line)
     except ValueError as error:
         raise BenchError(f'{probe.name} printed {line!r}, expected JSON. Its last lines:\n{probe.tail()}') from error
+
+
+def seconds_to_first(subject, scale, probe, *arguments):
+    """Return the times [s] from the start of the node to the ``first`` [s] that a probe says, which is ready before.
+
+    ``probe`` (): starts it.
+    """
+    seconds = []
+    for _ in range(scale.starts):
+        with probe() as waiting:
+            answer(waiting)
+            begun = time.perf_counter()
+            with subject.node(*arguments) as node:
+                seconds.append(answer(waiting, 0.0, node)['first'] - begun)
+    return seconds
 
 
 def split_command(text):

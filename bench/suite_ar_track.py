@@ -1,27 +1,24 @@
 """The bench of the marker tracker's node: from a picture to its message, rate and processor time.
 
 The time is that from the camera's publish() to the message at a subscriber: the transport of the picture, which a
-node cannot do anything about, is in it.  The form of a suite: suite_turtlesim.py.
+node cannot do anything about, is in it.
 """
 
-import time
+import functools
 
 from figures import Figure, Target, mean_rate, median, p95
-from processes import cpu_between, tree_cpu, tree_memory
-from session import answer
-from suite_turtlesim import FULL, QUICK, Measurement
+from processes import Cpu, tree_memory
+from session import FULL, QUICK, Measurement, answer, seconds_to_first
 
 PACKAGE = 'ar_track_alvar'
 EXECUTABLE = 'individualMarkersNoKinect'
-
-COME_UP = 40.0  # [s] until a node answers; the probe gives up before that with a better text
-SETTLE = 1.0  # [s] from the first message until the window opens
+PROBE = 'ar_track_probe'
 CASES = {  # name: (options of the probe, words)
-    'vga_8': (('--limit', 8), '640x480, 30 Hz camera, max_frequency 8 Hz'),
-    'vga_30': (('--limit', 30), '640x480, 30 Hz camera, max_frequency 30 Hz'),
-    'vga_colour': (('--limit', 8, '--colour'), '640x480 rgb8, 30 Hz camera, max_frequency 8 Hz'),
-    'vga_colour_30': (('--limit', 30, '--colour'), '640x480 rgb8, 30 Hz camera, max_frequency 30 Hz'),
-    'hd_8': (('--limit', 8, '--width', 1280, '--height', 720, '--colour'),
+    'vga_8': ({'limit': 8}, '640x480, 30 Hz camera, max_frequency 8 Hz'),
+    'vga_30': ({'limit': 30}, '640x480, 30 Hz camera, max_frequency 30 Hz'),
+    'vga_colour': ({'limit': 8, 'colour': True}, '640x480 rgb8, 30 Hz camera, max_frequency 8 Hz'),
+    'vga_colour_30': ({'limit': 30, 'colour': True}, '640x480 rgb8, 30 Hz camera, max_frequency 30 Hz'),
+    'hd_8': ({'limit': 8, 'width': 1280, 'height': 720, 'colour': True},
              '1280x720 rgb8, 30 Hz camera, max_frequency 8 Hz'),
 }
 
@@ -30,36 +27,26 @@ __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 def start(subject, scale):
     """Measure the time from the start of the process to its first message; the camera runs already."""
-    seconds = []
-    for _ in range(scale.starts):
-        with subject.probe('ar_track_probe.py', 'watch', '--limit', 30, '--seconds', 0.1, '--settle', 0.1) as probe:
-            answer(probe, COME_UP)
-            begun = time.perf_counter()
-            with subject.node() as node:
-                seconds.append(answer(probe, COME_UP, [node])['first'] - begun)
-    return {'start': seconds}
+    return {'start': seconds_to_first(subject, scale, lambda: subject.probe(
+        PROBE, 'watch', limit=30, seconds=0.1, settle=0.1))}
 
 
-def watch(name):
-    """Return the measurement of one of CASES."""
-    def run(subject, scale):
-        with subject.probe('ar_track_probe.py', 'watch', *CASES[name][0], '--seconds', 2 * scale.window,
-                           '--settle', SETTLE) as probe:
-            answer(probe, COME_UP)
-            with subject.node() as node:
-                answer(probe, COME_UP, [node])
-                answer(probe, COME_UP, [node])
-                begun, before = time.perf_counter(), tree_cpu(node.pid)
-                found = answer(probe, COME_UP + 2 * scale.window, [node])
-                cpu = 100.0 * cpu_between(before, tree_cpu(node.pid)) / (time.perf_counter() - begun)
-                memory, _ = tree_memory(node.pid)
-        return {f'latency_{name}': [1e3 * seconds for seconds in found['times']],
-                f'rate_{name}': [mean_rate(found['stamps'])], f'cpu_{name}': [cpu], f'memory_{name}': [memory]}
-    return run
+def watch(name, subject, scale):
+    """Measure one of CASES."""
+    with subject.probe(PROBE, 'watch', seconds=2 * scale.window, **CASES[name][0]) as probe:
+        answer(probe)
+        with subject.node() as node:
+            for _ in ('first', 'begun'):
+                answer(probe, 0.0, node)
+            cpu = Cpu(node.pid)
+            found = answer(probe, 2 * scale.window, node)
+            used, memory = cpu.percent(), tree_memory(node.pid)[0]
+    return {f'latency_{name}': [1e3 * seconds for seconds in found['times']],
+            f'rate_{name}': [mean_rate(found['stamps'])], f'cpu_{name}': [used], f'memory_{name}': [memory]}
 
 
 MEASUREMENTS = {'start': Measurement(start, 'start to first message'),
-                **{name: Measurement(watch(name), words) for name, (_, words) in CASES.items()}}
+                **{name: Measurement(functools.partial(watch, name), words) for name, (_, words) in CASES.items()}}
 
 
 def _figures():

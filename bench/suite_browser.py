@@ -1,24 +1,22 @@
 """The bench of the rosbridge server: how fast it answers pages, alone and with much to do, and whether it keeps up.
 
 The peer may be the original: --peer 'FOLDER/devel/env.sh rosrun rosbridge_server rosbridge_websocket' where it was
-built. A round trip is from a page to a topic and back to the same page. The form of a suite: suite_turtlesim.py.
+built. A round trip is from a page to a topic and back to the same page.
 """
 
 import time
 from dataclasses import dataclass
 
 from figures import Figure, Target, median, p99
-from processes import cpu_between, tree_cpu, tree_memory
-from session import answer
-from suite_turtlesim import Measurement
+from processes import Cpu, tree_memory
+from session import Measurement, answer
 
 PACKAGE = 'rosbridge_server'
 EXECUTABLE = 'rosbridge_websocket'
 
-PROBE = 'rosbridge_probe.py'
-COME_UP = 60.0  # [s] until a server answers; the probe gives up before that with a better text
+PROBE = 'rosbridge_probe'
 SLOWEST = 300.0  # [messages/s] at which a server that shares messages out is not given up
-CORE = '0'  # the one that a server may use
+ONE_CORE = 'taskset', '--cpu-list', '0'
 ARGUMENTS = '_port:=0', '_address:=127.0.0.1'
 PAGES = 60
 
@@ -37,17 +35,12 @@ FULL = Scale(trips=300, window=2.0, messages=1_000_000, stops=3)
 QUICK = Scale(trips=50, window=0.5, messages=20_000, stops=1)
 
 
-def _probed(subject, node, patience, task, *arguments):
-    with subject.probe(PROBE, task, *arguments) as probe:
-        return answer(probe, COME_UP + patience, [node])
-
-
 def round_trip(subject, scale):
     """Measure round trips, alone and beside a stream of images."""
     with subject.node(*ARGUMENTS) as node, subject.probe(PROBE, 'images') as images:
-        answer(images, COME_UP)
-        alone = _probed(subject, node, scale.trips, 'round_trip', '--count', scale.trips)
-        beside = _probed(subject, node, scale.trips, 'round_trip', '--count', scale.trips, '--images')
+        answer(images)
+        alone = subject.ask(node, PROBE, 'round_trip', scale.trips, count=scale.trips)
+        beside = subject.ask(node, PROBE, 'round_trip', scale.trips, count=scale.trips, beside_images=True)
     return {'alone': [1e3 * seconds for seconds in alone['times']],
             'beside': [1e3 * seconds for seconds in beside['times']], 'images': [beside['images']]}
 
@@ -55,40 +48,34 @@ def round_trip(subject, scale):
 def rate(subject, scale):
     """Measure how many messages a second go there and back."""
     with subject.node(*ARGUMENTS) as node:
-        return {'rate': [_probed(subject, node, 60.0 * scale.window, 'rate', '--seconds', scale.window)['rate']]}
+        return {'rate': [subject.ask(node, PROBE, 'rate', 60.0 * scale.window, seconds=scale.window)['rate']]}
 
 
 def memory(subject, scale):
     """Measure what the server's memory grows by while it delivers many messages."""
-    with subject.node(*ARGUMENTS) as node, \
-            subject.probe(PROBE, 'memory', '--count', scale.messages) as probe:
-        answer(probe, COME_UP + scale.messages / SLOWEST, [node])
+    with subject.node(*ARGUMENTS) as node, subject.probe(PROBE, 'memory', count=scale.messages) as probe:
+        answer(probe, scale.messages / SLOWEST, node)
         before, begun = tree_memory(node.pid)[0], time.perf_counter()
-        answer(probe, COME_UP + scale.messages / SLOWEST, [node])
+        answer(probe, scale.messages / SLOWEST, node)
         after, elapsed = tree_memory(node.pid)[0], time.perf_counter() - begun
     return {'growth': [after - before], 'memory': [after], 'delivered': [0.9 * scale.messages / elapsed]}
 
 
 def zero(subject, scale):
     """Measure when a zero velocity arrives that follows a flood of messages."""
-    found = []
     with subject.node(*ARGUMENTS) as node:
-        for _ in range(scale.stops):
-            found.append(1e3 * _probed(subject, node, 120.0, 'zero')['seconds'])
-    return {'zero': found}
+        return {'zero': [1e3 * subject.ask(node, PROBE, 'zero', 60.0)['seconds'] for _ in range(scale.stops)]}
 
 
 def pages(subject, scale):
     """Measure many pages that get poses from a server that may use one core."""
-    command = ['taskset', '--cpu-list', CORE, *subject.command, *ARGUMENTS]
-    with subject.start(f'node of {subject.side}', command) as node, subject.probe(PROBE, 'poses') as poses, \
-            subject.probe(PROBE, 'pages', '--count', PAGES, '--seconds', 3.0 * scale.window) as probe:
-        answer(poses, COME_UP)
-        answer(probe, COME_UP, [node])
-        begun, before = time.perf_counter(), tree_cpu(node.pid)
-        found = answer(probe, COME_UP + 3.0 * scale.window, [node])
-        cpu = 100.0 * cpu_between(before, tree_cpu(node.pid)) / (time.perf_counter() - begun)
-    return {'worst': [min(found['rates'])], 'cpu': [cpu], 'age': [1e3 * age for age in found['ages']]}
+    with subject.node(*ARGUMENTS, before=ONE_CORE) as node, subject.probe(PROBE, 'poses') as poses, \
+            subject.probe(PROBE, 'pages', count=PAGES, seconds=3.0 * scale.window) as probe:
+        answer(poses)
+        answer(probe, 0.0, node)
+        cpu = Cpu(node.pid)
+        found = answer(probe, 3.0 * scale.window, node)
+        return {'worst': [min(found['rates'])], 'cpu': [cpu.percent()], 'age': [1e3 * age for age in found['ages']]}
 
 
 MEASUREMENTS = {

@@ -1,7 +1,7 @@
 """The bench of the Gymnasium environments: steps a second of one core, many environments in one process, and one alone.
 
 A step is one of the world (turtle 16 ms, Robotont 1/120 s) with command, observation and reward. Actions are random;
-episodes that end begin anew. See suite_turtlesim for what a suite is.
+episodes that end begin anew.
 """
 import time
 
@@ -11,7 +11,7 @@ import numpy as np
 from figures import Figure, Target, median
 from kinematic_core.environments import NAMESPACE
 from kinematic_core.environments.tasks import TASKS
-from suite_turtlesim import FULL, QUICK, Measurement
+from session import FULL, QUICK, Measurement
 
 NEEDS_NODE = False
 TOGETHER = 256  # environments

@@ -1,7 +1,7 @@
 """The bench of the grader: what grading takes on the wall clock, and whether the same program gets the same verdict.
 
 The programs are the right ones of test/data/submissions that follow simulated time; the others take their exercise's
-time. No node is needed: a grading brings its own. See suite_turtlesim for what a suite is.
+time. No node is needed: a grading brings its own.
 """
 
 import collections
@@ -20,7 +20,7 @@ import psutil
 from figures import Figure, Target, median
 from plain_support import processes
 from processes import BenchError, Child, tree_memory
-from suite_turtlesim import Measurement
+from session import Measurement
 
 NEEDS_NODE = False
 REPOSITORY = Path(__file__).resolve().parents[1]

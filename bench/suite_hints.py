@@ -5,8 +5,7 @@ were written before any symptom was. Those of unseen_programs.yaml are whole pro
 tasks' texts alone; symptoms were written for them after they were counted. Those of held_out_programs.yaml were written
 and counted after that; docs/measurements.md says what was mended after their count. Those of developed_programs.yaml
 are whole programs by somebody who did not know the symptoms; kinds of mistakes that got no hint were mended. Those of
-untouched_programs.yaml are by the same author: nobody looked at them before they were counted. See suite_turtlesim for
-what a suite is.
+untouched_programs.yaml are by the same author: nobody looked at them before they were counted.
 """
 
 import json
@@ -19,8 +18,8 @@ import yaml
 
 from figures import Figure, Target
 from processes import BenchError
+from session import Measurement
 from suite_grading import CLASS_JOBS, LIMIT, REPOSITORY, SAMPLES, SEED, grade
-from suite_turtlesim import Measurement
 
 NEEDS_NODE = False
 PROGRAMS = REPOSITORY / 'test' / 'data' / 'wrong_programs.yaml'

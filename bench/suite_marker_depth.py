@@ -2,8 +2,8 @@
 
 A marker of 10 cm is rendered at several distances and tilts, in sets that differ in light and in the noise of the
 points. Points have the noise of a Kinect or RealSense: a standard deviation that grows with the square of the distance
-and is shared by neighbouring pixels, an error of scale and one of the calibration between the two cameras. No node is
-needed. See suite_turtlesim for what a suite is.
+and is shared by neighbouring pixels, an error of scale and one of the calibration between the two cameras.
+No node is needed.
 """
 import itertools
 import time
@@ -17,7 +17,7 @@ from alvar_core.detection import depth
 from alvar_core.detection.detector import Detector
 from figures import Figure, Target, median, p95
 from rostest_support.marker_scenes import Placed, Scene, image_of
-from suite_turtlesim import Measurement
+from session import Measurement
 
 NEEDS_NODE = False
 SIZE = 0.1  # [m] of the marker

@@ -2,7 +2,6 @@
 
 The frames are those of test/data/alvar, or of another folder with frames.json; answers of others that lie beside it
 (real_alvar.json, aruco.json) are scored, too. Without a folder, photos by class (marker_classes.py) are scored, too.
-No node is needed. See suite_turtlesim for what a suite is.
 """
 
 import json
@@ -25,7 +24,7 @@ from marker_score import cameras_of, score
 from markers_cli import detection_record
 from processes import BenchError
 from sensitivity import report as sensitivity_report
-from suite_turtlesim import Measurement
+from session import Measurement
 
 NEEDS_NODE = False
 FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'test', 'data', 'alvar')

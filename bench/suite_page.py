@@ -1,42 +1,28 @@
 """The bench of the page in web/: when it shows something, and how smoothly, in Chromium on one core without a GPU.
 
-There is no peer: the original has no page. The form of a suite: suite_turtlesim.py.
+There is no peer: the original has no page.
 """
 
 import os
-from dataclasses import dataclass
 
 from figures import Figure, Target, intervals, mean_rate, median, p95, p99
 from rospy_support.ports import free_port
-from session import answer, find_node
-from suite_turtlesim import Measurement
+from session import Measurement, Scale, find_node
 
 PACKAGE = 'course_page'
 EXECUTABLE = 'browser'
-
-COME_UP = 120.0  # [s] until the probe has an answer beside its window
+PROBE = 'page_probe'
+PATIENCE = 60.0  # [s] more than for other probes: Chromium has to start
 TURTLES = 100
-
-
-@dataclass(frozen=True)
-class Scale:
-    """How long to count frames [s]."""
-
-    window: float
-
-
-FULL = Scale(window=5.0)
-QUICK = Scale(window=2.0)
+FULL, QUICK = Scale(window=5.0), Scale(window=2.0)
 
 
 def turtles(subject, scale):
     """Measure the page while many turtles draw."""
     port = free_port()
-    with subject.other(find_node('turtlesim', 'turtlesim_node')) as simulator, \
-            subject.node(f'--port={port}') as node, \
-            subject.probe('page_probe.py', 'turtles', '--port', port, '--count', TURTLES, '--seconds',
-                          scale.window) as probe:
-        found = answer(probe, COME_UP + scale.window, [node, simulator])
+    with subject.other(find_node('turtlesim', 'turtlesim_node')), subject.node(f'--port={port}') as node:
+        found = subject.ask(node, PROBE, 'turtles', PATIENCE + scale.window, port=port, count=TURTLES,
+                            seconds=scale.window)
     return {'first': [found['first']], 'frames': found['frames'], 'drawing': [found['drawing']],
             'size': [found['size'] / 1e3]}
 
@@ -44,10 +30,10 @@ def turtles(subject, scale):
 def panels(subject, scale):
     """Measure turtlesim while all panels are open; simulator, server and Chromium share one core."""
     port, core = free_port(), ['taskset', '--cpu-list', str(max(os.sched_getaffinity(0)))]
-    with subject.other([*core, *find_node('turtlesim', 'turtlesim_node')]) as simulator, \
-            subject.start('node of ours', [*core, *subject.command, f'--port={port}']) as node, \
-            subject.probe('page_probe.py', 'panels', '--port', port, '--seconds', 2.0 * scale.window) as probe:
-        stamps = answer(probe, COME_UP + 2.0 * scale.window, [node, simulator])['stamps']
+    with subject.other([*core, *find_node('turtlesim', 'turtlesim_node')]), \
+            subject.node(f'--port={port}', before=core) as node:
+        stamps = subject.ask(node, PROBE, 'panels', PATIENCE + 2.0 * scale.window, port=port,
+                             seconds=2.0 * scale.window)['stamps']
     return {'poses': [mean_rate(stamps)], 'gaps': [1e3 * gap for gap in intervals(stamps)]}
 
 

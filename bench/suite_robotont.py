@@ -1,34 +1,37 @@
 """The bench of robotont_gazebo: how fast the simulator's parts are, and what the nodes take at the rate of the clock.
 
-The same form as suite_turtlesim.py. "Times real time" is simulated seconds a second of one core.
+"Times real time" is simulated seconds a second of one core.
 """
 
 import time
+from functools import partial
 from statistics import stdev
 
 from figures import Figure, Target, intervals, mean_rate, median
-from processes import cpu_between, tree_cpu, tree_memory
-from session import answer, find_node
-from suite_turtlesim import COME_UP, FULL, QUICK, SETTLE, Measurement
+from processes import Cpu, tree_memory
+from session import FULL, QUICK, Measurement, answer, find_node, seconds_to_first
 
 PACKAGE = 'robotont_gazebo'
 EXECUTABLE = 'robotont_gazebo'
 WORLD = '_world:=minimaze_ar', '_x:=-2.0'
-PROBE = 'robotont_probe.py'
+PROBE = 'robotont_probe'
+SETTLE = 1.0  # [s]
 
 __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
     """Measure the time from the start of the process to its first odometry at a waiting subscriber."""
-    seconds = []
-    for _ in range(scale.starts):
-        with subject.probe(PROBE, 'first', 'odom') as probe:
-            answer(probe, COME_UP)
-            begun = time.perf_counter()
-            with subject.node(*WORLD) as node:
-                seconds.append(answer(probe, COME_UP, [node])['stamp'] - begun)
-    return {'start': seconds}
+    return {'start': seconds_to_first(subject, scale, lambda: subject.probe(PROBE, 'first', topic='odom'), *WORLD)}
+
+
+def _listened(subject, node, scale, **arguments):
+    """Return (CPU [% of a core] of a node, stamps [s] of a topic's messages) while it has one subscriber."""
+    with subject.probe(PROBE, 'listen', seconds=scale.window, **arguments) as probe:
+        answer(probe, 0.0, node)
+        time.sleep(SETTLE)
+        used = Cpu(node.pid).percent_over(scale.window)
+        return used, answer(probe, scale.window, node)['stamps']
 
 
 def rates(subject, scale):
@@ -36,49 +39,31 @@ def rates(subject, scale):
     found = {}
     with subject.node(*WORLD, '_model:=robotont_gazebo_lidar') as node:
         for topic in ('odom', 'scan'):
-            with subject.probe(PROBE, 'listen', topic, '--seconds', scale.window) as probe:
-                answer(probe, COME_UP, [node])
-                time.sleep(SETTLE)
-                used = _percent(node, scale.window)
-                stamps = answer(probe, COME_UP + scale.window, [node])['stamps']
-            found[f'{topic}_cpu'] = [used]
-            found[f'{topic}_rate'] = [mean_rate(stamps)]
-            found[f'{topic}_jitter'] = [1e3 * stdev(intervals(stamps))]
+            used, stamps = _listened(subject, node, scale, topic=topic)
+            found.update({f'{topic}_cpu': [used], f'{topic}_rate': [mean_rate(stamps)],
+                          f'{topic}_jitter': [1e3 * stdev(intervals(stamps))]})
         found['memory'] = [tree_memory(node.pid)[0]]
     return found
 
 
-def camera(topic, key):
-    """Return the measurement of a camera of 1280 x 720 with one subscriber to ``topic``."""
-    def run(subject, scale):
-        with subject.node(*WORLD) as node, subject.other(find_node(PACKAGE, 'robotont_camera')) as eye:
-            with subject.probe(PROBE, 'listen', topic, '--turning', '--seconds', scale.window) as probe:
-                answer(probe, COME_UP, [node, eye])
-                time.sleep(SETTLE)
-                used = _percent(eye, scale.window)
-                stamps = answer(probe, COME_UP + scale.window, [node, eye])['stamps']
-            return {f'{key}_cpu': [used], f'{key}_rate': [mean_rate(stamps)],
-                    f'{key}_memory': [tree_memory(eye.pid)[0]]}
-    return run
-
-
-def _percent(child, seconds):
-    begun, before = time.perf_counter(), tree_cpu(child.pid)
-    time.sleep(seconds)
-    return 100.0 * cpu_between(before, tree_cpu(child.pid)) / (time.perf_counter() - begun)
+def camera(topic, key, subject, scale):
+    """Measure a camera of 1280 x 720 with one subscriber to ``topic``."""
+    with subject.node(*WORLD), subject.other(find_node(PACKAGE, 'robotont_camera')) as eye:
+        used, stamps = _listened(subject, eye, scale, topic=topic, turning=True)
+        return {f'{key}_cpu': [used], f'{key}_rate': [mean_rate(stamps)], f'{key}_memory': [tree_memory(eye.pid)[0]]}
 
 
 def core(subject, scale):
     """Measure the simulator's parts without ROS."""
-    with subject.probe('robotont_core_probe.py', scale.window / 2.5) as probe:
-        return {key: [value] for key, value in answer(probe, COME_UP + 4.0 * scale.window).items()}
+    with subject.probe('robotont_core_probe', 'real_time', seconds=scale.window / 2.5) as probe:
+        return {key: [value] for key, value in answer(probe, 4.0 * scale.window).items()}
 
 
 MEASUREMENTS = {
     'start': Measurement(start, 'start to first odometry'),
     'rates': Measurement(rates, 'odometry and scans'),
-    'colour': Measurement(camera('camera/color/image_raw', 'colour'), 'colour pictures of 1280 x 720'),
-    'depth': Measurement(camera('camera/depth/image_rect_raw', 'depth'), 'depth pictures of 1280 x 720'),
+    'colour': Measurement(partial(camera, 'camera/color/image_raw', 'colour'), 'colour images of 1280 x 720'),
+    'depth': Measurement(partial(camera, 'camera/depth/image_rect_raw', 'depth'), 'depth images of 1280 x 720'),
     'core': Measurement(core, 'kinematics, scanner, camera, tracker without ROS', in_process=True),
 }
 

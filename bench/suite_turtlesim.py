@@ -1,65 +1,35 @@
 """The bench of turtlesim: what is measured at a turtlesim_node, how, and what it has to reach.
 
 A suite is a module suite_NAME.py with PACKAGE and EXECUTABLE (the node that rosrun would start), FIGURES, and
-MEASUREMENTS: {name: Measurement}. `Measurement.run(subject, scale)` starts what it needs, ends it, and returns
-{figure key: samples}. Measurements without a node (in_process) run once a round, for ours only.
+MEASUREMENTS: {name: session.Measurement}, with FULL and QUICK, the scales that their run() gets.
 """
 
 import time
-from dataclasses import dataclass
+from functools import partial
 from statistics import stdev
 
 from figures import Figure, Target, intervals, mean_rate, median, p95
-from processes import cpu_between, tree, tree_cpu, tree_memory
-from session import answer
+from processes import Cpu, tree, tree_memory
+from session import FULL, QUICK, Measurement, answer, seconds_to_first
 
 PACKAGE = 'turtlesim'
 EXECUTABLE = 'turtlesim_node'
-
-COME_UP = 30.0  # [s] until a node answers; probes give up before that with a better text
+PROBE = 'turtlesim_probe'
 TURTLE_COUNTS = (1, 20, 100)
-SERVICES = ('set_pen', 'teleport_absolute')
-ALL_SERVICES = ('set_pen', 'teleport_absolute', 'teleport_relative', 'clear', 'spawn', 'kill', 'reset')
+SERVICES = ('turtle1/set_pen', 'turtle1/teleport_absolute')
+ALL_SERVICES = (*SERVICES, 'turtle1/teleport_relative', 'clear', 'spawn', 'kill', 'reset')  # reset is the last
 WAYS = {'back': 'back to back', 'single': 'single', 'together': '4 callers at once'}
 MANY = 1000  # turtles
-RAW = 'turtlesim_raw_probe.py'
 LAST = 50  # of them
 RATE = 62.5  # [Hz] turtlesim's
 SETTLE = 1.0  # [s] after a change before a window opens
 
-
-@dataclass(frozen=True)
-class Scale:
-    """How long to measure: windows [s], samples of a kind a round, starts a round."""
-
-    window: float
-    samples: int
-    starts: int
-
-
-FULL = Scale(window=5.0, samples=150, starts=3)
-QUICK = Scale(window=1.5, samples=30, starts=1)
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """run(subject, scale) -> {figure key: samples}; in_process: needs no node, subject is any."""
-
-    run: object
-    about: str
-    in_process: bool = False
+__all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
     """Measure the time from the start of the process to its first pose at a waiting subscriber."""
-    seconds = []
-    for _ in range(scale.starts):
-        with subject.probe('turtlesim_probe.py', 'first_pose') as probe:
-            answer(probe, COME_UP)
-            begun = time.perf_counter()
-            with subject.node() as node:
-                seconds.append(answer(probe, COME_UP, [node])['stamp'] - begun)
-    return {'start': seconds}
+    return {'start': seconds_to_first(subject, scale, lambda: subject.probe(PROBE, 'first_pose'))}
 
 
 def turtles_in_words(count):
@@ -67,23 +37,22 @@ def turtles_in_words(count):
     return '1 turtle' if count == 1 else f'{count} turtles'
 
 
-def _asked(subject, node, patience, task, *arguments, module='turtlesim_probe.py'):
-    """Run a probe at a node that runs, and return its one answer."""
-    with subject.probe(module, task, *arguments) as probe:
-        return answer(probe, COME_UP + patience, [node])
+def word(service):
+    """Return the last part of a service's name."""
+    return service.rpartition('/')[2]
 
 
 def tick_rate(subject, scale):
     """Measure rate and regularity of one turtle's poses."""
     with subject.node() as node:
-        stamps = _asked(subject, node, scale.window, 'rate', '--seconds', scale.window)['stamps']
+        stamps = subject.ask(node, PROBE, 'rate', scale.window, seconds=scale.window)['stamps']
     return {'rate': [mean_rate(stamps)], 'jitter': [1e3 * stdev(intervals(stamps))]}
 
 
 def cmd_vel(subject, scale):
     """Measure the time from a published speed to the pose that shows it."""
     with subject.node() as node:
-        times = _asked(subject, node, 0.1 * scale.samples, 'cmd_vel', '--count', scale.samples)['times']
+        times = subject.ask(node, PROBE, 'cmd_vel', 0.1 * scale.samples, count=scale.samples)['times']
     return {'cmd_vel': [1e3 * seconds for seconds in times]}
 
 
@@ -92,22 +61,21 @@ def service(subject, scale):
     found = {}
     with subject.node() as node:
         for name in SERVICES:
-            for kept, option in (('fresh', ()), ('kept', ('--persistent',))):
-                times = _asked(subject, node, 0.2 * scale.samples, 'service', '--service', name,
-                               '--count', scale.samples, *option)['times']
-                found[f'{name}_{kept}'] = [1e3 * seconds for seconds in times]
+            for key, persistent in (('fresh', False), ('kept', True)):
+                times = subject.ask(node, PROBE, 'proxies', 0.2 * scale.samples, service=name, count=scale.samples,
+                                    persistent=persistent)['times']
+                found[f'{word(name)}_{key}'] = [1e3 * seconds for seconds in times]
     return found
 
 
 def calls(subject, scale):
-    """Times of all services' calls: back to back, single at any moment, several at once. reset is the last."""
+    """Measure the times of all services' calls: back to back, single at any moment, several at once."""
     found = {}
     with subject.node() as node:
         for name in ALL_SERVICES:
-            said = _asked(subject, node, 0.5 * scale.samples, 'calls', '--service', name, '--count', scale.samples,
-                          module=RAW)
-            found.update({f'{name}_{way}': [1e3 * seconds for seconds in said[way]] for way in WAYS})
-            found[f'{name}_frames'] = said['frames']
+            said = subject.ask(node, PROBE, 'calls', 0.5 * scale.samples, service=name, count=scale.samples)
+            found.update({f'{word(name)}_{way}': [1e3 * seconds for seconds in said[way]] for way in WAYS})
+            found[f'{word(name)}_frames'] = said['frames']
     return found
 
 
@@ -116,91 +84,66 @@ def _descriptors(node):
 
 
 def _idle(node, scale):
-    """Return the CPU time per second of a node that nobody uses."""
+    """Return the CPU [% of a core] of a node that nobody uses."""
     time.sleep(SETTLE)
-    begun, before = time.perf_counter(), tree_cpu(node.pid)
-    time.sleep(scale.window)
-    return _cpu_percent(node, begun, before) / 100.0
+    return Cpu(node.pid).percent_over(scale.window)
+
+
+def _subscribed(subject, node, task, scale, **arguments):
+    """Return (CPU [% of a core], rates [Hz], VmRSS [MB]) of a node while every pose has a subscriber."""
+    with subject.probe(PROBE, task, seconds=scale.window, **arguments) as probe:
+        answer(probe, 0.1 * MANY, node)
+        cpu = Cpu(node.pid)
+        rates = answer(probe, scale.window, node)['rates']
+        return cpu.percent(), rates, tree_memory(node.pid)[0]
 
 
 def thousand(subject, scale):
     """Measure spawning a thousand turtles, listening to all of them, and resetting."""
     found = {}
     with subject.node() as node:
-        _asked(subject, node, 0.0, 'calls', '--count', 2, module=RAW)  # what the first calls make stays
-        quiet, found['files_before'] = _idle(node, scale), _descriptors(node)
-        with subject.probe(RAW, 'many', '--turtles', MANY) as probe:
-            answer(probe, COME_UP, [node])
-            begun, before = time.perf_counter(), tree_cpu(node.pid)
-            said = answer(probe, COME_UP + 0.2 * MANY, [node])
-            elapsed, used = time.perf_counter() - begun, cpu_between(before, tree_cpu(node.pid))
-        found['cpu_idle'] = 100.0 * (busy := _idle(node, scale))
+        subject.ask(node, PROBE, 'calls', service='turtle1/set_pen', count=2)  # what the first calls make stays
+        quiet, files = _idle(node, scale), _descriptors(node)
+        with subject.probe(PROBE, 'many', turtles=MANY) as probe:
+            answer(probe, 0.0, node)
+            begun, cpu = time.perf_counter(), Cpu(node.pid)
+            said = answer(probe, 0.2 * MANY, node)
+            elapsed, used = time.perf_counter() - begun, cpu.seconds()
+        found['cpu_idle'] = _idle(node, scale)
         spawns = [1e3 * seconds for seconds in said['times']]
         found.update(spawn=median(spawns), spawn_last=median(spawns[-LAST:]), spawn_gap=1e3 * said['gap'],
-                     work=1e3 * (used - elapsed * 0.5 * (quiet + busy)) / len(spawns))
-        with subject.probe(RAW, 'listen_many', '--turtles', MANY, '--seconds', scale.window) as probe:
-            answer(probe, 2.0 * COME_UP, [node])
-            begun, before = time.perf_counter(), tree_cpu(node.pid)
-            rates = answer(probe, COME_UP + scale.window, [node])['rates']
-            found['cpu_subscribed'] = _cpu_percent(node, begun, before)
-        found.update(rate_mean=sum(rates) / len(rates), rate_worst=min(rates), rss=tree_memory(node.pid)[0])
-        said = _asked(subject, node, COME_UP, 'reset', module=RAW)
+                     work=1e3 * (used - elapsed * 0.005 * (quiet + found['cpu_idle'])) / len(spawns))
+        found['cpu_subscribed'], rates, found['rss'] = _subscribed(subject, node, 'listen_many', scale, turtles=MANY)
+        found.update(rate_mean=sum(rates) / len(rates), rate_worst=min(rates))
+        said = subject.ask(node, PROBE, 'reset')
         found.update(reset=said['seconds'], reset_gap=1e3 * said['gap'])
         time.sleep(SETTLE)
-        found['files_more'] = _descriptors(node) - found.pop('files_before')
+        found['files_more'] = _descriptors(node) - files
     return {f'{key}_{MANY}': [value] for key, value in found.items()}
 
 
-def _cpu_percent(node, begun, before):
-    return 100.0 * cpu_between(before, tree_cpu(node.pid)) / (time.perf_counter() - begun)
-
-
-def load(turtles):
-    """The measurement of CPU, memory and received rates with so many turtles, at rest and then driving circles.
+def load(turtles, subject, scale):
+    """Measure CPU, memory and received rates with so many turtles, at rest and then driving circles.
 
     Both, because a node may save work on turtles at rest: those alone would show it too good.
     """
-    def run(subject, scale):
-        found = {}
-        with subject.node() as node:
-            _asked(subject, node, 0.2 * turtles, 'spawn', '--turtles', turtles)
-            time.sleep(SETTLE)
-            begun, before = time.perf_counter(), tree_cpu(node.pid)
-            time.sleep(scale.window)
-            found['cpu_idle'] = _cpu_percent(node, begun, before)
-            found['rss_idle'], _ = tree_memory(node.pid)
-            found.update(_subscribed(subject, node, turtles, scale))
-            found.update(_driving(subject, node, turtles, scale))
-            _, found['peak'] = tree_memory(node.pid)
-        return {f'{key}_{turtles}': [value] for key, value in found.items()}
-    return run
-
-
-def _listened(subject, node, turtles, scale, *arguments):
-    """Return (CPU [% of a core], rates [Hz], VmRSS [MB]) of a node while every pose has a subscriber."""
-    with subject.probe('turtlesim_probe.py', 'listen', '--turtles', turtles, '--seconds', scale.window,
-                       '--settle', SETTLE, *arguments) as probe:
-        answer(probe, COME_UP, [node])
-        begun, before = time.perf_counter(), tree_cpu(node.pid)
-        rates = answer(probe, COME_UP + scale.window, [node])['rates']
-        return _cpu_percent(node, begun, before), rates, tree_memory(node.pid)[0]
-
-
-def _subscribed(subject, node, turtles, scale):
-    cpu, rates, rss = _listened(subject, node, turtles, scale)
-    return {'cpu_subscribed': cpu, 'rss_subscribed': rss,
-            'rate_mean': sum(rates) / len(rates), 'rate_worst': min(rates)}
-
-
-def _driving(subject, node, turtles, scale):
-    cpu, rates, _ = _listened(subject, node, turtles, scale, '--drive')
-    return {'cpu_driving': cpu, 'driving_mean': sum(rates) / len(rates), 'driving_worst': min(rates)}
+    found = {}
+    with subject.node() as node:
+        subject.ask(node, PROBE, 'spawn', 0.2 * turtles, turtles=turtles)
+        found['cpu_idle'] = _idle(node, scale)
+        found['rss_idle'], _ = tree_memory(node.pid)
+        for key, rate, driving in (('subscribed', 'rate', False), ('driving', 'driving', True)):
+            cpu, rates, found[f'rss_{key}'] = _subscribed(subject, node, 'listen', scale, turtles=turtles,
+                                                          driving=driving)
+            found.update({f'cpu_{key}': cpu, f'{rate}_mean': sum(rates) / len(rates), f'{rate}_worst': min(rates)})
+        _, found['peak'] = tree_memory(node.pid)
+    return {f'{key}_{turtles}': [value] for key, value in found.items()}
 
 
 def core(subject, scale):
     """Measure the ticks of the turtle world alone and with its canvas, without ROS."""
-    with subject.probe('core_probe.py', scale.window / 2.5) as probe:
-        return {key: [value] for key, value in answer(probe, COME_UP + 4.0 * scale.window).items()}
+    with subject.probe('core_probe', 'ticks', seconds=scale.window / 2.5) as probe:
+        return {key: [value] for key, value in answer(probe, 4.0 * scale.window).items()}
 
 
 MEASUREMENTS = {
@@ -209,7 +152,7 @@ MEASUREMENTS = {
     'cmd_vel': Measurement(cmd_vel, 'cmd_vel to the pose that shows it'),
     'service': Measurement(service, 'service calls'),
     'calls': Measurement(calls, 'all services: back to back, single, several at once'),
-    **{f'turtles_{count}': Measurement(load(count), f'CPU, memory and rates with {turtles_in_words(count)}')
+    **{f'turtles_{count}': Measurement(partial(load, count), f'CPU, memory and rates with {turtles_in_words(count)}')
        for count in TURTLE_COUNTS},
     f'turtles_{MANY}': Measurement(thousand, f'spawning, listening to and resetting {MANY} turtles'),
     'core': Measurement(core, 'ticks of core and canvas', in_process=True),
@@ -219,12 +162,13 @@ MEASUREMENTS = {
 def _service_figures():
     for name in SERVICES:
         for kept, words in (('fresh', 'a connection a call'), ('kept', 'persistent')):
-            for reduce, word in ((median, 'median'), (p95, 'p95')):
-                yield Figure(f'{name}, {words}, {word}', f'{name}_{kept}', 'ms', reduce, Target('ratio', 1.05))
+            for reduce, how in ((median, 'median'), (p95, 'p95')):
+                yield Figure(f'{word(name)}, {words}, {how}', f'{word(name)}_{kept}', 'ms', reduce,
+                             Target('ratio', 1.05))
 
 
 def _call_figures():
-    for name in ALL_SERVICES:
+    for name in map(word, ALL_SERVICES):
         for way, words in WAYS.items():
             yield Figure(f'{name}, {words}, median', f'{name}_{way}', 'ms', median, Target('ratio', 1.05))
         yield Figure(f'{name}, {WAYS["together"]}, frames', f'{name}_frames', 'frames', median, Target('ratio', 1.05))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Attack the nodes of this project, and optionally the turtlesim_node of a peer, and say what was lost.
+"""Attack the nodes of this project for a long time, and say what was lost.
 
 `./run stress [SUITE ...]` calls it in the built workspace. The same seed sends the same inputs. Exit code: 0 nothing
 was lost and every target was reached, 1 something was lost, missed or could not be tried, 2 usage error, 130
@@ -17,16 +17,15 @@ import traceback
 from contextlib import ExitStack
 
 import report
-from figures import OURS, PEER, judge
+from figures import OURS, judge
 from plain_support.processes import INTERRUPTED, make_interruptible
 from processes import BenchError, stop_all
-from session import Subject, split_command
-from trial import Scale
-from under_test import TROUBLE, tell
+from rostest_support.tcpros import TROUBLE
+from session import Subject
+from trial import Scale, tell
 
 SUITES = {  # minutes that the full form takes, about
-    'fuzz': 6.0, 'clients': 5.0, 'master': 6.0, 'storms': 3.0, 'system': 10.0, 'web': 3.0, 'interrupts': 12.0,
-    'soak': 60.0}
+    'web': 3.0, 'interrupts': 12.0, 'soak': 60.0}
 DEFAULT = tuple(name for name in SUITES if name != 'soak')
 MANY_FILES = 16384
 LARGEST_SEED = 2 ** 31 - 1
@@ -43,7 +42,6 @@ def parse(arguments):
                         'targets that depend on the speed of the machine')
     parser.add_argument('--seed', type=int, help='send the same inputs as the run that printed this seed')
     parser.add_argument('--only', nargs='+', metavar='NAME', help='only these attacks; --list shows their names')
-    parser.add_argument('--peer', metavar='COMMAND', help='another turtlesim_node to attack in the same run')
     parser.add_argument('--json', metavar='FILE', help='also write the figures to this file')
     parser.add_argument('--list', action='store_true', help='list the attacks of the suites and exit')
     options = parser.parse_args(arguments)
@@ -82,7 +80,7 @@ def load(suite):
 
 
 def numbers(seed, suite, attack):
-    """Return the random numbers of an attack: the same for our node and the peer, whatever else runs."""
+    """Return the random numbers of an attack: the same whatever else runs."""
     return random.Random(f'{seed}/{suite}/{attack}')
 
 
@@ -91,16 +89,8 @@ def scale_of(options, suite):
     return Scale(1.0 if options.minutes is None else options.minutes / SUITES[suite], options.small)
 
 
-def subjects(options, folder):
-    """Return our node and the peer, each with a running master."""
-    commands = {OURS: ['unused']}
-    if options.peer:
-        commands[PEER] = split_command(options.peer)
-    return [Subject(side, command, folder) for side, command in commands.items()]
-
-
 def _new_master(subject):
-    """Start a new master: without parameters, and without the registrations that a killed peer left."""
+    """Start a new master, without parameters and registrations of the attack before."""
     subject.master.kill()
     subject.start_master()
 
@@ -110,29 +100,22 @@ def _place(error):
     return ' < '.join(frame.name for frame in reversed(traceback.extract_tb(error.__traceback__)[1:]))
 
 
-def attack_all(options, under_test, pools, failures):
-    """Fill {side: {key: samples}} and [(suite, attack, side, text of what could not be tried)]."""
+def attack_all(options, subject, pool, failures):
+    """Fill {key: samples} and [(suite, attack, text of what could not be tried)]."""
     for suite in options.suites:
         for name, attack in load(suite).ATTACKS.items():
             if options.only and name not in options.only:
                 continue
-            for subject in under_test:
-                if subject.side == OURS or attack.peer:
-                    tell(f'{suite}, {name}: {attack.about} ({subject.side})')
-                    _attack(options, suite, name, subject, pools, failures)
-
-
-def _attack(options, suite, name, subject, pools, failures):
-    """Run one attack on one subject."""
-    try:
-        _new_master(subject)
-        found = load(suite).ATTACKS[name].run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
-    except (BenchError, *TROUBLE) as error:
-        failures.append((suite, name, subject.side, f'{type(error).__name__} in {_place(error)}: {error}'))
-        tell(f'    FAILED in {_place(error)}: {error}')
-        return
-    for key, values in found.items():
-        pools[subject.side].setdefault(key, []).extend(values)
+            tell(f'{suite}, {name}: {attack.about}')
+            try:
+                _new_master(subject)
+                found = attack.run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
+            except (BenchError, *TROUBLE) as error:
+                failures.append((suite, name, f'{type(error).__name__} in {_place(error)}: {error}'))
+                tell(f'    FAILED in {_place(error)}: {error}')
+                continue
+            for key, values in found.items():
+                pool.setdefault(key, []).extend(values)
 
 
 def figures_of(options):
@@ -145,23 +128,21 @@ def figures_of(options):
 
 
 def is_lost(rows, failures):
-    """Return whether our node missed a target or could not be tried."""
-    return any(row.ok is False for row in rows) or any(side == OURS for _, _, side, _ in failures)
+    """Return whether a target was missed or something could not be tried."""
+    return bool(failures) or any(row.ok is False for row in rows)
 
 
-def hand_out(options, pools, failures, facts):
+def hand_out(options, pool, failures, facts):
     """Print the table and what failed, write the JSON; return the exit code."""
-    rows = [judge(figure, pools) for figure in figures_of(options)]
+    rows = [judge(figure, {OURS: pool}) for figure in figures_of(options)]
     print(report.table(rows))
     print(report.verdict([row for row in rows if row.ours is not None]))
-    for suite, name, side, text in failures:
-        print(f'Not tried: {suite}, {name}, of {side}. {text}')
+    for suite, name, text in failures:
+        print(f'Not tried: {suite}, {name}. {text}')
     print(f'The seed was {options.seed}; --seed {options.seed} sends the same inputs.')
     if options.json:
-        settings = {'seed': options.seed, 'small': options.small, 'minutes': options.minutes,
-                    'peer': bool(options.peer)}
-        told = [{'suite': suite, 'attack': name, 'side': side, 'error': text.splitlines()[0]}
-                for suite, name, side, text in failures]
+        settings = {'seed': options.seed, 'small': options.small, 'minutes': options.minutes}
+        told = [{'suite': suite, 'attack': name, 'error': text.splitlines()[0]} for suite, name, text in failures]
         try:
             with open(options.json, 'w', encoding='utf-8') as file:
                 file.write(report.as_json(' '.join(options.suites), rows, told, settings, facts))
@@ -174,21 +155,21 @@ def run(options):
     """Run the attacks, print and write the figures, also when interrupted; return the exit code."""
     facts = report.machine()
     tell(f'Seed: {options.seed}')
-    pools, failures = {OURS: {}, PEER: {}}, []
+    pool, failures = {}, []
     try:
         with ExitStack() as stack:
             folder = tempfile.mkdtemp(prefix='turtle_robotont_stress_')
             stack.callback(shutil.rmtree, folder, ignore_errors=True)
             stack.callback(stop_all)
-            attack_all(options, subjects(options, folder), pools, failures)
+            attack_all(options, Subject(OURS, ['unused'], folder), pool, failures)
     except KeyboardInterrupt:
-        hand_out(options, pools, failures, facts)
+        hand_out(options, pool, failures, facts)
         raise
-    return hand_out(options, pools, failures, facts)
+    return hand_out(options, pool, failures, facts)
 
 
 def _allow_many_files():
-    """Raise the soft limit of open files, often 1,024, for thousands of connections."""
+    """Raise the soft limit of open files, often 1,024, for hundreds of connections and clients."""
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
     resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))

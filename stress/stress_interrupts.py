@@ -11,8 +11,7 @@ from contextlib import ExitStack
 from figures import Figure, Target, median
 from rostest_support import course_texts
 from session import find_node
-from trial import Attack
-from under_test import running, until
+from trial import Attack, running, until
 
 OFF = {'TURTLE_ROBOTONT_REPAIR_ROSPY': '0'}
 TOGETHER = 12  # programs that run at once
@@ -100,8 +99,8 @@ def _ends(programs, rng):
 
 
 ATTACKS = {
-    'repaired': Attack(repaired, "Ctrl-C in the course texts' programs", peer=False),
-    'original': Attack(original, 'the same with rospy as it is', peer=False),
+    'repaired': Attack(repaired, "Ctrl-C in the course texts' programs"),
+    'original': Attack(original, 'the same with rospy as it is'),
 }
 FIGURES = (
     Figure('Ctrl-C', 'repaired_hung', '', len),

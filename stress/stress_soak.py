@@ -1,17 +1,29 @@
-"""All simulators, camera, tracker, usb_cam and a service server for a long time at light load: does anything grow?"""
+"""All simulators, camera, tracker, usb_cam and lessons for a long time, beside clients that misbehave: what grows?
 
+Every few seconds each node is called and heard. In between, clients of the simulators take turns to misbehave: they
+never read, send half a header, ask for what is impossible, or call services from many threads at once.
+"""
+import random
+import socket
+import threading
 import time
 
+import psutil
 from nav_msgs.msg import Odometry
+from robotont_gazebo.srv import SetPose
+from std_srvs.srv import Empty
+from turtlesim.msg import Pose
+from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 
 from figures import Figure, Target
 from growth import after_warm_up, growth, step
-from rostest_support import node_kinds
-from trial import NOTHING, PEN, Attack, answers, listen
-from under_test import TROUBLE, running
+from rostest_support import node_kinds, tcpros
+from rostest_support.tcpros import TROUBLE
+from trial import NOTHING, Attack, running
 
 KEYS = ('turtlesim', 'robotont', 'camera', 'tracker', 'usb_cam', 'goto_pose_server', 'pose_subscriber',
         'velocity_publisher')
+TOPICS = {'turtlesim': ('/turtle1/pose', Pose), 'robotont': ('/odom', Odometry)}  # and all messages of these come
 RATES = {'turtlesim': 62.5, 'robotont': 30.0}  # [Hz]
 SAMPLE = 5.0  # [s]
 LOAD_EVERY = 3  # samples between two rounds of calls
@@ -19,52 +31,144 @@ HARMLESS = 50.0  # [MB a day] that a node may grow by: a week is less than half 
 EDGE = 5  # messages more or less at the ends of the count
 SETTLE = 5.0  # [s]
 OWN = 'Pss_Anon', 'Pss_Shmem', 'SwapPss'  # of /proc/PID/smaps_rollup
+MISBEHAVING = 50  # clients at once
+CALLERS, STORM = 8, 1.0  # threads that call at once, and how long [s]
+NAMES = tuple(f'storm{number}' for number in range(5))
+ABSURD = float('nan'), float('inf'), -float('inf'), 3.4e38, 1.7e7, -1.7e7
+BAD_NAMES = '', 'a b', '1', 'a//b', '/', '~x', 'x' * 5000, 'a\nb', '\u00fc', 'turtle1'
+START = -2.0, 0.0, 0.0  # x, y [m], yaw [rad] of the robot
+SMALL_BUFFER = 4096  # [bytes] of a subscriber that never reads, so that it is full soon
 
 
-def soak(subject, scale, _rng):
+class Lost:
+    """Counts calls that were answered, those that were not, and impossible ones that were accepted."""
+
+    def __init__(self):
+        self.answered = self.unanswered = self.accepted = 0
+        self._lock = threading.Lock()
+
+    def call(self, node, name, kind, *values, refused=False):
+        """Call a service; a refusal is an answer, too."""
+        try:
+            caller = node.caller(name, kind)
+            with caller.socket:
+                accepted = caller.call(*values)[0]
+        except socket.timeout:
+            with self._lock:
+                self.unanswered += 1
+        except TROUBLE:
+            pass  # the turtle is gone in the meantime, or the request was not even one
+        else:
+            with self._lock:
+                self.answered += 1
+                self.accepted += accepted and refused
+
+
+def soak(subject, scale, rng):
     """Watch the nodes for an hour times the factor."""
     seconds = scale.seconds(3600.0, 20.0)
     period = min(SAMPLE, seconds / 60.0)
     with running(subject, *KEYS) as nodes:
         time.sleep(min(SETTLE, seconds / 6.0))
-        receivers = {'turtlesim': nodes['turtlesim'].receiver(),
-                     'robotont': nodes['robotont'].receiver('/odom', Odometry)}
-        state = _world(nodes)
+        receivers = {key: tcpros.Receiver(tcpros.subscribe(nodes[key].peer.uri, *topic))
+                     for key, topic in TOPICS.items()}
         samples = {key: {'memory': [], 'descriptors': [], 'threads': []} for key in nodes}
-        begun, number, lost = time.monotonic(), 0, 0
+        begun, number, deaf, lost, kept = time.monotonic(), 0, 0, Lost(), []
         for receiver in receivers.values():
             receiver.stamps.clear()
         while time.monotonic() - begun < seconds:
             _sample(nodes, samples, time.monotonic() - begun)
+            if number % LOAD_EVERY == LOAD_EVERY - 1:
+                while kept:
+                    kept.pop().close()
             if number % LOAD_EVERY == 0:
-                lost += _load(nodes)
+                deaf += sum(not node.answers() for node in nodes.values())
+                kept = MISUSES[number // LOAD_EVERY % len(MISUSES)](nodes, lost, rng)
             number += 1
             time.sleep(max(0.0, begun + number * period - time.monotonic()))
         elapsed = time.monotonic() - begun
         found = {f'missed_{key}': [max(0.0, RATES[key] * elapsed - len(receiver.stamps) - EDGE)]
                  for key, receiver in receivers.items()}
         found.update({f'rate_{key}': [len(receiver.stamps) / elapsed] for key, receiver in receivers.items()})
-        for receiver in receivers.values():
-            receiver.close()
-        found['soak_lost'] = [lost]
-        found['soak_ended'] = [sum(not node.runs() for node in nodes.values())]
-        found['soak_changed'] = [int(_world(nodes) != state)]
+        for connection in (*receivers.values(), *kept):
+            connection.close()
+        found.update(soak_deaf=[deaf], soak_calls=[lost.answered], soak_unanswered=[lost.unanswered],
+                     soak_accepted=[lost.accepted], soak_ended=[sum(not node.child.runs() for node in nodes.values())],
+                     soak_changed=[int(_turtles(nodes) != ['/turtle1/pose'])])
         for key, series in samples.items():
             found.update(_judged(key, series))
         return found
 
 
-def _world(nodes):
-    """Return what light load must not change: the robot's pose and world, and the names of the turtles."""
-    return nodes['robotont'].state(), sorted(name for name in nodes['turtlesim'].registered()[0]
-                                             if name.endswith('/pose'))
+def _turtles(nodes):
+    return sorted(name for name in nodes['turtlesim'].registered()[0] if name.endswith('/pose'))
+
+
+def never_read(nodes, _lost, _rng):
+    """Subscribe and never read; return the connections."""
+    kept = [tcpros.subscribe(nodes[key].peer.uri, *topic) for key, topic in TOPICS.items() for _ in range(MISBEHAVING)]
+    for connection in kept:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SMALL_BUFFER)
+    return kept
+
+
+def half_headers(nodes, _lost, rng):
+    """Begin connections to both ports of every node and say no more; return the connections."""
+    hello = tcpros.header(callerid=tcpros.CALLER, **tcpros.LOG)
+    return [tcpros.connect(place, hello[:rng.randrange(len(hello))]) for node in nodes.values()
+            for place in (node.peer.address, node.peer.slave_address) for _ in range(MISBEHAVING // 10)]
+
+
+def impossible(nodes, lost, rng):
+    """Ask both simulators for what they must refuse."""
+    turtlesim, robotont = nodes['turtlesim'], nodes['robotont']
+    for _ in range(MISBEHAVING // 5):
+        absurd = rng.choice(ABSURD)
+        for name, kind, values in (
+                ('/spawn', Spawn, (absurd, 1.0, 0.0, 'new')), ('/spawn', Spawn, (1.0, 1.0, absurd, '')),
+                ('/spawn', Spawn, (1.0, 1.0, 0.0, rng.choice(BAD_NAMES[1:]))),
+                ('/kill', Kill, (rng.choice(BAD_NAMES[:-1]),)),
+                ('/turtle1/teleport_absolute', TeleportAbsolute, (1.0, absurd, 0.0)),
+                ('/turtle1/teleport_relative', TeleportRelative, (absurd, 0.0))):
+            lost.call(turtlesim, name, kind, *values, refused=True)
+        lost.call(robotont, '/robotont_gazebo/set_pose', SetPose, absurd, 0.0, 0.0, refused=True)
+    return []
+
+
+def storm(nodes, lost, rng):
+    """Call the services of both simulators from many threads at once; leave turtle1 alone in the end."""
+    turtlesim, robotont = nodes['turtlesim'], nodes['robotont']
+    end = time.monotonic() + STORM
+
+    def client(seed):
+        own = random.Random(seed)
+        while time.monotonic() < end:
+            name = own.choice(NAMES)
+            lost.call(*own.choice((
+                (turtlesim, '/spawn', Spawn, 5.0, 5.0, 0.0, name), (turtlesim, '/kill', Kill, name),
+                (turtlesim, '/clear', Empty), (turtlesim, '/reset', Empty),
+                (turtlesim, '/turtle1/set_pen', SetPen, own.randrange(256), 0, 0, 3, 0),
+                (turtlesim, '/turtle1/teleport_absolute', TeleportAbsolute, own.uniform(1.0, 10.0), 5.0, 0.0),
+                (turtlesim, '/turtle1/teleport_relative', TeleportRelative, 1.0, 1.0),
+                (robotont, '/robotont_gazebo/set_pose', SetPose, own.uniform(-2.5, -1.5), 0.0, 0.0))))
+    threads = [threading.Thread(target=client, args=(rng.random(),), daemon=True) for _ in range(CALLERS)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    lost.call(turtlesim, '/reset', Empty)
+    lost.call(robotont, '/robotont_gazebo/set_pose', SetPose, *START)
+    return []
+
+
+MISUSES = never_read, half_headers, impossible, storm
 
 
 def _sample(nodes, samples, now):
     for key, node in nodes.items():
         try:
-            values = own_memory(node.pid), node.descriptors(), node.threads()
-        except OSError:
+            values = own_memory(node.pid), node.peer.descriptors(), node.peer.threads()
+        except (OSError, psutil.Error):
             continue  # it has ended: soak_ended tells
         for name, value in zip(('memory', 'descriptors', 'threads'), values):
             samples[key][name].append((now, value))
@@ -78,22 +182,6 @@ def own_memory(pid):
     with open(f'/proc/{pid}/smaps_rollup', encoding='utf-8') as file:
         sizes = dict(line.split(':', 1) for line in file if line.split(':', 1)[0] in OWN)
     return sum(int(size.split()[0]) for size in sizes.values()) * 1024 / 1e6
-
-
-def _load(nodes):
-    """Make calls and new subscribers; return how many were not answered."""
-    lost = 0
-    for node in nodes.values():
-        lost += not answers(node)
-        lost += not listen(node)
-    node = nodes['turtlesim']
-    for name, values in (('/turtle1/teleport_absolute', (5.5, 5.5, 0.0)), ('/clear', ()),
-                         ('/spawn', (5.0, 5.0, 0.0, 'x')), ('/kill', ('x',)), ('/turtle1/set_pen', PEN)):
-        try:
-            lost += not node.call(name, *values)[0]
-        except TROUBLE:
-            lost += 1
-    return lost
 
 
 def _judged(key, series):
@@ -110,16 +198,19 @@ def _judged(key, series):
     return found
 
 
-ATTACKS = {'soak': Attack(soak, 'all simulators, camera, tracker, usb_cam and a server at light load', peer=False)}
+ATTACKS = {'soak': Attack(soak, 'all simulators, camera, tracker, usb_cam and lessons beside clients that misbehave')}
 
 
 def _figures():
     for key, word in (('turtlesim', 'poses'), ('robotont', 'odometry')):
         yield Figure(f'{word}: rate', f'rate_{key}', 'Hz', max, Target('near', RATES[key]))
         yield Figure(f'{word}: missed', f'missed_{key}', 'messages', max, NOTHING)
-    yield Figure('calls and subscribers without an answer', 'soak_lost', '', sum, NOTHING)
+    yield Figure('a new subscriber or a call without an answer', 'soak_deaf', '', sum, NOTHING)
+    yield Figure('calls of clients that misbehave', 'soak_calls', '', sum, Target('at_least', 1))
+    yield Figure('the same without an answer', 'soak_unanswered', '', sum, NOTHING)
+    yield Figure('impossible requests that were accepted', 'soak_accepted', '', sum, NOTHING)
     yield Figure('nodes that ended', 'soak_ended', '', sum, NOTHING)
-    yield Figure("the robot's pose, the world or the turtles changed", 'soak_changed', '', sum, NOTHING)
+    yield Figure('turtles that were left or lost', 'soak_changed', '', sum, NOTHING)
     for kind in node_kinds.in_order(KEYS):
         key = kind.key
         yield Figure(f'{key}: memory of its own', f'memory_{key}', 'MB', max)

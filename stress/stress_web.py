@@ -16,14 +16,22 @@ import zlib
 
 import cbor2
 
-import inputs
-import tcpros
-import websocket_client
 from figures import Figure, Target
 from rosbridge_core.operations import OPERATIONS
-from trial import NOTHING, Attack, Trial, losses
-from under_test import running, until
-from websocket_client import BINARY, CLOSE, FINAL, PING, TEXT, Ended, WebSocket
+from rostest_support import tcpros
+from rostest_support.websocket_client import (
+    BINARY,
+    CLOSE,
+    FINAL,
+    PING,
+    TEXT,
+    Ended,
+    WebSocket,
+    frame,
+    handshake,
+    masked,
+)
+from trial import NOTHING, Attack, Trial, losses, running, until
 
 HERE = '127.0.0.1'
 LIMIT = 10_000_000  # [B] of a message, by default
@@ -46,6 +54,8 @@ BAD_VALUES = ({'linear': 5}, {'linear': {'x': 'here'}}, {'linear': [1, 2, 3]}, {
 HOSTS = 'evil.example', 'evil.example:80', '', '127.0.0.1.evil.example', 'localhost.evil.example', '[::1', '\\', 'a b'
 ORIGINS = ('http://evil.example', 'https://evil.example', 'null', 'http://localhost.evil.example', 'file://evil',
            'http://127.0.0.1@evil.example', 'ftp://localhost', 'chrome-extension://abcdef', 'javascript:')
+BAD_NAMES = ('a b', '1', '-', 'a//b', '/', 'a/', '~', '~x', 'x' * 5000, 'a\nb', 'a\0b', '\u00fc', '\U0001f422', '{}',
+             '$(x)', '../..', 'a.b', '%s%n', ' ', '"', "';--", 'a:=b')
 SECRET = b'root:'  # how /etc/passwd begins
 UP = '..', '%2e%2e', '%2e.', '..%2f', '%252e%252e', '..%c0%af', '..\\', '..%5c', '..%00', '....//'
 METHODS = 'POST', 'PUT', 'DELETE', 'PATCH', 'OPTIONS', 'TRACE', 'CONNECT', 'BREW'
@@ -94,8 +104,8 @@ class Witness:
     def _run(self):
         try:
             while True:
-                for frame in self._socket.frames():
-                    if b'"publish"' in frame:
+                for received in self._socket.frames():
+                    if b'"publish"' in received:
                         self.stamps.append(time.monotonic())
                     else:
                         self.answers += 1
@@ -155,22 +165,22 @@ def _bytes(rng, count):
 
 FRAMES = {  # what breaks the rules of a WebSocket
     'a frame without a mask': _unmasked,
-    'a reserved bit': lambda rng: websocket_client.frame(TEXT, b'{}', FINAL | rng.choice((16, 32, 64))),
-    'an unknown opcode': lambda rng: websocket_client.frame(rng.choice((3, 4, 5, 6, 7, 11, 12, 15)), b'x'),
-    'a long ping': lambda rng: websocket_client.frame(PING, b'x' * rng.randint(126, 9999)),
-    'a ping in parts': lambda rng: websocket_client.frame(PING, b'x', 0),
-    'a continuation of nothing': lambda rng: websocket_client.frame(0, b'x'),
-    'a text within a text': lambda rng: websocket_client.frame(TEXT, b'{', 0) + websocket_client.frame(TEXT, b'}'),
-    'too long': lambda rng: websocket_client.frame(TEXT, b'x', length=rng.choice((LIMIT + 1, 2 ** 31, 2 ** 63 - 1))),
-    'the highest bit of a length': lambda rng: websocket_client.frame(TEXT, b'x', length=2 ** 63 + 5),
-    'no UTF-8': lambda rng: websocket_client.frame(TEXT, rng.choice((b'\xff', b'"\xed\xa0\x80"', b'\xc3'))),
-    'a close frame of one byte': lambda rng: websocket_client.frame(CLOSE, b'\x03'),
-    'a close frame with a wrong code': lambda rng: websocket_client.frame(CLOSE, rng.choice(
+    'a reserved bit': lambda rng: frame(TEXT, b'{}', FINAL | rng.choice((16, 32, 64))),
+    'an unknown opcode': lambda rng: frame(rng.choice((3, 4, 5, 6, 7, 11, 12, 15)), b'x'),
+    'a long ping': lambda rng: frame(PING, b'x' * rng.randint(126, 9999)),
+    'a ping in parts': lambda rng: frame(PING, b'x', 0),
+    'a continuation of nothing': lambda rng: frame(0, b'x'),
+    'a text within a text': lambda rng: frame(TEXT, b'{', 0) + frame(TEXT, b'}'),
+    'too long': lambda rng: frame(TEXT, b'x', length=rng.choice((LIMIT + 1, 2 ** 31, 2 ** 63 - 1))),
+    'the highest bit of a length': lambda rng: frame(TEXT, b'x', length=2 ** 63 + 5),
+    'no UTF-8': lambda rng: frame(TEXT, rng.choice((b'\xff', b'"\xed\xa0\x80"', b'\xc3'))),
+    'a close frame of one byte': lambda rng: frame(CLOSE, b'\x03'),
+    'a close frame with a wrong code': lambda rng: frame(CLOSE, rng.choice(
         (0, 999, 1005, 1006, 1015, 65535)).to_bytes(2, 'big')),
-    'no JSON': lambda rng: websocket_client.frame(TEXT, rng.choice((b'', b'nonsense', b'{"op":', b'{} {}', b'\0'))),
-    'no CBOR': lambda rng: websocket_client.frame(BINARY, rng.choice((b'', b'\xff', b'\x9b' + b'\x7f' * 8, b'\xd8\x1c',
+    'no JSON': lambda rng: frame(TEXT, rng.choice((b'', b'nonsense', b'{"op":', b'{} {}', b'\0'))),
+    'no CBOR': lambda rng: frame(BINARY, rng.choice((b'', b'\xff', b'\x9b' + b'\x7f' * 8, b'\xd8\x1c',
                                                                        b'\x9b' + (2 ** 40).to_bytes(8, 'big')))),
-    'random bytes as a message': lambda rng: websocket_client.frame(BINARY, b'\xff' + _bytes(rng, rng.randint(0, 99))),
+    'random bytes as a message': lambda rng: frame(BINARY, b'\xff' + _bytes(rng, rng.randint(0, 99))),
 }
 
 
@@ -178,14 +188,12 @@ def _said(client):
     """Return whether the server's next word is an error with a text, or a close frame with a code and a text."""
     try:
         while True:
-            for frame in client.frames():
-                answer = json.loads(frame)
+            for received in client.frames():
+                answer = json.loads(received)
                 if answer['op'] == 'status':
                     return answer['level'] == 'error' and bool(answer['msg'])
                 if answer['op'] == 'service_response':
                     return answer['result'] is False and bool(answer['values'])
-    except socket.timeout:
-        raise tcpros.NeverAnswered('a frame') from None
     except Ended as ended:
         return ended.code is not None and ended.code >= ANY_CODE and bool(ended.reason)
 
@@ -251,7 +259,7 @@ MESSAGES = {  # that the server must refuse, and go on with the client
         'fly', '', '__init__', '_drain', 'auth', 'x' * 9999, None, 5, [], {}))}),
     'no operation': lambda rng: rng.choice(('5', '"x"', 'null', '[]', '[{"op":"publish"}]', '{}', 'true', '1e999')),
     'deep nesting': _deep,
-    'a bad name': lambda rng: json.dumps({'op': 'subscribe', 'topic': rng.choice(inputs.BAD_NAMES)}),
+    'a bad name': lambda rng: json.dumps({'op': 'subscribe', 'topic': rng.choice(BAD_NAMES)}),
     'a bad type': lambda rng: json.dumps({'op': 'advertise', 'topic': '/web', 'type': rng.choice((
         'x', 'a/b', '../x/y', 'os/path', 'std_msgs', 'std_msgs/', '/String', 'std_msgs/String/x', 'rospy/Time'))}),
     'bad values': lambda rng: json.dumps(
@@ -292,14 +300,14 @@ def sockets(subject, scale, rng):
 def _refused(client, message):
     """Return whether a message is answered with an error."""
     data = message if isinstance(message, bytes) else message.encode()
-    client.socket.sendall(websocket_client.frame(BINARY if isinstance(message, bytes) else TEXT, data))
+    client.socket.sendall(frame(BINARY if isinstance(message, bytes) else TEXT, data))
     return _said(client)
 
 
 def _answered(client, name):
     while True:
-        for frame in client.frames():
-            answer = json.loads(frame)
+        for received in client.frames():
+            answer = json.loads(received)
             if answer.get('id') == name:
                 return answer['result']
 
@@ -308,21 +316,21 @@ def _answered(client, name):
 
 
 def _one_frame():
-    yield websocket_client.frame(TEXT, b'', length=LARGE)
+    yield frame(TEXT, b'', length=LARGE)
     for _ in range(LARGE // CHUNK):
         yield bytes(CHUNK)
 
 
 def _many_frames():
-    yield websocket_client.frame(TEXT, bytes(CHUNK), 0)
+    yield frame(TEXT, bytes(CHUNK), 0)
     for _ in range(LARGE // CHUNK):
-        yield websocket_client.frame(0, bytes(CHUNK), 0)
+        yield frame(0, bytes(CHUNK), 0)
 
 
 def _fragments():
     total = LARGE // CHUNK
     for number in range(total):
-        yield websocket_client.masked(
+        yield masked(
             {'op': 'fragment', 'id': 'large', 'num': number, 'total': total, 'data': 'x' * CHUNK})
 
 
@@ -357,15 +365,13 @@ def floods(subject, scale, rng):
 
 def _half_open(server, count, rng):
     """Connections that say nothing, or a part of a request or of a frame; a client beside them gets its answer."""
-    parts = [b'', b'GET', b'GET / HTTP/1.1\r\nHost: ', websocket_client.handshake({})]
+    parts = [b'', b'GET', b'GET / HTTP/1.1\r\nHost: ', handshake({})]
     if server.key != 'web_video':
-        parts += [websocket_client.handshake({}) + websocket_client.frame(TEXT, b'x', length=rng.randint(2, LIMIT)),
-                  websocket_client.handshake({}) + b'\x81']
+        parts += [handshake({}) + frame(TEXT, b'x', length=rng.randint(2, LIMIT)),
+                  handshake({}) + b'\x81']
     kept = []
     for number in range(count):
-        connection = tcpros.connect(server.place)
-        tcpros.send(connection, parts[number % len(parts)])
-        kept.append(connection)
+        kept.append(tcpros.connect(server.place, parts[number % len(parts)]))
     server.trial.inputs += count
     server.explained('a request beside half-open connections', _is_refused, server, '/', (200, 404))
     for connection in kept:
@@ -396,22 +402,24 @@ def _joined(server, clients):
 def _ask(server, path, method='GET', headers=()):
     """Return (status, text) of a request whose parts are sent as they are."""
     fields = {'Host': f'{HERE}:{server.place[1]}', 'Connection': 'close', **dict(headers)}
-    with contextlib.closing(tcpros.connect(server.place)) as connection:
-        tcpros.send(connection, (f'{method} {path} HTTP/1.1\r\n' + ''.join(
-            f'{name}: {value}\r\n' for name, value in fields.items()) + '\r\n').encode())
+    request = f'{method} {path} HTTP/1.1\r\n' + ''.join(f'{name}: {value}\r\n' for name, value in fields.items())
+    with tcpros.connect(server.place, f'{request}\r\n'.encode()) as connection:
         response = http.client.HTTPResponse(connection, method=method)
-        try:
-            response.begin()
-            return response.status, response.read()
-        except socket.timeout:
-            raise tcpros.NeverAnswered(path) from None
-        except http.client.HTTPException as error:
-            raise tcpros.Closed(str(error)) from None
+        response.begin()
+        return response.status, response.read()
 
 
 def _is_refused(server, path, statuses=(400, 403, 404, 405), said=True, **request):
     status, text = _ask(server, path, **request)
     return status in statuses and SECRET not in text and (bool(text.strip()) or not said)
+
+
+def _bad_http(rng):
+    """Return bytes that are not HTTP, or a request with a wrong method, length or body."""
+    length = rng.choice(('-1', 'x', '0', '5', '99999999', str(2 ** 63)))
+    body = rng.choice((b'<methodCall>', b'\xff\xfe\0', b'<!DOCTYPE x [<!ENTITY a "b">]><x>&a;</x>', b'{}'))
+    method = rng.choice((b'POST', b'GET', b'PUT', b'DELETE', b'\0\0', b'POST' * 500))
+    return method + f' / HTTP/1.1\r\nHost: x\r\nContent-Length: {length}\r\n\r\n'.encode() + body
 
 
 def requests(subject, scale, rng):
@@ -425,7 +433,7 @@ def requests(subject, scale, rng):
             for method in METHODS:
                 server.explained(method, _is_refused, server, '/', method=method, said=False)
             for _ in range(scale.count(500, 20)):
-                server.trial.answered(functools.partial(_sent, server, inputs.bad_http(rng)))
+                server.trial.answered(functools.partial(_sent, server, _bad_http(rng)))
         video = servers['web_video']
         for path in ('/stream', '/snapshot', '/stream_viewer'):
             for wanted in QUERIES:
@@ -466,8 +474,7 @@ def _is_shut_out(server, headers):
 
 def _sent(server, data):
     """Send bytes and the end; wait for the server's answer or its end."""
-    with contextlib.closing(tcpros.connect(server.place)) as connection:
-        tcpros.send(connection, data)
+    with tcpros.connect(server.place, data) as connection:
         with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_WR)
         tcpros.receive(connection, 1)
@@ -475,14 +482,14 @@ def _sent(server, data):
 
 
 ATTACKS = {
-    'web_socket': Attack(sockets, 'frames and operations of a WebSocket', peer=False),
-    'web_flood': Attack(floods, '100 MB messages, half-open connections, 500 clients', peer=False),
-    'web_http': Attack(requests, 'foreign pages, paths, queries and invalid HTTP', peer=False),
+    'web_socket': Attack(sockets, 'frames and operations of a WebSocket'),
+    'web_flood': Attack(floods, '100 MB messages, half-open connections, 500 clients'),
+    'web_http': Attack(requests, 'foreign pages, paths, queries and invalid HTTP'),
 }
 
 
 def _figures(name, words):
-    yield from losses(name, words, changed=False)
+    yield from losses(name, words)
     yield Figure(f'{words}: answered without saying why', f'{name}_unexplained', '', sum, NOTHING)
     yield Figure(f'{words}: calls of a client beside lost', f'{name}_witness', '', sum, NOTHING)
     yield Figure(f'{words}: longest time without a pose beside', f'{name}_gap', 's', max, Target('below', GAP))

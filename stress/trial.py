@@ -1,30 +1,51 @@
-"""One attack on one node: what was sent, what was lost, what it left behind, and the figures of these."""
-
+"""Nodes under attack: starts them with what they need, watches them from outside, counts what was lost. No rospy."""
+import contextlib
+import socket
+import subprocess
+import sys
+import tempfile
 import time
 from dataclasses import dataclass
 
-from nav_msgs.msg import Odometry
-from roscpp.srv import GetLoggers
-from turtlesim.msg import Pose
-
-import tcpros
 from figures import Figure, Target
-from under_test import TROUBLE
+from processes import BenchError, peak_memory, tree
+from rostest_support import node_kinds, tcpros
+from rostest_support.tcpros import TROUBLE
+from session import find_node
 
+COME_UP = 40.0  # [s] until a node has registered everything, on a loaded machine
+POLL = 0.05  # [s]
+SETTLED = 20.0  # [s] within which a node has released what its clients left
 NOTHING = Target('at_most', 0)
-SETTLED = 20.0  # [s] within which a node has let go of what its clients left
 SPARE = 8  # descriptors and threads that may come and go: the node's own calls to master and clients
-POLL = 0.25  # [s]
-PEN = 179, 184, 255, 3, 0  # turtle1's at the start
+
+
+def tell(text):
+    """Print the progress on stderr; stdout is for the table."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def until(condition, what):
+    """Poll until ``condition()`` is true and return its value; raise BenchError after COME_UP."""
+    end = time.monotonic() + COME_UP
+    while True:
+        try:
+            value = condition()
+        except TROUBLE:
+            value = None
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise BenchError(f'not within {COME_UP:g} s: {what}')
+        time.sleep(POLL)
 
 
 @dataclass(frozen=True)
 class Attack:
-    """run(subject, scale, rng) -> {figure key: samples}; peer: whether another turtlesim_node can take part."""
+    """run(subject, scale, rng) -> {figure key: samples}."""
 
     run: object
     about: str
-    peer: bool = True
 
 
 @dataclass(frozen=True)
@@ -43,23 +64,80 @@ class Scale:
         return small if self.small else full * self.factor
 
 
+class Node:
+    """A running node. ``kind``: a NodeKind; ``child``: its process, which may wrap that of the node."""
+
+    def __init__(self, kind, child, subject):
+        self.kind, self.child = kind, child
+        self.master = tcpros.api(subject.uri)
+        self.peer = None  # a tcpros.Peer, once it is registered
+
+    @property
+    def pid(self):
+        return self.peer.pid
+
+    def await_registered(self):
+        """Wait until the master knows all its names."""
+        def there():
+            self.child.require_alive()
+            if node_kinds.missing(self.kind, self.registered()):
+                return False
+            self.peer = tcpros.Peer(self.kind.node, self.master.lookupNode(tcpros.CALLER, self.kind.node)[2])
+            # not one of the same name that was killed
+            return self.pid in {process.pid for process in tree(self.child.pid)}
+        until(there, f'{self.kind.key} has registered {self.kind.published + self.kind.services}')
+
+    def registered(self):
+        """Return the names (published, subscribed, services) that the master knows of it, sets."""
+        state = self.master.getSystemState(tcpros.CALLER)[2]
+        return tuple({name for name, nodes in kind if self.kind.node in nodes} for kind in state)
+
+    def answers(self):
+        """Return whether a new subscriber and a service call are answered."""
+        try:
+            return bool(self.peer.answers())
+        except TROUBLE:
+            return False
+
+    def caller(self, name, kind, timeout=tcpros.DEADLINE):
+        """Return a persistent connection to a service, by absolute name."""
+        return tcpros.Caller(tcpros.address(self.master.lookupService(tcpros.CALLER, name)[2]), name, kind, timeout)
+
+    def peak_memory(self):
+        """Return the peak resident memory [MB]."""
+        return peak_memory(self.pid) / 1e6
+
+
+@contextlib.contextmanager
+def running(subject, *keys):
+    """Yield {key: Node} of the kinds with these keys and what they need, all registered; end them afterwards."""
+    folder = node_kinds.make_picture(tempfile.mkdtemp(dir=subject.folder))
+    with contextlib.ExitStack() as stack:
+        nodes = {}
+        for kind in node_kinds.in_order(keys):
+            command = [*find_node(kind.package, kind.executable), *node_kinds.arguments(kind, folder)]
+            child = stack.enter_context(subject.start(f'{kind.key}', command, stdin=subprocess.PIPE))
+            nodes[kind.key] = Node(kind, child, subject)
+        for node in nodes.values():
+            node.await_registered()
+        yield nodes
+
+
 class Trial:
     """Watches a Node through an attack."""
 
     def __init__(self, node):
         self.node = node
         self.inputs = self.hung = 0
-        self._simulator = node.kind.key in ('turtlesim', 'robotont')
-        self._state = node.state() if self._simulator else {}
-        listen(node)  # what a first listener makes the node open is there from now on
-        self._descriptors, self._threads = node.descriptors(), node.threads()
+        node.answers()  # what a first listener makes the node open is there from now on
+        self._descriptors, self._threads = node.peer.descriptors(), node.peer.threads()
 
     def answered(self, call):
         """Count an input; ``call()`` sends it and waits. Return its value, None without an answer."""
         self.inputs += 1
         try:
             return call()
-        except tcpros.NeverAnswered:
+        except socket.timeout:
             self.hung += 1
         except TROUBLE:
             pass  # closed, or answered with an error: an answer, too
@@ -67,80 +145,28 @@ class Trial:
 
     def samples(self, name):
         """End the attack; return {key: samples} of all that was lost."""
-        found = {'inputs': self.inputs, 'hung': self.hung, 'ended': 0 if self._lives() else 1}
-        if not found['ended']:
-            found['deaf'] = deaf(self.node)
-        if not found['ended'] and not found['deaf']:
-            found.update(self._left())
-            if self._simulator:
-                found['changed'] = self._changed()
-        return {f'{name}_{key}': [value] for key, value in found.items()}
-
-    def _lives(self):
         time.sleep(POLL)
-        return self.node.runs()
+        found = {'inputs': self.inputs, 'hung': self.hung, 'ended': int(not self.node.child.runs())}
+        if not found['ended']:
+            found['deaf'] = int(not self.node.answers())
+            found['descriptors'], found['threads'] = self._left()
+        return {f'{name}_{key}': [value] for key, value in found.items()}
 
     def _left(self):
         """Return how many more descriptors and threads there are than before; wait up to SETTLED for few."""
         end = time.monotonic() + SETTLED
         while True:
-            left = self.node.descriptors() - self._descriptors, self.node.threads() - self._threads
+            left = self.node.peer.descriptors() - self._descriptors, self.node.peer.threads() - self._threads
             if max(left) <= SPARE or time.monotonic() > end:
-                return {'descriptors': left[0], 'threads': left[1]}
+                return left
             time.sleep(POLL)
 
-    def _changed(self):
-        try:
-            now = self.node.state()
-        except TROUBLE:
-            return len(self._state)
-        return sum(now.get(key) != value for key, value in self._state.items()) + len(set(now) - set(self._state))
 
-
-def deaf(node):
-    """Return how many of two, a service call and a new subscriber, a node did not answer."""
-    return sum(not heard for heard in (answers(node), listen(node)))
-
-
-def answers(node, timeout=tcpros.DEADLINE):
-    """Return whether a call that changes nothing is answered."""
-    try:
-        if node.kind.key == 'turtlesim':
-            node.call('/turtle1/set_pen', *PEN, timeout=timeout)
-        else:
-            caller = node.caller(f'{node.kind.node}/get_loggers', GetLoggers, timeout)
-            try:
-                caller.call()
-            finally:
-                caller.close()
-        return True
-    except TROUBLE:
-        return False
-
-
-def listen(node, timeout=tcpros.DEADLINE):
-    """Return whether a new subscriber gets a message of a simulator, or a header from another node."""
-    topics = {'turtlesim': ('/turtle1/pose', Pose, True), 'robotont': ('/odom', Odometry, True)}
-    if node.kind.key not in topics:
-        return True  # its service was asked: the same port and thread
-    topic, kind, publishes = topics[node.kind.key]
-    try:
-        connection = tcpros.subscribe(node.uri, topic, kind, timeout)
-        try:
-            return not publishes or bool(tcpros.receive_frame(connection))
-        finally:
-            connection.close()
-    except TROUBLE:
-        return False
-
-
-def losses(name, words, changed=True):
+def losses(name, words):
     """Return the figures of a Trial's samples."""
     yield Figure(f'{words}: inputs', f'{name}_inputs', '', sum)
     yield Figure(f'{words}: never answered', f'{name}_hung', '', sum, NOTHING)
     yield Figure(f'{words}: nodes ended', f'{name}_ended', '', sum, NOTHING)
     yield Figure(f'{words}: deaf afterwards', f'{name}_deaf', '', sum, NOTHING)
-    if changed:
-        yield Figure(f'{words}: poses or canvas changed', f'{name}_changed', '', sum, NOTHING)
     yield Figure(f'{words}: descriptors left', f'{name}_descriptors', '', max, Target('at_most', SPARE))
     yield Figure(f'{words}: threads left', f'{name}_threads', '', max, Target('at_most', SPARE))

@@ -9,7 +9,7 @@ all_cases() (
   printf 'mypy\tcheck\nruff\tcheck\n'
   find test/unit */*/test/unit bench/test stress/test -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md docs/course_next.md README.md
-  printf 'stress\t%s\n' fuzz clients master storms system web interrupts soak
+  printf 'stress\t%s\n' web interrupts soak
   printf 'grading\tcourse_nodes\n'
   find test/data/submissions -mindepth 1 -maxdepth 1 -type d -printf 'grading\t%p\n' | sort
   printf 'grading\t%s\n' same_ten_times red_team_namespace red_team_uid red_team_none
@@ -37,7 +37,7 @@ needs_of_cases() {
   while read -r pattern need; do
     if grep -qE "$pattern" <<<"$cases"; then echo "$need"; fi
   done <<END
-/network/|^page|^stress.system|/doctor/ iproute2
+/network/|^page|/doctor/ iproute2
 /test_sheet                    poppler-utils
 /(test_)?window                 xvfb
 browser|class_page             ?chromium
@@ -47,6 +47,6 @@ browser|class_page             ?python3-selenium
 /test_remote                   $repo/grading/course_grader/dask_requirements.txt
 test_notebooks                 $repo/test/notebook_requirements.txt
 recordings?\.test              $repo/test/requirements.txt
-^(unit|mypy|stress)            $repo/stress/requirements.txt
+attack                         $repo/test/requirements.txt
 END
 }

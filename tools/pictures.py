@@ -25,7 +25,7 @@ from std_msgs.msg import String
 
 from course_demo.course_markers import START_TIMEOUT, Recorder, map_of, world_plan
 from course_demo.harness import DemoHarness
-from robotont_gazebo.core import overhead
+from kinematic_core.worlds import overhead
 from rospy_support import images
 from rospy_support.ports import free_port
 from rostest_support.browser import Browser

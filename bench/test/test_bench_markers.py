@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 import rospy
 
-import bench
 import suite_markers
-import suite_turtlesim
 from alvar_core import drawing, rotations
 from alvar_core.camera import default_camera
 from aruco_baseline import ArucoBaseline
@@ -82,23 +80,6 @@ def test_every_id_is_in_the_baselines_dictionary():
 def test_folder_without_frames_is_refused(tmp_path):
     with pytest.raises(BenchError, match='no frames with ground truth'):
         suite_markers.use_folder(str(tmp_path))
-
-
-@pytest.mark.parametrize('arguments, text', [
-    (['turtlesim', 'frames'], 'takes no folder'), (['markers', '/nonexistent'], 'no frames with ground truth'),
-    (['markers', '--peer', 'x'], 'measures no node'), (['turtlesim', '--peers'], 'has no photos by class'),
-    (['turtlesim', 'a.bag'], 'takes no folder'),
-])
-def test_wrong_usage(arguments, text, capsys):
-    with pytest.raises(SystemExit) as ended:
-        bench.parse(arguments)
-    assert ended.value.code == 2 and text in capsys.readouterr().err
-
-
-def test_suites_have_what_the_bench_needs():
-    for suite in (suite_markers, suite_turtlesim):
-        assert suite.FIGURES and suite.FULL and suite.QUICK
-        assert all(callable(measurement.run) for measurement in suite.MEASUREMENTS.values())
 
 
 def bag_of(path, images, infos, **topics):

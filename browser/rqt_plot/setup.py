@@ -1,4 +1,1 @@
-from catkin_pkg.python_setup import generate_distutils_setup
-from setuptools import setup
-
-setup(**generate_distutils_setup(scripts=['scripts/rqt_plot']))  # typed without rosrun, as the original
+../rqt_gui/setup.py

@@ -1,31 +1,25 @@
-"""Options, seeds, verdicts and the table of the campaign; no ROS master is needed."""
+"""Options, verdicts and suites of the campaign, and what the soak takes for a node's memory; no master is needed."""
 import json
-import random
+import mmap
+import os
+import tempfile
 from types import SimpleNamespace
 
 import pytest
 
 import stress
-from figures import Figure, Target, judge
+import stress_soak
+from figures import Target
 from processes import BenchError
 from trial import Attack, Scale, losses
 
-
-def test_defaults():
-    options = stress.parse([])
-    assert options.suites == ['fuzz', 'clients', 'master', 'storms', 'system', 'web', 'interrupts']
-    assert 0 <= options.seed <= stress.LARGEST_SEED
-    assert stress.parse(['soak']).suites == ['soak']
-    assert stress.parse(['--seed', '7']).seed == 7
+SIZE = 50_000_000  # [bytes]
 
 
 @pytest.mark.parametrize('arguments, told', [
-    (['absent'], 'the suites are fuzz'),
-    (['--minutes', '0'], '--minutes'),
-    (['--minutes', 'nan'], '--minutes'),
-    (['--seed', '-1'], 'it must be 0 to'),
-    (['--small', '--minutes', '3'], 'leave out --minutes'),
-    (['fuzz', '--only', 'absent'], 'it must be one of services'),
+    (['absent'], 'the suites are web'), (['--minutes', '0'], '--minutes'), (['--minutes', 'nan'], '--minutes'),
+    (['--seed', '-1'], 'it must be 0 to'), (['--small', '--minutes', '3'], 'leave out --minutes'),
+    (['web', '--only', 'absent'], 'it must be one of web_socket'),
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:
@@ -36,103 +30,61 @@ def test_wrong_usage(arguments, told, capsys):
 
 def test_minutes_scale_a_suite():
     assert stress.scale_of(stress.parse(['soak', '--minutes', '30']), 'soak').seconds(3600.0, 1.0) == 1800.0
-    assert stress.scale_of(stress.parse(['master', '--minutes', '12']), 'master').count(50, 1) == 100
-    assert stress.scale_of(stress.parse(['--small']), 'fuzz') == Scale(1.0, True)
+    assert stress.scale_of(stress.parse(['--small']), 'web') == Scale(1.0, True)
     assert Scale(1.0, True).count(50, 2) == 2
     assert Scale(0.001).count(50, 2) == 1
 
 
-def test_seeds_are_of_an_attack_alone():
-    def first(*what):
-        return stress.numbers(*what).random()
-    assert first(1, 'fuzz', 'topics') == first(1, 'fuzz', 'topics')
-    assert len({first(1, 'fuzz', 'topics'), first(2, 'fuzz', 'topics'), first(1, 'fuzz', 'tcpros')}) == 3
-
-
-@pytest.mark.parametrize('suite', stress.SUITES)
-def test_suites_are_sound(suite):
-    module = stress.load(suite)
-    names = [figure.name for figure in module.FIGURES]
-    assert len(set(names)) == len(names)
-    assert all(isinstance(attack, Attack) and attack.about for attack in module.ATTACKS.values())
-
-
-def test_names_of_attacks_are_unique():
-    names = [name for suite in stress.SUITES for name in stress.load(suite).ATTACKS]
-    assert len(set(names)) == len(names)
+def test_suites_are_sound():
+    figures = [figure.name for suite in stress.SUITES for figure in stress.load(suite).FIGURES]
+    attacks = [name for suite in stress.SUITES for name in stress.load(suite).ATTACKS]
+    assert len(set(figures)) == len(figures) and len(set(attacks)) == len(attacks)
 
 
 def test_small_form_does_not_judge_the_machine():
-    full = {figure.key: figure.target for figure in stress.figures_of(stress.parse(['clients']))}
-    small = {figure.key: figure.target for figure in stress.figures_of(stress.parse(['clients', '--small']))}
-    assert full['unread_rate_50'] is not None and small['unread_rate_50'] is None
-    assert full['unread_hung'] == small['unread_hung'] == Target('at_most', 0)
+    full = {figure.key: figure.target for figure in stress.figures_of(stress.parse(['web']))}
+    small = {figure.key: figure.target for figure in stress.figures_of(stress.parse(['web', '--small']))}
+    assert full['web_http_gap'] is not None and small['web_http_gap'] is None
+    assert full['web_http_hung'] == small['web_http_hung'] == Target('at_most', 0)
 
 
-def rows(*ours):
-    figures = [Figure(str(number), str(number), '', sum, Target('at_most', 0)) for number in range(len(ours))]
-    return [judge(figure, {'ours': {figure.key: [value]} if value is not None else {}})
-            for figure, value in zip(figures, ours)]
+def fail(*_):
+    raise BenchError('the node did not come up')
 
 
-@pytest.mark.parametrize('values, failures, lost', [
-    ((0, 0), [], False),
-    ((0, 1), [], True),
-    ((0, None), [], False),
-    ((0,), [('fuzz', 'topics', 'ours', 'why')], True),
-    ((0,), [('fuzz', 'topics', 'peer', 'why')], False),  # what a peer does not survive is not ours
+def interrupted(*_):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize('attack, code, said', [
+    (lambda *_: {'one_inputs': [3], 'one_hung': [0]}, 0, 'words: never answered'),
+    (lambda *_: {'one_hung': [1]}, 1, '1 missed (words: never answered)'),
+    (fail, 1, 'Not tried: web, one. BenchError in fail: the node did not come up'),
+    (interrupted, None, 'The seed was 5; --seed 5 sends the same inputs.'),
 ])
-def test_what_is_lost(values, failures, lost):
-    assert stress.is_lost(rows(*values), failures) is lost
-
-
-def run_with(monkeypatch, tmp_path, run, arguments=()):
-    """The exit code of a run of one attack, and its JSON."""
-    module = SimpleNamespace(ATTACKS={'one': Attack(run, 'about')}, FIGURES=tuple(losses('one', 'words')))
+def test_a_run(monkeypatch, tmp_path, capsys, attack, code, said):
+    module = SimpleNamespace(ATTACKS={'one': Attack(attack, 'about')}, FIGURES=tuple(losses('one', 'words')))
     monkeypatch.setattr(stress, 'load', lambda _suite: module)
     monkeypatch.setattr(stress, '_new_master', lambda _subject: None)
-    monkeypatch.setattr(stress, 'subjects', lambda _options, _folder: [SimpleNamespace(side='ours')])
+    monkeypatch.setattr(stress, 'Subject', lambda *_: None)
     file = tmp_path / 'figures.json'
-    options = stress.parse(['fuzz', '--seed', '5', '--json', str(file), *arguments])
-    return stress.run(options), json.loads(file.read_text())
+    options = stress.parse(['web', '--seed', '5', '--json', str(file)])
+    if code is None:
+        with pytest.raises(KeyboardInterrupt):
+            stress.run(options)
+    else:
+        assert stress.run(options) == code
+    assert said in capsys.readouterr().out and json.loads(file.read_text())['settings']['seed'] == 5
 
 
-def test_nothing_lost(monkeypatch, tmp_path, capsys):
-    code, document = run_with(monkeypatch, tmp_path, lambda *_: {'one_inputs': [3], 'one_hung': [0]})
-    assert code == 0
-    assert document['settings']['seed'] == 5
-    told = capsys.readouterr().out
-    assert '--seed 5' in told and 'words: never answered' in told
-
-
-def test_something_lost(monkeypatch, tmp_path):
-    assert run_with(monkeypatch, tmp_path, lambda *_: {'one_hung': [1]})[0] == 1
-
-
-def test_what_could_not_be_tried_is_told(monkeypatch, tmp_path, capsys):
-    def fail(*_):
-        raise BenchError('the node did not come up')
-    code, document = run_with(monkeypatch, tmp_path, fail)
-    assert code == 1
-    assert document['failures'][0]['error'] == 'BenchError in fail: the node did not come up'
-    assert 'the node did not come up' in capsys.readouterr().out
-
-
-def test_the_same_numbers_for_all(monkeypatch, tmp_path):
-    drawn = []
-    for _ in range(2):
-        run_with(monkeypatch, tmp_path, lambda _subject, _scale, rng: drawn.append(rng.random()) or {'one_hung': [0]})
-    assert drawn[0] == drawn[1] == random.Random('5/fuzz/one').random()
-
-
-def test_an_interrupted_run_tells_what_there_is(monkeypatch, tmp_path, capsys):
-    def interrupted(*_):
-        raise KeyboardInterrupt
-    module = SimpleNamespace(ATTACKS={'one': Attack(lambda *_: {'one_hung': [0]}, 'about'),
-                                      'two': Attack(interrupted, 'about')}, FIGURES=tuple(losses('one', 'words')))
-    monkeypatch.setattr(stress, 'load', lambda _suite: module)
-    monkeypatch.setattr(stress, '_new_master', lambda _subject: None)
-    monkeypatch.setattr(stress, 'subjects', lambda _options, _folder: [SimpleNamespace(side='ours')])
-    with pytest.raises(KeyboardInterrupt):
-        stress.run(stress.parse(['fuzz', '--seed', '5']))
-    assert 'words: never answered' in capsys.readouterr().out
+def test_own_memory_is_what_a_process_fills():
+    """And not the part of a file's pages that falls to it, which changes with what other programs do."""
+    before = stress_soak.own_memory(os.getpid())
+    kept = bytearray(b'x') * SIZE
+    assert stress_soak.own_memory(os.getpid()) - before == pytest.approx(SIZE / 1e6, abs=2.0)
+    with tempfile.TemporaryFile(dir='/var/tmp') as file:  # on a disk: what lies in a tmpfs is memory
+        file.write(kept)
+        file.flush()
+        mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        assert mapped.find(b'y') == -1  # reads all pages
+        assert stress_soak.own_memory(os.getpid()) - before == pytest.approx(SIZE / 1e6, abs=2.0)

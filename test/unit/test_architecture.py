@@ -43,7 +43,7 @@ ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'gymnasium'},  # most do 
             'grading/course_grader/src/course_grader/isolation': {'psutil'},
             'grading/course_grader/src/course_grader/rules': IMAGES | {'yaml'},
             'grading/course_grader/src/course_grader/classes': {'psutil', 'tqdm'},
-            'grading/course_grader/src/course_grader/formats': IMAGES,
+            'grading/course_grader/src/course_grader/formats': IMAGES | {'jinja2'},
             'grading/course_grader/src/course_grader/supervision': {'psutil'},
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': PLAIN,
@@ -53,8 +53,7 @@ INTERNALS = 'support/rospy_support/src/rospy_support/rospy_internals'  # .py or 
 REPAIR = 'support/rospy_support/python_path/rospy_repair.py'  # too: it is loaded where rospy_support is not
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
-REQUIREMENTS = {'stress': ('requirements.txt', 'stress/requirements.txt')}  # folder: what its command installs
-REQUIREMENTS.update(dict.fromkeys(('bench', 'scripts', 'src', *ROOMS[:-1]), ('requirements.txt',)))
+REQUIREMENTS = dict.fromkeys(('bench', 'stress', 'scripts', 'src', *ROOMS[:-1]), ('requirements.txt',))  # of commands
 EXTRAS = {'gymnasium'}  # of kinematic_core; ./run bench environments installs it, too
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 

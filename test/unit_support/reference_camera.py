@@ -3,8 +3,8 @@ import math
 
 import numpy as np
 
+from kinematic_core.worlds.camera import DEPTH_FAR, DEPTH_NEAR, NEAR
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
-from robotont_gazebo.core.camera import DEPTH_FAR, DEPTH_NEAR, NEAR
 from robotont_gazebo.core.faces import TOP_SHADE, UNDER_SHADE, shade
 
 SKY, FLOOR = -1, -2

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Grades a submission to Classroom 50: the assignment has the name of the exercise, with - or _ between its words.
 
-The runner starts this in the student's repository. It ends with 0 when there is a score, else the runner reports an
-error of its own.
+The runner starts this script in the student's repository. It exits with 0 if there is a score; otherwise the runner
+reports an error.
 """
 import os
 import subprocess
@@ -11,7 +11,7 @@ from pathlib import Path
 
 WORKSPACE = os.environ.get('TURTLE_ROBOTONT_WS', '/opt/turtle_robotont_ws')
 GRADE = '. "$0"/env.bash && exec rosrun turtle_robotont grade.py "$@"'
-KINDS = '.launch', '.py', '.bash'  # of programs; the first one that is there counts
+KINDS = '.launch', '.py', '.bash'  # of programs; the first that exists counts
 
 
 def main():

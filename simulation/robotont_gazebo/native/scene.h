@@ -1,51 +1,142 @@
-// What is drawn and where from, as core/native.py fills it in; names are those of core/visibility.py and core/faces.py.
+// What is drawn, and the steps that draw it. The camera is level and all solids are upright, so each column of the
+// picture is a line of the floor plan. Lengths and depths in metres, depths along the optical axis; rows and columns in
+// pixels, whole numbers at their centres.
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <vector>
 
 namespace robotont {
 
 // Compiled twice on x86: for every processor, and for those with AVX2; the better one is chosen when it is loaded.
+#if !defined(ROBOTONT_FAST)
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define ROBOTONT_FAST __attribute__((target_clones("default", "avx2")))
 #else
 #define ROBOTONT_FAST
 #endif
+#endif
 #define ROBOTONT_INLINE inline __attribute__((always_inline))
 
-enum Kind { kFront, kTop, kUnder };
-enum Face { kLeftOfX, kRightOfX, kLeftOfY, kRightOfY, kRound };
-constexpr int kFaces = kRound + 1, kLevels = 24;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTie = 1e-7;      // [m] by which a higher solid counts as nearer if two faces are in one plane
+constexpr double kSeam = 1.0;      // [px] by which an end overlaps the upright face beside it, so that there is no gap
+constexpr double kSteepest = 4.0;  // [px/column] an edge is blended over as many rows as it rises, at most these
+constexpr int kCoarsest = 12;      // a pattern's image is halved at most this many times
 
-struct Solid {
-    double box, x, y, cos, sin, half_x, half_y, radius, bottom, top, reach, rank;
-    double size[kFaces];     // [pattern's px/px] of a face 1 m away; nan: plain
-    double steps[kLevels];  // the size from which on level 1, 2, ... of the pattern's image is taken
-};
+using Colour = std::uint32_t;  // red + 256 green + 65536 blue
+using Rgb = std::array<double, 3>;
 
-struct Run {  // columns of one layer that show the same face, of an image with these levels
-    std::int32_t layer, left, right, solid, kind, face, along, up;
-};
+enum Kind { kFront, kTop, kUnder };  // an upright face, the upper and the lower end of a solid
+enum Face { kLeftOfX, kRightOfX, kLeftOfY, kRightOfY, kRound, kFaces };  // a box's own -x, +x, -y, +y; a cylinder's
 
 struct Camera {
-    std::int64_t width, height;
-    double focal, cx, cy, near, tie, seam;
-    const double* right;  // (width,)
+    int width, height;
+    double focal, cx, cy, near;
+    std::vector<double> right, down;  // x / z of each column, y / z of each row
+
+    Camera(int width, int height, double focal, double cx, double cy, double near)
+        : width(width), height(height), focal(focal), cx(cx), cy(cy), near(near), right(width), down(height) {
+        for (int column = 0; column < width; ++column) right[column] = (column - cx) / focal;
+        for (int row = 0; row < height; ++row) down[row] = (row - cy) / focal;
+    }
 };
 
 struct Pose {
-    double x, y, z, cos, sin;
+    double x, y, z, yaw, cos, sin;
+
+    Pose(double x, double y, double z, double yaw)
+        : x(x), y(y), z(z), yaw(yaw), cos(std::cos(yaw)), sin(std::sin(yaw)) {}
+    bool operator==(const Pose& other) const {
+        return x == other.x && y == other.y && z == other.z && yaw == other.yaw;
+    }
 };
 
-// Arrays (capacity, width), but floor_from (width,), in which the first `count` layers are valid; and runs.
-struct Layers {
-    std::int64_t capacity, run_capacity, count, run_count;
-    std::int32_t *solid, *kind, *face;
-    double *upper, *lower, *depth, *incidence, *floor_from;
-    Run* runs;
+struct Solid {
+    bool box;
+    double x, y, cos, sin, half_x, half_y, radius, bottom, top;
+    double reach;       // [m] from its middle to its farthest side
+    double rank = 0.0;  // of faces in one plane, that of the highest rank is seen
+    std::array<Colour, kFaces> sides = {};
+    Colour upper_end = 0, lower_end = 0;
+    Rgb round = {};                         // the colour of a cylinder's curved face, without shade
+    std::array<double, kFaces> resolution;  // [px/m] of each face's pattern; nan: it has none
+    std::vector<double> levels;  // [pattern's px/px] the size from which on level 1, 2, ... of its image is taken
+
+    static Solid make_box(double x, double y, double yaw, double length, double width, double bottom, double height) {
+        return Solid(true, x, y, yaw, length / 2, width / 2, 0.0, std::hypot(length / 2, width / 2), bottom, height);
+    }
+    static Solid make_cylinder(double x, double y, double radius, double bottom, double height) {
+        return Solid(false, x, y, 0.0, 0.0, 0.0, radius, radius, bottom, height);
+    }
+
+  private:
+    Solid(bool box, double x, double y, double yaw, double half_x, double half_y, double radius, double reach,
+          double bottom, double height)
+        : box(box), x(x), y(y), cos(std::cos(yaw)), sin(std::sin(yaw)), half_x(half_x), half_y(half_y), radius(radius),
+          bottom(bottom), top(bottom + height), reach(reach) {
+        resolution.fill(std::numeric_limits<double>::quiet_NaN());
+    }
 };
 
-// The camera in the frame of a solid: visibility.in_frame_at.
+// The images of a pattern's levels, `steps` of which halve the size; `sharper` halvings finer than the camera's pixels.
+inline std::vector<double> level_sizes(int steps, double sharper) {
+    std::vector<double> sizes;
+    for (int level = 1; level <= kCoarsest * steps; ++level)
+        sizes.push_back(std::pow(2.0, (level - 0.5) / steps + sharper));
+    return sizes;
+}
+
+// The brightness of an upright face is upright + x normal_x + y normal_y.
+struct Light {
+    double upright, x, y;
+};
+
+// What a face shows: the tones (height, width) of a pattern, or a colour.
+struct Source {
+    const std::uint8_t* tones = nullptr;  // none: a colour
+    int width = 0, height = 0;
+    double along = 0.0, up = 0.0, top = 0.0, pad = 0.0;  // [px/m], [m] z of its upper edge; [px] around the pattern
+    std::array<std::uint32_t, 3> tint = {};              // of the tones, in 1 / 65536
+    Colour colour = 0;
+    bool curved = false;  // the shaded side of a cylinder
+};
+
+struct FloorImage {
+    const std::uint8_t* tones;  // one period of the floor, and a row and a column more
+    int bits;                   // log2 of the period [px]
+};
+
+struct Background {
+    std::vector<Colour> rows;         // the colour of each row that shows neither a solid nor the floor's pattern
+    std::vector<FloorImage> floor;    // each half as fine as the previous one; none: a plain floor
+    std::array<std::uint32_t, 3> tint;  // of the floor's tones
+    double period;                    // [m]
+    double sharpness;                 // pixels of the floor's image per pixel of the camera
+};
+
+// The content of one layer in each column; beside nearer layers, it is visible between the rows upper and lower.
+struct Layer {
+    std::vector<int> solid, kind, face;  // solid: -1 where the layer is empty
+    std::vector<double> upper, lower, depth, incidence;  // of the upright face; incidence of the ray: |cosine| / z
+
+    explicit Layer(int width)
+        : solid(width), kind(width), face(width), upper(width), lower(width), depth(width), incidence(width) {}
+};
+
+struct Run {  // columns of one layer that show the same face, from an image with these levels
+    int layer, left, right, solid, kind, face, along, up;
+};
+
+struct Visible {
+    std::vector<Layer> layers;  // nearest first, of which `count` are in use
+    int count = 0;
+    std::vector<Run> runs;  // nearest layer first
+};
+
+// The camera in the frame of a solid: position, unit vectors forward and to the right.
 struct CameraInFrame {
     double x, y, forward_x, forward_y, right_x, right_y;
 
@@ -57,5 +148,24 @@ struct CameraInFrame {
         right_x = forward_y, right_y = -forward_x;
     }
 };
+
+// visibility.cpp: what is seen in each column, and in which runs.
+void find_visible(const Camera& camera, const Pose& pose, const std::vector<Solid>& solids, Visible* out);
+
+// picture.cpp: pixels (height, width, 3), RGB or with `bgr` BGR; sources: of each run.
+struct Picture {
+    const Camera& camera;
+    const Pose& pose;
+    const std::vector<Solid>& solids;
+    const Visible& visible;
+    const std::vector<const Source*>& sources;
+    const Background& background;
+    const Light& light;
+};
+void draw_picture(const Picture& picture, bool bgr, std::uint8_t* pixels);
+
+// depth.cpp: depths (height, width), nan unless between `near` and `far`.
+void draw_depth(const Camera& camera, const Pose& pose, const std::vector<Solid>& solids, const Visible& visible,
+                double near, double far, float* out);
 
 }  // namespace robotont

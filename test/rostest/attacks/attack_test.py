@@ -5,7 +5,6 @@ The nodes of a group run together, with what they need. An attack is the name of
 """
 import concurrent.futures
 import contextlib
-import http.client
 import os
 import resource
 import signal
@@ -22,11 +21,13 @@ import xmlrpc.server
 import rosgraph
 import roslib.packages
 import rospy
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 
-from rostest_support import node_kinds
+from rostest_support import node_kinds, tcpros
 from rostest_support.common import DEADLINE, Process, registered_names, run, until
 from rostest_support.node_kinds import BY_KEY
-from tcpros_client import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
+from rostest_support.tcpros import CALLER, LOG, Peer, block, header, is_closed, receive_answer, receive_header
 
 IDLE = 2000  # connections
 SOON = 0.2  # [s] in which a new subscriber and a call get through beside them: the median of
@@ -40,6 +41,33 @@ GROUPS = {  # the nodes that run together; those that an earlier group has had a
 }
 ALIKE = 'draw_square', 'mimic', 'twist_keyboard'  # these begin as the others do: whether what protects those is seen by
 ENOUGH = 'idle_connection', 'wrong_request', 'endless_message', 'many_idle_connections', 'no_descriptors'
+DRAWN = 50  # examples by hypothesis
+NESTED = 20000  # arrays in each other, in a call of 600 kB
+METHODS = ('getPid', 'getBusStats', 'getBusInfo', 'getMasterUri', 'getSubscriptions', 'getPublications', 'paramUpdate',
+           'publisherUpdate', 'requestTopic', '', 'nothing', 'system.multicall', '__init__', '_dispatch', 'getPid.x',
+           '_shutdown', 'x' * 9999)
+TEXT = st.text(st.characters(min_codepoint=32, max_codepoint=0x2fff), max_size=20)
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-2 ** 31, 2 ** 31 - 1) | st.floats(allow_nan=False, allow_infinity=False)
+    | TEXT | st.binary(max_size=20) | st.sampled_from([CALLER, '/rosout', '/turtle1/pose']),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXT, inner, max_size=3), max_leaves=8)
+FIELDS = st.dictionaries(st.sampled_from(['callerid', 'topic', 'service', 'md5sum', 'type', 'persistent']),
+                         st.sampled_from(['', 'x', '*', '/rosout', '/none', CALLER, 'y' * 5000, '\0']) | TEXT)
+HEADERS = st.binary(max_size=200) | FIELDS.map(lambda fields: header(**fields)) | st.builds(
+    lambda fields, size: header(**fields)[:size], FIELDS, st.integers(0, 60))
+
+
+def drawn(strategy, count):
+    """Return ``count`` examples of a hypothesis strategy, the same ones in every run."""
+    found = []
+
+    @settings(max_examples=count, derandomize=True, database=None, deadline=None, phases=[Phase.generate],
+              suppress_health_check=list(HealthCheck))
+    @given(strategy)
+    def draw(example):
+        found.append(example)
+    draw()
+    return found
 
 
 class Attacks:
@@ -50,16 +78,15 @@ class Attacks:
         self.hostile = contextlib.ExitStack()
 
     def open(self, data=b'', address=None):
-        connection = socket.create_connection(address or self.peer.address, timeout=DEADLINE)
+        connection = tcpros.connect(address or self.peer.address, data)
         self.hostile.callback(connection.close)
-        connection.sendall(data)
         return connection
 
     def assert_answers(self, what):
         """Assert that a new subscriber and a call get through."""
         try:
             self.peer.answers()
-        except (OSError, EOFError, AssertionError, http.client.HTTPException) as error:
+        except tcpros.TROUBLE as error:
             raise AssertionError(f'{self.kind.key}: {what}: {error!r}') from None
 
     def closed(self, connection, what):
@@ -85,6 +112,8 @@ class Attacks:
         for name, data in GARBAGE.items():
             connection = self.open(data)
             self.closed(connection, name)
+        for data in drawn(HEADERS, DRAWN):
+            self.open(data).close()
         self.assert_answers('headers of garbage')
 
     def header_with_error(self):
@@ -168,18 +197,33 @@ class Attacks:
             answer = connection.recv(100)
             assert status in answer, (self.kind.key, text[:50], answer)
         self.open(os.urandom(10000), address=self.peer.slave_address)
+        nested = '<value><array><data>' * NESTED + '</data></array></value>' * NESTED
+        body = f'<methodCall><methodName>getPid</methodName><params><param>{nested}</param></params></methodCall>'
+        connection = self.open(f'POST /RPC2 HTTP/1.1\r\nContent-Length: {len(body)}\r\n\r\n{body}'.encode(),
+                               address=self.peer.slave_address)
+        assert connection.recv(100), (self.kind.key, 'nested arrays')
         self.assert_answers('bad HTTP')
 
     def bad_calls(self):
         """Calls of the slave API with nonsense; it is the answer that counts: there is one."""
-        slave = self.peer.slave
-        for method in ('publisherUpdate', 'requestTopic', 'paramUpdate', 'getBusInfo', 'getBusStats', 'no_such_method',
-                       'system.multicall', '_shutdown'):
+        for method in ('publisherUpdate', 'requestTopic', 'paramUpdate', 'getBusInfo', 'getBusStats'):
             for arguments in ((), (1,), (CALLER, 1, 2), (CALLER, '', []), (CALLER, '/rosout', [[]]),
                               (CALLER, '/rosout', [[[]]]), (CALLER, '/rosout', 'x'), (CALLER, '/x', {}, [])):
-                with contextlib.suppress(xmlrpc.client.Fault):
-                    getattr(slave, method)(*arguments)
+                self.bad_call(method, arguments)
+        for method, arguments in drawn(st.tuples(st.sampled_from(METHODS), st.lists(VALUES, max_size=5)), DRAWN):
+            self.bad_call(method, arguments)
         self.assert_answers('nonsense for the slave API')
+
+    def bad_call(self, method, arguments):
+        with contextlib.suppress(xmlrpc.client.Error):
+            tcpros.any_call(self.peer.uri, method, arguments)
+
+    def wrong_message(self):
+        """A publisher sends messages of a wrong length for their type."""
+        for data in (b'', b'\xff' * 7, b'\xff' * 4099) if self.kind.subscribed else ():
+            with HostilePublisher(self.peer, self.kind.subscribed[0]) as connection:
+                connection.sendall(block(data))
+                self.assert_answers(f'a message of {len(data)} bytes')
 
     def endless_message(self):
         """A publisher announces a message of 4 GB."""
@@ -198,9 +242,9 @@ class Attacks:
             for address in [self.peer.address] * 150 + [self.peer.slave_address] * 150:
                 self.open(address=address)
             until(lambda: 'ulimit -n' in self.output(), f'{self.kind.key} names the reason')
-            ran, begin = self.peer.processor_time(), time.monotonic()
+            ran, begin = sum(self.peer.process.cpu_times()[:2]), time.monotonic()
             time.sleep(0.6)  # a span to measure over
-            share = (self.peer.processor_time() - ran) / (time.monotonic() - begin)
+            share = (sum(self.peer.process.cpu_times()[:2]) - ran) / (time.monotonic() - begin)
         finally:
             resource.prlimit(self.peer.pid, resource.RLIMIT_NOFILE, (soft, hard))
         self.assert_answers('file descriptors again')
@@ -258,7 +302,7 @@ class HostilePublisher:
 
 
 ATTACKS = [name for name, method in vars(Attacks).items() if callable(method) and not name.startswith('_')
-           and name not in ('open', 'assert_answers', 'closed')]
+           and name not in ('open', 'assert_answers', 'bad_call', 'closed')]
 
 
 def command(kind, folder):
@@ -287,7 +331,7 @@ class AttackTest(unittest.TestCase):
             stack.callback(end, processes)
             attacked = [pair for pair in zip(kinds, processes) if group == 'simulators' or pair[0].key != 'turtlesim']
             peers = [self.peer(kind, process) for kind, process in attacked]
-            idle = [stack.enter_context(peer.connect()) for peer in peers]
+            idle = [stack.enter_context(tcpros.connect(peer.address)) for peer in peers]
             with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
                 troubles = sum(pool.map(attack_one, peers, *zip(*attacked)), [])
             until(lambda: all(map(is_closed, idle)), 'idle connections are closed at their deadline')

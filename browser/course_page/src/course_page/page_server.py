@@ -18,24 +18,21 @@ import time
 import rosgraph
 import rospkg
 import rospy
-import tornado.routing
 import tornado.web
+from rosapi.msg import TypeDef
 
+from browser_servers.bridge import RosBridge
+from browser_servers.rosapi_answers import Answers
+from browser_servers.sources import Sources
+from browser_servers.streams import Snapshot, Stream
+from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
 from course_page.panels import open_page, running_address
+from rosapi import srv
 from rosbridge_core import web
 from rosbridge_core.session import Settings
 from rospy_support import nodes
 from rospy_support.master import Master, NoMaster
 from rospy_support.servers import Report
-
-try:
-    from rosbridge_server.bridge import RosBridge
-    from rosbridge_server.websocket import Clients, RosbridgeWebSocket
-    from web_video_server.pages import Snapshot, Stream
-    from web_video_server.sources import Sources
-except ImportError as error:  # where the originals are installed, theirs are found
-    sys.exit(f'The page needs rosbridge_server and web_video_server of this repository, but others are found: {error}. '
-             'Uninstall those packages of ROS, then type ./run build.')
 
 PORT = 8000
 LOOK = 0.5  # [s] between two looks for a master
@@ -90,12 +87,6 @@ class Socket(RosbridgeWebSocket):
             self.refuse(503, NOT_YET.format(uri=rosgraph.get_master_uri()))
 
 
-class _WebSockets(tornado.routing.Matcher):
-    def match(self, request):
-        """Match a request for a WebSocket, whatever its path: other people's pages use several."""
-        return {} if request.headers.get('Upgrade', '').lower() == 'websocket' else None
-
-
 def master_answers():
     """Return whether a ROS master answers."""
     try:
@@ -123,11 +114,11 @@ class PageServer:
     def _application(self):
         """Make the application, in the loop's thread."""
         report = Report()
-        bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, ('', '', ''))
+        bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(srv, TypeDef))
         clients = Clients(bridge, Settings(rate=RATE, burst=2 * RATE), MOST_CLIENTS,
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
-            [tornado.routing.Rule(_WebSockets(), Socket, {'clients': clients}), (r'/status', Status),
+            [websocket_rule(Socket, clients), (r'/status', Status),
              (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],

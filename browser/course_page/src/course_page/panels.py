@@ -1,4 +1,4 @@
-"""Opens a panel of the course's page: what the stand-ins for rqt do instead of opening a window."""
+"""The stand-ins for rqt: each opens a panel of the course's page instead of a window."""
 import argparse
 import json
 import os
@@ -8,6 +8,7 @@ import subprocess
 import sys
 import urllib.parse
 import urllib.request
+from typing import NamedTuple
 
 import rosgraph
 import rospy
@@ -16,35 +17,51 @@ SERVER = 'rosrun', 'course_page', 'browser'  # it prints the line that ADDRESS f
 PORT_PARAMETER = '/browser/actual_port'
 USUAL_PORT = 8000  # a server that waits for a master has no parameter yet
 ADDRESS = re.compile(r'^Open (http://\S+) in a browser')
-PLUGINS = {'rqt_graph': 'graph', 'rqt_plot': 'plot', 'rqt_image_view': 'image', 'rqt_console': 'console',
-           'rqt_topic': 'topics', 'rqt_service_caller': 'services', 'rqt_publisher': 'topics', 'rqt_top': 'nodes'}
 ANSWER = 2.0  # [s] in which a server must answer
 
 
-def main(panel, key='', several=False):
-    """Be the program: open a panel, and serve the page until Ctrl-C where nobody does.
+class Program(NamedTuple):
+    """A program of rqt: the panel that it opens, and the key of the address for its arguments ('': it takes none)."""
 
-    What is typed behind the program's name becomes ``key`` of the panel's address: one word, or ``several``.
-    """
-    parser = argparse.ArgumentParser(description=f'Opens the panel {panel} of the page in a browser.')
-    if key:
-        parser.add_argument(key, nargs='*' if several else '?', help='what to show; default: chosen there')
+    panel: str
+    key: str = ''
+    nargs: str = '?'
+
+
+PROGRAMS = {'rqt_console': Program('console'), 'rqt_graph': Program('graph'),
+            'rqt_image_view': Program('image', 'topic'), 'rqt_plot': Program('plot', 'fields', '*'),
+            'rqt_topic': Program('topics')}
+PLUGINS = {**{name: program.panel for name, program in PROGRAMS.items()},  # of rqt -s
+           'rqt_service_caller': 'services', 'rqt_publisher': 'topics', 'rqt_top': 'nodes'}
+
+
+def main():
+    """Open the panel of the program that was typed, and serve the page until Ctrl-C unless another server does."""
+    program = PROGRAMS.get(os.path.basename(sys.argv[0]))
+    show(_chosen_plugin() if program is None else _chosen(program))
+
+
+def _chosen(program):
+    """Return the address of a panel, with what is typed after the program's name."""
+    parser = argparse.ArgumentParser(description=f'Opens the panel {program.panel} of the page in a browser.')
+    if program.key:
+        parser.add_argument(program.key, nargs=program.nargs, help='what to show; default: chosen there')
     arguments, ignored = parser.parse_known_args(rospy.myargv()[1:])
     _say_ignored(ignored)
-    given = getattr(arguments, key) if key else None
-    show(fragment(panel, key, ' '.join(given) if isinstance(given, list) else given))
+    given = getattr(arguments, program.key) if program.key else None
+    return fragment(program.panel, program.key, ' '.join(given) if isinstance(given, list) else given)
 
 
-def main_rqt():
-    """Be rqt: open the page, or the panel of a plug-in that -s names."""
+def _chosen_plugin():
+    """Return the address of the page for rqt, or of the panel of the plug-in that -s names."""
     parser = argparse.ArgumentParser(prog='rqt', description='Opens the page of the course in a browser.')
-    parser.add_argument('-s', '--standalone', metavar='PLUGIN', help=f'a panel of it: {", ".join(PLUGINS)}')
+    parser.add_argument('-s', '--standalone', metavar='PLUGIN', help=f'one panel only: {", ".join(PLUGINS)}')
     arguments, ignored = parser.parse_known_args(rospy.myargv()[1:])
     plugin = (arguments.standalone or '').partition('/')[0].partition('.')[0]
     if plugin and plugin not in PLUGINS:
-        parser.error(f'there is no {plugin} here; there are {", ".join(PLUGINS)}')
+        parser.error(f'there is no plug-in {plugin} here; choose from {", ".join(PLUGINS)}')
     _say_ignored(ignored)
-    show(fragment(PLUGINS.get(plugin, '')))
+    return fragment(PLUGINS.get(plugin, ''))
 
 
 def fragment(panel, key='', value=None):

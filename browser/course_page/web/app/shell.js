@@ -1,8 +1,6 @@
 // The page around the panels: menu, addresses, states of the connection, messages.
-//
-// Address: #/ID?key=value&beside=ID2 shows the panel ID, and ID2 beside it where the screen is wide enough. All keys but
-// `beside` belong to the panel.
 
+import {addressOf, parseAddress} from './address.js';
 import {commandLine, el, fill, svg} from './dom.js';
 import {PANELS} from './panels.js';
 import {Rosapi} from './rosapi.js';
@@ -40,27 +38,6 @@ export function toast(text, level = 'info') {
   toasts.append(one);
   while (toasts.children.length > MOST_TOASTS) toasts.firstChild.remove();
   setTimeout(() => one.remove(), TOAST_TIME);
-}
-
-// Return {id, parameters} of an address's part after the #.
-export function parseAddress(hash) {
-  const [path, query = ''] = hash.replace(/^#\/?/, '').split('?');
-  return {id: decode(path), parameters: Object.fromEntries(new URLSearchParams(query))};
-}
-
-// Return the address of a panel; parameters that are '' or null are left out.
-export function addressOf(id, parameters = {}) {
-  const given = Object.entries(parameters).filter(([, value]) => value !== '' && value !== null && value !== undefined);
-  const query = String(new URLSearchParams(given));
-  return `#/${id}${query ? `?${query}` : ''}`;
-}
-
-function decode(text) {
-  try {
-    return decodeURIComponent(text);
-  } catch {
-    return text;
-  }
 }
 
 class Shell {
@@ -104,7 +81,7 @@ class Shell {
     const turn = place.turn;
     let module;
     try {
-      module = (await panel.load()).default;
+      module = (await import(`../panels/${panel.id}.js`)).default;
     } catch (error) {
       console.error(error);
       fill(body, el('p', {class: 'empty'}, `This panel could not be loaded: ${error.message}. Reload the page.`));

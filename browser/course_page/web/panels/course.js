@@ -1,6 +1,6 @@
 // The steps of the course, from docs/course.md and docs/course_next.md, each marked done when it is seen.
 import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {addressOf} from '../app/shell.js';
+import {addressOf} from '../app/address.js';
 import {PANELS} from '../app/panels.js';
 import {button, Notice, Scope, setText} from './lib/parts.js';
 import {RULES, Watcher} from './lib/course_rules.js';

@@ -1,6 +1,6 @@
 // The graph of nodes and topics, as a drawing and as a table.
 import {el, emptyState, fill, styleSheet, svg} from '../app/dom.js';
-import {addressOf} from '../app/shell.js';
+import {addressOf} from '../app/address.js';
 import {button, choice, labelled, Notice, Scope, setText} from './lib/parts.js';
 import {layOut} from './lib/layout.js';
 import {shortName} from './lib/names.js';

@@ -1,6 +1,6 @@
 // Nodes: what each publishes, subscribes to and serves, and how much it logs.
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {addressOf} from '../app/shell.js';
+import {addressOf} from '../app/address.js';
 import {choice, labelled, Notice, Scope, setText} from './lib/parts.js';
 import {isDebugNode, System} from './lib/system.js';
 import {clean} from './lib/values.js';

@@ -1,6 +1,6 @@
 // Topics: types, rates, bandwidths, live values; publishing by a form.
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {addressOf} from '../app/shell.js';
+import {addressOf} from '../app/address.js';
 import {button, labelled, Notice, Scope, setText, suggestions} from './lib/parts.js';
 import {Monitor} from './lib/monitor.js';
 import {showPublisher} from './lib/publisher.js';

@@ -6,7 +6,9 @@ import functools
 
 import rospy
 
-from rosapi.answers import NAMESPACE, SERVICES, Answers
+from browser_servers.rosapi_answers import NAMESPACE, Answers
+from rosapi import srv
+from rosapi.msg import TypeDef
 from rospy_support import nodes
 from rospy_support.parameters import Table, Text
 
@@ -16,8 +18,8 @@ PARAMETERS = Table(Text('~topics_glob', '[*]'), Text('~services_glob', '[*]'), T
 def main():
     """Serve until shutdown."""
     nodes.init_node('rosapi_node', PARAMETERS)
-    answers = Answers(*PARAMETERS.read())
-    for name, service in SERVICES.items():
+    answers = Answers(srv, TypeDef, *PARAMETERS.read())
+    for name, service in answers.services.items():
         rospy.Service(f'{NAMESPACE}{name}', service, functools.partial(answers.call, name))
     rospy.loginfo('Rosapi started')
     rospy.spin()

@@ -10,16 +10,18 @@ import sys
 import time
 
 import rospy
-import tornado.routing
 import tornado.web
+from rosapi.msg import TypeDef
 from rosbridge_msgs.msg import ConnectedClient, ConnectedClients
 from std_msgs.msg import Int32
 
+from browser_servers.bridge import RosBridge
+from browser_servers.rosapi_answers import Answers
+from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
+from rosapi import srv
 from rosbridge_core import web
 from rosbridge_core.operations import globs
 from rosbridge_core.session import Settings
-from rosbridge_server.bridge import RosBridge
-from rosbridge_server.websocket import Clients, RosbridgeWebSocket
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
@@ -102,12 +104,11 @@ class RosbridgeNode:
     def _application(self):
         """Make the application, in the loop's thread."""
         folder, interval, timeout, compress, unregister = self._http
-        bridge = RosBridge(asyncio.get_event_loop(), unregister, self._globs)
+        bridge = RosBridge(asyncio.get_event_loop(), unregister, Answers(srv, TypeDef, *self._globs))
         clients = Clients(bridge, self._settings, self._most, functools.partial(self._report, 'client'),
                           self._announced)
         return tornado.web.Application(
-            [tornado.routing.Rule(_WebSockets(), RosbridgeWebSocket, {'clients': clients}),
-             *web.folder_rules(folder, PAGE)],
+            [websocket_rule(RosbridgeWebSocket, clients), *web.folder_rules(folder, PAGE)],
             access=self._access, refused=functools.partial(self._report, 'access'), use_compression=compress,
             websocket_ping_interval=interval or None, websocket_ping_timeout=timeout,
             websocket_max_message_size=self._settings.largest, log_function=lambda handler: None)
@@ -120,14 +121,6 @@ class RosbridgeNode:
                       self._server.port)
         rospy.spin()
         self._server.stop()
-
-
-class _WebSockets(tornado.routing.Matcher):
-    """Matches a request for a websocket, whatever its path: pages use several."""
-
-    def match(self, request):
-        """Return an empty dict if it matches, else None."""
-        return {} if request.headers.get('Upgrade', '').lower() == 'websocket' else None
 
 
 def main():

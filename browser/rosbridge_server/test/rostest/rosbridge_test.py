@@ -5,8 +5,6 @@ import http.client
 import json
 import math
 import queue
-import socket
-import struct
 import threading
 import time
 
@@ -21,6 +19,7 @@ from std_srvs.srv import SetBool
 from turtlesim.msg import Pose
 
 from rostest_support.common import DEADLINE, Collected, SimulatorCase, proxy, run, until
+from rostest_support.websocket_client import WebSocket
 
 NODE = '/rosbridge_websocket'
 LOOP = asyncio.new_event_loop()
@@ -230,12 +229,9 @@ class RosbridgeTest(SimulatorCase):
 
     def test_client_that_reads_nothing_delays_nobody(self):
         publisher = rospy.Publisher('/images', Image, queue_size=1)
-        raw = socket.create_connection(('localhost', self.port))
+        raw = WebSocket(('localhost', self.port), DEADLINE)
         self.addCleanup(raw.close)
-        raw.sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n'
-                    b'Sec-WebSocket-Key: MTIzNDU2Nzg5MDEyMzQ1Ng==\r\nSec-WebSocket-Version: 13\r\n\r\n')
-        text = json.dumps({'op': 'subscribe', 'topic': '/images'}).encode()
-        raw.sendall(struct.pack('BB', 0x81, 0x80 | len(text)) + b'\0\0\0\0' + text)  # a masked text frame
+        raw.subscribe('/images', 'sensor_msgs/Image')
         until(publisher.get_num_connections, 'the subscription')
         good = self.client()
         good.send(op='subscribe', topic='/images', throttle_rate=1)

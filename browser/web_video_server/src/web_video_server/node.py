@@ -10,13 +10,14 @@ import time
 import rospy
 import tornado.web
 
+from browser_servers.core.query import KINDS
+from browser_servers.sources import Sources
+from browser_servers.streams import Page, Snapshot, Stream
 from rosbridge_core import web
 from rospy_support import nodes, parameters
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
-from web_video_server.core.query import KINDS
-from web_video_server.pages import Index, Page, Snapshot, Stream, Viewer
-from web_video_server.sources import Sources
+from web_video_server.pages import Index, Viewer
 
 RETRY = 5.0  # [s] until the next try where the port is taken
 PARAMETERS = Table(

@@ -14,7 +14,7 @@ from plain_support.processes import INTERRUPTED
 
 STEPS = (*course.STEPS, *course_markers.STEPS, *course_next.STEPS, *course_sensors.STEPS)
 TIME_LIMIT = 340  # [s] for everything except ending the processes
-TROUBLES = (DemoError, rospy.ROSException, rospy.ServiceException)
+STEP_ERRORS = (DemoError, rospy.ROSException, rospy.ServiceException)
 GREEN, RED, PLAIN = '\033[32m', '\033[31m', '\033[0m'
 
 
@@ -44,7 +44,7 @@ class Report:
         self.line(f'{" " * indent}{colour}{self._marks[good]}{plain} {text}')
 
     def step(self, step):
-        """Print the step that comes next."""
+        """Print the next step."""
         self.line(f'\n{step.number:3d}. {step.title}: {step.asked}')
         self.line(f'      $ {step.typed}')
 
@@ -68,11 +68,11 @@ def play(step, harness, report):
         if step.turtle:
             harness.reset()
         measurements += step.play(harness)
-    except TROUBLES as error:
+    except STEP_ERRORS as error:
         measurements.append(course.Measurement(str(error), False))
     try:
         pictures = [harness.picture(name)] if step.turtle else harness.kept(name)
-    except TROUBLES as error:
+    except STEP_ERRORS as error:
         measurements.append(course.Measurement(f'no picture: {error}', False))
     harness.end_nodes()
     track = harness.seen.track if step.turtle else []
@@ -81,7 +81,7 @@ def play(step, harness, report):
 
 
 def play_all(steps, output, report):
-    """Play the steps; return the titles of those that failed or did not end."""
+    """Play the steps; return the titles of those that failed or did not finish."""
     todo = [step.title for step in steps]
     failed = []
     harness = DemoHarness(output)
@@ -102,20 +102,20 @@ def play_all(steps, output, report):
     return failed + todo
 
 
-def is_meant(step, word):
-    """Return whether a word of the command line is the number of a step, or a part of its title."""
+def is_selected(step, word):
+    """Return whether a word of the command line is the number of a step or part of its title."""
     return word == str(step.number) if word.isdigit() else word.lower() in step.title.lower()
 
 
 def main():
-    """Play all steps, or those with a given number or word of the title; exit with 0 only if all passed."""
+    """Play all steps, or those with a given number or a word in the title; exit with 0 only if all passed."""
     parser = argparse.ArgumentParser(prog='./run demo', description=__doc__)
     parser.add_argument('--output', default='output', metavar='DIR',
                         help='folder for pictures and logs (default: %(default)s)')
     parser.add_argument('words', nargs='*', metavar='WORD', help='do only the steps with this number in the course, '
                         'or with this word in their title')
     arguments = parser.parse_args(rospy.myargv()[1:])
-    steps = [step for step in STEPS if not arguments.words or any(is_meant(step, word) for word in arguments.words)]
+    steps = [step for step in STEPS if not arguments.words or any(is_selected(step, word) for word in arguments.words)]
     if not steps:
         parser.error('no step has such a number, nor such a word in its title; the steps are: '
                      + ', '.join(f'{step.number} {step.title}' for step in STEPS))
@@ -140,9 +140,9 @@ def main():
 
 @contextlib.contextmanager
 def _time_limit(seconds):
-    def ring(*_):
+    def on_alarm(*_):
         raise OutOfTimeError
-    signal.signal(signal.SIGALRM, ring)
+    signal.signal(signal.SIGALRM, on_alarm)
     signal.alarm(seconds)
     try:
         yield

@@ -1,7 +1,7 @@
 """The turtle steps of the demo: each plays a step of the course on a DemoHarness and measures the result.
 
-A step starts the node of the course, or types its command, and measures only poses, colours and commands of the turtle:
-``play(harness)`` returns the Measurements.
+A step starts a program of the course, or types its command, and measures poses, colours and commands of the turtle
+only: ``play(harness)`` returns the Measurements.
 """
 import contextlib
 import math
@@ -18,26 +18,26 @@ from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
 
 CIRCLE_RATE = 8.0  # simulated seconds per wall-clock second: a round of half a minute
-CIRCLE_TIMEOUT = 60.0  # [s] for that round, also in a turtlesim whose time cannot run faster
-POSES = 5  # a subscriber must print at least this many
+CIRCLE_TIMEOUT = 60.0  # [s] for that round, also in a turtlesim that cannot run faster
+POSES = 5  # that a subscriber must print at least
 STOP_TOLERANCE = 0.02  # [m] of stopping at x
 CORNER_TOLERANCE = 0.05  # [m] of driving
 HEADING_TOLERANCE = 0.05  # [rad] of driving
-PRINTED = 1e-6  # [m] the last digit that pose_subscriber prints
+PRINTED = 1e-6  # [m] of the last digit that pose_subscriber prints
 BLUE, BLACK = (0, 0, 255), (0, 0, 0)
 SIM_SERVICES = {'/clear', '/kill', '/reset', '/spawn', '/turtle1/set_pen', '/turtle1/teleport_absolute',
                 '/turtle1/teleport_relative', '/turtlesim/get_loggers', '/turtlesim/set_logger_level'}
 
 
 class Measurement(NamedTuple):
-    """Something measured, and whether it is correct."""
+    """A measured value in words, and whether it is correct."""
 
     text: str
     good: bool
 
 
 def near(what, value, wanted, tolerance, unit):
-    """Return the Measurement of a value that should be near ``wanted``."""
+    """Return the Measurement of a value that should be close to ``wanted``."""
     return Measurement(f'{what} {value:.3f} {unit} (expected {wanted:.3f}, tolerance {tolerance:g})',
                        abs(value - wanted) <= tolerance)
 
@@ -84,7 +84,7 @@ def pose_subscriber(harness):
     node = harness.rosrun('pose_subscriber.py')
     harness.until(lambda: 'Turtle pose' in node.output(), 'the node prints no pose', STEP_TIMEOUT, node)
     harness.call('turtle1/teleport_absolute', TeleportAbsolute, 2.5, 7.25, 0.5)
-    with contextlib.suppress(DemoError):  # what is printed is measured
+    with contextlib.suppress(DemoError):  # the printed poses are measured below
         harness.until(lambda: node.output().count('x:2.5') > POSES, 'the node does not print the new pose',
                       REST_TIMEOUT, node)
     printed = re.findall(r'Turtle pose: x:(-?[0-9.]+), y:(-?[0-9.]+)', node.output())
@@ -143,7 +143,7 @@ def services_and_pen(harness):
 def goto_pose(harness):
     server = harness.rosrun('goto_pose_server.py')
     harness.until(lambda: 'Ready' in server.output(), 'the service does not start', STEP_TIMEOUT, server)
-    _call(harness, '/turtle1/gotoPose', '1.5', '2.5', '3.14')
+    harness.typed('rosservice', 'call', '/turtle1/gotoPose', '1.5', '2.5', '3.14')
     distance, heading = track_metrics.goal_error(harness.seen.track, Goal(1.5, 2.5, 3.14))
     harness.until_rest()
     track = harness.seen.track
@@ -155,7 +155,7 @@ def goto_pose(harness):
 def square_by_service(harness):
     corners = [(8.0, CENTRE), (8.0, 8.0), (CENTRE, 8.0), (CENTRE, CENTRE)]
     for (x, y), theta in zip(corners, ('0.0', '1.5708', '3.1416', '4.7124')):
-        _call(harness, '/turtle1/teleport_absolute', f'{x:.6f}', f'{y:.6f}', theta)
+        harness.typed('rosservice', 'call', '/turtle1/teleport_absolute', f'{x:.6f}', f'{y:.6f}', theta)
     harness.until_rest()
     track = harness.seen.track
     return [Measurement(f'{len(track_metrics.jumps(track))} teleports (expected 4)',
@@ -178,15 +178,8 @@ def black_tour(harness):
                         on_path == {BLACK})]
 
 
-def _call(harness, service, *arguments):
-    """Type ``rosservice call``."""
-    process = harness.start('rosservice', 'call', service, *arguments)
-    if process.wait(STEP_TIMEOUT) != 0 or 'ERROR' in process.output():
-        raise DemoError(f'rosservice call {service} failed: {process.last_line()}')
-
-
 class Step(NamedTuple):
-    """A step of the course: its number there, its title, its task, its command, and what plays and measures it.
+    """A step of the course: its number there, its title, its task, its command, and the function that plays it.
 
     ``turtle``: the step moves a turtle, which is reset before and shown in a picture afterwards; other steps save
     pictures with ``DemoHarness.keep``.

@@ -23,34 +23,22 @@ from std_msgs.msg import String
 
 from course_demo.core import track_metrics
 from course_demo.course import Measurement, Step, at_most, near
-from course_demo.harness import REST_TIMEOUT, DemoError
+from course_demo.harness import REST_TIMEOUT, DemoError, Recorder
+from kinematic_core.worlds import overhead, world_format
 from marker_pictures.marker_sequence import FRAMES, MARKERS
 from rospy_support import images
 from turtle_robotont.driver import pose_of
 from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.shapes import Point
 
-START_TIMEOUT = 60.0  # [s] until the first message, on a loaded machine; the first run renders the sequence before
+START_TIMEOUT = 60.0  # [s] until the first message on a loaded machine; the first run renders the sequence first
 POSITION_ERROR = 0.01  # median position error as share of the distance; the camera has distortion
 SHEET = (3, 2)  # pictures side by side and below each other
 MAZE_RATE = 3.0  # simulated seconds per wall-clock second
-MAZE_TIME = 80.0  # [s] of simulated time that the maze may take; the wall time depends on the machine
+MAZE_TIME = 80.0  # [s] of simulated time for the maze; the wall time depends on the machine
 POSE_RATE = 30.0  # [Hz] of simulated time at which the simulator publishes the robot's pose
 NEAR_MARKER = 1.25  # [m] from the robot's middle; the camera, 0.1 m further back, approaches to 1 m
 PICTURES_WAIT = 3.0  # [s] for a picture
-
-
-class Recorder:
-    """Records the messages of a topic, each converted by ``convert``."""
-
-    def __init__(self, topic, message_type, convert):
-        self.entries = []
-        self._subscriber = rospy.Subscriber(topic, message_type, lambda message: self.entries.append(convert(message)),
-                                            tcp_nodelay=True)
-
-    def end(self):
-        """Stop recording."""
-        self._subscriber.unregister()
 
 
 def ar_markers(harness):
@@ -126,12 +114,12 @@ def maze(harness):
 
 
 def run_maze(harness):
-    """Let the robot drive through the maze; return (FloorPlan, true poses, simulated time [s], the node's result)."""
+    """Drive the robot through the maze; return (FloorPlan, true poses, simulated time [s], the node's result)."""
     simulator = harness.start('roslaunch', 'robotont_gazebo', 'world_minimaze_ar.launch', f'rate:={MAZE_RATE:g}')
     world = Recorder('robotont_gazebo/world', String, lambda message: message.data)
     poses = Recorder('robotont_gazebo/ground_truth', Odometry, pose_of)
     try:
-        harness.until(lambda: world.entries and poses.entries, 'the simulated robot does not start',
+        harness.until(lambda: world.entries and poses.entries, 'the robotont_gazebo of this repository does not start',
                       START_TIMEOUT, simulator)
         before = len(poses.entries)
         node = harness.start('roslaunch', 'turtle_robotont', 'ar_maze.launch', 'sim:=false')
@@ -152,10 +140,10 @@ def run_maze(harness):
 
 def watch_maze(node):
     """Wait until the tour ends; return an image of the tracker for each marker that the robot approaches."""
-    views, looked = [], set()
+    views, approached = [], set()
     while node.runs() and not re.search(r'Visited the markers|FATAL', node.output()):
-        for marker in set(re.findall(r'Approaching marker (\d+)', node.output())) - looked:
-            looked.add(marker)
+        for marker in set(re.findall(r'Approaching marker (\d+)', node.output())) - approached:
+            approached.add(marker)
             views.append(_next_view())
         time.sleep(0.05)
     return [view for view in views if view is not None]
@@ -169,24 +157,19 @@ def _next_view():
 
 
 def world_plan(text):
-    """Return the FloorPlan that the simulator publishes; raise DemoError if it is another simulator."""
-    try:
-        from robotont_gazebo.core import worlds
-    except ImportError:
-        raise DemoError('this step needs the robotont_gazebo of this repository') from None
-    return worlds.parse_json(text)
+    """Return the FloorPlan that the simulator publishes."""
+    return world_format.parse_json(text)
 
 
 def map_of(plan, track, title='AR maze'):
     """Return the map with the path of the robot, BGR."""
-    from robotont_gazebo.core import overhead
     last = track[-1]
     path = overhead.Path([(pose.x, pose.y) for pose in track], label='the path of the robot')
     return cv2.cvtColor(overhead.draw_map(plan, [path], [(last.x, last.y, last.theta)], title), cv2.COLOR_RGB2BGR)
 
 
 def sheet(pictures):
-    """Return one image with up to six of the pictures, evenly chosen in time."""
+    """Return one image of up to six pictures, evenly spaced in time."""
     across, down = SHEET
     if not pictures:
         raise DemoError('the tracker published no image')

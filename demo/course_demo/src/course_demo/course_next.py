@@ -15,22 +15,21 @@ from turtlesim.msg import Pose
 
 from course_demo.core import track_metrics
 from course_demo.course import Measurement, Step, at_most, near
-from course_demo.course_markers import Recorder
-from course_demo.harness import EXACT, STEP_TIMEOUT, DemoError
+from course_demo.harness import EXACT, STEP_TIMEOUT, DemoError, Recorder
 
 BACKGROUND = (40, 90, 60)
-BEHIND = 0.6  # [m] that turtle2 stays behind turtle1: it comes nearer and nearer
+BEHIND = 0.6  # [m] between turtle2 and turtle1 after a while: it comes closer and closer
 AWAY = (1.5, 0.8, 2.5)  # [m/s, rad/s, s] that turtle1 drives then
-FARTHEST = 3.5  # [m] that turtle2 may be behind: its speed is half of the distance per second
+FARTHEST = 3.5  # [m] that turtle2 may lag behind: its speed is half of the distance per second
 EDGES, RADIUS = 3, 0.7  # of the polygon; [m]
 CLOSED = 0.1  # [m] between start and end of the polygon
 DRIVE = (1.0, 0.8, 2.0)  # [m/s, rad/s, s] that is recorded
 STARTED = (1.0, 0.0, 1.0)  # [m/s, rad/s, s] that a service starts
-NEARLY = 0.15  # [m] of a path: commands come a tick earlier or later
+NEARLY = 0.15  # [m] of a path: commands may arrive a tick earlier or later
 RATE = 10.0  # [Hz] of velocities
 RED = 200  # of the background that the launch file sets
 SPEEDS = {'turtle1': (2.0, 2.0), 'turtle2': (1.0, 2.0)}  # [m/s, rad/s] that the launch file sets
-ROUND = 0.02  # [m] off a circle
+ROUND = 0.02  # [m] deviation from a circle
 LAUNCH_FILE = f'''<launch>
   <arg name="red" default="0"/>
   <param name="/turtlesim/background_r" value="$(arg red)"/>
@@ -56,14 +55,14 @@ def services(harness):
         return TriggerResponse(True, 'drives' if wanted[-1] else 'stands')
     server = rospy.Service('turtle_command', Trigger, command)
     try:
-        _typed(harness, 'rosservice', 'call', '/spawn', '2', '2', '0', 'turtle2')
+        harness.typed('rosservice', 'call', '/spawn', '2', '2', '0', 'turtle2')
         harness.until(lambda: turtle2.entries, 'there is no turtle2', STEP_TIMEOUT)
         again = harness.start('rosservice', 'call', '/spawn', '3', '3', '0', 'turtle2')
         again.wait(STEP_TIMEOUT)
-        _typed(harness, 'rosservice', 'call', '/turtle_command')
+        harness.typed('rosservice', 'call', '/turtle_command')
         if wanted == [True]:
             _publish(publisher, *STARTED)
-        _typed(harness, 'rosservice', 'call', '/turtle_command')
+        harness.typed('rosservice', 'call', '/turtle_command')
     finally:
         server.shutdown()
         publisher.unregister()
@@ -78,8 +77,8 @@ def services(harness):
 
 def parameters(harness):
     for name, value in zip(('r', 'g', 'b'), BACKGROUND):
-        _typed(harness, 'rosparam', 'set', f'/turtlesim/background_{name}', str(value))
-    _typed(harness, 'rosservice', 'call', '/clear')
+        harness.typed('rosparam', 'set', f'/turtlesim/background_{name}', str(value))
+    harness.typed('rosservice', 'call', '/clear')
     harness.until(lambda: harness.seen.colours[-1:] == [BACKGROUND], 'the background keeps its colour', STEP_TIMEOUT)
     return [Measurement(f'the background has the colour {BACKGROUND}', True)]
 
@@ -88,7 +87,7 @@ def launch_file(harness):
     path = os.path.join(harness.output, 'two_turtles.launch')
     with open(path, 'w', encoding='utf-8') as file:
         file.write(LAUNCH_FILE)
-    _typed(harness, 'rosservice', 'call', '/spawn', '2', '2', '0', 'turtle2')
+    harness.typed('rosservice', 'call', '/spawn', '2', '2', '0', 'turtle2')
     tracks = {name: Recorder(f'{name}/pose', Pose, lambda pose: pose) for name in SPEEDS}
     launch = harness.start('roslaunch', path, f'red:={RED}')
     try:
@@ -161,9 +160,7 @@ def record_and_play(harness):
     recorder.wait(STEP_TIMEOUT)
     driven = harness.seen.track
     harness.reset()
-    player = harness.start('rosbag', 'play', path)
-    if player.wait(STEP_TIMEOUT) != 0:
-        raise DemoError(f'rosbag play failed: {player.last_line()}')
+    harness.typed('rosbag', 'play', path)
     harness.until_rest()
     again = harness.seen.track
     return [Measurement(f'recorded a drive of {track_metrics.path_length(driven):.2f} m',
@@ -178,19 +175,13 @@ def _radius(track):
 
 
 def _publish(publisher, linear, angular, seconds):
-    """Publish a velocity for some seconds, and then stop."""
+    """Publish a velocity for some seconds, then stop."""
     twist, end = Twist(), time.monotonic() + seconds
     twist.linear.x, twist.angular.z = linear, angular
     while time.monotonic() < end:
         publisher.publish(twist)
         time.sleep(1.0 / RATE)
     publisher.publish(Twist())
-
-
-def _typed(harness, *command):
-    process = harness.start(*command)
-    if process.wait(STEP_TIMEOUT) != 0:
-        raise DemoError(f'{" ".join(command)} failed: {process.last_line()}')
 
 
 STEPS = (

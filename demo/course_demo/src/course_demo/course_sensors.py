@@ -1,4 +1,4 @@
-"""The steps of the demo in which a robot drives by what it measures: distances of its depth camera, and a marker.
+"""The steps of the demo in which a robot drives by its sensors: distances of its depth camera, and a marker.
 
 Each controller is the one that docs/course_next.md prints.
 
@@ -14,20 +14,21 @@ import yaml
 from ar_track_alvar_msgs.msg import AlvarMarkers
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from robotont_gazebo.srv import MoveMarker
 from robotont_laserscan_to_distance.msg import LaserScanSplit
 from std_msgs.msg import String
 
 from course_demo.core import track_metrics
 from course_demo.course import Measurement, Step, at_most, near
-from course_demo.course_markers import POSE_RATE, START_TIMEOUT, Recorder, map_of, world_plan
+from course_demo.course_markers import POSE_RATE, START_TIMEOUT, map_of, world_plan
+from course_demo.harness import Recorder
 from course_demo.plots import over_time
+from kinematic_core.worlds.frames import CAMERA_X
 from turtle_robotont.driver import pose_of
 
-GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] from the goal that counts as there
-LONGEST, LOWEST, HIGHEST = 12.0, 0.4, 0.7  # [s], [m] of the plots of the distance: the last bit of the way
-RESTS = 10.0  # [s] after which the robot must be at rest in front of the box
-PACE, BACK, SWING = 0.2, 12, 0.2  # [m/s], times that it turns back, [m] from the goal that it swings at most
+GOAL, GAIN, FLAT = 0.5, 0.8, 0.03  # [m] from the box, [1/s], [m] tolerance of the goal
+LONGEST, LOWEST, HIGHEST = 12.0, 0.4, 0.7  # [s], [m], [m] of the plots: the end of the way
+RESTS = 10.0  # [s] after which the robot must stand in front of the box
+PACE, BACK, SWING = 0.2, 12, 0.2  # [m/s], number of turns, [m] of the largest swing around the goal
 GATE = 0.15  # [m] beside the middle of a gate
 BEHIND = 0.6  # [m] behind the marker
 AIMED = 0.05  # [rad] beside the marker
@@ -40,11 +41,11 @@ TRACKER = 'roslaunch', 'turtle_robotont', 'camera_ar_track.launch', 'source:=sim
 class Drive:
     """A simulated Robotont in a world, which ``control(message)`` of a sensor drives: it returns (x, y, yaw rate).
 
-    A context manager; inside of it, ``track`` are the true poses, ``commands`` what was published.
+    A context manager; inside, ``track`` are the true poses, ``commands`` the published velocities.
     """
 
     def __init__(self, harness, world, sensor, topic, message_type, control):
-        """``world`` and ``sensor`` are the commands that start the simulator and what measures."""
+        """``world`` and ``sensor`` are the commands that start the simulator and the sensor's nodes."""
         self._harness, self._control, self.commands = harness, control, []
         self._simulator = harness.start(*world, f'rate:={RATE:g}')
         harness.start(*sensor)
@@ -93,7 +94,6 @@ def _bangbang(harness, control):
 
 def _from_box(plan, track):
     """Return the distances [m] from the camera to the box."""
-    from robotont_gazebo.core.frames import CAMERA_X  # there is a plan, so this is our robotont_gazebo
     return [plan.boxes[0].x - plan.boxes[0].length / 2.0 - pose.x - CAMERA_X for pose in track]
 
 
@@ -172,12 +172,12 @@ def moved_marker(harness):
     with Drive(harness, world, TRACKER, 'ar_pose_marker', AlvarMarkers, control) as drive:
         drive.until(there, 'the robot does not come to the marker')
         first = drive.track[-1]
+        from robotont_gazebo.srv import MoveMarker  # the original has none
         harness.call('robotont_gazebo/move_marker', MoveMarker, 'marker1', *MOVED, 0.0)
         drive.until(lambda: not there(), 'the tracker does not see that the marker has moved')
         drive.until(there, 'the robot does not follow the marker')
         plan, track = drive.plan, drive.track
     harness.keep(map_of(plan, track, 'A marker that moves'))
-    from robotont_gazebo.core.frames import CAMERA_X
     last = track[-1]
     camera = last.x + CAMERA_X * math.cos(last.theta), last.y + CAMERA_X * math.sin(last.theta)
     bearing = math.remainder(math.atan2(MOVED[1] - camera[1], MOVED[0] - camera[0]) - last.theta, math.tau)

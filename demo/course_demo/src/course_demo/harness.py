@@ -1,8 +1,7 @@
 """The environment of the demo: a master, a simulator, the nodes of a step, and an observer of the turtle.
 
-Threads: rospy calls the observer's callbacks in its own threads, one per topic; a lock guards the stored data.
-Processes: each has its own process group and is ended by ``DemoHarness.close``, or by the kernel (SIGINT) if the demo
-itself is killed.
+Threads: rospy calls the recorders' callbacks in its own threads, one per topic; they only append.
+Processes: each has its own process group; ``DemoHarness.close`` ends it, or the kernel (SIGINT) if the demo is killed.
 """
 import contextlib
 import glob
@@ -11,7 +10,6 @@ import os
 import shutil
 import signal
 import subprocess
-import threading
 import time
 
 import cv2
@@ -31,15 +29,15 @@ from rospy_support.own_master import MasterError, own_master
 
 CENTRE = ARENA_SIZE / 2.0  # [m] x and y where a turtle starts
 EXACT = 1e-3  # [m]
-STEP_TIMEOUT = 30.0  # [s] for everything that a step starts or waits for, even on a loaded machine
+STEP_TIMEOUT = 30.0  # [s] for anything that a step starts or waits for, even on a loaded machine
 REST_TIMEOUT = 5.0  # [s] in which a turtle must come to rest
-END_STAGES = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # of a roslaunch and its nodes
+END_STAGES = ((signal.SIGINT, 4.0), (signal.SIGTERM, 1.0), (signal.SIGKILL, 1.0))  # enough for a roslaunch
 POLL = 0.02  # [s]
 BACKGROUND = [f'turtlesim/background_{channel}' for channel in 'rgb']
 
 
 class DemoError(RuntimeError):
-    """Waiting has failed or timed out; the text says for what."""
+    """A step cannot go on; the text says what it waited for."""
 
 
 class Process(BackgroundProcess):
@@ -65,48 +63,46 @@ class Process(BackgroundProcess):
         super().stop(stages)
 
 
+class Recorder:
+    """Records the messages of a topic, each converted by ``convert``."""
+
+    def __init__(self, topic, message_type, convert):
+        self.entries = []
+        self._subscriber = rospy.Subscriber(topic, message_type, lambda message: self.entries.append(convert(message)),
+                                            tcp_nodelay=True)
+
+    def end(self):
+        """Stop recording."""
+        self._subscriber.unregister()
+
+
 class Observer:
     """Records what one turtle does, from its topics alone."""
 
     def __init__(self, turtle):
-        self._lock = threading.Lock()
-        self._poses = self._record(f'{turtle}/pose', Pose, lambda pose: pose)
-        self._colours = self._record(f'{turtle}/color_sensor', Color, lambda colour: (colour.r, colour.g, colour.b))
-        self._commands = self._record(f'{turtle}/cmd_vel', Twist, lambda _: time.monotonic())
-
-    def _record(self, topic, message_type, convert):
-        """Return a list that grows by each message, converted."""
-        record = []
-
-        def store(message):
-            with self._lock:
-                record.append(convert(message))
-        rospy.Subscriber(topic, message_type, store, tcp_nodelay=True)
-        return record
+        self._poses = Recorder(f'{turtle}/pose', Pose, lambda pose: pose)
+        self._colours = Recorder(f'{turtle}/color_sensor', Color, lambda colour: (colour.r, colour.g, colour.b))
+        self._commands = Recorder(f'{turtle}/cmd_vel', Twist, lambda _: time.monotonic())
 
     def clear(self):
-        """Forget everything seen so far."""
-        with self._lock:
-            for record in (self._poses, self._colours, self._commands):
-                record.clear()
+        """Discard everything recorded so far."""
+        for recorder in (self._poses, self._colours, self._commands):
+            recorder.entries.clear()
 
     @property
     def track(self):
         """Return the poses seen, in order."""
-        with self._lock:
-            return list(self._poses)
+        return list(self._poses.entries)
 
     @property
     def colours(self):
         """Return the colour sensor's readings (r, g, b), in order."""
-        with self._lock:
-            return list(self._colours)
+        return list(self._colours.entries)
 
     @property
     def commands(self):
         """Return the times [s, monotonic] at which velocities were sent to the turtle."""
-        with self._lock:
-            return list(self._commands)
+        return list(self._commands.entries)
 
 
 class DemoHarness:
@@ -156,11 +152,17 @@ class DemoHarness:
         return process
 
     def rosrun(self, script, *arguments):
-        """Start one of this package's nodes, as rosrun does but half a second faster; return its Process."""
+        """Start a program of turtle_robotont, half a second faster than rosrun; return its Process."""
         paths = roslib.packages.find_node('turtle_robotont', script)
         if not paths:
             raise DemoError(f'package turtle_robotont has no node {script}; build the workspace with ./run build')
         return self.start(paths[0], *arguments)
+
+    def typed(self, *command):
+        """Type a command and wait until it ends; raise DemoError if it fails."""
+        process = self.start(*command)
+        if process.wait(STEP_TIMEOUT) != 0 or 'ERROR' in process.output():
+            raise DemoError(f'{" ".join(command)} failed: {process.last_line()}')
 
     def end_nodes(self):
         """End all processes except master and simulator."""
@@ -201,17 +203,17 @@ class DemoHarness:
         return rospy.ServiceProxy(service, service_type)(*request)
 
     def set_rate(self, rate):
-        """Let time run ``rate`` times as fast, if the simulator offers that."""
+        """Run simulated time ``rate`` times as fast, if the simulator supports it."""
         with contextlib.suppress(rospy.ROSException):
             rospy.wait_for_service('turtlesim/set_rate', 0.05)
             rospy.ServiceProxy('turtlesim/set_rate', SetRate)(rate)
 
     def keep(self, picture):
-        """Keep a picture, (height, width, 3) uint8 BGR, of the current step."""
+        """Add a picture of the current step, (height, width, 3) uint8 BGR."""
         self._kept.append(picture)
 
     def kept(self, name):
-        """Save the pictures kept as ``name``.png, ``name``_2.png and so on, and forget them; return their paths."""
+        """Save the added pictures as ``name``.png, ``name``_2.png and so on; return their paths."""
         paths = [os.path.join(self.output, f'{name}{f"_{number}" if number > 1 else ""}.png')
                  for number in range(1, len(self._kept) + 1)]
         for path, picture in zip(paths, self._kept):
@@ -224,7 +226,7 @@ class DemoHarness:
         return paths
 
     def picture(self, name):
-        """Save the simulator's image as ``name``.png; return its path, or None if the simulator offers none."""
+        """Save the simulator's image as ``name``.png; return its path, or None if there is no ~snapshot service."""
         try:
             rospy.wait_for_service('turtlesim/snapshot', 0.05)
         except rospy.ROSException:

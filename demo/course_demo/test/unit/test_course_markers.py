@@ -5,7 +5,6 @@ import cv2
 import numpy as np
 import pytest
 
-from course_demo import course_markers
 from course_demo.course_markers import compared, sequence_measurements, sheet
 from course_demo.harness import DemoError, DemoHarness
 
@@ -59,12 +58,6 @@ def test_sheet_has_up_to_six_pictures(count):
 def test_sheet_of_nothing_is_refused():
     with pytest.raises(DemoError, match='no image'):
         sheet([])
-
-
-def test_world_of_another_simulator_is_named(monkeypatch):
-    monkeypatch.setitem(__import__('sys').modules, 'robotont_gazebo.core', None)
-    with pytest.raises(DemoError, match='needs the robotont_gazebo of this'):
-        course_markers.world_plan('{}')
 
 
 def test_pictures_that_a_step_keeps_are_saved_under_its_name_once(tmp_path):

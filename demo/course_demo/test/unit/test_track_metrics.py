@@ -5,12 +5,10 @@ import pytest
 
 from course_demo.core import track_metrics
 from kinematic_core.worlds.turtle_world import DT, TurtleWorld
-from turtle_robotont.driving import accuracy
 from turtle_robotont.driving.control import Goal
 from turtle_robotont.driving.shapes import Point
 from turtle_robotont.driving.vehicle import VehicleState
 
-ROUNDING = 1e-9
 STEP = 0.01  # [m] between two poses of a drawn line
 
 
@@ -38,7 +36,6 @@ def driven(linear, angular, seconds):
 
 
 SQUARE = [(2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 4.0), (2.0, 2.0)]
-SQUARE_POINTS = [Point(*corner) for corner in SQUARE[1:]]
 
 
 @pytest.mark.parametrize('times, rate', [
@@ -101,31 +98,8 @@ def test_goal_error_takes_the_short_way_round():
     assert distance == pytest.approx(0.5) and heading == pytest.approx(2.0 * math.pi - 6.2)
 
 
-def test_corners_passed_in_order_are_missed_by_nothing():
-    assert accuracy.corner_misses(line(*SQUARE), SQUARE_POINTS) == pytest.approx([0.0] * 4, abs=ROUNDING)
-
-
-def test_cut_corner_is_missed_by_its_distance_from_the_cut():
-    track = line((2.0, 2.0), (3.9, 2.0), (4.0, 2.1), (4.0, 4.0), (2.0, 4.0), (2.0, 2.0))
-    misses = accuracy.corner_misses(track, SQUARE_POINTS)
-    assert misses[0] == pytest.approx(0.1 / math.sqrt(2.0), abs=STEP)
-    assert misses[1:] == pytest.approx([0.0] * 3, abs=ROUNDING)
-
-
-def test_order_of_the_corners_counts():
-    assert max(accuracy.corner_misses(line(*SQUARE), SQUARE_POINTS[::-1])) > 1.0
-
-
-def test_corner_left_out_is_missed():
-    assert max(accuracy.corner_misses(line((2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 2.0)), SQUARE_POINTS)) > 0.9
-
-
-def test_without_a_track_everything_is_missed():
-    assert accuracy.corner_misses([], SQUARE_POINTS) == [math.inf] * 4
-    assert track_metrics.closing_error([]) == math.inf
-
-
 def test_closing_error_is_the_gap():
+    assert track_metrics.closing_error([]) == math.inf
     assert track_metrics.closing_error(line(*SQUARE)) == 0.0
     assert track_metrics.closing_error(line((1.0, 1.0), (4.0, 5.0))) == 5.0
 
@@ -139,8 +113,3 @@ def test_path_deviation_is_the_largest_distance_from_the_lines(corners, deviatio
     track = line(*SQUARE)
     path = [Point(*corner) for corner in corners]
     assert track_metrics.path_deviation(track, path) == pytest.approx(deviation, abs=0.02)
-
-
-def test_radius_deviation_is_the_largest_distance_from_the_circle():
-    track = [pose(math.cos(a / 10.0) * r, math.sin(a / 10.0) * r) for a, r in enumerate((1.0, 1.02, 0.97, 1.0))]
-    assert accuracy.radius_deviation(track, Point(0.0, 0.0), 1.0) == pytest.approx(0.03)

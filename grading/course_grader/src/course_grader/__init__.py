@@ -1,1 +1,1 @@
-"""Grading a student's node: exercise files, what was observed, what counts, and the reports. See exercise.py."""
+"""Grades programs of students: exercise files, observation, rules, and reports. See rules/exercise.py."""

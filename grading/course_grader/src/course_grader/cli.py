@@ -3,7 +3,7 @@
 Exit codes: 0 passed, 1 failed, 2 usage error or wrong exercise file, 3 undecided (no free port, or the machine was too
 slow in three attempts), 130 interrupted.
 
-It is a test for rostest, too: ``<test pkg="turtle_robotont" type="grade.py" args="EXERCISE -- COMMAND" .../>``.
+It also works as a test for rostest: ``<test pkg="turtle_robotont" type="grade.py" args="EXERCISE -- COMMAND" .../>``.
 """
 import argparse
 import difflib
@@ -15,7 +15,6 @@ import sys
 import rospkg
 
 from course_grader import usage
-from course_grader.classes import grade_all, grade_merge
 from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels, sourced, view
@@ -24,7 +23,6 @@ from course_grader.supervision.job import Job
 from course_grader.supervision.supervisor import EXTRA, RESULTS, Supervisor
 from plain_support import create_whole, processes, write_whole
 
-REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]
 GTEST_OUTPUT = '--gtest_output=xml:'
 
 
@@ -39,8 +37,10 @@ def main(arguments=None):
 def _main(arguments):
     arguments, junit = _without_rostest(sys.argv[1:] if arguments is None else arguments)
     if '--merge' in arguments[:_cut(arguments)]:
+        from course_grader.classes import grade_merge  # only here: its imports would delay the grading of one program
         return grade_merge.main([argument for argument in arguments if argument != '--merge'])
     if '--all' in arguments[:_cut(arguments)]:
+        from course_grader.classes import grade_all
         return grade_all.main([argument for argument in arguments if argument != '--all'], exercises(), load)
     options, unknown = _parse(arguments)
     place = systems.Place(os.environ)
@@ -49,7 +49,7 @@ def _main(arguments):
         systems.check(form, place)
         usage.check(arguments[:_cut(arguments)], unknown, options.command, options.exercise)
         chosen = load(_find(options.exercise))
-        if form not in systems.READ_SCORES:  # else the student has not handed it in
+        if form not in systems.READ_SCORES:  # otherwise the program was not handed in
             usage.check_program(arguments[:_cut(arguments)], options.command)
             _check_package(arguments[:_cut(arguments)], options)
     except (exercise.ExerciseError, systems.FormatError, usage.UsageError, OSError) as error:
@@ -98,19 +98,19 @@ def exercises():
 
 
 def load(path):
-    """Return the Exercise of a file that this machine can grade; raise ExerciseError or OSError."""
+    """Return the Exercise of a file if this machine can grade it; raise ExerciseError or OSError."""
     loaded = exercise.load(path)
     if any(what == 'call' for what, _ in loaded.stimuli):
-        from course_grader.attempt import service_types  # imports ROS, which no other exercise needs here
+        from course_grader.attempt import service_types  # imports ROS, which other exercises do not need here
         service_types.check(loaded)
     return loaded
 
 
 def _sourced(environment):
-    """Return what is Sourced in the terminal besides ROS and this repository."""
+    """Return the Sourced packages of the terminal, without ROS and this repository."""
     entries = sourced.folders_in(environment, sourced.PACKAGE_PATH, 'ROS_PACKAGE_PATH')
     prefixes = sourced.folders_in(environment, sourced.PREFIX_PATH, 'CMAKE_PREFIX_PATH')
-    others = [*view.SYSTEM, REPOSITORY]
+    others = [*view.SYSTEM, view.REPOSITORY]
     known = rospkg.RosPack(sourced.outside(entries, others))
     packages = [(name, known.get_path(name)) for name in sorted(known.list())]
     return sourced.Sourced(tuple((name, folder) for name, folder in packages if sourced.outside([folder], others)),
@@ -118,7 +118,7 @@ def _sourced(environment):
 
 
 def _check_package(arguments, options):
-    """Raise UsageError where rosrun or roslaunch would not find the package of a command."""
+    """Raise UsageError if rosrun or roslaunch would not find the package of a command."""
     program, *words = options.command
     words = [word for word in words if not word.startswith('-')]
     if program not in ('rosrun', 'roslaunch') or not words or os.path.isfile(words[0]) or options.packages:
@@ -201,10 +201,10 @@ class _New(argparse.Action):
 
 
 def _without_rostest(arguments):
-    """Return (arguments, FILE) without what rostest adds at their end: --gtest_output=xml:FILE, __name:=, __log:=."""
+    """Return (arguments, FILE) without those that rostest appends: --gtest_output=xml:FILE, __name:=, __log:=."""
     arguments, junit = list(arguments), None
     if not any(argument.startswith(GTEST_OUTPUT) for argument in arguments):
-        return arguments, junit  # a name or a log at the end is the program's
+        return arguments, junit  # __name and __log belong to the program
     while arguments and arguments[-1].startswith((GTEST_OUTPUT, '__name:=', '__log:=')):
         last = arguments.pop()
         junit = last[len(GTEST_OUTPUT):] if last.startswith(GTEST_OUTPUT) else junit
@@ -212,5 +212,5 @@ def _without_rostest(arguments):
 
 
 def _cut(arguments):
-    """Return the index of the command; argparse.REMAINDER would take the options as a part of it."""
+    """Return the index of the command; argparse.REMAINDER would include the options in it."""
     return arguments.index('--') if '--' in arguments else len(arguments)

@@ -1,4 +1,4 @@
-"""Finds wrong usage of ./run grade before anything starts, and gives the line to type."""
+"""Finds wrong usage of ./run grade before anything starts; errors give the line to type."""
 import argparse
 import difflib
 import math
@@ -13,7 +13,7 @@ class UsageError(ValueError):
 
 
 def seconds(text):
-    """Return a time [s] above 0 that was typed."""
+    """Return a typed time [s], above 0."""
     try:
         value = float(text)
     except ValueError:
@@ -43,7 +43,7 @@ def check(arguments, unknown, command, exercise):
 
 
 def check_program(arguments, command):
-    """Raise UsageError unless the program of a command is there."""
+    """Raise UsageError unless the program of a command exists."""
     try:
         sandbox.runnable(command)
     except sandbox.MissingProgram as error:
@@ -51,7 +51,7 @@ def check_program(arguments, command):
         raise UsageError(f'{error}.{_near(error.program)} Name the file as seen from here, a full path, or a command '
                          f'such as rosrun:\n  {line(arguments, full)}') from None
     except sandbox.CommandError:
-        pass  # it is there, but does not run: the student's mistake
+        pass  # it exists, but does not run, which is the student's mistake
 
 
 def line(before, after):

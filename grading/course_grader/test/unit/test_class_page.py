@@ -1,15 +1,18 @@
-"""course_grader.formats.class_page in a real browser: what a teacher sees, filters, sorts and prints."""
+"""course_grader.classes.class_page in a real browser: what a teacher sees, filters, sorts and prints."""
 import os
 import pathlib
 import re
+import subprocess
+import sys
 
 import cv2
 import pytest
 
+from course_grader.classes import class_page, class_report
+from course_grader.classes.class_table import Class
 from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_page, class_report, path_picture
-from course_grader.formats.class_report import Class
+from course_grader.formats import path_picture, templates
 from course_grader.rules import exercise, scoring
 from rostest_support import browser as browsers
 from unit_support.graded_turtle import GradedTurtle
@@ -174,3 +177,15 @@ def test_the_page_of_a_student_names_no_other(folder, tmp_path):
             page.screenshot('student_page')
             assert page.errors() == [] and page.evaluate('document.title') == 'Student 05'
             assert page.evaluate('document.documentElement.scrollWidth') <= 390
+
+
+def test_templates_are_installed(tmp_path):
+    package = STOP.parents[1]
+    subprocess.run([sys.executable, 'setup.py', '-q', 'build', '--build-base', tmp_path], cwd=package, check=True)
+    assert {path.name for path in (tmp_path / 'lib' / 'course_grader' / 'templates').iterdir()} == {
+        path.name for path in (package / 'src' / 'course_grader' / 'templates').iterdir()}
+
+
+def test_values_are_escaped_and_characters_that_no_page_can_hold_are_replaced():
+    text = templates.rendered('student.html', title='<b>"&\x1b', style='', script='', script_digest='', submissions=[])
+    assert '<h1>&lt;b&gt;&#34;&amp;?</h1>' in text

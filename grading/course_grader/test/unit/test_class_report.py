@@ -1,15 +1,15 @@
-"""course_grader.formats: the tables of a class, in files and in a terminal."""
+"""course_grader.classes: the tables of a class, in files and in a terminal."""
 import csv
 import io
 from xml.etree import ElementTree
 
 import pytest
 
-from course_grader.classes import grade_all
+from course_grader.classes import class_page, class_report, class_table, grade_all
+from course_grader.classes.class_table import Class
 from course_grader.classes.graded import Graded
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_page, class_report, terminal
-from course_grader.formats.class_report import Class
+from course_grader.formats import terminal
 from course_grader.rules import scoring
 
 
@@ -21,7 +21,7 @@ def graded(student, exercise, score, outcome='passed', attempt='', reasons=()):
 def test_weights_count_in_the_mean_and_missing_submissions_as_zero():
     results = [graded('anna', 'x', 90.0), graded('anna', 'y', 60.0), graded('ben', 'x', 50.0, 'failed'),
                graded('carl', 'y', 0.0, 'undecided')]
-    table = class_report.cells(Class('', ['anna', 'ben', 'carl'], ['x', 'y'], results, {'x': 2.0}))
+    table = class_table.cells(Class('', ['anna', 'ben', 'carl'], ['x', 'y'], results, {'x': 2.0}))
     assert table == [['student', 'x', 'y', 'mean'], ['anna', '90', '60', '80.0'],  # (2 * 90 + 60) / 3
                      ['ben', '50', '', '33.3'], ['carl', '', 'undecided', '']]
 
@@ -34,7 +34,7 @@ def test_weights_count_in_the_mean_and_missing_submissions_as_zero():
 def test_the_best_attempt_is_in_the_table(attempts, score):
     results = [graded('anna', 'x', points, outcome, str(number))
                for number, (outcome, points) in enumerate(attempts)]
-    assert class_report.cells(Class('', ['anna'], ['x'], results))[1][1] == score
+    assert class_table.cells(Class('', ['anna'], ['x'], results))[1][1] == score
     assert len(list(csv.reader(io.StringIO(class_report.as_rows(results))))) == len(attempts) + 1
 
 
@@ -47,11 +47,11 @@ def test_the_level_of_isolation_is_in_every_table():
     assert [[one.get('value') for one in suite.iter('property')] for suite in suites] == [
         ['namespace'], [], ['none'], ['none']]
     a_class = Class('', ['anna', 'ben', 'carl'], ['x', 'y'], results)
-    page = class_page.of_class(a_class, class_report.cells(a_class), '.')
+    page = class_page.of_class(a_class, '.')
     assert '<p>Isolation: namespace 1, none 2</p>' in page
     assert '<p class="warning">2 of 4: NO ISOLATION: the programs can read and change everything' in page
     alone = Class('', ['anna'], ['x'], results[:1])
-    assert 'class="warning"' not in class_page.of_class(alone, class_report.cells(alone), '.')
+    assert 'class="warning"' not in class_page.of_class(alone, '.')
 
 
 WIDE = [['student', *(f'exercise_{letter}' for letter in 'abcdefghijkl'), 'mean'],

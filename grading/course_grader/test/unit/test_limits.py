@@ -46,18 +46,18 @@ def test_what_all_processes_use_together_is_counted(program, most, reason):
         try:
             meter, met, end = Meter(most, lambda: [process.pid], lambda _: 0.0), '', time.monotonic() + DEADLINE
             while not met and time.monotonic() < end:
-                met = meter.look()
+                met = meter.poll()
                 time.sleep(0.01)
         finally:
             process.kill()
-    assert met == f'the program met a limit: {reason}'
+    assert met == f'the program exceeded a limit: {reason}'
 
 
 def test_what_ends_between_two_looks_is_nothing():
     with subprocess.Popen(['true']) as process:
         pass
     meter = Meter(Limits(), lambda: [process.pid], lambda _: 0.0)
-    assert meter.look() == '' and meter.cpu() == 0.0
+    assert meter.poll() == '' and meter.cpu() == 0.0
 
 
 @pytest.mark.parametrize('code, name', [(-24, 'cpu'), (128 + 25, 'file_size'), (-9, ''), (1, ''), (137, '')])

@@ -6,9 +6,9 @@ import pathlib
 import pytest
 
 from course_grader.rules import exercise, random_stimuli, robot_sensors
+from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
-from robotont_gazebo.core import worlds
 
 FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grader' / 'exercises'
 EXERCISES = {path.stem: exercise.load(path) for path in sorted(FOLDER.glob('*.yaml'))}
@@ -83,10 +83,10 @@ def test_in_every_seed_the_goals_differ_and_have_time(one, number):
 @pytest.mark.parametrize('one, number', of_kind('distances'))
 def test_in_every_seed_the_first_distances_say_the_same(one, number):
     """A box is beyond what the camera sees; two posts say to which side their middle is."""
-    sensor = robot_sensors.DistanceSensor(worlds.parse(one.world))
+    sensor = robot_sensors.DistanceSensor(world_format.parse(one.world))
     gate = next((rule.parameters['y'] for rule in one.rules if rule.name == 'passes'), None)
     for pose in starts(one):
-        right, center, left = sensor.look(pose)
+        right, center, left = sensor.measure(pose)
         if gate is None:
             assert center.nearest == pytest.approx(robot_sensors.FLOOR)
         elif abs(gate - pose.y) > BESIDE:
@@ -95,7 +95,7 @@ def test_in_every_seed_the_first_distances_say_the_same(one, number):
 
 @pytest.mark.parametrize('one, number', of_kind('tracker'))
 def test_in_every_seed_the_robot_sees_the_marker(one, number):
-    plan = worlds.parse(one.world)
+    plan = world_format.parse(one.world)
     assert all(robot_sensors.in_view(at) for pose in starts(one)
                for at in robot_sensors.markers(plan, 0.0, pose).values())
 

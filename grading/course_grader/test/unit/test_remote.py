@@ -20,7 +20,7 @@ from plain_support import processes
 
 distributed = pytest.importorskip('distributed')
 
-PATIENCE = 90.0  # [s]
+SCHEDULER_TIMEOUT = 90.0  # [s]
 ATTEMPT = r'''
 import os, time
 from course_grader.rules import scoring
@@ -51,9 +51,9 @@ EXERCISE = '{title: X, time: 5 s, checks: [{check: moves, length: 1 m, points: 1
 
 
 def until(condition, what):
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + SCHEDULER_TIMEOUT
     while not condition():
-        assert time.monotonic() < deadline, f'not within {PATIENCE:.0f} s: {what}'
+        assert time.monotonic() < deadline, f'not within {SCHEDULER_TIMEOUT:.0f} s: {what}'
         time.sleep(0.05)
 
 
@@ -127,7 +127,7 @@ def test_the_gradings_of_a_lost_worker_go_to_another(tmp_path, cluster):
         workers[0].send_signal(signal.SIGKILL)
         workers[0].wait()
         (tmp_path / 'go').touch()
-        output, errors = teacher.communicate(timeout=PATIENCE)
+        output, errors = teacher.communicate(timeout=SCHEDULER_TIMEOUT)
     assert teacher.returncode == 0, (output, errors, (tmp_path / 'dask.txt').read_text())
     assert said.read_text().count('\n') == 7  # one of the six began twice
     with open(tmp_path / 'out' / 'scores.csv', encoding='utf-8', newline='') as file:
@@ -142,14 +142,14 @@ def test_it_says_what_is_wrong_with_a_cluster(tmp_path):
     (tmp_path / 'class' / 'anna').mkdir(parents=True)
     (tmp_path / 'class' / 'anna' / 'x.py').write_text('')
     (tmp_path / 'class' / 'x.yaml').write_text(EXERCISE)
-    program = ('import sys; from course_grader.classes import grade_all, remote; remote.PATIENCE = 0.5; '
+    program = ('import sys; from course_grader.classes import grade_all, remote; remote.SCHEDULER_TIMEOUT = 0.5; '
                'sys.exit(grade_all.main(sys.argv[1:], {}))')
     port = free_port()
     for arguments, said in ((['--dask', f'tcp://127.0.0.1:{port}'], 'does not answer as a scheduler'),
                             (['--dask', 'tls://127.0.0.1:1'], 'needs --dask-key FILE, the key with which the'),
                             (['--dask', 'tls://127.0.0.1:1', '--dask-key', 'no.pem'], 'there is no file no.pem')):
         done = subprocess.run([sys.executable, '-c', program, str(tmp_path / 'class'), '--output', str(tmp_path),
-                               *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False,
+                               *arguments], capture_output=True, text=True, timeout=SCHEDULER_TIMEOUT, check=False,
                               env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)})
         assert (done.returncode, 'Traceback' in done.stderr) == (2, False) and said in done.stderr, done.stderr
 
@@ -170,7 +170,7 @@ def test_only_the_submission_travels(tmp_path, monkeypatch):
     (tmp_path / 'anna' / 'linked').symlink_to('/etc/hostname')
     parcel = remote.pack(work._replace(files=graded.files_of(work.submission, set())))
     assert parcel.command == (remote.FOLDER + 'x.py',) and list(parcel.files) == ['x.py']
-    monkeypatch.setattr(remote, 'LARGEST', 4)
+    monkeypatch.setattr(remote, 'MAX_SUBMISSION', 4)
     with pytest.raises(ValueError, match='more than the 0 MB that travel to another machine'):
         remote.pack(work)
 

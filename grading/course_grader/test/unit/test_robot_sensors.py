@@ -8,11 +8,11 @@ import yaml
 from course_grader.rules import exercise, robot_sensors, scoring
 from course_grader.rules.observation import Observed, Sample, Sensed
 from depthimage_to_laserscan.core import projection
+from kinematic_core.worlds import camera, world_format
+from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
-from robotont_gazebo.core import camera, worlds
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
+from kinematic_core.worlds.sectors import SCAN_HEIGHT, split
 from robotont_gazebo.core.renderer import Renderer
-from robotont_laserscan_to_distance.core.sectors import SCAN_HEIGHT, split
 
 BOX = {'name': 'box', 'x': 2.0, 'y': 0.0, 'yaw': 0.0, 'length': 1.0, 'width': 1.0, 'height': 1.0}  # from x = 1.5 on
 MILLIMETRE, CENTIMETRE = 1e-3, 1e-2  # [m]
@@ -23,8 +23,9 @@ AHEAD = {'check': 'keeps', 'what': 'ahead', 'value': '0.5 m'}
 
 def look(x, *shapes, yaw=0.0, **kinds):
     """Return the Sectors of a robot whose camera is at ``x`` [m]."""
-    plan = worlds.parse({'boxes': list(shapes), **kinds})
-    return robot_sensors.DistanceSensor(plan).look(Pose2D(x - CAMERA_X * math.cos(yaw), -CAMERA_X * math.sin(yaw), yaw))
+    plan = world_format.parse({'boxes': list(shapes), **kinds})
+    pose = Pose2D(x - CAMERA_X * math.cos(yaw), -CAMERA_X * math.sin(yaw), yaw)
+    return robot_sensors.DistanceSensor(plan).measure(pose)
 
 
 def test_the_box_ahead():
@@ -57,12 +58,12 @@ def test_posts_to_the_left_and_right():
 def test_it_tells_what_the_depth_image_tells(pose):
     """The whole chain of robotont_laserscan_to_distance: image, scan of 200 rows, sectors."""
     post = {'name': 'post', 'x': 1.2, 'y': 0.7, 'radius': 0.1, 'height': 0.5}
-    plan = worlds.parse({'boxes': [BOX], 'cylinders': [post]})
+    plan = world_format.parse({'boxes': [BOX], 'cylinders': [post]})
     size = camera.PinholeCamera()
     image = Renderer(plan, size.width, size.height).depth((*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw))
     fx, _, cx, _, _, cy, *_ = size.matrix()
     scan = projection.scan(image, projection.Camera(fx, cx, cy), projection.Settings(SCAN_HEIGHT, 0.2, 6.0))
-    seen, told = split(scan.ranges), robot_sensors.DistanceSensor(plan).look(pose)
+    seen, told = split(scan.ranges), robot_sensors.DistanceSensor(plan).measure(pose)
     for side in ('left', 'center', 'right'):
         assert getattr(told, side) == pytest.approx(getattr(seen, side), abs=2.0 * CENTIMETRE, nan_ok=True), side
 
@@ -74,13 +75,13 @@ def test_it_tells_what_the_depth_image_tells(pose):
     (Pose2D(0.0, 0.0, math.pi), (-2.0 - CAMERA_X, -0.5), False),  # behind
 ])
 def test_where_a_marker_is(pose, position, seen):
-    plan = worlds.parse({'panels': [{'name': 'm', 'marker_id': 7, 'x': 2.0, 'y': 0.5, 'yaw': 0.0}]})
+    plan = world_format.parse({'panels': [{'name': 'm', 'marker_id': 7, 'x': 2.0, 'y': 0.5, 'yaw': 0.0}]})
     found = robot_sensors.markers(plan, 0.0, pose)[7]
     assert found[:2] == pytest.approx(position) and robot_sensors.in_view(found) == seen
 
 
 def test_a_marker_that_moves():
-    plan = worlds.parse({'panels': [{'name': 'm', 'marker_id': 7, 'x': 1.0, 'y': 0.0, 'yaw': 0.0,
+    plan = world_format.parse({'panels': [{'name': 'm', 'marker_id': 7, 'x': 1.0, 'y': 0.0, 'yaw': 0.0,
                                      'path': [[0, 1.0, 0.0, 0.0], [10, 2.0, 0.0, 0.0]]}]})
     assert robot_sensors.markers(plan, 5.0, Pose2D(0.0, 0.0, 0.0))[7][0] == pytest.approx(1.5 - CAMERA_X)
 

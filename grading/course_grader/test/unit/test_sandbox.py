@@ -85,7 +85,7 @@ def test_a_killed_grader_leaves_nothing(tmp_path):
 
 
 def test_output_is_cleaned_dated_and_bounded(tmp_path, monkeypatch):
-    monkeypatch.setattr(sandbox, 'MOST_LINES', 4)
+    monkeypatch.setattr(sandbox, 'MAX_LINES', 4)
     program = write(tmp_path, r'''
 import sys
 print('\033[0m[INFO] [1668.25, 3.2]: \u00fcber\033[0m')
@@ -98,7 +98,7 @@ for number in range(100): print(number, file=sys.stderr)
         until(lambda: student.exit_code() == 0)
         student.drain()
     assert [line.text for line in student.lines[:3]] == ['\u00fcber', 'x: 1', '\ufffd']
-    assert len(student.lines[3].text) == sandbox.LONGEST_LINE and student.dropped >= 100
+    assert len(student.lines[3].text) == sandbox.MAX_LINE_LENGTH and student.dropped >= 100
     assert student.lines[0].t == 1.5
 
 
@@ -133,7 +133,8 @@ time.sleep(1000)
     with sandbox.Sandbox(tmp_path / 'box', os.environ, isolation=few) as box:
         student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
         until(lambda: student.exit_code() is not None)
-        assert student.trouble() == 'the program met a limit: processes and threads at a time: 20 (--max-processes)'
+        assert student.trouble() == ('the program exceeded a limit: processes and threads at a time: 20 '
+                                     '(--max-processes)')
         until(lambda: not any(alive(int(line.text)) for line in student.lines))  # before the sandbox is closed
 
 
@@ -143,8 +144,8 @@ def test_a_traceback_is_explained(tmp_path):
         student = sandbox.Student(box, [sys.executable, program], lambda: 0.0)
         until(lambda: student.exit_code() == 1)
         student.drain()
-    assert student.said_last().startswith("ModuleNotFoundError: No module named 'no_such_module' (File \"")
-    assert 'crash.py", line 2' in student.said_last()
+    assert student.last_output().startswith("ModuleNotFoundError: No module named 'no_such_module' (File \"")
+    assert 'crash.py", line 2' in student.last_output()
 
 
 @pytest.mark.parametrize('text, trouble', [

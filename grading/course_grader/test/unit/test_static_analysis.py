@@ -49,7 +49,7 @@ def test_programs_on_wall_time_are_recognised(package, tmp_path, text, wall):
     launch_file = str(tmp_path / 'homework' / 'launch' / 'all.launch')
     for command in ([sys.executable, str(path)], [str(path)], ['rosrun', 'homework', 'node.py', '_rate:=2'],
                     ['roslaunch', 'homework', 'all.launch'], ['roslaunch', '--screen', launch_file, 'a:=1']):
-        assert bool(static_analysis.looks_at_the_wall_clock(command)) is wall, command
+        assert bool(static_analysis.wall_clock_call(command)) is wall, command
 
 
 @pytest.mark.parametrize('command', [
@@ -59,7 +59,7 @@ def test_programs_on_wall_time_are_recognised(package, tmp_path, text, wall):
 ])
 def test_what_cannot_be_read_is_left_to_whoever_starts_it(package, command):
     package('time.sleep(1)\n')
-    assert not static_analysis.looks_at_the_wall_clock(command)
+    assert not static_analysis.wall_clock_call(command)
 
 
 @pytest.mark.parametrize('text, wall', [
@@ -71,7 +71,7 @@ def test_shell_scripts_are_read(package, tmp_path, text, wall):
     script = tmp_path / 'script'
     script.write_text('#!/bin/bash\n' + text)
     for command in ([str(script)], ['bash', str(script)], ['bash', '-c', text]):
-        assert static_analysis.looks_at_the_wall_clock(command) == wall
+        assert static_analysis.wall_clock_call(command) == wall
 
 
 CHAIN = 2000  # more than Python's recursion limit
@@ -130,7 +130,7 @@ def _long(folder):
 def test_no_file_of_a_student_ends_the_grader(package, tmp_path, write):
     package('')
     command = write(tmp_path)
-    assert static_analysis.looks_at_the_wall_clock(command) == static_analysis.compiled(command) == ''
+    assert static_analysis.wall_clock_call(command) == static_analysis.compiled(command) == ''
     assert static_analysis.simulators(command) == []
     assert len(static_analysis.source(command)) <= 2 ** 20
 
@@ -138,12 +138,12 @@ def test_no_file_of_a_student_ends_the_grader(package, tmp_path, write):
 def test_catkins_relays_lead_to_the_program(package, tmp_path):
     relay = tmp_path / 'relay.py'
     relay.write_text(f"python_script = {str(package('time.sleep(1)'))!r}\nexec(compile(open(python_script).read()))\n")
-    assert static_analysis.looks_at_the_wall_clock([str(relay)]) == 'time.sleep'
-    assert static_analysis.looks_at_the_wall_clock(['rostopic', 'pub', '-r', '10']) == 'rostopic'
+    assert static_analysis.wall_clock_call([str(relay)]) == 'time.sleep'
+    assert static_analysis.wall_clock_call(['rostopic', 'pub', '-r', '10']) == 'rostopic'
 
 
 def test_the_packages_own_nodes_follow_the_simulation():
-    assert static_analysis.looks_at_the_wall_clock(['rosrun', 'turtle_robotont', 'ar_control_node.py']) == ''
+    assert static_analysis.wall_clock_call(['rosrun', 'turtle_robotont', 'ar_control_node.py']) == ''
 
 
 @pytest.mark.parametrize('text', [

@@ -5,7 +5,7 @@ from course_grader.rules import scoring
 from course_grader.rules.observation import Observed
 from course_grader.supervision import supervisor
 from course_grader.supervision.job import Attempted
-from course_grader.supervision.supervisor import WORTH_REPEATING
+from course_grader.supervision.supervisor import MAX_REPEATED
 
 
 def attempted(outcome, kept_up=True, lockstep=True, busy='', flooded=False, broken=False):
@@ -26,10 +26,10 @@ BUSY = attempted('undecided', kept_up=False, busy='/student')
     (SLOW, [], 1.0, 'slow', False),
     (SLOW, ['slow'], 1.0, 'slow again', True),  # should it be the lockstep
     (SLOW, ['slow', 'slow again'], 1.0, None, None),
-    (SLOW, [], WORTH_REPEATING + 1.0, None, None),
+    (SLOW, [], MAX_REPEATED + 1.0, None, None),
     (attempted('failed', kept_up=False), [], 1.0, None, None),
     (BUSY, [], 1.0, 'busy', True),
-    (BUSY, [], WORTH_REPEATING + 1.0, 'busy', True),  # a program that never sleeps has a right to real time
+    (BUSY, [], MAX_REPEATED + 1.0, 'busy', True),  # a program that never sleeps has a right to real time
     (BUSY._replace(lockstep=False), ['busy'], 1.0, 'slow', False),
     (attempted('passed', kept_up=False, busy='/student'), [], 1.0, 'busy', True),
 ])

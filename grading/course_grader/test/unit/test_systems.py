@@ -225,6 +225,6 @@ def test_csv_is_a_row_without_formulas(place, verdict):
 
 def test_the_reason_is_the_check_that_lost_most():
     decided = VERDICTS['failed']._replace(objections=[])
-    assert systems.first_reason(decided).startswith('24.5 of 80: asked: a stop at x = 10')
-    assert systems.first_reason(VERDICTS['passed with less']) == ''
-    assert HOSTILE in systems.first_reason(VERDICTS['hostile'])
+    assert decided.main_reason().startswith('24.5 of 80: asked: a stop at x = 10')
+    assert VERDICTS['passed with less'].main_reason() == ''
+    assert HOSTILE in VERDICTS['hostile'].main_reason()

@@ -56,7 +56,7 @@ def test_all_end_with_the_server():
 @pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGSTOP])
 def test_a_server_that_is_ended_or_stopped_is_replaced(warm, monkeypatch, number):
     assert result(warm, 'before') == 'before'
-    monkeypatch.setattr(warm_start, 'LONGEST_IMPORT', DEADLINE if number == signal.SIGKILL else 1.0)
+    monkeypatch.setattr(warm_start, 'IMPORT_TIMEOUT', DEADLINE if number == signal.SIGKILL else 1.0)
     os.kill(warm._server.pid, number)
     with concurrent.futures.ThreadPoolExecutor(4) as pool:  # it has several threads when the next server starts
         assert list(pool.map(lambda text: result(warm, text), range(4))) == list(range(4))

@@ -35,14 +35,14 @@ class ScanNode:
         self._throttle = WallThrottle(REPEAT)
         self._info = None
         self._scan = Publisher('scan', LaserScan, queue_size=10)
-        rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1)
-        rospy.Subscriber('image', Image, self._take_image, queue_size=1, buff_size=2 ** 24, tcp_nodelay=True)
+        rospy.Subscriber('camera_info', CameraInfo, self._on_info, queue_size=1)
+        rospy.Subscriber('image', Image, self._on_image, queue_size=1, buff_size=2 ** 24, tcp_nodelay=True)
         parameters.log_effective()
 
-    def _take_info(self, info):
+    def _on_info(self, info):
         self._info = info
 
-    def _take_image(self, image):
+    def _on_image(self, image):
         if not self._scan.get_num_connections():
             return
         info = self._info

@@ -5,5 +5,6 @@
 * ``timing``: when steps are due by wall time, timers, whether processes are idle, recordings.
 * ``environments``: the worlds as Gymnasium environments; this takes gymnasium and numpy.
 
-plain_support and the standard library do nearly all the rest; only ``worlds.rays`` uses numpy.
+plain_support and the standard library do nearly all the rest: numpy is for ``worlds.rays``, ``camera`` and ``sectors``,
+OpenCV for ``worlds.overhead``.
 """

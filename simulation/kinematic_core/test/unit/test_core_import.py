@@ -1,5 +1,5 @@
-"""kinematic_core runs with plain python3: no ROS, no site-packages; casting rays takes numpy, the environments
-gymnasium."""
+"""kinematic_core runs with plain python3: no ROS, no site-packages; rays, camera and sectors take numpy, a map
+OpenCV, the environments gymnasium."""
 import pathlib
 import shutil
 import subprocess
@@ -9,7 +9,7 @@ import pytest
 REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
 CORE, SUPPORT = REPOSITORY / 'simulation/kinematic_core/src', REPOSITORY / 'support/plain_support/src'
 PYTHON = '/usr/bin/python3' if shutil.which('/usr/bin/python3') else shutil.which('python3')
-WITH_MORE = {'rays', 'environments'}  # modules and folders
+WITH_MORE = {'camera', 'overhead', 'rays', 'sectors', 'environments'}  # modules and folders
 MODULES = sorted('.'.join(path.relative_to(CORE).with_suffix('').parts) for path in CORE.rglob('[!_]*.py')
                  if path.stem not in WITH_MORE and path.parent.name not in WITH_MORE)
 TIMEOUT = 20.0  # [s]

@@ -276,4 +276,4 @@ def test_a_slow_rate_lets_the_caller_look_around(wall):
     paced = pacer(wall, 0.01)  # a step takes 1.6 s
     answers = [paced.wait() for _ in range(17)]
     assert answers.count(None) >= 15
-    assert max(wall.slept) <= pacing.LONGEST_SLEEP
+    assert max(wall.slept) <= pacing.MAX_SLEEP

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import rospy
 
+from kinematic_core.worlds import frames
 from kinematic_core.worlds.omni import WHEEL_ANGLES, WHEEL_DISTANCE, WHEEL_RADIUS, WHEELS
 from kinematic_core.worlds.planar import Pose2D
 from robotont_description.urdf import MODELS, describe
-from robotont_gazebo import messages
-from robotont_gazebo.core import frames
 from robotont_gazebo.node import MODELS as SIMULATED_MODELS
+from sim_ros import robotont_messages as messages
 
 URDF = pathlib.Path(__file__).resolve().parents[4] / 'simulation' / 'robotont_description' / 'urdf'
 LENGTH_TOLERANCE = 1e-5  # [m]

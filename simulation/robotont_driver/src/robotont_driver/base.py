@@ -1,4 +1,4 @@
-"""A Robotont that goes where it is told, on an endless floor: what fake_driver_node and driver_node share.
+"""A Robotont that obeys cmd_vel on an endless floor: the common part of fake_driver_node and driver_node.
 
 Threading contract: the main thread moves the robot and publishes; messages arrive in rospy's threads, which change the
 world and the board under one lock.
@@ -12,13 +12,13 @@ from tf2_msgs.msg import TFMessage
 
 from kinematic_core.worlds.robot_world import RobotWorld
 from plain_support import InvalidInput
-from robotont_gazebo import messages
 from rospy_support import parameters
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher
+from sim_ros import robotont_messages as messages
 
 RATE = 100  # [Hz] of odometry and transform
-MOST_BEHIND = 0.5  # [s] of motion that is made up for after the machine stood still
+MAX_DELAY = 0.5  # [s] of motion that is caught up after the machine stood still
 WARNING_PERIOD = 1.0  # [s] of wall time between two warnings about refused messages
 
 
@@ -42,7 +42,7 @@ class DriverNode:
         while not rospy.is_shutdown():
             rate.sleep()
             now = rospy.get_time()
-            moved_until = min(max(moved_until, now - MOST_BEHIND), now)
+            moved_until = min(max(moved_until, now - MAX_DELAY), now)
             with self.lock:
                 while now - moved_until >= dt:
                     moved_until += dt
@@ -51,7 +51,7 @@ class DriverNode:
                 self._publish(rospy.Time.from_sec(now))
 
     def stepped(self, world):
-        """Do what belongs to a step besides moving."""
+        """Hook for subclasses: called after each step."""
 
     def _publish(self, stamp):
         pose, twist = self._world.pose, self._world.twist

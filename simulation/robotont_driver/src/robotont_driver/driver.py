@@ -1,4 +1,4 @@
-"""The node driver_node: the robot of base.py with a simulated circuit board; threads as there."""
+"""The node driver_node: the robot of base.py with a simulated circuit board. Threads: see base.py."""
 import rospy
 from robotont_msgs.msg import ColorRGB, LedModulePixel, LedModuleSegment, PowerSupply
 
@@ -29,8 +29,8 @@ class BoardNode(DriverNode):
     def stepped(self, world):
         """Publish the state of the battery once a second."""
         if world.steps % POWER_STEPS == 0:
-            taken = power(world.twist)
-            self._power.publish(PowerSupply(current=taken.current, voltage=taken.voltage, estop_pressed=False))
+            output = power(world.twist)
+            self._power.publish(PowerSupply(current=output.current, voltage=output.voltage, estop_pressed=False))
 
     def _light(self, first, colours):
         try:

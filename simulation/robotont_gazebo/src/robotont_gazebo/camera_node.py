@@ -3,7 +3,7 @@
 It subscribes to the simulator's ``ground_truth`` and ``world``, and renders only topics with subscribers.
 
 Threading contract: the thread of the subscription to ``ground_truth`` does everything. Its queue holds one message, so
-that a slow machine leaves out images instead of falling behind. Another thread stores the world, in one assignment, and
+that a slow machine skips images instead of falling behind. Another thread stores the world, in one assignment, and
 a third the poses of panels that move, under ``_arrived``.
 """
 import threading
@@ -16,21 +16,21 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import String
 
+from kinematic_core.worlds import camera, world_format
+from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from kinematic_core.worlds.planar import Pose2D
 from plain_support import InvalidInput
-from robotont_gazebo.core import camera, worlds
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead, frames
 from robotont_gazebo.core.renderer import Renderer
-from robotont_gazebo.messages import ODOMETRY_RATE
 from robotont_gazebo.single_instance import require_alone
 from rospy_support import nodes, parameters, reachability
 from rospy_support.images import DEPTH, to_image
 from rospy_support.parameters import Integer, Number, Table, Text
 from rospy_support.rotations import yaw_of
 from rospy_support.topics import Publisher
+from sim_ros.robotont_messages import ODOMETRY_RATE
 
 NAME = 'robotont_camera'
-MOVED_WITHIN = 0.2  # [s] of wall time after a pose of the robot, in which the panels' poses at that time come
+MOVED_WITHIN = 0.2  # [s] of wall time that a pose of the robot waits for the panels' poses of the same stamp
 SIMULATOR = 'robotont_gazebo'
 PARAMETERS = Table(Integer('~width', camera.WIDTH, camera.SMALLEST, camera.LARGEST, 'px'),
                    Integer('~height', camera.HEIGHT, camera.SMALLEST, camera.LARGEST, 'px'),
@@ -61,23 +61,23 @@ class CameraNode:
         self._depth_info = Publisher('camera/depth/camera_info', CameraInfo, queue_size=1)
         self._points = Publisher('camera/depth/points', PointCloud2, queue_size=1)
         self._arrived, self._moved = threading.Condition(), PoseArray()
-        rospy.Subscriber(f'{SIMULATOR}/moving_panels', PoseArray, self._take_moved, queue_size=1, tcp_nodelay=True)
-        rospy.Subscriber(f'{SIMULATOR}/world', String, self._take_world, queue_size=1)
-        rospy.Subscriber(f'{SIMULATOR}/ground_truth', Odometry, self._look, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(f'{SIMULATOR}/moving_panels', PoseArray, self._on_moved_panels, queue_size=1, tcp_nodelay=True)
+        rospy.Subscriber(f'{SIMULATOR}/world', String, self._on_world, queue_size=1)
+        rospy.Subscriber(f'{SIMULATOR}/ground_truth', Odometry, self._on_truth, queue_size=1, tcp_nodelay=True)
         parameters.log_effective()
 
-    def _take_world(self, message):
+    def _on_world(self, message):
         try:
-            self._plan = worlds.parse_json(message.data)
+            self._plan = world_format.parse_json(message.data)
         except (ValueError, InvalidInput) as error:
             rospy.logerr('Ignored a message on %s: %s', rospy.resolve_name(f'{SIMULATOR}/world'), error)
 
-    def _look(self, truth):
+    def _on_truth(self, truth):
         self._received += 1
         if (self._received - 1) % self._every == 0:
-            self._show(truth)
+            self._publish(truth)
 
-    def _show(self, truth):
+    def _publish(self, truth):
         wants_colour, wants_points = _wanted(self._colour), _wanted(self._points)
         wants_depth = any(map(_wanted, self._depths))
         self._info.header.stamp = truth.header.stamp
@@ -96,9 +96,9 @@ class CameraNode:
             for publisher in filter(_wanted, self._depths):
                 publisher.publish(message)
             if wants_points:
-                self._points.publish(cloud(self._info.header, renderer.camera.points(depth), colour))
+                self._points.publish(cloud(self._info.header, renderer.points(depth), colour))
 
-    def _take_moved(self, poses):
+    def _on_moved_panels(self, poses):
         with self._arrived:
             self._moved = poses
             self._arrived.notify_all()
@@ -148,7 +148,7 @@ def camera_info(frame, pinhole):
 def cloud(header, points, colour):
     """Return an organised PointCloud2 of points (height, width, 3) float32 [m] and colours (height, width, 3) BGR."""
     height, width = points.shape[:2]
-    packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)  # the fastest way to a fourth number beside three
+    packed = cv2.cvtColor(points, cv2.COLOR_BGR2BGRA)  # the fastest way to add a fourth channel
     packed.view(np.uint32)[..., 3] = cv2.cvtColor(colour, cv2.COLOR_BGR2BGRA).view(np.uint32)[..., 0] & 0xFFFFFF
     return PointCloud2(header=header, height=height, width=width, fields=FIELDS, point_step=16, row_step=16 * width,
                        is_dense=False, data=packed.tobytes())

@@ -1,4 +1,4 @@
-"""What programs use of Gazebo itself, in the namespace ``gazebo``: poses of models, reset, pause.
+"""Services and topics of Gazebo itself, in the namespace ``gazebo``: poses of models, reset, pause.
 
 Threading contract: services are answered between two steps, in the thread that steps; messages on
 ``gazebo/set_model_state`` arrive in one of rospy's threads. The lock of the RecordedWorld guards the world.
@@ -29,8 +29,8 @@ class GazeboInterface:
     def __init__(self, clock, shared, put, reset):
         """Register everything.
 
-        ``put(name, pose, request)`` moves a model, ``reset(request)`` moves all to where they started; both are called
-        with the lock held, and may raise InvalidInput.
+        ``put(name, pose, request)`` moves a model, ``reset(request)`` moves all models back to their start; both are
+        called with the lock held, and may raise InvalidInput.
         """
         self._shared, self._put, self._reset = shared, put, reset
         self._states = LatestPublisher('gazebo/model_states', ModelStates)

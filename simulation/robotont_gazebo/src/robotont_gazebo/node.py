@@ -14,13 +14,13 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from kinematic_core.worlds import world_format
+from kinematic_core.worlds.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from kinematic_core.worlds.omni import Limits
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.robot_world import DT, SCAN_NOISE, WATCHDOG, RobotWorld
 from plain_support import InvalidInput
-from robotont_gazebo import messages
 from robotont_gazebo.core import models, worlds
-from robotont_gazebo.core.frames import LIDAR_X, LIDAR_Z, ahead, frames
 from robotont_gazebo.gazebo_interface import GazeboInterface
 from robotont_gazebo.single_instance import require_alone
 from robotont_gazebo.srv import MoveMarker, MoveMarkerResponse, SetPose, SetPoseResponse
@@ -29,6 +29,7 @@ from rospy_support.parameters import Number, Table, Text
 from rospy_support.throttle import WallThrottle
 from rospy_support.topics import LatestPublisher, Publisher
 from sim_ros import clock, recording
+from sim_ros import robotont_messages as messages
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
 from sim_ros.recording import RecordedWorld
 
@@ -62,7 +63,7 @@ class RobotontNode:
         """Read the parameters and register everything. Call ``init_simulator`` first."""
         self._clock = SimulatorClock(DT)
         self._refusals = WallThrottle(WARNING_PERIOD)
-        self._stamp, self._told_of_watchdog = rospy.Time(), False
+        self._stamp, self._warned_of_watchdog = rospy.Time(), False
         model, prefix = PARAMETERS.read('~model', '~frame_prefix')
         self._frames = frames(prefix)
         numbers = seeded_random()
@@ -82,7 +83,7 @@ class RobotontNode:
         self._transform = LatestPublisher('/tf', TFMessage)
         self._joints = LatestPublisher('joint_states', JointState)
         self._plan = Publisher('~world', String, latch=True, queue_size=1)
-        self._plan.publish(worlds.to_json(self._world.plan))
+        self._plan.publish(world_format.to_json(self._world.plan))
         self._moving = LatestPublisher('~moving_panels', PoseArray) if self._world.plan.moving() else None
         self._start = self._world.pose, self._world.plan
         self._gazebo = GazeboInterface(self._clock, self._shared, self._put, self._reset)
@@ -103,9 +104,9 @@ class RobotontNode:
             world = self._world
             world.step()
             self._shared.record_step(world.pose)
-            self._look_at_time()
-            if world.timed_out and not self._told_of_watchdog:
-                self._told_of_watchdog = True
+            self._update_stamp()
+            if world.timed_out and not self._warned_of_watchdog:
+                self._warned_of_watchdog = True
                 rospy.logwarn('No message on %s for %g s: the robot stops. It will do so again without a '
                               'warning. Publish continuously (10 Hz or more), or set ~watchdog.',
                               rospy.resolve_name('cmd_vel'), world.watchdog)
@@ -116,7 +117,7 @@ class RobotontNode:
                 ranges = self._scanner.scan(*ahead(world.pose, LIDAR_X), world.pose.yaw)
                 self._scan.publish(messages.laser_scan(self._stamp, self._frames.lidar, self._rays, ranges))
 
-    def _look_at_time(self):
+    def _update_stamp(self):
         """Store the stamp of this step. If time has jumped back, stop the robot, because its command is outdated."""
         now = rospy.Time.now()
         if now < self._stamp:
@@ -159,7 +160,7 @@ class RobotontNode:
     def _move_marker(self, request):
         with self._shared.change() as world:
             world.move_panel(request.name, request.x, request.y, request.yaw)
-            self._show_plan()
+            self._publish_plan()
         return MoveMarkerResponse()
 
     def _put(self, name, pose, request):
@@ -168,7 +169,7 @@ class RobotontNode:
         if name == models.ROBOT:
             self._shared.note('teleport_absolute', *pose, request=request)
         else:
-            self._show_plan()
+            self._publish_plan()
 
     def _reset(self, request):
         """Put the robot and all panels where they started; the caller must hold the lock."""
@@ -176,14 +177,14 @@ class RobotontNode:
         for panel in plan.panels:
             if not panel.path:
                 self._world.move_panel(panel.name, panel.x, panel.y, panel.yaw)
-        self._show_plan()
+        self._publish_plan()
         self._put(models.ROBOT, pose, request)
 
-    def _show_plan(self):
+    def _publish_plan(self):
         """Let scanner and camera see panels where they are now."""
         if self._scanner:
             self._scanner.set_plan(self._world.plan)
-        self._plan.publish(worlds.to_json(self._world.plan))
+        self._plan.publish(world_format.to_json(self._world.plan))
 
 
 def _read_world(seed):

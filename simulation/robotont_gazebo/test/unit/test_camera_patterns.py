@@ -10,8 +10,6 @@ from robotont_gazebo.core.faces import shade
 from robotont_gazebo.core.renderer import Renderer
 from unit_support import reference_camera as reference
 
-pytestmark = pytest.mark.usefixtures('each_renderer')
-
 EYE = 0.2155  # [m] height of the Robotont's camera
 SAME, CLOSE = 0.85, 6.0  # least correlation of a pattern with the expected one, most mean difference in greys
 GREY = (160, 160, 160)
@@ -44,7 +42,7 @@ def test_bricks_lie_on_every_face_of_a_box(face, size):
     back = length / 2 + 0.6
     pose = (box.x - back * math.cos(heading), box.y - back * math.sin(heading), EYE, heading)
     plan = FloorPlan((box,))
-    rendered = Renderer(plan, 640, 360)
+    rendered = Renderer(plan, 637, 360)
     points, solid = ends_of_rays(plan, rendered.camera, pose)
     along, normal = face_point(box, points, heading)
     up = points[..., 2]
@@ -69,7 +67,7 @@ def bricks(along, up):
 def test_tiles_lie_on_the_floor(x, y, yaw):
     wall = Box('wall', x + 2.5 * math.cos(yaw + 0.5), y + 2.5 * math.sin(yaw + 0.5), yaw, 0.2, 2.0, 0.5, 0.0, GREY)
     plan = FloorPlan((wall,), ground_colour=(200, 200, 200))
-    rendered, pose = Renderer(plan, 640, 360), (x, y, EYE, yaw)
+    rendered, pose = Renderer(plan, 637, 360), (x, y, EYE, yaw)
     points, solid = ends_of_rays(plan, rendered.camera, pose)
     distance = np.hypot(points[..., 0] - x, points[..., 1] - y)
     floor = reference.inner(solid, np.zeros((*solid.shape, 3))) & (solid == reference.FLOOR)
@@ -96,8 +94,15 @@ def test_tiles_reach_the_foot_of_a_wall_that_closes_the_view():
     assert strip.sum() > 500 and np.ptp([picture[strip & (odd == parity)].mean() for parity in (0, 1)]) > 8
 
 
+def test_bricks_have_the_colour_of_their_wall():
+    wall = Box('wall', 1.0, 0.0, 0.0, 0.2, 3.0, 1.0, 0.0, (200, 100, 50))
+    red, green, blue = Renderer(FloorPlan((wall,)), 320, 240).render((0.0, 0.0, 0.5, 0.0))[80:160].mean((0, 1))
+    assert green / red == pytest.approx(0.5, abs=0.02) and blue / red == pytest.approx(0.25, abs=0.02)
+    assert red == pytest.approx(200 * shade(-1.0, 0.0) * textures.TONES.mean(), rel=0.05)
+
+
 def test_courses_of_bricks_are_shifted():
-    tones = textures.wall(GREY, 1.0, 0, False).at(0, 0)[0][textures.PAD:-textures.PAD, textures.PAD:-textures.PAD, 0]
-    lowest, second = (np.flatnonzero(tones[-1 - round((k + 0.5) * textures.COURSE * 256)] < 160 * 0.8) for k in (0, 1))
+    tones = textures.wall(0, False).at(0, 0)[0][textures.PAD:-textures.PAD, textures.PAD:-textures.PAD]
+    lowest, second = (np.flatnonzero(tones[-1 - round((k + 0.5) * textures.COURSE * 256)] < 255 * 0.8) for k in (0, 1))
     half = round(textures.BRICK_LENGTH / 2 * 256)
     assert np.array_equal((lowest + half)[:40], second[second >= half][:40])

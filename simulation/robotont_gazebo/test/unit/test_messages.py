@@ -1,4 +1,4 @@
-"""robotont_gazebo.messages, frames, camera_node: the world's state in the fields of ROS messages."""
+"""sim_ros.robotont_messages, camera_node: the world's state in the fields of ROS messages."""
 import math
 
 import numpy as np
@@ -6,11 +6,11 @@ import pytest
 import rospy
 from geometry_msgs.msg import Pose as PoseMessage
 
-from kinematic_core.worlds import rays
+from kinematic_core.worlds import camera, rays
+from kinematic_core.worlds.frames import ahead, frames
 from kinematic_core.worlds.planar import Pose2D, Twist2D
-from robotont_gazebo import camera_node, messages
-from robotont_gazebo.core import camera
-from robotont_gazebo.core.frames import ahead, frames
+from robotont_gazebo import camera_node
+from sim_ros import robotont_messages as messages
 
 STAMP = rospy.Time(12, 34)
 POSE = Pose2D(1.0, -2.0, math.pi / 2.0)

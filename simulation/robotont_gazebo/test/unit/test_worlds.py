@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kinematic_core.worlds.colours import COLOURS
 from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Cylinder, FloorPlan, Panel
 from kinematic_core.worlds.robot_world import RobotWorld
-from robotont_gazebo.core.colours import COLOURS
-from robotont_gazebo.core.worlds import WorldError, find_world, load_world, parse_json, read_yaml, to_json
+from kinematic_core.worlds.world_format import parse_json, to_json
+from robotont_gazebo.core.worlds import WorldError, find_world, load_world, read_yaml
 
 FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'simulation' / 'robotont_gazebo' / 'worlds'
 BOX = '{name: wall, x: 1.0, y: 2, yaw: 0.5, length: 0.1, width: 2.0, height: 0.5}'

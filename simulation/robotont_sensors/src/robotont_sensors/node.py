@@ -1,7 +1,7 @@
 """The node laserscan_to_distance of the older course: the same as in robotont_laserscan_to_distance, other names."""
-from robotont_laserscan_to_distance.core.sectors import split
-from robotont_laserscan_to_distance.node import run
+from kinematic_core.worlds.sectors import split
 from robotont_sensors.msg import LaserScanSplit
+from sim_ros.distances import run
 
 
 def message_of(scan):

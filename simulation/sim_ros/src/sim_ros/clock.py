@@ -57,7 +57,7 @@ PARAMETERS = Table(Number('~rate', REAL_TIME, SLOWEST, FASTEST, infinite='max'),
                    Boolean('~lockstep', Computed('true where `~rate` is max')),
                    Number('~lockstep_wait', 3.0, 0.0, 60.0, unit='s'))
 SEED = Integer('~seed', 0, 0)
-MOST_STEPS = 1_000_000  # of one call of ~step
+MAX_STEPS = 1_000_000  # of one call of ~step
 CLOCK_SIZE = len(frame(Clock()))  # [bytes]
 WARNING_PERIOD = 10.0  # [s] of wall time between two warnings of one kind
 ANSWER_POLL = 0.5  # [s] between two checks for a shutdown while waiting for an answer
@@ -99,7 +99,7 @@ class SimulatorClock:
             self._own_clock(step, lockstep)
         else:
             self._use_other_clock()
-        self.services = FrameServices(self._call_came, by_name=self._lockstep is not None)
+        self.services = FrameServices(self._on_call, by_name=self._lockstep is not None)
         rospy.Service('~pause', Trigger, lambda _: self.pause())
         rospy.Service('~resume', Trigger, lambda _: self.resume())
         rospy.Service('~step', Step, self._step_by_hand)
@@ -116,7 +116,7 @@ class SimulatorClock:
                 self._no_step_due()
                 continue
             if self._pacer.rate == math.inf and not self._clock_wanted() and not self._pacer.paused:
-                time.sleep(self._pacer.step)  # no node follows yet: else years would pass before one has started
+                time.sleep(self._pacer.step)  # without this, years would pass before the first node follows
             if given_up and not self._lockstep:
                 rospy.logwarn('The simulator stood still for %.1f s (was the machine suspended?); it continues '
                               'from here.', given_up)
@@ -148,11 +148,11 @@ class SimulatorClock:
         self._answer()
         step()
         if self._lockstep and (self.services.batch != calls or self._has_listeners()):
-            # else it would be chance whether a node handles the messages of this step or /clock first
+            # otherwise, chance decides whether a node handles the messages of this step or /clock first
             self._wait_for_nodes()
         self._clock.publish(now)
         if self._lag:
-            self._look_for_lag()
+            self._warn_of_lag()
         self._report()
 
     def _restore(self):
@@ -176,14 +176,14 @@ class SimulatorClock:
         return not self._publishes or self._clock.wanted()
 
     def _no_step_due(self):
-        """Do what must not wait for the next step: answer calls in a pause, publish the time for new subscribers."""
+        """Answer calls in a pause and publish the time for new subscribers, without waiting for the next step."""
         if self._pacer.paused:
             self.services.answer()
         if self._publishes:
             self._clock.publish(self._set_time())
         self._report()
 
-    def _call_came(self):
+    def _on_call(self):
         """Wake the pacer, so that a call in a pause is answered immediately."""
         if self._pacer.paused:
             self._pacer.wake()
@@ -198,8 +198,8 @@ class SimulatorClock:
                                 'result may depend on the machine; ~clock_status counts such steps.',
                                 self._lockstep_timeout, self._lockstep.busy)
 
-    def _look_for_lag(self):
-        behind = self._lag.look()
+    def _warn_of_lag(self):
+        behind = self._lag.lag()
         if behind:
             self._throttle.warn('behind', '%s is falling behind: %.1f s of simulated time behind /clock. The result '
                                 'may depend on the machine; _lockstep:=true waits for nodes, ~clock_status counts this '
@@ -250,8 +250,8 @@ class SimulatorClock:
             pass
 
     def _step_by_hand(self, message):
-        if message.steps > MOST_STEPS:
-            raise rospy.ServiceException(f'steps is {message.steps}; it must be 0 to {MOST_STEPS}')
+        if message.steps > MAX_STEPS:
+            raise rospy.ServiceException(f'steps is {message.steps}; it must be 0 to {MAX_STEPS}')
         request = self._pacer.request(message.steps)
         self._wait_until_made(request)
         if not request.made:

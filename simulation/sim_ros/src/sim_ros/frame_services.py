@@ -2,7 +2,7 @@
 
 A call is queued when it arrives. At the start of each step, the stepping thread takes all queued calls and answers them
 in the order of their arrival; the answers are sent before anything that the step publishes. So consecutive calls of one
-client take a step each, and calls of several clients share one.
+client take one step each, and calls of different clients share one.
 
 Calls that need the master do not delay the steps: their handler is a generator that yields functions. Each function is
 called in another thread, and the yield returns its result or raises its exception. The step waits for it for a short
@@ -71,7 +71,7 @@ class FrameServices:
 
 
 class _Answer:
-    """The work that is left for one call."""
+    """The remaining work for one call."""
 
     def __init__(self, call, handler, worker):
         self.asks_master = inspect.isgeneratorfunction(handler)

@@ -19,16 +19,16 @@ from rospy_support import rospy_internals
 from rospy_support.limited_transport import LimitedTransport
 
 FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks
-GROWTH = 1.25  # of the next pause, up to LONGEST_PAUSE
-LONGEST_PAUSE = 1e-3  # [s]
+GROWTH = 1.25  # of the next pause, up to MAX_PAUSE
+MAX_PAUSE = 1e-3  # [s]
 JOINING = 0.12  # [s] without work after the registration of a new node, whose init_node polls every 0.1 s
-SETTLING = 0.02  # [s] without work after another registration, when the master has told the nodes of it
+SETTLING = 0.02  # [s] without work after another registration, once the master has notified the nodes of it
 WORK = 100_000  # [ns] a process runs at least this long for a registration; one that polls runs less between two checks
 NOBODY = 'the simulator itself, or new connections'  # reported if no node is busy
 NODE_TIMEOUT = 1.0  # [s] in which a node must answer a request for its process id
-TRIES = 3  # such requests: on a machine that stood still, the timeout passes without an answer
+TRIES = 3  # such requests, because a machine that stood still times out without an answer
 
-master_poll = 0.1  # [s] period of the master's threads that notify nodes; who starts a faster master sets it
+master_poll = 0.1  # [s] period of the master's threads that notify nodes; set it if you start a faster master
 
 
 class Lockstep:
@@ -62,9 +62,9 @@ class Lockstep:
         timeout = self._step if self.busy else self._timeout
         settling, before = _Settling(), None
         while not rospy.is_shutdown():
-            runs, now = self._look(), timer.look()
+            runs, now = self._run_times(), timer.elapsed()
             settling.observe(runs, now)
-            # on a busy machine look twice: what a node has sent may still wait for a core to be delivered
+            # check twice on a busy machine: the kernel may not have delivered yet what a node has sent
             if runs is not None and settling.is_over(now) and (self._same(before, runs) or not self._machine.is_busy()):
                 if self._master_settled(runs, settling, now):
                     return True
@@ -75,10 +75,10 @@ class Lockstep:
                 self.busy = self._busy_names() or self.busy or NOBODY
                 return False
             time.sleep(pause)
-            pause = min(GROWTH * pause, LONGEST_PAUSE)
+            pause = min(GROWTH * pause, MAX_PAUSE)
         return True
 
-    def _look(self):
+    def _run_times(self):
         """Return {process: run time [ns]} if all are idle; None if one is busy or has just ended."""
         self._update_followers()
         processes = [*filter(None, (threads for _, threads in self._followers.values())), self._own]
@@ -100,7 +100,7 @@ class Lockstep:
                                           for process, ran in after.items())
 
     def _forget_ended(self):
-        """Watch no process any longer that has ended: the connection of a node will end soon."""
+        """Stop watching processes that have ended; the connections of such nodes end soon."""
         self._followers = {connection: (name, None if threads is None or _has_ended(threads) else threads)
                            for connection, (name, threads) in self._followers.items()}
         if self._master and _has_ended(self._master):

@@ -16,7 +16,7 @@ from rospy_support import parameters
 from rospy_support.rospy_internals import caller
 
 RECORD = parameters.Text('~record', '')
-PARENT = '='  # instead of a node's name: what came from the process that started the simulator; no node can claim it
+PARENT = '='  # stands for the process that started the simulator; it is not a valid name of a node
 NOT_OF_A_NAME = re.compile(r'[^\w/~.]')
 
 
@@ -77,8 +77,8 @@ class RecordedWorld:
     def note(self, event, *values, request=None):
         """Record an event that takes effect now or in the next step. The caller must hold the lock.
 
-        ``request`` is the message or service request that asked for it, or PARENT. What a caller says of itself may
-        be anything.
+        ``request`` is the message or service request that asked for it, or PARENT. The name that a caller states
+        may be any text.
         """
         if self._recorder is not None:
             name = PARENT if request is PARENT else NOT_OF_A_NAME.sub('?', caller(request))

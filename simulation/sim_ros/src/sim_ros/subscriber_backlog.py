@@ -7,8 +7,8 @@ import time
 
 from rospy_support import rospy_internals
 
-LONGEST_LAG = 0.2  # [s] of simulated time that a node may be behind /clock
-LOOK_PERIOD = 0.1  # [s] of wall time between two checks
+MAX_LAG = 0.2  # [s] of simulated time that a node may be behind /clock
+CHECK_PERIOD = 0.1  # [s] of wall time between two checks
 TABLES = '/proc/net/tcp', '/proc/net/tcp6'
 
 
@@ -20,17 +20,17 @@ class LagMonitor:
         self._clock = clock
         self._size = size
         self._step = step
-        self._next_look = 0.0  # [s, monotonic] time of the next check
+        self._next_check = 0.0  # [s, monotonic] time of the next check
         self.late = 0  # checks that found a node behind
         self.busy = ''  # the nodes that were behind in the last of these checks
 
-    def look(self):
+    def lag(self):
         """Return how far [s of simulated time] the slowest node is behind; 0.0 if none is, or no check is due."""
         now = time.monotonic()
-        if now < self._next_look:
+        if now < self._next_check:
             return 0.0
-        self._next_look = now + LOOK_PERIOD
-        most = LONGEST_LAG / self._step
+        self._next_check = now + CHECK_PERIOD
+        most = MAX_LAG / self._step
         behind = {node: number for node, number in unread(self._clock, self._size).items() if number > most}
         if not behind:
             return 0.0

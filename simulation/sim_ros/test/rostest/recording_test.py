@@ -16,7 +16,7 @@ from sim_ros.srv import Step
 from kinematic_core.environments.tasks import TASKS  # the package registers the environments
 from kinematic_core.timing.recorder import ACTIVE
 from kinematic_core.worlds.turtle_world import float32
-from robotont_gazebo.core.worlds import to_json
+from kinematic_core.worlds.world_format import to_json
 from rostest_support.common import DEADLINE, Process, SimulatorCase, run, until
 
 LARGEST = 40  # [KB] of a file on the full disk: the log fits, the recording does not

@@ -54,13 +54,13 @@ def test_a_lag_monitor_counts_looks_and_names_who_is_behind(monkeypatch):
     monkeypatch.setattr(subscriber_backlog.time, 'monotonic', lambda: wall[0])
     monkeypatch.setattr(subscriber_backlog, 'unread', lambda clock, size: unread)
     monitor = subscriber_backlog.LagMonitor('/clock', 12, 0.02)
-    assert monitor.look() == pytest.approx(0.5)
+    assert monitor.lag() == pytest.approx(0.5)
     assert (monitor.late, monitor.busy) == (1, '/slow, /slower')
     wall[0] += 0.09
-    assert monitor.look() == 0.0 and monitor.late == 1  # no look is due
+    assert monitor.lag() == 0.0 and monitor.late == 1  # no look is due
     wall[0] += 0.02
     unread = {'/slow': 10}
-    assert monitor.look() == 0.0
+    assert monitor.lag() == 0.0
     assert (monitor.late, monitor.busy) == (1, '/slow, /slower')  # the last that were behind
 
 
@@ -70,6 +70,6 @@ def test_a_lag_monitor_looks_again_after_a_tenth_of_a_second(monkeypatch):
     monkeypatch.setattr(subscriber_backlog, 'unread', lambda clock, size: {'/slow': 100})
     monitor = subscriber_backlog.LagMonitor('/clock', 12, 0.02)
     for _ in range(100):  # 1 s
-        monitor.look()
+        monitor.lag()
         wall[0] += 0.01
     assert 9 <= monitor.late <= 10

@@ -1,4 +1,4 @@
-"""draw_square: drive turtle1 round a square, controlled by its poses.
+"""draw_square: drive turtle1 around a square, controlled by its poses.
 
 The corners are computed once, from the first pose. The turtle drives to each of them from its present position, so that
 errors do not add up from lap to lap.
@@ -28,8 +28,8 @@ GAIN = 4.0  # [1/s] of distance and heading; stable with poses up to 0.2 s late
 CREEP = 0.05  # [m/s or rad/s] slowest approach, so that it ends
 DISTANCE_TOLERANCE = 0.002  # [m] along the side, where the turtle stops
 HEADING_TOLERANCE = 0.002  # [rad] 4 mm at the end of a side of 2 m, before steering
-CORNER_TOLERANCE = 0.02  # [m] farther off, a corner is driven to again
-LOOK_AHEAD = 0.2  # [m] shortest distance to steer by: the direction of a nearby point means nothing
+CORNER_TOLERANCE = 0.02  # [m] beyond it, the turtle drives to the corner again
+LOOK_AHEAD = 0.2  # [m] shortest distance to steer by, because the direction of a nearby point is arbitrary
 
 LARGEST_SIDE = 5.5  # [m] from the middle of the arena, where reset puts the turtle, to its edge
 PARAMETERS = Table(Number('~side', 2.0, 0.1, LARGEST_SIDE, 'm'),  # 2 m: turtlesim's

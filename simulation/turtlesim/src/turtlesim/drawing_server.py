@@ -1,7 +1,8 @@
-"""Serve what a page needs to show the simulator: ``~drawing`` and ``~get_drawing``.
+"""Serve the simulator's drawing to a page: ``~drawing`` and ``~get_drawing``.
 
-Threading contract: a separate thread publishes, and only while there is a subscriber; ``_lock`` guards what the last
-message was. numpy is loaded for the first message, so that a simulator without a page starts at once and stays small.
+Threading contract: a separate thread publishes, and only while there is a subscriber; ``_lock`` guards the content
+of the last message. numpy is loaded for the first message, so that a simulator without a page starts at once and stays
+small.
 """
 import threading
 import time

@@ -45,7 +45,7 @@ class ImageServer:
             rospy.loginfo('%s', findings.no_window(reason, rospy.resolve_name('~snapshot')))
         else:
             from turtlesim.window import Window
-            self._window = Window('TurtleSim', self._window_fails)
+            self._window = Window('TurtleSim', self._on_window_failure)
             self._wanted.set()
         self._thread = threads.keep_running('pictures', self._serve)
 
@@ -62,18 +62,18 @@ class ImageServer:
             self._wanted.wait()
             self._wanted.clear()
             due = time.monotonic()
-            while self._looked_at() and not self._closed.is_set():
+            while self._has_viewer() and not self._closed.is_set():
                 self._show(self._frame())
                 due = max(due + self._period, time.monotonic())  # a late image is not caught up
                 self._closed.wait(due - time.monotonic())
                 if self._window and self._window.closed:
                     rospy.signal_shutdown('the window was closed')
 
-    def _looked_at(self):
+    def _has_viewer(self):
         window = self._window and not self._window_failed
         return window or self._image.get_num_connections() or self._compressed.get_num_connections()
 
-    def _window_fails(self, reason):
+    def _on_window_failure(self, reason):
         self._window_failed = True
         rospy.logwarn('%s', reason)
 

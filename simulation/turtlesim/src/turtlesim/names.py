@@ -6,7 +6,7 @@ import rospy
 from plain_support import InvalidInput
 
 NODE_SERVICES = ('clear', 'kill', 'reset', 'spawn')
-LONGEST = 200  # [characters]
+MAX_LENGTH = 200  # [characters]
 LEGAL = re.compile(r'/?[A-Za-z]\w*(/\w+)*', re.ASCII)  # a ROS graph name without '~'
 
 
@@ -33,10 +33,10 @@ class TurtleNames:
         A turtle with exactly the same name is not an error here: the world refuses it with a text of its own.
         """
         if not LEGAL.fullmatch(name):
-            raise InvalidInput(f'spawn: the name {name[:LONGEST]!r} is not allowed; a name starts with a letter and '
+            raise InvalidInput(f'spawn: the name {name[:MAX_LENGTH]!r} is not allowed; a name starts with a letter and '
                                'contains only letters (a-z, A-Z), digits and _, with single / between its parts')
-        if len(name) > LONGEST:
-            raise InvalidInput(f'spawn: the name has {len(name)} characters; at most {LONGEST} are allowed')
+        if len(name) > MAX_LENGTH:
+            raise InvalidInput(f'spawn: the name has {len(name)} characters; at most {MAX_LENGTH} are allowed')
         resolved = rospy.resolve_name(name)
         if resolved == rospy.get_name() or resolved in map(rospy.resolve_name, NODE_SERVICES):
             raise InvalidInput(f'spawn: the name {name!r} belongs to the simulator itself ({resolved}); choose another')

@@ -30,7 +30,7 @@ from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
 STEERING = '<2d'  # linear velocity [m/s], angular velocity [rad/s]
-FREEZE_EVERY = 50  # turtles: garbage collection takes 50 ms with a thousand turtles, so older ones are left out
+FREEZE_EVERY = 50  # turtles: garbage collection takes 50 ms with a thousand turtles, so it skips older ones
 BACKGROUND_PARAMETERS = [Integer(f'~background_{channel}', default, 0, 255)
                          for channel, default in zip('rgb', BACKGROUND)]
 START_PARAMETER = Numbers('~start', Computed('by `~seed`'), length=3, unit='m, m, rad')
@@ -164,19 +164,19 @@ class TurtlesimNode:
             self._background = tuple(parameter.read(values=values) for parameter in BACKGROUND_PARAMETERS)
             return self._background
         except parameters.MasterAway:
-            return self._background  # no one can have set another one
+            return self._background  # without a master, nobody can have set another one
         except parameters.ParameterError as error:
             rospy.logerr('%s', error)
             raise rospy.ServiceException(str(error)) from None
 
     def _ask_background(self):
-        """Do the same as _read_background, but ask the master once per batch, with a time limit."""
+        """Like _read_background, but ask the master once per batch, with a time limit."""
         batch = self._clock.services.batch
         if batch != self._asked_in_batch:
             try:
                 self._read_background(self._master.parameters([each.name for each in BACKGROUND_PARAMETERS]))
             except NoMaster:
-                pass  # no one can have set another one
+                pass  # without a master, nobody can have set another one
             self._asked_in_batch = batch
         return self._background
 

@@ -27,7 +27,7 @@ class SharedWorld(RecordedWorld):
             return readings
 
     def record(self, path):
-        """Start a recording as RecordedWorld.record does, before the first step; its first row tells the start."""
+        """Start a recording as RecordedWorld.record does, before the first step; its first row contains the start."""
         recorder = super().record(path)
         if self.world.start != START:
             recorder.note('start', *self.world.start)

@@ -18,13 +18,13 @@ from kinematic_core.worlds.turtle_world import BACKGROUND, CANVAS_SIZE
 from plain_support.doctor import findings
 
 TITLE = 'TurtleSim'
-SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two images shown; others are left out
+SHORTEST_PERIOD = 1.0 / 30.0  # [s] between two images shown; others are skipped
 REDRAW_DELAY = 5  # [ms] of Tk after an image has arrived, so that only the newest of several is drawn
 END_TIMEOUT = 1.0  # [s] for the window's process to end by itself
 READ_SIZE = 1 << 20  # [bytes]
 
 _HEADER = re.compile(rb'P6\s+(\d{1,5})\s+(\d{1,5})\s+255\s')
-_LONGEST_HEADER = 32  # [bytes]
+_MAX_HEADER = 32  # [bytes]
 
 
 class Window:
@@ -98,7 +98,7 @@ class Window:
             pass  # the process has ended; _watch says why
 
     def _watch(self):
-        said = self._process.stderr.read().decode(errors='replace').strip()
+        error = self._process.stderr.read().decode(errors='replace').strip()
         code = self._process.wait()
         self._process.stderr.close()
         with self._change:
@@ -106,7 +106,7 @@ class Window:
             self._closed_by_user = not asked and code == 0
             self._change.notify()
         if not asked and code != 0:
-            self._report(f'{said or f"The window ended with code {code}."}\nThe simulator continues without a window.')
+            self._report(f'{error or f"The window ended with code {code}."}\nThe simulator continues without a window.')
 
 
 def _start(title):
@@ -141,8 +141,8 @@ class ImageReader:
         while True:
             header = _HEADER.match(self._rest)
             if not header:
-                if len(self._rest) >= _LONGEST_HEADER:
-                    raise ValueError(f'{bytes(self._rest[:_LONGEST_HEADER])!r} is no PPM image (P6 WIDTH HEIGHT 255)')
+                if len(self._rest) >= _MAX_HEADER:
+                    raise ValueError(f'{bytes(self._rest[:_MAX_HEADER])!r} is not a PPM image (P6 WIDTH HEIGHT 255)')
                 return newest
             size = header.end() + 3 * int(header[1]) * int(header[2])
             if len(self._rest) < size:

@@ -2,6 +2,7 @@
 """How a simulator begins and ends: its first lines, parameters, displays. Each test starts its own."""
 import signal
 import subprocess
+import time
 
 import rospy
 from rosgraph_msgs.msg import Log
@@ -21,6 +22,7 @@ from rostest_support.common import (
 )
 
 FEW_FILES = 256  # open files; 1024 are usual, which a test would take long to reach
+STARTS, STARTING = 6, 0.1  # times; [s] from the first registration to the last, and a little more
 NO_DISPLAY = ':4242'  # a display that no server serves
 
 
@@ -148,6 +150,18 @@ class StartupTest(SimulatorCase):
             self.assertEqual(0, simulator.process.wait(DEADLINE), f'{end}: {simulator.output()}')
             self.assertNotIn('Traceback', simulator.output())
             until(lambda: not any(registered_names('/turtlesim')), 'a master that knows nothing of the simulator')
+
+    def test_turtlesim_ends_while_it_starts(self):
+        """A signal while it registers, at moments spread over the start: it ends cleanly all the same."""
+        for number in range(STARTS):
+            simulator = own_simulator()
+            self.addCleanup(simulator.stop)
+            until(lambda: any(registered_names('/turtlesim')), 'a first name')
+            time.sleep(STARTING * number / STARTS)
+            simulator.process.send_signal((signal.SIGINT, signal.SIGTERM)[number % 2])
+            self.assertEqual(0, simulator.process.wait(DEADLINE), simulator.output())
+            self.assertNotIn('Traceback', simulator.output())
+            self.assertFalse(any(registered_names('/turtlesim')), 'names that stay with the master')
 
     def test_turtlesim_same_name(self):
         """A second simulator of the same name takes over: the first ends, as ROS wants it."""

@@ -28,7 +28,7 @@ def node(monkeypatch):
 @pytest.mark.parametrize('name', [
     'turtle2', 't', 'T', 'Turtle_2', 'a_', 'a1', 'a/b', 'a/b/c_3', 'a/1', 'a/_b', '/leonardo', '/a/b',
     'clear/me', 'spawn2', 'Clear', 'turtlesim/x', '/clear', '/spawn', '/turtlesim', '/other/turtlesim',
-    'a' * names.LONGEST,
+    'a' * names.MAX_LENGTH,
 ])
 def test_legal_names_pass(name):
     assert names.TurtleNames(['turtle1', 'a2']).check(name) is None

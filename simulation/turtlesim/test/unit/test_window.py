@@ -54,7 +54,7 @@ class TestImageReader:
 
     @pytest.mark.parametrize('beginning', [b'\x89PNG\r\n', b'P6 500 500 65535\n', b'P5 9 9 255\n'])
     def test_refuses_what_is_no_such_picture(self, beginning):
-        with pytest.raises(ValueError, match='is no PPM image'):
+        with pytest.raises(ValueError, match='is not a PPM image'):
             ImageReader().feed(beginning + bytes(40))
 
 

@@ -1,6 +1,6 @@
 // The fields of a message as a tree whose branches open and close; only what is open is updated.
 import {el} from '../../app/dom.js';
-import {addressOf} from '../../app/shell.js';
+import {addressOf} from '../../app/address.js';
 import {button, setText} from './parts.js';
 import {elements, short} from './values.js';
 

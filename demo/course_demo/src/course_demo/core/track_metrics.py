@@ -1,4 +1,4 @@
-"""Measure what a vehicle did: pure functions of its track, to judge a result without trusting any node.
+"""Measure a vehicle's track with pure functions, so that a result is judged without trusting any node.
 
 A track is a sequence of VehicleStates (or messages turtlesim/Pose, which have the same fields) in the order of time.
 A turtle's positions lie in 0 .. ARENA_SIZE, y up.
@@ -11,12 +11,12 @@ from turtle_robotont.driving.accuracy import Track
 from turtle_robotont.driving.shapes import HasPose, HasPosition, distance, wrap_angle
 from turtle_robotont.driving.vehicle import TURTLE_STEP, VehicleState
 
-JUMP = 0.25  # [m] in one step, further than a turtle drives below 15 m/s: a teleport
-STANDING = 1e-4  # [m or rad] a turtle that stands still stays within this
+JUMP = 0.25  # [m] in one step: a teleport, as a turtle would need 15 m/s
+STANDING = 1e-4  # [m or rad] by which a turtle that stands still may move
 
 
 def rate(times: Sequence[float]) -> float:
-    """Return the rate [Hz] of times [s] from the median of their gaps, which ignores late ones; 0 for one or none."""
+    """Return the rate [Hz] of times [s] from the median of their gaps, which ignores late ones; 0 without gaps."""
     gaps = [later - earlier for earlier, later in zip(times, times[1:])]
     return 1.0 / statistics.median(gaps) if gaps else 0.0
 

@@ -1,13 +1,13 @@
 """One attempt at a grading, in a process of its own: a master, the simulator, the student's program, and an observer.
 
-Everything runs in simulated time, which is paused until the program has registered with the master (or ended), so a
-slow start costs nothing. In lockstep no step starts before the nodes have finished the last one, so the result does not
-depend on the machine, and the simulator makes its steps as fast as the nodes are idle. The observer is one of these
-nodes: it looks when PERIOD has passed, and reads what is printed before the next step starts. A program that uses the
-wall clock, or never sleeps, is observed in real time instead.
+Everything runs in simulated time, which is paused until the program has registered with the master (or ended), so that
+a slow start costs nothing. In lockstep no step starts before the nodes have finished the last one: the result does not
+depend on the machine, and the simulator runs as fast as the nodes become idle. The observer is one of these nodes: it
+polls every PERIOD, and reads what is printed before the next step starts. A program that uses the wall clock, or never
+sleeps, is observed in real time instead.
 
-Master and simulator are forked before this process has a second thread; the student's program is started by the
-Sandbox, and nowhere else. The process is thrown away at the end: nothing is shut down in order.
+Master and simulator are forked before this process has a second thread; only the Sandbox starts the student's program.
+The process is discarded at the end: nothing is shut down in order.
 
 Threads: the main thread watches; the stimuli and rospy's callbacks run in their own and only append to lists.
 """
@@ -45,39 +45,38 @@ from kinematic_core.worlds import robot_world, turtle_world
 from plain_support import processes
 from rospy_support import rospy_internals, servers
 
-REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
 OF_EVERY_NODE = '/clock', '/rosout'  # topics
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
          '/clock': 'fake_clock'}  # topic: kind of the event when the program publishes on it
 POLL = 0.02  # [s] of wall time
-PERIOD = 1.0  # [s] of simulated time between two looks at the master and at the score
-ENDING = 3.0  # [s] of wall time that a simulator may take to shut down, or a program to end when its nodes have
-PATIENCE = 20.0  # [s] of wall time in which master and simulator must be there
-START_PATIENCE = 10.0  # [s] of wall time in which a program that rests should have registered with the master
-LONGEST_START = 60.0  # [s] the same for one that is busy, for example with its imports
-COMPLETE = 0.4  # [s] at rest after which all that a launch file or script starts is there
-LONGEST_COMPLETION = 15.0  # [s] in which that should be
-AFTER_END = 2.5  # [s] of simulated time that are still observed when the program has ended
-ENOUGH_REST = 3.0  # [s] of simulated time at rest after which a complete score cannot change any more
-HOG = 1.3  # cores that a program may use while the simulation cannot keep up; a busy loop takes one
-UNSEEN = 1.0  # [s] of processor time that may be from before: it is looked at now and then
-FLOODED = 0.5  # share of the time for which it gets a core that a simulator runs; by itself, a twentieth
-LONGEST_STALL = 0.25  # [s] for which the machine may have stood still in real time
+PERIOD = 1.0  # [s] of simulated time between two polls of the master and the score
+SHUTDOWN_TIMEOUT = 3.0  # [s] of wall time for a simulator to shut down, or a program to end after its nodes
+START_TIMEOUT = 20.0  # [s] of wall time for master and simulator to start
+IDLE_START = 10.0  # [s] of wall time for an idle program to register with the master
+MAX_START = 60.0  # [s] the same for a busy program, such as one that still imports
+IDLE_STARTED = 0.4  # [s] of idle time after which a launch file or script counts as started
+MAX_COMPLETION = 15.0  # [s] of wall time for that
+AFTER_END = 2.5  # [s] of simulated time that is observed after the program has ended
+SETTLED = 3.0  # [s] of simulated time without motion after which a full score is final
+HOG_CORES = 1.3  # cores that a program may use while the simulation cannot keep up; a busy loop takes one
+UNMEASURED = 1.0  # [s] of processor time that may be older: it is polled from time to time
+FLOODED_SHARE = 0.5  # busy share of a simulator, of the time for which it has a core; undisturbed 0.05
+MAX_STALL = 0.25  # [s] for which the machine may stall in real time
 MASTER_LOG = 'master.txt'
 WORLD = 'world.yaml'
-LAG = 0.1  # [s] of simulated time by which a recording may be behind
+LAG = 0.1  # [s] of simulated time by which a recording may lag
 SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit
 
 
 class AttemptError(RuntimeError):
-    """The grading failed; the text says why. It is not the student's fault."""
+    """The grading failed for a reason that is not the student's; the text says why."""
 
 
 def run(job):
-    """Return what an attempt at a Job found (Attempted); raise OSError when its folder cannot be used.
+    """Grade a Job once; return the Attempted. Raise OSError if its folder cannot be used.
 
-    This process is the attempt's own: its folder and environment become those of the Job.
+    The attempt owns this process: its folder and environment become those of the Job.
     """
     os.chdir(job.folder)
     try:
@@ -90,7 +89,7 @@ def run(job):
         _set_environment(sourced.environment(policy.environment(os.environ, packages)))
         chosen = policy_of(command, job.real_time)
         command = static_analysis.resolved(command)
-    except (sandbox.CommandError, student_files.NoFile) as error:
+    except (sandbox.CommandError, student_files.UnreadableFile) as error:
         failed = scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)])
         return Attempted(symptoms.advise(job.exercise, Observed(), failed), Observed())
     attempt = Attempt(job, command, chosen, remarks)
@@ -101,28 +100,28 @@ def run(job):
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
     except AttemptError as error:
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
-    except Exception as error:  # whatever it is: should it happen again, the program is the cause
+    except Exception as error:  # of any kind: if it happens again, the program is the cause
         if isinstance(error, OSError) and str(error.filename or '').startswith(job.output):
             raise
         traceback.print_exc()
-        said = f'the grader itself failed: {type(error).__name__}: {error}'
-        verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [said])
+        message = f'the grader itself failed: {type(error).__name__}: {error}'
+        verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [message])
     return attempt.attempted(verdict)
 
 
 def _package(command):
-    """Return the package that the file of a command lies in, or None; this course's own is nobody's."""
+    """Return the package that contains the file of a command, or None, also for a package of this repository."""
     package = sandbox.package_of(command)
-    return None if package and view.below(REPOSITORY, [os.path.realpath(package)]) else package
+    return None if package and view.below(view.REPOSITORY, [os.path.realpath(package)]) else package
 
 
 def _isolation(job, command, packages, sourced):
-    """Return the Isolation of a Job with the program's own files; raise CommandError when it names another's."""
+    """Return the Isolation of a Job with the program's own files; raise CommandError if one links elsewhere."""
     limits = job.isolation.limits
     if not limits.cpu:
         limits = limits._replace(cpu=math.ceil(job.exercise.time + CPU_ALLOWANCE))
     own = job.isolation.own or [*sourced.folders(), *sourced.built()] or view.own_files(
-        command, packages, view.never_shown(REPOSITORY))
+        command, packages, view.never_shown(view.REPOSITORY))
     escaped = view.escaping(command, own)
     if escaped:
         raise sandbox.CommandError(f'{escaped} is a link to a file of somebody else: hand in the file itself')
@@ -130,21 +129,21 @@ def _isolation(job, command, packages, sourced):
 
 
 def policy_of(command, real_time):
-    """Return the Policy for a command; raise CommandError when it starts a simulator of its own."""
+    """Return the Policy for a command; raise CommandError if it starts its own simulator."""
     own = static_analysis.simulators(command)
     if own:
         raise sandbox.CommandError(f'the launch file starts its own simulator ({", ".join(own)}), but the '
                                    'grader has already started one: remove that node from the launch file')
-    return policy.decide(static_analysis.looks_at_the_wall_clock(command), static_analysis.compiled(command), real_time)
+    return policy.decide(static_analysis.wall_clock_call(command), static_analysis.compiled(command), real_time)
 
 
 def hogs(used, wall):
-    """Return whether a program that used ``used`` [s] of processor time in ``wall`` [s] held the simulation up."""
-    return used > HOG * wall + UNSEEN
+    """Return whether a program that used ``used`` [s] of processor time in ``wall`` [s] slowed the simulation down."""
+    return used > HOG_CORES * wall + UNMEASURED
 
 
 def steps_for(seconds, dt):
-    """Return how many steps of ``dt`` [s] make up a time [s]; at least one, as nothing would go on with none."""
+    """Return how many steps of ``dt`` [s] make up a time [s], at least one."""
     return max(1, math.ceil(seconds / dt - 1e-6))
 
 
@@ -162,8 +161,8 @@ class Attempt:
         self.student = None
         self.finished = False
         self.observed = Observed()
-        self._looked = 0.0
-        self._logged = -1  # [bytes] that the master had written at the last look at the names
+        self._polled_at = 0.0
+        self._log_size = -1  # [bytes] of the master's log when the names were last read
         self._students = set()  # names of nodes that were seen
         self._following = False  # whether one of them follows /clock
         self.busy = ''  # the nodes that never slept, so that lockstep continued without them
@@ -199,7 +198,7 @@ class Attempt:
     def _start_master(self, box):
         """Start a master, which ends with the sandbox."""
         try:
-            self._master_process, uri = forked.start_master(self._master_log, PATIENCE)
+            self._master_process, uri = forked.start_master(self._master_log, START_TIMEOUT)
         except TimeoutError as error:
             raise AttemptError(str(error)) from None
         box.keep(self._master_process)
@@ -243,9 +242,9 @@ class Attempt:
         resume, pause = (rospy.ServiceProxy(f'{self._simulator}/{name}', Trigger, persistent=True)
                          for name in ('resume', 'pause'))
         step = rospy.ServiceProxy(f'{self._simulator}/step', Step, persistent=True)  # not a connection per call
-        self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # the last that it offers
+        self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # its last service
         rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
-        step(0)  # these connections stay, whoever offers services of these names from now on
+        step(0)  # these connections stay, even if another node offers services of these names
         if not self._policy.lockstep:
             resume()
             pause()
@@ -282,7 +281,7 @@ class Attempt:
         self._watch(reader, student, simulator, stimuli, step)
 
     def _runs(self, simulator):
-        """Return whether simulator and master run, or False when the program ended one; raise AttemptError else."""
+        """Return True while simulator and master run, False if the program ended one; otherwise raise AttemptError."""
         if simulator.poll() is None and self._master_process.poll() is None:
             return True
         if self._ended_by_student(simulator):
@@ -290,8 +289,9 @@ class Attempt:
         raise AttemptError(f'the simulator ended with exit code {simulator.poll()}')
 
     def _ended_by_student(self, simulator):
-        """Return whether simulator, grader or master were told to end, by a call or a node of their name; note it."""
-        if (self._master_process.poll() is None and simulator.wait(ENDING) != 0  # it runs, has crashed, or was killed
+        """Return whether a call, or a node of the same name, ended simulator, grader or master; record it."""
+        if (self._master_process.poll() is None
+                and simulator.wait(SHUTDOWN_TIMEOUT) != 0  # it runs, has crashed, or was killed
                 and not rospy.is_shutdown() and self._master_process.poll() is None):
             return False
         self.observed.trouble = (
@@ -300,16 +300,16 @@ class Attempt:
         return True
 
     def _wait_for_student(self, student, step, reader):
-        """Keep time (nearly) paused until a node has started and, of several processes, all have."""
-        waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
-        while (not self._student_is_there() and student.exit_code() is None and rest.look() < START_PATIENCE
-               and waiting.look() < LONGEST_START):
-            step(1)  # for nodes that wait for the first time
+        """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
+        waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
+        while (not self._student_is_there() and student.exit_code() is None and idle.poll() < IDLE_START
+               and waiting.look() < MAX_START):
+            step(1)  # for nodes that wait until time begins
             reader.read()
             time.sleep(POLL)
-        waiting, rest = ActiveTimer(), sandbox.ProgramIdleTimer(student)
-        while (self._policy.lockstep and student.several() and student.exit_code() is None
-               and rest.look() < COMPLETE and waiting.look() < LONGEST_COMPLETION):
+        waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
+        while (self._policy.lockstep and student.has_children() and student.exit_code() is None
+               and idle.poll() < IDLE_STARTED and waiting.look() < MAX_COMPLETION):
             time.sleep(POLL)
 
     def _watch(self, reader, student, simulator, stimuli, step):
@@ -329,9 +329,9 @@ class Attempt:
             if watching.look() > limit or self.busy:
                 self.observed.kept_up = False
                 break
-            if reader.now >= self._looked + PERIOD:
-                self._looked = reader.now
-                self._look(student)
+            if reader.now >= self._polled_at + PERIOD:
+                self._polled_at = reader.now
+                self._poll(student)
                 if self._settled(stimuli):
                     break
         self._state.read()
@@ -345,39 +345,39 @@ class Attempt:
             self._note_pace(watching, stood, reader.now)
         self._note_hog(student.cpu() - used, watching.look() + watching.lost)
 
-    def _look(self, student):
-        """Note names, if the master has told of any since the last look, and state."""
-        followed, logged = self._following, os.path.getsize(self._master_log)
-        if logged != self._logged:
-            self._look_at_names()
-        self._logged = logged
+    def _poll(self, student):
+        """Record the state, and the names if the master has logged any since the last poll."""
+        followed, log_size = self._following, os.path.getsize(self._master_log)
+        if log_size != self._log_size:
+            self._read_names()
+        self._log_size = log_size
         self._state.read()
         if self._policy.lockstep and followed and not self._following:
             self._wait_for_the_end(student)
 
     def _wait_for_the_end(self, student):
-        """Wait for a program whose nodes have just ended: rospy's shutdown waits in wall time for its threads."""
+        """Wait for a program whose nodes have just ended: rospy's shutdown joins its threads in wall time."""
         waiting = ActiveTimer()
-        while student.exit_code() is None and not self._following and waiting.look() < ENDING:
+        while student.exit_code() is None and not self._following and waiting.look() < SHUTDOWN_TIMEOUT:
             time.sleep(POLL)
-            self._look_at_names()
+            self._read_names()
 
     def _note_hog(self, used, wall):
-        """Note whether a program held the simulation up: ``used`` [s] of processor time in ``wall`` [s]."""
+        """Record whether a program slowed the simulation down: ``used`` [s] of processor time in ``wall`` [s]."""
         if not self.observed.kept_up and hogs(used, wall):
             self.observed.trouble = (f'the program took {used:.0f} s of processor time in {wall:.0f} s, so that '
                                      'nothing was left for the simulation')
 
     def _note_pace(self, watching, stood, now):
-        """Note whether a run of ``now`` [s] kept real time, without a gap."""
+        """Record whether a run of ``now`` [s] kept real time, without a gap."""
         missing = watching.look() + watching.lost - now
         if missing > (1.0 - self._policy.slowest_pace) * now + LAG:
             self.observed.kept_up = False
-        elif stood > LONGEST_STALL and scoring.decide(self.exercise, self.observed).score < 100.0:
-            self.observed.kept_up = False  # the commands of that time came late
+        elif stood > MAX_STALL and scoring.decide(self.exercise, self.observed).score < 100.0:
+            self.observed.kept_up = False  # commands were late
 
     def _has_ended(self, student, now):
-        """Return for how long [s] the program has ended, below 0 while it runs; note its end."""
+        """Return how long ago [s] the program ended, a negative number while it runs; record its end."""
         observed = self.observed
         if observed.ended_at is None and student.exit_code() is not None:
             student.drain()
@@ -388,7 +388,7 @@ class Attempt:
         """Return whether the verdict is final."""
         if judging.shortcuts(self.observed, self.exercise.allows) or self.observed.trouble:
             return True
-        return (stimuli.done() and len(self.observed.track) > 0 and self.observed.standstill() > ENOUGH_REST
+        return (stimuli.done() and len(self.observed.track) > 0 and self.observed.standstill() > SETTLED
                 and scoring.decide(self.exercise, self.observed).score >= 100.0)
 
     def _on_status(self, status):
@@ -403,12 +403,12 @@ class Attempt:
             return False
 
     def _until(self, condition, process, what):
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + START_TIMEOUT
         while not condition():
             if process.poll() is not None:
                 raise AttemptError(f'the {what} ended immediately with exit code {process.poll()}; see {what}.txt')
             if time.monotonic() > end:
-                raise AttemptError(f'the {what} did not start within {PATIENCE:g} s')
+                raise AttemptError(f'the {what} did not start within {START_TIMEOUT:g} s')
             time.sleep(POLL)
 
     def _student_is_there(self):
@@ -419,7 +419,7 @@ class Attempt:
         return self._following
 
     def _was_there(self):
-        """Return whether a node of the student has ever run: even one that ends immediately leaves a log."""
+        """Return whether a node of the student has ever run: the master logs even one that ends immediately."""
         return self._students or any(node not in self._own() for _, _, node in self._registrations())
 
     def _registrations(self):
@@ -428,15 +428,15 @@ class Attempt:
     def _own(self):
         return {self._node, self._simulator}
 
-    def _look_at_names(self):
-        """Note what the student's nodes publish, subscribe and serve, and who pretends to be the simulator."""
+    def _read_names(self):
+        """Record what the student's nodes publish, subscribe and serve, and which pretend to be the simulator."""
         try:
             published, subscribed, served = self._master.getSystemState()
         except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
             return
         own = self._own()
         self._following = any(name == '/clock' and set(nodes) - own for name, nodes in subscribed)
-        for kind, name, node in self._registrations():  # also of what came and went since the last look
+        for kind, name, node in self._registrations():  # also of names that came and went since the last poll
             if kind == 'PUB' and name in FAKES and node not in own:
                 self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), node))
         for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
@@ -450,20 +450,20 @@ class Attempt:
 
 
 def _flooded(before, after, seconds, used=0.0):
-    """Return whether a process was busy for most of the time for which it got a core, between two thread_times().
+    """Return whether a process was busy for most of the time for which it had a core, between two thread_times().
 
-    ``used`` [s]: its processor time, in which threads that have ended count, too. Each call of a service makes one.
+    ``used`` [s]: its processor time including ended threads; each call of a service creates one.
     """
     spent = [[now - then for now, then in zip(times, before.get(thread, (0.0, 0.0)))]
              for thread, times in after.items()]
     if spent:
-        _, waited = max(spent)  # of its main thread, or of the busiest one
+        _, waited = max(spent)  # its main thread, or the busiest one
         spent.append([used, waited])
-    return any(ran > FLOODED * (seconds - waited) for ran, waited in spent)
+    return any(ran > FLOODED_SHARE * (seconds - waited) for ran, waited in spent)
 
 
 def _cpu_time(pid):
-    """Return the processor time [s] of a process, 0 when it has ended."""
+    """Return the processor time [s] of a process, 0 if it has ended."""
     try:
         return processes.cpu_time(pid)
     except OSError:

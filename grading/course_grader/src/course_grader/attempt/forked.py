@@ -1,7 +1,7 @@
 """The master and the simulator of a grading, forked from this process, which has imported them already.
 
-Starting a Python program and importing rospy takes 0.4 s of CPU time; a fork takes some milliseconds. Both are to be
-forked while this process has one thread.
+Starting Python and importing rospy takes 0.4 s of CPU time; a fork takes some milliseconds. Fork both while this
+process has one thread.
 """
 import contextlib
 import functools
@@ -28,45 +28,45 @@ for _module in SIMULATORS.values():
     with contextlib.suppress(ImportError):  # start_simulator says which one is missing
         importlib.import_module(_module)
 STEERED = 'turtlesim'  # the one whose turtle the grader drives
-LONGEST_UPDATE = 0.01  # [s] until the master begins to tell nodes of a new publisher; by default up to 0.1
-lockstep.master_poll = LONGEST_UPDATE  # in the simulators, which are forked from here, too
-LONGEST_END = 0.1  # [s] until the process of a master that was shut down by a call ends
+MASTER_DELAY = 0.01  # [s] until the master notifies nodes of a new publisher; by default up to 0.1
+lockstep.master_poll = MASTER_DELAY  # also in the simulators, which are forked from here
+MASTER_POLL = 0.1  # [s] between two checks whether a call has shut the master down
 REGISTERED = re.compile(r'\+(PUB|SUB|SERVICE) \[(.*)\] (\S+) ')  # a line of the master's log
 
 
 class Forked:
-    """A process that runs ``run()`` as if it was started anew; it ends with this one, at the latest."""
+    """A process that runs ``run()`` as if started from the command line; it ends with this one at the latest."""
 
     def __init__(self, name, run, arguments, log):
-        """``arguments``: as on the command line of ``name``; ``log``: the file for what it prints."""
+        """``arguments``: those of the command ``name``; ``log``: the file for its output."""
         self.process = multiprocessing.get_context('fork').Process(
             target=_become, args=(name, run, arguments, log, os.getpid()), name=name)
         self.process.start()
         self.pid = self.process.pid
 
     def poll(self):
-        """Return its exit code (below 0: the signal that ended it), or None while it runs; as Popen does."""
+        """Return its exit code (below 0: the signal that ended it), or None while it runs, like Popen."""
         return self.process.exitcode
 
-    def wait(self, longest):
-        """Wait for its end, at most ``longest`` [s]; return its exit code or None."""
-        self.process.join(longest)
+    def wait(self, timeout):
+        """Wait at most ``timeout`` [s] for its end; return its exit code or None."""
+        self.process.join(timeout)
         return self.process.exitcode
 
 
-def start_master(log, patience):
-    """Fork a ROS master; return (Forked, its URI). Raise TimeoutError when there is none after ``patience`` [s]."""
+def start_master(log, timeout):
+    """Fork a ROS master; return (Forked, its URI). Raise TimeoutError if there is none after ``timeout`` [s]."""
     receiver, sender = multiprocessing.Pipe(duplex=False)
     forked = Forked('rosmaster', lambda: _run_master(sender), (), log)
     sender.close()
     with receiver, contextlib.suppress(EOFError):
-        if receiver.poll(patience):
+        if receiver.poll(timeout):
             return forked, receiver.recv()
-    raise TimeoutError(f'no ROS master answered within {patience:g} s; see {log}')
+    raise TimeoutError(f'no ROS master answered within {timeout:g} s; see {log}')
 
 
 def start_simulator(simulator, arguments, log):
-    """Fork the simulator of an exercise; return (Forked, Steering or None). Raise ImportError where there is none."""
+    """Fork the simulator of an exercise; return (Forked, Steering or None). Raise ImportError if it is missing."""
     module = importlib.import_module(SIMULATORS[simulator])
     if simulator != STEERED:
         return Forked(simulator, lambda: nodes.run(module.main), arguments, log), None
@@ -81,21 +81,21 @@ def start_simulator(simulator, arguments, log):
 
 
 class Steering:
-    """Drives the turtle through a connection that no program can open; what comes by a topic is a program's."""
+    """Drives the turtle through a connection that no program can open, so that commands on a topic are a program's."""
 
     def __init__(self, connection, form):
-        """``form``: of struct, for what is sent."""
+        """``form``: the struct format of a command."""
         self._connection, self._form = connection, form
 
     def drive(self, linear, angular):
-        """Command velocities [m/s, rad/s]. Raise OSError when the simulator has ended."""
+        """Command velocities [m/s, rad/s]. Raise OSError if the simulator has ended."""
         self._connection.sendall(struct.pack(self._form, linear, angular))
 
 
 def registrations(log):
-    """Return [(kind, name, node)] of all that was ever registered with a master: PUB or SUB of a topic, or SERVICE.
+    """Return [(kind, name, node)] of all registrations with a master: PUB or SUB of a topic, or SERVICE.
 
-    ``log``: what the master prints; also what was there between two looks only.
+    ``log``: the master's output, which has also what was registered between two polls only.
     """
     with open(log, encoding='utf-8', errors='replace') as file:
         return [match.groups() for match in map(REGISTERED.match, file) if match]
@@ -105,17 +105,17 @@ def _run_master(sender):
     logger = logging.getLogger('rosmaster.master')
     logger.setLevel(logging.INFO)
     logger.addHandler(logging.StreamHandler(sys.stdout))
-    rosmaster.threadpool.ThreadPoolThread.threadSleepTime = LONGEST_UPDATE
+    rosmaster.threadpool.ThreadPoolThread.threadSleepTime = MASTER_DELAY
     master = rosmaster.master.Master(0)  # any free port
     master.start()
     sender.send(master.uri)
     sender.close()
     while master.ok():
-        time.sleep(LONGEST_END)
+        time.sleep(MASTER_POLL)
 
 
 def _become(name, run, arguments, log, parent):
-    """Be another program from here on."""
+    """Become another program."""
     processes.end_with_parent(signal.SIGKILL, parent)
     os.setsid()
     signal.signal(signal.SIGINT, signal.SIG_DFL)

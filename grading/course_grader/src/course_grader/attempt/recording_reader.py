@@ -1,7 +1,7 @@
-"""What really happened in a simulator, read from its recording and not from published messages.
+"""Reads what truly happened in a simulator: from its recording, not from published messages.
 
-Both simulators write a recording (kinematic_core.timing.recorder) of every command and service call with the node that
-sent it; it is read incrementally while it is being written.
+Both simulators record every command and service call with the node that sent it (kinematic_core.timing.recorder); the
+recording is read while it is being written.
 """
 import csv
 import io
@@ -10,10 +10,10 @@ import threading
 
 from course_grader.rules.observation import Command, Event, Sample
 from kinematic_core.timing import recorder
-from sim_ros.recording import PARENT  # whose commands are the grader's stimuli
+from sim_ros.recording import PARENT  # its commands are the grader's stimuli
 
 TURTLE = 'turtle1'
-OWN = 'start', 'timeout'  # events that no node asked for
+INTERNAL_EVENTS = 'start', 'timeout'  # events that no node caused
 
 
 class RecordingReader:
@@ -28,7 +28,7 @@ class RecordingReader:
 
     @property
     def now(self):
-        """Simulated time [s] since the program was there, which is at ``observed.start``."""
+        """Simulated time [s] since ``observed.start``, when the program had started."""
         return self.tick * self.dt - self._observed.start
 
     def read(self):
@@ -72,7 +72,7 @@ class RecordingReader:
     def _take_event(self, t, words, caller):
         turtle, _, name = words[0].rpartition('/')
         values = tuple(map(float, words[1:]))
-        if name in OWN or caller == PARENT or turtle not in ('', TURTLE):
+        if name in INTERNAL_EVENTS or caller == PARENT or turtle not in ('', TURTLE):
             return
         if name == 'cmd':
             self._observed.commands.append(Command(t, *values, caller))
@@ -86,7 +86,7 @@ class RecordingReader:
             self._observed.events.append(Event(t, name, (turtle or TURTLE,) if name == 'kill' else values, caller))
 
     def _after_jump(self, linear, angular):
-        """Return about where a relative teleport leads, for the texts."""
+        """Return approximately where a relative teleport leads, for the texts."""
         last = self._observed.track[-1] if self._observed.track else Sample(0.0, 0.0, 0.0, 0.0)
         theta = last.theta + angular
         return last.x + linear * math.cos(theta), last.y + linear * math.sin(theta), theta

@@ -1,4 +1,4 @@
-"""Checks the services that an exercise calls: their types exist, and take the numbers of the request."""
+"""Checks the services that an exercise calls: their types must exist and take the numbers of the request."""
 import roslib.message
 import rospkg
 

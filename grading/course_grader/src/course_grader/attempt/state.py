@@ -1,4 +1,4 @@
-"""Reads the parameters, transforms and other turtles that the checks of an exercise look at.
+"""Reads the parameters, transforms and other turtles that the checks of an exercise need.
 
 Threads: rospy's callbacks only append to a list.
 """
@@ -16,7 +16,7 @@ from rospy_support.rotations import yaw_of
 
 
 class StateReader:
-    """What the checks of parameters, transforms and other turtles need; costs nothing without them."""
+    """Collects what checks of parameters, transforms and other turtles need; costs nothing without them."""
 
     def __init__(self, exercise, observed, own, zero):
         """``own``: names of the grader's nodes, which do not count; ``zero`` [s]: simulated time of the first step."""
@@ -29,14 +29,14 @@ class StateReader:
             rospy.Subscriber(f'/{turtle}/pose', Pose, self._on_pose, observed.turtles.setdefault(turtle, []))
 
     def read(self):
-        """Note the values of the parameters; one that is not set keeps its last value."""
+        """Record the values of the parameters; one that is not set keeps its last value."""
         master = rosgraph.Master(rospy.get_name())
         for name in self._names:
             with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
                 self._observed.parameters[name] = master.getParam(name)
 
     def _on_pose(self, pose, track):
-        if caller(pose) in self._own:  # the simulator's, not one that the program pretends
+        if caller(pose) in self._own:  # the simulator's, not a fake one
             track.append(Sample(rospy.get_time() - self._zero, pose.x, pose.y, pose.theta))
 
     def _on_transforms(self, message, lasting=False):

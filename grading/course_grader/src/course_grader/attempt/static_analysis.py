@@ -1,7 +1,7 @@
-"""What the source of a program shows before it runs: whether it uses the wall clock, and which simulators it starts.
+"""Analyses a program before it runs: whether it uses the wall clock, and which simulators it starts.
 
-Simulated time may pass faster only if the program follows it. rospy.sleep, Rate, Timer and Time do; the calls searched
-for here do not. Python programs are searched with their own modules, launch files with the files that they include.
+Simulated time may run faster only if the program follows it. rospy.sleep, Rate, Timer and Time do; the calls below do
+not. Python programs are searched with their own modules, launch files with the files that they include.
 """
 import ast
 import os
@@ -21,20 +21,20 @@ WALL_CLOCK = re.compile(
     r'time\.(sleep|time|monotonic|perf_counter)(_ns)?|datetime(\.datetime)?\.(now|utcnow|today)|threading\.Timer|'
     r'rospy\.(client\.)?wait_for_message|rospy\.rostime\.wallsleep|asyncio\.\w+|sched\.scheduler|select\.select|'
     r'signal\.(alarm|setitimer)|subprocess\.\w+|os\.(system|popen)|cv2\.waitKey(Ex)?')
-COMMANDS = ('rostopic', 'rosservice', 'sleep', 'timeout')  # that follow the wall clock, rostopic's rates too
+COMMANDS = ('rostopic', 'rosservice', 'sleep', 'timeout')  # they follow the wall clock, as do rostopic's rates
 SHELLS = ('sh', 'bash', 'dash', 'zsh')
 SHELL = re.compile(rb'#!\s*\S*/(env\s+)?(ba|da|z)?sh\b')
 EXECUTABLE_PYTHON = re.compile(rb'#!\s*/usr/bin/(env\s+)?python3\n')
 COMPILED = re.compile(rb'\x7fELF')
 SIMULATORS = {('turtlesim', 'turtlesim_node'), ('robotont_gazebo', 'robotont_gazebo')}  # package, executable
-OWN = 'turtle_robotont'  # the package whose modules look at the wall clock for their timeouts alone
-MOST = 1000  # nodes, launch files, or lines of scripts that are looked at
-LONGEST_NAME = 1000  # characters of a module's, with its packages
-FIRST_LINE = 256  # [bytes] of it that Linux reads
-FOUND = re.compile(r'\$\((find|dirname)\s*([\w-]*)\)')
+COURSE = 'turtle_robotont'  # its modules use the wall clock for timeouts only
+MAX_FILES = 1000  # nodes, launch files, or lines of scripts that are searched
+MAX_NAME = 1000  # characters of a dotted module name
+FIRST_LINE = 256  # [bytes] that Linux reads of it
+SUBSTITUTION = re.compile(r'\$\((find|dirname)\s*([\w-]*)\)')
 
 
-def looks_at_the_wall_clock(command):
+def wall_clock_call(command):
     """Return the wall-clock call in a program that ``command`` starts, also by rosrun or roslaunch; '' if none."""
     commands, seen = [command], set()
     for words in commands:
@@ -50,7 +50,7 @@ def looks_at_the_wall_clock(command):
                 lines = _lines(_text(place) if os.path.isfile(place) else part)
                 if found := next((word for line in lines for word in line if word in COMMANDS), ''):
                     return found
-                commands += lines[:MOST - len(commands)]
+                commands += lines[:MAX_FILES - len(commands)]
             elif found := _python(place, seen):
                 return found
     return ''
@@ -62,16 +62,16 @@ def source(command):
 
 
 def compiled(command):
-    """Return the name of a compiled executable that ``command`` starts, which cannot be searched; '' if none."""
+    """Return the name of a compiled executable, which cannot be searched, that ``command`` starts; '' if none."""
     found = _installed(command)
     own = [command[0]] if os.path.isabs(command[0]) and command[0] != sys.executable else []
     return next((os.path.basename(path) for path in own + found if _begins(path, COMPILED)), '')
 
 
 def resolved(command):
-    """Return a rosrun line as the Python program that rosrun would execute, which takes it 0.4 s to find.
+    """Return a rosrun line as the Python program that rosrun would execute; rosrun takes 0.4 s to find it.
 
-    What is unusual is left to rosrun: options, no executable of that name, or several, among which it asks to choose.
+    Unusual lines are left to rosrun: options, no executable of that name, or several, among which it lets one choose.
     """
     if os.path.basename(command[0]) != 'rosrun' or len(command) < 3 or command[1].startswith('-') or '/' in command[2]:
         return command
@@ -90,19 +90,19 @@ def simulators(command):
 
 
 def _programs(command):
-    """Return the paths of the Python programs and shell scripts that a command starts, as far as they can be found."""
+    """Return the paths of the Python programs and shell scripts that a command starts, if they can be found."""
     found = _installed(command)
     scripts = [part for part in command if part.endswith('.py') or os.path.isfile(part) and _begins(part, SHELL)]
     return scripts + [path for path in found if _begins(path, re.compile(b'.*python')) or _begins(path, SHELL)]
 
 
 def _installed(command):
-    """Return the paths of what rosrun or roslaunch starts."""
-    return [path for node in _started(command)[:MOST] for path in _find(*node)]
+    """Return the paths of the executables that rosrun or roslaunch starts."""
+    return [path for node in _started(command)[:MAX_FILES] for path in _find(*node)]
 
 
 def _started(command):
-    """Return [(package, executable)] of what rosrun or roslaunch starts."""
+    """Return [(package, executable)] that rosrun or roslaunch starts."""
     tool, values = os.path.basename(command[0]), [part for part in command[1:] if not part.startswith('-')]
     if tool == 'rosrun' and len(values) > 1:
         return [tuple(values[:2])]
@@ -124,24 +124,24 @@ def _nodes(paths):
     """Return [(package, executable)] of launch files and those that they include."""
     found, seen, paths = [], set(), list(paths)
     for path in paths:
-        if path in seen or len(seen) >= MOST:
+        if path in seen or len(seen) >= MAX_FILES:
             continue
         seen.add(path)
         try:
             elements = list(ElementTree.fromstring(read(path)).iter())
         except (ElementTree.ParseError, ValueError, LookupError):
-            continue  # roslaunch will say what is wrong with it
+            continue  # roslaunch reports what is wrong
         found += [(element.get('pkg', ''), element.get('type', '')) for element in elements if element.tag == 'node']
-        if len(paths) < MOST:
-            paths += [FOUND.sub(lambda match, there=path: _place(match, there), element.get('file', ''))
+        if len(paths) < MAX_FILES:
+            paths += [SUBSTITUTION.sub(lambda match, there=path: _place(match, there), element.get('file', ''))
                       for element in elements if element.tag == 'include']
     return found
 
 
 def _place(match, path):
-    """Return the folder that $(find PACKAGE) or $(dirname) in a launch file means; '' when there is none."""
+    """Return the folder of $(find PACKAGE) or $(dirname) in a launch file; '' if there is none."""
     try:
-        packages = rospkg.RosPack.get_instance()  # which knows them; finding them takes long
+        packages = rospkg.RosPack.get_instance()  # cached, because finding packages takes long
         return packages.get_path(match[2]) if match[1] == 'find' else os.path.dirname(os.path.abspath(path))
     except rospkg.ResourceNotFound:
         return ''
@@ -155,7 +155,7 @@ def _find(package='', name=''):
 
 
 def _text(path):
-    return read(path).decode('utf-8', 'replace').replace('\0', ' ')  # in no name of a file
+    return read(path).decode('utf-8', 'replace').replace('\0', ' ')  # not allowed in file names
 
 
 def _begins(path, pattern):
@@ -169,7 +169,7 @@ def _lines(text):
     for line in text.splitlines():
         try:
             found.append(shlex.split(line, comments=True))
-        except ValueError:  # a quotation that ends on another line
+        except ValueError:  # a quotation continues on another line
             found.append(line.split())
     return [words for words in found if words]
 
@@ -184,14 +184,14 @@ def _python(path, seen):
         try:
             tree = ast.parse(read(path))
         except (SyntaxError, ValueError, RecursionError, MemoryError):
-            continue  # Python will say what is wrong with it
+            continue  # Python reports what is wrong
         names = _imported(tree)
         for node in ast.walk(tree):
             found = _dotted(node, names)
             if WALL_CLOCK.fullmatch(found) or _waits(node):
                 return found or 'a wait with a time limit'
         paths += [os.path.realpath(there) for name in names.values() for there in _modules(name, path)]
-        paths += [os.path.realpath(node.value.value) for node in ast.walk(tree)  # catkin's relay: the program it means
+        paths += [os.path.realpath(node.value.value) for node in ast.walk(tree)  # a relay script of catkin: its program
                   if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
                   and isinstance(node.value.value, str) and os.path.isfile(node.value.value)
                   and [getattr(target, 'id', '') for target in node.targets] == ['python_script']]
@@ -199,7 +199,7 @@ def _python(path, seen):
 
 
 def _imported(tree):
-    """Return {name in the program: what it stands for} of all imports."""
+    """Return {name in the program: full name} of all imports."""
     names = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -234,14 +234,14 @@ def _waits(node):
 
 
 def _modules(name, path):
-    """Return the files, beside a program or in its package's src, of a module (or of what is imported from it)."""
+    """Return the files of a module, or of a name imported from it, beside a program or in its package's src."""
     folders, found = list(pathlib.Path(path).parents), []
     for root in folders[:1] + [folder / 'src' for folder in folders if (folder / 'package.xml').is_file()][:1]:
         place = str(root)
-        for part in name.split('.') if len(name) < LONGEST_NAME else ():
+        for part in name.split('.') if len(name) < MAX_NAME else ():
             place = os.path.join(place, part)
             found += filter(os.path.isfile, (f'{place}.py', os.path.join(place, '__init__.py')))
             if not os.path.isdir(place):
                 break
-    return [file for file in found if not any(folder.name == OWN and (folder / '__init__.py').exists()
+    return [file for file in found if not any(folder.name == COURSE and (folder / '__init__.py').exists()
                                               for folder in pathlib.Path(file).parents)]

@@ -1,6 +1,6 @@
-"""What the grader does while a student's node is observed: drives the turtle, calls services, is a robot's sensor.
+"""The stimuli of a grading: the grader drives the turtle, calls services, sends goals, or publishes sensor data.
 
-They follow simulated time. What they do is drawn before anything begins (rules/random_stimuli.py).
+Stimuli follow simulated time. Their random values are drawn before the observation (rules/random_stimuli.py).
 
 Threads: each stimulus has its own, which only appends to lists.
 """
@@ -19,6 +19,7 @@ from nav_msgs.msg import Odometry
 from course_grader.rules import random_stimuli
 from course_grader.rules.observation import Call, Goal, Sensed, ShownMarkers
 from kinematic_core.timing.pacing import BEGIN
+from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
 from rospy_support.rospy_internals import caller
 from rospy_support.rotations import yaw_of
@@ -32,7 +33,7 @@ POLL = 0.05  # [s]
 ROBOT = '/robotont_gazebo'  # the simulator
 TRUTH = f'{ROBOT}/ground_truth'  # 30 Hz
 DISTANCES_EVERY, MARKERS_EVERY = 3, 4  # poses of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
-SPLITS = {  # types of what is published of three sectors: names of left, centre and right
+SPLITS = {  # message types of the distances in three sectors: their field names
     'robotont_laserscan_to_distance/LaserScanSplit': ('{}_min', '{}_mean'),
     'robotont_sensors/LaserScanSplit': ('{}Min', '{}Mean')}
 
@@ -41,7 +42,7 @@ class Stimuli:
     """The stimuli of an exercise, counted from the simulated time ``zero`` [s]."""
 
     def __init__(self, exercise, seed, zero, observed, steering):
-        """``observed``: the Observed that takes what was done; ``steering``: forked.Steering of the turtle."""
+        """``observed``: the Observed to which events are added; ``steering``: forked.Steering of the turtle."""
         self._zero, self._observed, self._steering, self._world = zero, observed, steering, exercise.world
         self._threads = [threading.Thread(target=self._do, args=(what, values, drawn), name=what, daemon=True)
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
@@ -58,7 +59,7 @@ class Stimuli:
     def _do(self, what, values, drawn):
         try:
             getattr(self, f'_{what}')(values, drawn)
-        except (rospy.ROSException, OSError):  # time stops or jumps, or the simulator has ended: the grading is over
+        except (rospy.ROSException, OSError):  # time has stopped or jumped, or the simulator has ended
             pass
 
     def _now(self):
@@ -137,25 +138,25 @@ class Stimuli:
         for markers in shows:
             self._observed.shown.append(ShownMarkers(self._now() + self._observed.start, markers))
             for number in range(repeats):
-                if number < repeats - 1 or repeats == 1:  # the last one is left out: a line may come a little later
+                if number < repeats - 1 or repeats == 1:  # not the last one: a line may come a little later
                     publisher.publish(_message(markers))
                 rate.sleep()
 
     def _distances(self, values, _):
-        from course_grader.rules import robot_sensors  # the original robotont_gazebo has no such modules
+        from course_grader.rules import robot_sensors  # the original robotont_gazebo does not have these modules
         kind = self._type_of(values['topic'], values['for'])
         message_class = roslib.message.get_message_class(kind)
         publisher = rospy.Publisher(values['topic'], message_class, queue_size=10)
         sensor = robot_sensors.DistanceSensor(self._plan())
 
-        def tell(stamp, pose):
-            sectors = sensor.look(pose)
+        def publish(stamp, pose):
+            sectors = sensor.measure(pose)
             self._note(stamp, 'ahead', sectors.center.nearest)
             publisher.publish(_split_message(message_class, SPLITS[kind], stamp, sectors))
-        self._sense(values, DISTANCES_EVERY, tell)
+        self._sense(values, DISTANCES_EVERY, publish)
 
     def _type_of(self, topic, longest):
-        """Return which of SPLITS a program subscribes to at a topic; wait for it up to ``longest`` [s]."""
+        """Return the type of SPLITS to which a program subscribes; wait for it up to ``longest`` [s]."""
         while self._now() < longest:
             found = dict(rosgraph.Master(rospy.get_name()).getTopicTypes()).get(topic)
             if found:
@@ -167,30 +168,29 @@ class Stimuli:
         from course_grader.rules import robot_sensors
         plan, publisher = self._plan(), rospy.Publisher(values['topic'], AlvarMarkers, queue_size=10)
 
-        def tell(stamp, pose):
+        def publish(stamp, pose):
             found = robot_sensors.markers(plan, stamp.to_sec() - BEGIN / 1e9, pose)
             for x, y, _ in found.values():
                 self._note(stamp, 'marker ahead', x)
                 self._note(stamp, 'marker left', y)
             publisher.publish(_message({number: at for number, at in found.items() if robot_sensors.in_view(at)}))
-        self._sense(values, MARKERS_EVERY, tell)
+        self._sense(values, MARKERS_EVERY, publish)
 
     def _plan(self):
-        from robotont_gazebo.core import worlds
-        return worlds.parse(self._world)
+        return world_format.parse(self._world)
 
     def _note(self, stamp, what, value):
         self._observed.sensed.append(Sensed(stamp.to_sec() - self._zero + self._observed.start, what, value))
 
-    def _sense(self, values, every, tell):
-        """Call ``tell(stamp, Pose2D)`` at each ``every``-th pose of the robot, and wait until the stimulus is over."""
+    def _sense(self, values, every, publish):
+        """Call ``publish(stamp, Pose2D)`` at every ``every``-th pose of the robot, until the stimulus is over."""
         count = itertools.count()
 
-        def take(truth):
+        def on_pose(truth):
             if caller(truth) == ROBOT and next(count) % every == 0:
                 at = truth.pose.pose
-                tell(truth.header.stamp, Pose2D(at.position.x, at.position.y, yaw_of(at.orientation)))
-        rospy.Subscriber(TRUTH, Odometry, take, queue_size=10, tcp_nodelay=True)
+                publish(truth.header.stamp, Pose2D(at.position.x, at.position.y, yaw_of(at.orientation)))
+        rospy.Subscriber(TRUTH, Odometry, on_pose, queue_size=10, tcp_nodelay=True)
         rospy.sleep(max(0.0, values['for'] - self._now()))
 
 

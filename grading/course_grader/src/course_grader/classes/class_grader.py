@@ -1,9 +1,9 @@
 """Grades the submissions of a class, several at a time, through a concurrent.futures.Executor. Without ROS.
 
-On this machine each grading is a Job of the Supervisor, whose attempts are processes of their own, so that no program
-can spoil another's verdict, and none can keep the class from its table. remote.py grades on other machines.
+On this machine each grading is a Job of the Supervisor, whose attempts are separate processes: no program can affect
+another's verdict, or prevent the table of the class. remote.py grades on other machines.
 
-Threading contract: the executor runs ``task`` in its threads; they share nothing but the Supervisor.
+Threads: the executor runs ``task`` in its threads, which share only the Supervisor.
 """
 import concurrent.futures
 import contextlib
@@ -26,11 +26,10 @@ from plain_support import write_whole
 
 
 class Work(NamedTuple):
-    """A submission to grade: its exercise, the folder for the results, the seed, and what graded.save() keeps.
+    """A submission to grade: its exercise, the folder for the results, the seed, and what graded.save() stores.
 
-    ``limit`` [s]: longest wall time, by default the Supervisor's; ``path`` of the exercise file, and {name: path} of
-    the files that belong to the submission, for another machine; ``isolation`` on this machine, and the options that
-    ask for it on another one.
+    ``limit`` [s]: longest wall time, by default the Supervisor's; ``path`` of the exercise file and {name: path} of the
+    submission's files, for another machine; ``isolation`` on this machine, and the options for it on another one.
     """
 
     submission: Submission
@@ -47,7 +46,7 @@ class Work(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What a task returns: the wall time [s] of the grading, and its files, unless they are in their folder already."""
+    """The result of a task: the wall time [s] of the grading, and its files unless they are already in their folder."""
 
     seconds: float
     files: Mapping[str, bytes] = {}
@@ -72,9 +71,9 @@ def by(supervisor: Supervisor) -> Callable[[Work], Answer]:
 def grade(works: Sequence[Work], executor: concurrent.futures.Executor, task: Callable[[Any], Answer],
           done: Callable[[Graded], None], stop: Callable[[], object] = lambda: None,
           pack: Callable[[Work], object] = lambda work: work) -> None:
-    """Grade all by ``task(pack(work))``; ``done(graded)`` is told of each one.
+    """Grade all by ``task(pack(work))``; ``done(graded)`` is called for each.
 
-    ``stop()`` ends those that run when this is interrupted.
+    ``stop()`` ends the running ones if this is interrupted.
     """
     pending: Dict[concurrent.futures.Future[Answer], Work] = {}
     with executor:
@@ -84,7 +83,7 @@ def grade(works: Sequence[Work], executor: concurrent.futures.Executor, task: Ca
             for future in concurrent.futures.as_completed(list(pending)):
                 done(_finished(pending.pop(future), future.result))
         except KeyboardInterrupt:
-            for future in [one for one in pending if one.done()]:  # just now: these count, too
+            for future in [one for one in pending if one.done()]:  # they have just ended and count, too
                 done(_finished(pending.pop(future), future.result))
             raise
         finally:
@@ -95,7 +94,7 @@ def grade(works: Sequence[Work], executor: concurrent.futures.Executor, task: Ca
 
 def _submit(work: Work, executor: concurrent.futures.Executor, task: Callable[[Any], Answer],
             pack: Callable[[Work], object]) -> 'concurrent.futures.Future[Answer]':
-    """Return the future of a grading; it is done already where there is no program to start."""
+    """Return the future of a grading; it is already done if there is no program to start."""
     done: concurrent.futures.Future[Answer] = concurrent.futures.Future()
     try:
         if not work.submission.trouble:
@@ -107,7 +106,7 @@ def _submit(work: Work, executor: concurrent.futures.Executor, task: Callable[[A
 
 
 def _finished(work: Work, answer: Callable[[], Answer]) -> Graded:
-    """Return the Graded of what a task answered, and keep it in its folder."""
+    """Return the Graded of a task's answer, stored in its folder."""
     start = time.monotonic()
     try:
         os.makedirs(work.folder, exist_ok=True)
@@ -118,7 +117,7 @@ def _finished(work: Work, answer: Callable[[], Answer]) -> Graded:
         return graded.load(work.submission, work.folder)
     except InterruptedError as error:
         return graded.undecided(work.submission, work.folder, str(error))
-    except Exception as error:  # of another machine, perhaps: whatever it is, the others are graded
+    except Exception as error:  # of any kind, also from another machine: the others are still graded
         with contextlib.suppress(OSError):
             remove_results(work.folder)
         said = f'the grading failed: {error or type(error).__name__}'
@@ -126,7 +125,7 @@ def _finished(work: Work, answer: Callable[[], Answer]) -> Graded:
 
 
 def _without_attempt(work: Work) -> Answer:
-    """Write the results of a submission that cannot be started."""
+    """Write the results of a submission without a program to start."""
     os.makedirs(work.folder, exist_ok=True)
     remove_results(work.folder)
     decided = Verdict(scoring.FAILED, 0.0, [], [work.submission.trouble])

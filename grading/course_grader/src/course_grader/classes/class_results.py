@@ -1,6 +1,6 @@
-"""The results of a class in their output folder, for --all and --merge: what is shown of them, written and kept.
+"""Shows, writes and reads the results of a class in their output folder, for --all and --merge.
 
-CLASS in that folder says who and what belongs to the class, so that the parts of several machines can be merged.
+The file CLASS in that folder lists the students and submissions, so that the parts of several machines can be merged.
 """
 import argparse
 import errno
@@ -10,15 +10,16 @@ import sys
 import tempfile
 from typing import Any, Dict, List, Sequence, Tuple
 
-from course_grader.formats import class_report, exit_codes, harmless, systems, terminal
-from course_grader.formats.class_report import Class
+from course_grader.classes import class_report, class_table
+from course_grader.classes.class_table import Class
+from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
 from plain_support import write_whole
 
 OUTPUT = os.path.join('output', 'grades')
 CLASS = 'class.json'
-PRINTED = {'csv': 'grades.csv', 'junit': 'junit.xml'}  # --format: the file that is printed, and nothing else
+PRINTED = {'csv': 'grades.csv', 'junit': 'junit.xml'}  # --format: the file that is printed instead
 
 
 class ClassError(Exception):
@@ -56,7 +57,7 @@ def _weights(text: str) -> Dict[str, float]:
 
 
 def check_weights(weights: Dict[str, float], exercises: Sequence[str]) -> None:
-    """Raise ClassError unless the weights are of these exercises, and not all 0."""
+    """Raise ClassError if weights name other exercises, or all are 0."""
     unknown = sorted(set(weights) - set(exercises))
     if unknown:
         raise ClassError(f'--weights names {", ".join(unknown)}, but the exercises are {", ".join(exercises)}')
@@ -65,17 +66,17 @@ def check_weights(weights: Dict[str, float], exercises: Sequence[str]) -> None:
 
 
 def check_output(folder: str) -> None:
-    """Raise OSError unless files can be written into a folder; better now than after the gradings."""
+    """Raise OSError unless files can be written into a folder; call it before the gradings."""
     os.makedirs(folder, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder) as file:
         file.write(b'.' * 4096)
 
 
 def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], notes: Sequence[str] = ()) -> int:
-    """Print the table and write all files; return the exit code, by those of the results that were ``chosen``."""
+    """Print the table and write all files; return the exit code for the ``chosen`` results."""
     quiet = options.format != systems.TEXT
     if not quiet:
-        for line in (*terminal.table(class_report.cells(graded), terminal.columns()), *notes):
+        for line in (*terminal.table(class_table.cells(graded), terminal.columns()), *notes):
             say(line)
     paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
@@ -113,14 +114,14 @@ def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, s
 
 
 def fail(error: Exception) -> int:
-    """Print why nothing came of it; return the exit code of wrong usage."""
+    """Print an error; return the exit code of wrong usage."""
     text = _advice(error) if isinstance(error, OSError) else str(error)
     say(f'./run grade: {harmless.printed(text)}', sys.stderr)
     return exit_codes.USAGE
 
 
 def _advice(error: OSError) -> str:
-    """Return what went wrong with a file and what to do."""
+    """Return what is wrong with a file and what to do."""
     text = f'{error.filename or "the results"}: {error.strerror or error}'
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return f'{text}. The disk is full: make room, or choose another folder with --output DIR'

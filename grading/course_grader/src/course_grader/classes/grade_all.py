@@ -1,9 +1,9 @@
 """./run grade --all FOLDER: grades the submissions of a class and writes a table of them.
 
-The form of the folder: submissions.py. Everything is written into the output folder: scores.csv, grades.csv,
-index.html, junit.xml, and STUDENT/EXERCISE/ with the files of each grading. What is graded there and has not changed is
-not graded again. Exit code: 0 all passed, 1 some failed, 2 wrong usage or the results could not be written, 3 some are
-undecided (and none failed), 130 interrupted.
+submissions.py describes the folder. Everything is written into the output folder: scores.csv, grades.csv, index.html,
+junit.xml, and STUDENT/EXERCISE/ with the files of each grading. Unchanged submissions are not graded again. Exit code:
+0 all passed, 1 some failed, 2 wrong usage or the results could not be written, 3 some are undecided (and none failed),
+130 interrupted.
 """
 import argparse
 import concurrent.futures
@@ -15,12 +15,13 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tupl
 
 from tqdm import tqdm
 
-from course_grader.classes import class_grader, class_results, graded, remote, submissions
+from course_grader.classes import class_grader, class_report, class_results, graded, remote, submissions
 from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
+from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_report, exit_codes, harmless, systems
+from course_grader.formats import exit_codes, harmless, systems
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels
 from course_grader.rules import exercise, scoring
@@ -28,12 +29,12 @@ from course_grader.rules.exercise import Exercise
 from course_grader.supervision.supervisor import EXTRA, INTERRUPTED, Supervisor
 from plain_support import processes
 
-LONGEST = 200  # characters of the line for a grading
+MAX_LINE = 200  # characters of the progress line of a grading
 Load = Callable[[str], Exercise]
 
 
 class Found(NamedTuple):
-    """What a folder holds: {name: path} of the exercises, students, submissions, programs left out."""
+    """The content of a folder: {name: path} of the exercises, students, submissions, programs left out."""
 
     exercises: Dict[str, str]
     students: List[str]
@@ -112,14 +113,14 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
     notes = [harmless.printed(f'Left out, because no exercise has such a name: {", ".join(found.left_out)}'
                               )] if found.left_out else []
     title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
-    code = class_results.show(options, class_report.Class(
+    code = class_results.show(options, Class(
         title, found.students, names, [results[submission] for submission in found.submissions], options.weights),
         [results[submission] for submission in chosen], notes)
     return exit_codes.INTERRUPTED if interrupted else code
 
 
 def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
-    """Return what is in the folder of the class."""
+    """Return the content of the folder of the class."""
     if not os.path.isdir(options.folder):
         raise ClassError(f'there is no folder {options.folder} (current folder: {os.getcwd()})'
                          if not os.path.exists(options.folder) else
@@ -171,7 +172,7 @@ def _work(options: argparse.Namespace, found: Found, loaded: Dict[str, Exercise]
 
 
 def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed: int) -> Tuple[str, ...]:
-    """Return what to type after ./run grade to repeat a grading, without folders above that of the class."""
+    """Return the arguments of ./run grade that repeat a grading, without folders above that of the class."""
     root, shown = os.path.abspath(options.folder) + os.sep, options.folder
     if os.path.isabs(shown):
         shown = os.path.basename(os.path.abspath(shown))
@@ -186,7 +187,7 @@ def _repeat(options: argparse.Namespace, path: str, submission: Submission, seed
 
 
 def _unchanged(works: Sequence[Work]) -> Dict[Submission, Graded]:
-    """Return what is graded already, with a verdict."""
+    """Return the gradings that have a verdict and have not changed."""
     known = {}
     for work in works:
         try:
@@ -199,7 +200,7 @@ def _unchanged(works: Sequence[Work]) -> Dict[Submission, Graded]:
 
 
 def _grade(options: argparse.Namespace, works: Sequence[Work]) -> Tuple[List[Graded], bool]:
-    """Return (results, whether it was interrupted); show a bar on a terminal, else a line for each."""
+    """Return (results, whether it was interrupted); show a progress bar on a terminal, otherwise a line for each."""
     results: List[Graded] = []
     stream = _stream(options)
     with tqdm(total=len(works), unit='submission', disable=not sys.stderr.isatty() or not works,
@@ -227,13 +228,13 @@ def _grade(options: argparse.Namespace, works: Sequence[Work]) -> Tuple[List[Gra
 
 
 def _stream(options: argparse.Namespace) -> TextIO:
-    """Return where the progress goes: not between what another program reads."""
+    """Return the stream for the progress: standard error if another program reads the output."""
     return sys.stdout if options.format == systems.TEXT else sys.stderr
 
 
 def progress(one: Graded, number: int, total: int) -> str:
     """Return the line for a grading, the ``number``-th of ``total``, with the reason that cost most points."""
-    said = systems.first_reason(one.verdict)
+    reason = one.verdict.main_reason()
     line = (f'[{number}/{total}] {one.submission.student} {one.submission.exercise}: {one.outcome}, '
             f'{one.score:g} of 100, {one.seconds:.1f} s')
-    return harmless.printed((line + (f': {said}' if said else ''))[:LONGEST])
+    return harmless.printed((line + (f': {reason}' if reason else ''))[:MAX_LINE])

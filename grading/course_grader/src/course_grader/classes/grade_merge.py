@@ -1,4 +1,4 @@
-"""./run grade --merge DIR ...: makes one result of those of several machines or times.
+"""./run grade --merge DIR ...: merges results of several machines or times.
 
 Each DIR is an output folder of ./run grade --all, which may have graded a part of the class (--shard, --only). Of two
 gradings of one submission the newer one counts, with --best the better one.
@@ -10,9 +10,10 @@ from typing import Dict, List, Sequence
 
 from course_grader.classes import class_results, graded
 from course_grader.classes.class_results import ClassError
+from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
 from course_grader.classes.submissions import Submission
-from course_grader.formats import class_report, harmless
+from course_grader.formats import harmless
 from course_grader.rules import scoring
 from course_grader.supervision.supervisor import RESULTS
 
@@ -50,7 +51,7 @@ def _run(options: argparse.Namespace) -> int:
     missing = [f'{one.submission.student}/{one.submission.exercise}' for one in results if not one.at]
     notes = [harmless.printed(f'Not graded in any part: {", ".join(missing)}')] if missing else []
     return class_results.show(
-        options, class_report.Class(parts[0][1], students, exercises, results, options.weights), results, notes)
+        options, Class(parts[0][1], students, exercises, results, options.weights), results, notes)
 
 
 def _read(submission: Submission, folder: str) -> Graded:

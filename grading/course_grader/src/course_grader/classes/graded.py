@@ -1,9 +1,7 @@
-"""A grading of a class as its folder keeps it, so that the next run skips what has not changed. Without ROS.
+"""A grading of a class as stored in its folder, so that the next run skips unchanged submissions. Without ROS.
 
-The folder of a grading holds what every grading writes (result.json has the verdict), and RECORD: what the class needs
-beyond that.
+The folder has the files of every grading (result.json has the verdict), and RECORD with what the class needs, too.
 """
-import contextlib
 import hashlib
 import json
 import os
@@ -21,15 +19,15 @@ from plain_support import files, write_whole
 
 RECORD, RESULT = 'submission.json', 'result.json'
 NOT_GRADED = 'it is not graded yet'
-HASHED = 64 * MEGABYTE  # [bytes] of a file in which a change counts
+MAX_HASHED = 64 * MEGABYTE  # [bytes] of a file that are compared
 SOURCES = [Path(__file__).parents[1], Path(turtle_world.__file__).parents[1],  # of the grader, its worlds,
            Path(files.__file__).parent]  # and what they stand on
 
 
 class Graded(NamedTuple):
-    """A submission and how it came out: the wall time [s], the folder with the files, the seed, and when [s].
+    """A submission and its verdict: the wall time [s], the folder with the files, the seed, and when it was graded [s].
 
-    ``repeat``: the command line that grades it again; ``isolation``: what kept the program apart, as far as is known.
+    ``repeat``: the arguments that grade it again; ``isolation``: the level of isolation, '' if unknown.
     """
 
     submission: Submission
@@ -53,11 +51,11 @@ class Graded(NamedTuple):
 
 
 class Unreadable(ValueError):
-    """A folder holds no grading."""
+    """A folder contains no grading."""
 
 
 def undecided(submission: Submission, folder: str, reason: str, seconds: float = 0.0) -> Graded:
-    """Return the Graded of what has no verdict."""
+    """Return a Graded without a verdict."""
     return Graded(submission, Verdict(scoring.UNDECIDED, 0.0, [], [reason]), seconds, folder)
 
 
@@ -72,16 +70,10 @@ def save(folder: str, fingerprint: str, seconds: float, repeat: Iterable[str]) -
     write_whole(os.path.join(folder, RECORD), json.dumps(content, indent=2) + '\n')
 
 
-def forget(folder: str) -> None:
-    """Remove the RECORD of an earlier grading."""
-    with contextlib.suppress(FileNotFoundError):
-        os.remove(os.path.join(folder, RECORD))
-
-
 def load(submission: Submission, folder: str, fingerprint: str = '') -> Graded:
-    """Return the grading that a folder keeps; raise Unreadable where there is none.
+    """Return the grading in a folder; raise Unreadable if there is none.
 
-    It has to be of ``fingerprint``, if that is given.
+    It must have the ``fingerprint``, if that is given.
     """
     try:
         record, result = _read(os.path.join(folder, RECORD)), _read(os.path.join(folder, RESULT))
@@ -111,15 +103,15 @@ def _texts(value: object) -> List[str]:
 
 
 def version() -> str:
-    """Return a number of the grader: another one judges anew."""
+    """Return a digest of the grader's source; with another one, submissions are graded again."""
     return _digest(path for folder in SOURCES for path in sorted(folder.rglob('*.py')))
 
 
 def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]:
-    """Return {name below its folder: path} of what belongs to a submission, which is all that it may need.
+    """Return {name below its folder: path} of all files that a submission may need.
 
-    ``programs`` of all submissions of the class: others are left out, unless this program names them; and so are links
-    that lead out of the folder: see root_of().
+    ``programs``: those of all submissions of the class, of which others are left out unless this program names them.
+    Links that lead out of the folder are left out, too: see root_of().
     """
     root = root_of(submission)
     text = student_files.read(submission.program)
@@ -127,7 +119,7 @@ def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]
     for parent, folders, names in os.walk(root):
         folders[:] = sorted(name for name in folders if not name.startswith(('.', '__pycache__')))
         if not submission.packages:
-            del folders[:]  # the others' folders are not this student's
+            del folders[:]  # the folders are other students'
         for name in sorted(names):
             path = os.path.join(parent, name)
             own = path == submission.program or path not in programs or os.fsencode(
@@ -139,14 +131,14 @@ def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]
 
 
 def root_of(submission: Submission) -> str:
-    """Return the folder that belongs to a student, or the class's where the programs lie in it side by side."""
+    """Return the folder of a student, or that of the class if it contains the programs themselves."""
     return submission.packages or submission.folder
 
 
 def fingerprint_of(submission: Submission, files: Mapping[str, str], exercise: str, *others: object) -> str:
-    """Return what changes when a grading may come out differently.
+    """Return a digest of everything that a verdict may depend on.
 
-    ``files``: see files_of(); ``exercise``: the path of its file; ``others``: what else counts, such as version().
+    ``files``: see files_of(); ``exercise``: the path of its file; ``others``: further values, such as version().
     """
     command = [part.replace(root_of(submission) + os.sep, '') for part in submission.command]
     parts = repr([command, submission.trouble, bool(submission.packages), list(files), others])
@@ -156,5 +148,5 @@ def fingerprint_of(submission: Submission, files: Mapping[str, str], exercise: s
 def _digest(paths: Iterable[object]) -> str:
     digest = hashlib.sha256()
     for path in paths:
-        digest.update(hashlib.sha256(student_files.read(str(path), HASHED)).digest())
+        digest.update(hashlib.sha256(student_files.read(str(path), MAX_HASHED)).digest())
     return digest.hexdigest()

@@ -1,8 +1,8 @@
-"""./run grade --all FOLDER --dask SCHEDULER: hands gradings to a Dask cluster, whose workers may be other machines.
+"""./run grade --all FOLDER --dask SCHEDULER: sends gradings to a Dask cluster, whose workers may be other machines.
 
-A submission travels with its exercise; ./run grade EXERCISE grades it there, isolated as on that machine, and its files
-come back. Dask gives the gradings of a worker that is lost to another one. Whoever reaches a scheduler without TLS can
-run programs on its workers, so that such a one is only used on this machine. Without ROS.
+A submission is sent with its exercise; ./run grade EXERCISE grades it there, isolated as on that machine, and its files
+are sent back. Dask gives the gradings of a lost worker to another one. Anyone who reaches a scheduler without TLS can
+run programs on its workers, so such a scheduler is used on this machine only. Without ROS.
 """
 import argparse
 import asyncio
@@ -28,11 +28,11 @@ from course_grader.supervision.supervisor import EXTRA, RESULTS
 from plain_support import processes
 
 GRADER = [sys.executable, '-c', 'import sys; from course_grader.cli import main; sys.exit(main())']
-LARGEST = 50_000_000  # [bytes] of a submission
-PATIENCE = 15.0  # [s] in which a scheduler should answer
-SLACK = 60.0  # [s] of wall time beyond that of the grader, which ends a grading by itself
-LONGEST = 500  # characters of what a grader that failed has said
-FOLDER = '{folder}/'  # stands for the folder of the submission in a command that travels
+MAX_SUBMISSION = 50_000_000  # [bytes] of a submission
+SCHEDULER_TIMEOUT = 15.0  # [s] for a scheduler to answer
+SLACK = 60.0  # [s] of wall time beyond that of the grader, which should end a grading itself
+MAX_ERROR = 500  # characters of the output of a grader that failed
+FOLDER = '{folder}/'  # stands for the submission's folder in a command that is sent
 
 
 class RemoteError(Exception):
@@ -40,10 +40,10 @@ class RemoteError(Exception):
 
 
 class Parcel(NamedTuple):
-    """A submission that travels: {name: (mode, content)} of its files, its command, the exercise and its text.
+    """A submission that is sent: {name: (mode, content)} of its files, its command, the exercise and its text.
 
     ``inside``: the folder in which the command was typed, below that of the student; ``packages``: whether packages
-    are sought there; ``limit`` [s] of wall time; ``version`` of the grader that packed it; ``isolated_by``: options.
+    are searched there; ``limit`` [s] of wall time; ``version`` of the grader that packed it; ``isolated_by``: options.
     """
 
     student: str
@@ -90,14 +90,14 @@ def _is_here(host: str) -> bool:
 
 
 def grade(options: argparse.Namespace, works: Sequence[Work], done: Callable[[Graded], None]) -> None:
-    """Grade all on the cluster of the options; ``done(graded)`` is told of each one. Raise RemoteError."""
+    """Grade all on the cluster of the options; ``done(graded)`` is called for each. Raise RemoteError."""
     try:
         distributed = importlib.import_module('distributed')
     except ImportError:
         raise RemoteError('--dask needs the Python package distributed; ./run grade installs it') from None
     with _client(distributed, options) as client:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT)
         except (TimeoutError, asyncio.TimeoutError):  # one class since Python 3.11
             raise RemoteError(f'{options.dask} has no workers; start one or more in ./run shell: '
                               f'dask worker --nthreads 1 {options.dask}') from None
@@ -114,18 +114,18 @@ def _client(distributed: Any, options: argparse.Namespace) -> Any:
         security = distributed.Security(tls_ca_file=options.dask_key, tls_client_cert=options.dask_key,
                                         tls_client_key=options.dask_key, require_encryption=True)
     try:
-        return distributed.Client(options.dask, security=security, timeout=PATIENCE, set_as_default=False)
+        return distributed.Client(options.dask, security=security, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
     except (OSError, ValueError, RuntimeError) as error:
         raise RemoteError(f'{options.dask} does not answer as a scheduler: {error}') from None
 
 
 def pack(work: Work) -> Parcel:
-    """Return what travels of a submission; raise OSError or ValueError."""
+    """Return the Parcel of a submission; raise OSError or ValueError."""
     submission, root = work.submission, graded.root_of(work.submission) + os.sep
     size = sum(os.path.getsize(path) for path in work.files.values())
-    if size > LARGEST:
-        raise ValueError(f'the submission has {size / 1e6:.0f} MB, more than the {LARGEST / 1e6:.0f} MB that travel to '
-                         'another machine; grade it without --dask')
+    if size > MAX_SUBMISSION:
+        raise ValueError(f'the submission has {size / 1e6:.0f} MB; at most {MAX_SUBMISSION / 1e6:.0f} MB can be sent '
+                         'to another machine: grade it without --dask')
     files = {}
     for name, path in work.files.items():
         with open(path, 'rb') as file:
@@ -181,7 +181,7 @@ def _run(command: Sequence[str], folder: str, limit: float) -> None:
     graders = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                stderr=subprocess.PIPE, start_new_session=True, preexec_fn=processes.end_with_parent)
     try:
-        said = graders.communicate(timeout=limit + SLACK)[1]
+        errors = graders.communicate(timeout=limit + SLACK)[1]
     except subprocess.TimeoutExpired:
         raise RuntimeError(f'the grading took more than {limit + SLACK:.0f} s on {platform.node()}') from None
     finally:
@@ -189,4 +189,4 @@ def _run(command: Sequence[str], folder: str, limit: float) -> None:
             processes.end(lambda: set(processes.tree(psutil.Process(graders.pid))))
     if graders.returncode not in exit_codes.OF_OUTCOME.values():
         raise RuntimeError(f'the grader ended with exit code {graders.returncode} on {platform.node()}: '
-                           f'{said.decode(errors="replace")[-LONGEST:].strip()}')
+                           f'{errors.decode(errors="replace")[-MAX_ERROR:].strip()}')

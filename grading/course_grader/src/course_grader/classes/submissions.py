@@ -1,4 +1,4 @@
-"""The submissions of a class: which file is whose program for which exercise. Without ROS.
+"""Finds the submissions of a class: which file is which student's program for which exercise. Without ROS.
 
 The folder of a class contains one folder per student, and somewhere in it a file with the name of each exercise::
 
@@ -20,11 +20,11 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 from course_grader.isolation import sandbox, student_files
 
 COMMAND = '.cmd'
-STARTERS = '.launch', COMMAND  # they say how others are started; the last one says most
-TYPES = ('.py', *STARTERS)  # what is a program whatever its mode
+STARTERS = '.launch', COMMAND  # they start other programs; the last has priority
+TYPES = ('.py', *STARTERS)  # programs of any file mode
 EXERCISE_TYPES = ('.yaml', '.yml')
-VERSION = re.compile(r'[ _]*(\(\d+\)|v?\d+)$')  # the end of the name of one of several attempts
-LISTED = 8  # names in a text
+VERSION = re.compile(r'[ _]*(\(\d+\)|v?\d+)$')  # at the end of the name of an attempt
+MAX_LISTED = 8  # names in an error
 
 
 class SubmissionsError(ValueError):
@@ -81,7 +81,7 @@ def find(folder: str, names: Sequence[str], best: bool = False) -> Tuple[List[st
 
 
 def find_flat(folder: str, exercise: str) -> Tuple[List[str], List[Submission], List[str]]:
-    """Return the same, where every program that lies in the folder itself is a student's."""
+    """Return the same for a folder that contains the students' programs themselves."""
     paths = [os.path.join(folder, name) for name in _listed(folder)]
     by_student: Dict[str, List[str]] = {}
     for path in paths:
@@ -107,7 +107,7 @@ def _of(student: str, exercise: str, paths: List[str], own: str, best: bool) -> 
 
 
 def _choose(student: str, exercise: str, paths: List[str]) -> Submission:
-    """Return the Submission of the files that fit: of the one that says how to start the others, or of the only one."""
+    """Return the Submission of the matching files: of the one that starts the others, or of the only one."""
     for kind in STARTERS:
         paths = [path for path in paths if path.endswith(kind)] or paths
     program = os.path.abspath(paths[0])
@@ -159,9 +159,9 @@ def _listed(folder: str) -> List[str]:
 
 
 def _readable(name: str) -> str:
-    """Return a name in which bytes that are no text are written as text: results have names that everyone can read."""
+    """Return a name with undecodable bytes as escape sequences, so that results have readable names."""
     return os.fsencode(name).decode('utf-8', 'backslashreplace')
 
 
 def _some(names: Sequence[str]) -> str:
-    return ', '.join(names[:LISTED]) + (f' and {len(names) - LISTED} more' if len(names) > LISTED else '')
+    return ', '.join(names[:MAX_LISTED]) + (f' and {len(names) - MAX_LISTED} more' if len(names) > MAX_LISTED else '')

@@ -1,7 +1,7 @@
 """A grading as a testsuite of JUnit: a testcase for the verdict and one for each check.
 
-A check fails when it got less than its points, unless the exercise is passed without them. Of an undecided grading the
-verdict is an error, and its checks are skipped.
+A check fails if it lost points and the exercise did not pass. In an undecided grading the verdict is an error, and the
+checks are skipped.
 """
 from typing import NamedTuple, Sequence
 from xml.etree import ElementTree
@@ -15,7 +15,7 @@ TAGS = {scoring.FAILED: 'failure', scoring.UNDECIDED: 'error'}
 
 
 class Suite(NamedTuple):
-    """What becomes a testsuite: its name, the class name of its testcases, how it came out, and the time [s].
+    """A testsuite: its name, the class name of its testcases, the verdict, and the time [s].
 
     ``isolation``: the level at which the program ran, or ''.
     """
@@ -61,7 +61,7 @@ def _case(element: ElementTree.Element, suite: Suite, name: str, seconds: float)
 
 
 def _tag(decided: Verdict, reason: Reason) -> str:
-    """Return the element that tells how a check came out, or '' where it is passed."""
+    """Return the element for the result of a check, or '' if it passed."""
     if decided.outcome == scoring.UNDECIDED:
         return 'skipped'
     return 'failure' if decided.outcome == scoring.FAILED and reason.points < reason.of else ''

@@ -1,6 +1,6 @@
-"""The picture of a path: where turtle or robot went, and what of it counted. As PNG, and as SVG for pages.
+"""The picture of a path: where turtle or robot went, and which parts counted. As PNG, and as SVG for pages.
 
-There is none where nothing moved and nothing counted.
+Without motion and without counted parts there is no picture.
 """
 import math
 from typing import List, NamedTuple, Optional, Tuple
@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from alvar_core.arrays import ArrayLike, Floats, Integers
+from course_grader.formats import templates
 from course_grader.rules import fits, rules_driving
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
@@ -16,14 +17,14 @@ from kinematic_core.worlds.turtle_world import ARENA_SIZE
 
 SIZE = 600  # [px] width and height
 MARGIN = 48  # [px]
-SHORTEST = 0.01  # [m] of a path that is worth a picture
-EXACT = 0.6  # [px] by which a simplified line may be off
+MIN_LENGTH = 0.01  # [m] of a path that is drawn
+SIMPLIFIED = 0.6  # [px] that a simplified line may deviate
 LINES = 6  # of the grid, at most, in each direction
 STYLES = {  # colour (light, dark), width [px]
     'grid': ('#dddddd', '#3a3f45', 1), 'frame': ('#999999', '#777f88', 2), 'earlier': ('#c9c9c9', '#555c63', 2),
     'counted': ('#7fd08a', '#2f8f46', 13), 'path': ('#1450c8', '#7db4ff', 4), 'start': ('#222222', '#eeeeee', 4),
     'end': ('#d01414', '#ff6b6b', 4), 'text': ('#555555', '#aab2ba', 0)}
-RADIUS = {'counted': 16, 'start': 9, 'end': 9}  # [px] of a line that is one point
+RADIUS = {'counted': 16, 'start': 9, 'end': 9}  # [px] of a single point
 FILLED = 'counted', 'end'
 FONT = 25  # [px]
 
@@ -44,17 +45,17 @@ class Label(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """What is drawn, the last on top; the labels."""
+    """Lines, the last on top, and labels."""
 
     lines: List[Line]
     labels: List[Label]
 
 
 def drawing(exercise: Exercise, observed: Observed) -> Optional[Drawing]:
-    """Return what there is to draw; None where nothing moved and nothing counted."""
+    """Return the Drawing, or None if nothing moved and nothing counted."""
     path = [(sample.x, sample.y) for sample in observed.track]
     counted = rules_driving.counted_parts(exercise.rules, observed)
-    if fits.path_length(path) < SHORTEST and not counted:
+    if fits.path_length(path) < MIN_LENGTH and not counted:
         return None
     reset = observed.reset_at()
     before = [(sample.x, sample.y) for sample in observed.track if sample.t < reset]
@@ -98,27 +99,12 @@ def png(drawn: Drawing) -> bytes:
 
 def svg(drawn: Drawing) -> str:
     """Return the picture as SVG, which follows the colours of the page around it."""
-    def rules(tone: int) -> str:
-        return ''.join(f'.{style}{{stroke:{colours[tone]};color:{colours[tone]}}}' for style, colours in STYLES.items())
-    widths = ''.join(f'.{style}{{stroke-width:{width}}}' for style, (_, _, width) in STYLES.items())
-    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIZE} {SIZE}"><style>',
-             '*{fill:none;stroke-linejoin:round;stroke-linecap:round}text{fill:currentColor;stroke:none!important;'
-             f'font:{FONT}px sans-serif}}.dot{{fill:currentColor}}{widths}{rules(0)}',
-             f'@media (prefers-color-scheme:dark){{{rules(1)}}}</style>']
-    for style, points in drawn.lines:
-        if len(points) == 1:
-            filled = ' dot' if style in FILLED else ''
-            parts.append(f'<circle class="{style}{filled}" cx="{points[0, 0]}" cy="{points[0, 1]}" '
-                         f'r="{RADIUS[style]}"/>')
-        else:
-            parts.append(f'<polyline class="{style}" points="' + ' '.join(f'{x},{y}' for x, y in points.tolist())
-                         + '"/>')
-    parts += [f'<text class="text" x="{label.x}" y="{label.y}">{label.text}</text>' for label in drawn.labels]
-    return ''.join(parts) + '</svg>\n'
+    return templates.rendered('path.svg', size=SIZE, font=FONT, styles=STYLES, filled=FILLED, radius=RADIUS,
+                              lines=[(line.style, line.points.tolist()) for line in drawn.lines], labels=drawn.labels)
 
 
 def _view(exercise: Exercise, points: Floats) -> Tuple[Floats, float]:
-    """Return (lower left corner [m], pixels a metre) of a square view that holds the arena, or all points."""
+    """Return (lower left corner [m], pixels per metre) of a square view of the arena, or of all points."""
     low, high = points.min(axis=0), points.max(axis=0)
     if exercise.simulator == 'turtlesim':
         low, high = np.minimum(low, 0.0), np.maximum(high, ARENA_SIZE)
@@ -147,5 +133,5 @@ def _grid(low: Floats, scale: float) -> Tuple[List[Line], List[Label]]:
 def _simple(points: Integers) -> Integers:
     if len(points) < 3:
         return points
-    simple: Integers = np.asarray(cv2.approxPolyDP(points.reshape(-1, 1, 2), EXACT, False), np.int32)
+    simple: Integers = np.asarray(cv2.approxPolyDP(points.reshape(-1, 1, 2), SIMPLIFIED, False), np.int32)
     return simple.reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""A verdict for people and for machines: text, result.json, junit.xml and a picture of the path with what counted."""
+"""A verdict for people and programs: text, result.json, junit.xml, and a picture of the path and what counted."""
 import json
 import os
 import textwrap
@@ -41,8 +41,8 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
     suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided, observed.seconds,
                         isolation)
     write_whole(os.path.join(folder, 'junit.xml'), junit.document([suite]))
-    said = ''.join(f'{line.t - observed.start:8.2f}  {line.text}\n' for line in observed.lines)
-    write_whole(os.path.join(folder, 'output.txt'), said)
+    output = ''.join(f'{line.t - observed.start:8.2f}  {line.text}\n' for line in observed.lines)
+    write_whole(os.path.join(folder, 'output.txt'), output)
     drawn = path_picture.drawing(exercise, observed)
     if drawn:
         write_whole(os.path.join(folder, 'path.png'), path_picture.png(drawn))

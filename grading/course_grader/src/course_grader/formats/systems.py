@@ -1,20 +1,18 @@
-"""What the systems of teachers read of one grading: ``./run grade --format NAME``.
+"""The output of one grading for the systems of teachers: ``./run grade --format NAME``.
 
-Each format says what goes to standard output, which files are written (None: removed, if they are there), and the exit
-code. Where a system reads a score, the exit code is 0 whatever the score, and an undecided grading is what the system
-takes for a failure of its own: no result at all, and the exit code 3.
+Each format defines standard output, the files to write (None: to remove), and the exit code. If a system reads a score,
+the exit code is 0 for any score; an undecided grading then has no result and the exit code 3, which the system shows as
+a failure of its own.
 """
 import base64
 import contextlib
-import csv
 import datetime
 import html
-import io
 import json
 import os
-from typing import Any, Callable, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
-from course_grader.formats import exit_codes, harmless, junit, report
+from course_grader.formats import csv_table, exit_codes, harmless, junit, report
 from course_grader.rules import scoring
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.scoring import Verdict
@@ -23,14 +21,13 @@ from plain_support import write_whole
 TEXT = 'text'  # the format for people
 HIGHEST = 100  # score
 PICTURE = 'path.png'  # in the folder of a grading
-COLUMNS = 'program', 'exercise', 'score', 'verdict', 'reason', 'isolation'
 CLASSROOM50_SCHEMA = 'classroom50/result/v1'
-CLASSROOM50_NAMES = ('CLASSROOM', 'ASSIGNMENT', 'SUBMISSION_TAG', 'COMMIT_URL', 'RELEASE_URL')  # its runner sets them
+CLASSROOM50_NAMES = ('CLASSROOM', 'ASSIGNMENT', 'SUBMISSION_TAG', 'COMMIT_URL', 'RELEASE_URL')  # set by its runner
 VPL_NAMES = ('VPL_GRADEMIN', 'VPL_GRADEMAX')
 
 
 class Grading(NamedTuple):
-    """One grading: what was asked, which command was graded, how it came out, and the folder with its files.
+    """One grading: the exercise, the command, the verdict, and the folder with its files.
 
     ``notes`` are lines for the end of the text; ``isolation`` is the level at which the program ran.
     """
@@ -53,7 +50,7 @@ class Place(NamedTuple):
 
 
 class Written(NamedTuple):
-    """What a format makes of a grading: standard output, {path: content or None}, exit code."""
+    """A grading in a format: standard output, {path: content or None}, exit code."""
 
     stdout: str
     files: Mapping[str, Union[bytes, str, None]]
@@ -61,11 +58,11 @@ class Written(NamedTuple):
 
 
 class FormatError(ValueError):
-    """A format does not fit the place; the text says why and what to do."""
+    """A format cannot be used here; the text says why and what to do."""
 
 
 def detect(place: Place) -> str:
-    """Return the name of the format that the place calls for; TEXT where it is no system's."""
+    """Return the format of the system that runs the grader, or TEXT."""
     if all(place.environment.get(name) for name in CLASSROOM50_NAMES):
         return 'classroom50'
     if all(os.path.isdir(os.path.join(place.autograder, name)) for name in ('submission', 'results')):
@@ -76,7 +73,7 @@ def detect(place: Place) -> str:
 
 
 def check(name: str, place: Place) -> None:
-    """Raise FormatError if a format needs what the place does not have; better before the grading than after it."""
+    """Raise FormatError if the place lacks something that a format needs; call it before the grading."""
     missing = [name for name in CLASSROOM50_NAMES if not place.environment.get(name)]
     if name == 'classroom50' and missing:
         raise FormatError(f'--format classroom50 needs {", ".join(missing)} in the environment, which the runner of '
@@ -87,12 +84,12 @@ def check(name: str, place: Place) -> None:
 
 
 def rendered(name: str, grading: Grading, place: Place) -> Written:
-    """Return what the format ``name`` makes of a grading."""
+    """Return a grading in the format ``name``."""
     return FORMATS[name](grading, place)
 
 
 def write(written: Written) -> None:
-    """Write and remove the files of a format; raise OSError. What a student has put there is replaced."""
+    """Write and remove the files of a format, replacing links of a student; raise OSError."""
     for path, content in written.files.items():
         if content is None or os.path.islink(path):
             with contextlib.suppress(FileNotFoundError):
@@ -187,38 +184,19 @@ def as_junit(grading: Grading, place: Place) -> Written:
 
 def as_csv(grading: Grading, place: Place) -> Written:
     """A heading and a row, and nothing else, on standard output."""
-    decided = grading.decided
-    score = '' if _undecided(grading) else f'{decided.score:g}'
-    row = [' '.join(grading.command), grading.exercise.name, score, decided.outcome, first_reason(decided),
-           grading.isolation]
-    return Written(table([COLUMNS, row]).rstrip('\n'), {}, exit_codes.OF_OUTCOME[decided.outcome])
+    row = csv_table.Row(' '.join(grading.command), grading.exercise.name, grading.decided, grading.isolation)
+    table = csv_table.gradings('program', [row])
+    return Written(table.rstrip('\n'), {}, exit_codes.OF_OUTCOME[grading.decided.outcome])
 
 
 FORMATS: Dict[str, Callable[[Grading, Place], Written]] = {
     TEXT: text, 'classroom50': classroom50, 'gradescope': gradescope, 'vpl': vpl, 'autolab': autolab,
     'junit': as_junit, 'csv': as_csv}
-
-
-READ_SCORES = frozenset(FORMATS) - {TEXT, 'junit', 'csv'}  # here the exit code is 0 whatever the score
-
-
-def table(rows: Iterable[Sequence[str]]) -> str:
-    """Return a table with its headings as CSV, without formulas."""
-    lines = io.StringIO()
-    csv.writer(lines, lineterminator='\n').writerows([harmless.cell(value) for value in row] for row in rows)
-    return lines.getvalue()
-
-
-def first_reason(decided: Verdict) -> str:
-    """Return why a grading did not pass: an objection, or the check that lost most points; '' where nothing did."""
-    if decided.objections or decided.outcome == scoring.PASSED or not decided.reasons:
-        return (*decided.objections, '')[0]
-    worst = max(decided.reasons, key=lambda reason: reason.of - reason.points)
-    return f'{worst.points:g} of {worst.of:g}: asked: {worst.asked}; seen: {worst.seen}'
+READ_SCORES = frozenset(FORMATS) - {TEXT, 'junit', 'csv'}  # the exit code is 0 for any score
 
 
 class _Row(NamedTuple):
-    """A check as the systems list it: the points that count, and whether they are enough."""
+    """A check as shown by the systems: its points, and whether they are enough."""
 
     name: str
     seen: str
@@ -228,9 +206,9 @@ class _Row(NamedTuple):
 
 
 def _rows(grading: Grading) -> List[_Row]:
-    """Return a row for each check; one for the exercise where the program could not be judged at all."""
+    """Return a row for each check, or one for the exercise if the program could not be judged."""
     decided = grading.decided
-    counted = decided.score > 0.0  # a shortcut takes the points of all checks
+    counted = decided.score > 0.0  # a shortcut costs the points of all checks
     rows = [_Row(harmless.plain(f'{reason.check}: {reason.asked}'), harmless.plain(f'seen: {reason.seen}'),
                  decided.outcome == scoring.PASSED or (counted and reason.points >= reason.of),
                  reason.points if counted else 0.0, reason.of) for reason in decided.reasons]
@@ -247,7 +225,7 @@ def _undecided(grading: Grading) -> bool:
 
 
 def _code(grading: Grading) -> int:
-    """Return the exit code for a system that reads a score: 0 unless there is none."""
+    """Return the exit code for a system that reads a score: 0 if there is one."""
     return exit_codes.OF_OUTCOME[scoring.UNDECIDED if _undecided(grading) else scoring.PASSED]
 
 
@@ -256,14 +234,14 @@ def _json(content: object) -> str:
 
 
 def _picture(grading: Grading) -> bytes:
-    """Return the picture of the path, b'' where there is none."""
+    """Return the picture of the path, b'' if there is none."""
     with contextlib.suppress(OSError), open(os.path.join(grading.folder, PICTURE), 'rb') as file:
         return file.read()
     return b''
 
 
 def _last_score(path: str) -> Optional[float]:
-    """Return the score of the student's last submission in Gradescope's metadata, None where there is none."""
+    """Return the score of the student's last submission in Gradescope's metadata, or None."""
     try:
         with open(path, encoding='utf-8') as file:
             return float(json.load(file)['previous_submissions'][-1]['score'])

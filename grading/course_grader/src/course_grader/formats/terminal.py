@@ -1,4 +1,4 @@
-"""Prints texts and tables for people, wherever they go. Without ROS."""
+"""Prints texts and tables for people, on any stream. Without ROS."""
 import contextlib
 import os
 import sys
@@ -11,22 +11,22 @@ from course_grader.rules import scoring
 
 GAP = '  '  # between two columns
 SHORT = {scoring.UNDECIDED: '?'}
-SHORTEST_NAME = 8  # characters that are left of a student's name
+MIN_NAME = 8  # characters of a shortened name
 
 
 def say(text: str, stream: Optional[TextIO] = None) -> None:
-    """Print a text, by default to standard output; what the terminal cannot show becomes a question mark."""
+    """Print a text, by default to standard output; characters that the terminal cannot show become question marks."""
     stream = sys.stdout if stream is None else stream
     encoding = stream.encoding or 'utf-8'
-    with contextlib.suppress(BrokenPipeError):  # flush() meets it, too
+    with contextlib.suppress(BrokenPipeError):  # flush() handles it
         stream.write(text.encode(encoding, 'replace').decode(encoding) + '\n')
     flush(stream)
 
 
 def flush(stream: Optional[TextIO] = None) -> None:
-    """Send on what was printed.
+    """Flush a stream.
 
-    When nobody reads it any more (./run grade ... | head), this and all that follows are lost, but nothing fails.
+    If nobody reads it any more (./run grade ... | head), all further output is discarded without an error.
     """
     stream = sys.stdout if stream is None else stream
     try:
@@ -38,7 +38,7 @@ def flush(stream: Optional[TextIO] = None) -> None:
 
 
 def columns() -> Optional[int]:
-    """Return the width [characters] of the terminal that standard output is; None: it is none, so lines may be long."""
+    """Return the width [characters] of the terminal, or None if standard output is not one."""
     try:
         return os.get_terminal_size(sys.stdout.fileno()).columns or None
     except (OSError, ValueError):
@@ -48,8 +48,8 @@ def columns() -> Optional[int]:
 def table(rows: Sequence[Sequence[str]], width: Optional[int] = None) -> List[str]:
     """Return the lines of a table with headings; the first column is the names.
 
-    Where that is wider than ``width``, numbers stand for the headings, and lines below say what they mean. Where even
-    that is too wide, names are cut, and the columns come in several tables.
+    If it is wider than ``width``, numbers replace the headings, and a legend follows. If even that is too wide, names
+    are cut, and the columns are split into several tables.
     """
     rows = [[harmless.printed(cell) for cell in row] for row in rows]
     if width is None or _width(rows) <= width:
@@ -58,7 +58,7 @@ def table(rows: Sequence[Sequence[str]], width: Optional[int] = None) -> List[st
     legend = ', '.join(f'{number} {heading}' for number, heading in enumerate(headings, 1))
     rows = [[name, *map(str, range(1, len(headings) + 1)), last],
             *([row[0], *(SHORT.get(cell, cell) for cell in row[1:])] for row in rows[1:])]
-    room = max(SHORTEST_NAME, width - _width([row[1:] for row in rows]) - len(GAP))
+    room = max(MIN_NAME, width - _width([row[1:] for row in rows]) - len(GAP))
     rows = [[_cut(row[0], room), *row[1:]] for row in rows]
     lines: List[str] = []
     for block in _blocks(rows, width):
@@ -67,7 +67,7 @@ def table(rows: Sequence[Sequence[str]], width: Optional[int] = None) -> List[st
 
 
 def _blocks(rows: Sequence[Sequence[str]], width: int) -> List[List[List[str]]]:
-    """Return tables that are narrow enough: each has the names and some of the columns, at least one."""
+    """Return tables that are narrow enough: each has the names and at least one column."""
     blocks, first = [], 1
     while first < len(rows[0]):
         end = first + 1
@@ -89,7 +89,7 @@ def _width(rows: Sequence[Sequence[str]]) -> int:
 
 
 def cells(text: str) -> int:
-    """Return how many cells of a terminal a text takes: an emoji takes two, an accent of its own none."""
+    """Return the width of a text in cells of a terminal: an emoji takes two, a combining accent none."""
     return sum(0 if unicodedata.combining(sign) or unicodedata.category(sign) in ('Mn', 'Cf') else
                2 if unicodedata.east_asian_width(sign) in 'WF' else 1 for sign in text)
 

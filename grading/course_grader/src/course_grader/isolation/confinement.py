@@ -1,6 +1,6 @@
-"""The command line that starts a program at a level of isolation, and the user that it gets.
+"""The command line that starts a program at a level of isolation, and the user id that it gets.
 
-Nothing here is secret: what holds a program back is the kernel.
+Nothing here is secret: the kernel enforces the isolation.
 """
 import contextlib
 import os
@@ -12,8 +12,8 @@ from course_grader.isolation import levels, limits, view
 from course_grader.isolation.limits import MEGABYTE, Limits
 
 HOME, TEMPORARY = '/student', '/tmp'  # inside
-KILLS = 3  # one is enough, unless Linux was about to start a process
-LOCK = '\0turtle_robotont_user_{}'  # an abstract socket: whoever is bound to it has the user
+KILLS = 3  # one is enough, unless a process is just being started
+LOCK = '\0turtle_robotont_user_{}'  # an abstract socket; the process that has bound it owns the user
 
 
 class Isolation(NamedTuple):
@@ -32,10 +32,10 @@ NO_ISOLATION = Isolation()
 
 
 class User:
-    """The number of a user that no other grading of this machine has, until ``close``."""
+    """A user id that no other grading of this machine uses, until ``close``."""
 
     def __init__(self) -> None:
-        """Take a free one; raise OSError where there is none."""
+        """Reserve a free user id; raise OSError if none is free."""
         first = os.getpid() % len(levels.USERS)
         for number in (*levels.USERS[first:], *levels.USERS[:first]):
             self._lock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -44,10 +44,10 @@ class User:
                 self.number = number
                 return
             self._lock.close()
-        raise OSError('no user number is free')
+        raise OSError('no user id is free')
 
     def close(self) -> None:
-        """Leave it to others."""
+        """Release the user id."""
         self._lock.close()
 
 
@@ -56,8 +56,8 @@ def confined(isolation: Isolation, command: Sequence[str], environment: Mapping[
              hidden: Iterable[str] = ()) -> List[str]:
     """Return the command line that starts ``command``.
 
-    ``shown``: what it sees besides the system, see view.shown(); ``user``: the number of its own; ``report``: the file
-    descriptor to which bubblewrap writes that it has begun; ``hidden``: folders that are empty inside.
+    ``shown``: what it sees besides the system, see view.shown(); ``user``: its user id; ``report``: the file descriptor
+    on which bubblewrap reports its start; ``hidden``: folders that are empty inside.
     """
     inside = isolation.level == levels.NAMESPACE
     counted = limits.counts_processes(user is not None, inside)
@@ -82,7 +82,7 @@ def _bubblewrap(most: Limits, environment: Mapping[str, str], shown: Sequence[Tu
             '--proc', '/proc', '--dev', '/dev']
     for place in (HOME, TEMPORARY, '/dev/shm'):
         line += ['--perms', '1777', '--size', size, '--tmpfs', place]
-    for place in view.parents(bound):  # by itself bubblewrap would make them for its own user alone
+    for place in view.parents(bound):  # without this, bubblewrap makes them for its own user only
         line += ['--perms', '0755', '--dir', place]
     for source, place in shown:
         line += ['--ro-bind', source, place]
@@ -95,7 +95,7 @@ def _bubblewrap(most: Limits, environment: Mapping[str, str], shown: Sequence[Tu
 
 
 def _system() -> List[str]:
-    """Return bubblewrap's options for what every program sees."""
+    """Return bubblewrap's options for the folders that every program sees."""
     line = ['--perms', '0755', '--dir', '/etc']
     for place in view.SYSTEM:
         if os.path.islink(place):
@@ -108,20 +108,20 @@ def _system() -> List[str]:
 
 
 def end_user(number: int) -> None:
-    """End all processes of a user, however many there are: a process of that user sends the signal to all at once."""
+    """End all processes of a user, however many: a process of that user signals all of them at once."""
     child = os.fork()
     if not child:
         try:
             levels.become(number)
             for _ in range(KILLS):
-                os.kill(-1, signal.SIGKILL)  # this process is spared; no one left: ProcessLookupError
+                os.kill(-1, signal.SIGKILL)  # except this process; ProcessLookupError: none is left
         finally:
             os._exit(0)
     os.waitpid(child, 0)
 
 
 def disk_used(numbers: Iterable[int]) -> float:
-    """Return the size [MB] of what the processes of a namespace have written."""
+    """Return the size [MB] of the files that the processes of a namespace have written."""
     for number in sorted(numbers, reverse=True):  # the newest is inside, whatever started it
         with contextlib.suppress(OSError):
             used: Dict[int, float] = {}

@@ -1,4 +1,4 @@
-"""The options of a command line that say how programs are isolated and limited."""
+"""The command line options for isolation and limits."""
 import argparse
 from typing import Tuple
 
@@ -13,14 +13,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def line(options: argparse.Namespace) -> Tuple[str, ...]:
-    """Return the options as they are typed, for a grader on another machine."""
+    """Return the options as typed, for a grader on another machine."""
     asked = {levels.OPTION: options.isolation, levels.REQUIRED: options.require_isolation}
     asked.update((limits.option(name), value) for name, value in limits.chosen(options)._asdict().items())
     return tuple(text for name, value in asked.items() if value for text in (name, str(value)))
 
 
 def choose(options: argparse.Namespace) -> Tuple[Isolation, str]:
-    """Return (Isolation, what must be said about it or '') for this machine; raise levels.TooWeak.
+    """Return (Isolation, warning or '') for this machine; raise levels.TooWeak.
 
     Call it while this process has one thread.
     """

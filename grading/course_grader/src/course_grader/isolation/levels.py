@@ -1,8 +1,8 @@
-"""How well a student's program is kept apart from everything else: the levels, and which one this machine can have.
+"""The levels of isolation of a student's program, and which one this machine supports.
 
-namespace: each grading has a network of its own, and the program sees its own files, ROS and the interfaces alone.
-uid: the program runs as a user of its own, who can neither change the grading nor send signals to it. none: the program
-may do what the user may who grades.
+namespace: each grading has its own network, and the program sees only its own files, ROS and the interfaces.
+uid: the program runs as another user, who can neither change the grading nor signal its processes. none: the program
+may do everything that the grading user may do.
 """
 import argparse
 import os
@@ -13,10 +13,10 @@ from course_grader.isolation import network
 
 LEVELS = NAMESPACE, UID, NONE = 'namespace', 'uid', 'none'  # the strongest one first
 OPTION, REQUIRED = '--isolation', '--require-isolation'
-USERS = range(60_200, 64_000)  # numbers of users that Debian gives to nobody
+USERS = range(60_200, 64_000)  # user ids that Debian does not assign
 BUBBLEWRAP = 'bwrap'
-TRIED = ('--unshare-pid', '--unshare-ipc', '--ro-bind', '/', '/', '--proc', '/proc', '--dev', '/dev', '--size',
-         '4096', '--tmpfs', '/tmp', '--', 'true')  # what a grading needs of it
+TRIAL = ('--unshare-pid', '--unshare-ipc', '--ro-bind', '/', '/', '--proc', '/proc', '--dev', '/dev', '--size',
+         '4096', '--tmpfs', '/tmp', '--', 'true')  # all that a grading needs of bubblewrap
 WORKS = 'works'
 TIME_LIMIT = 10.0  # [s] of the trial, which takes 20 ms
 
@@ -26,7 +26,7 @@ class TooWeak(Exception):
 
 
 class Machine(NamedTuple):
-    """Why this machine cannot have a level; '': it can."""
+    """Why this machine does not support a level; '': it does."""
 
     namespace: str = ''
     uid: str = ''
@@ -37,16 +37,16 @@ CAPABLE = Machine()
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose a level."""
-    group = parser.add_argument_group('isolation of a program; default: the strongest level that this machine can have')
+    group = parser.add_argument_group('isolation of a program; default: the strongest level that this machine supports')
     group.add_argument(OPTION, choices=LEVELS, metavar='LEVEL', help='use this level: ' + ', '.join(LEVELS))
     group.add_argument(REQUIRED, choices=LEVELS, default=NONE, metavar='LEVEL',
                        help='grade nothing (exit code 3) unless the level is at least this one')
 
 
 def decide(machine: Machine, wanted: Optional[str] = None, required: str = NONE) -> str:
-    """Return the level: the one that is ``wanted``, else the strongest that the machine can have.
+    """Return the level ``wanted``, or else the strongest that the machine supports.
 
-    Raise TooWeak where the machine cannot have the wanted one, or it is weaker than ``required``.
+    Raise TooWeak if the machine does not support it, or it is weaker than ``required``.
     """
     missing = {NAMESPACE: machine.namespace, UID: machine.uid, NONE: ''}
     if wanted and missing[wanted]:
@@ -61,7 +61,7 @@ def decide(machine: Machine, wanted: Optional[str] = None, required: str = NONE)
 
 
 def warning(level: str, machine: Machine = CAPABLE) -> str:
-    """Return what must be said about a level; '' about the strongest one."""
+    """Return the warning about a level; '' for the strongest one."""
     if level == NAMESPACE:
         return ''
     why = f' ({machine.namespace})' if machine.namespace else ''
@@ -73,13 +73,13 @@ def warning(level: str, machine: Machine = CAPABLE) -> str:
 
 
 def machine() -> Machine:
-    """Return what this machine can have, found by trying. Call it while this process has one thread."""
+    """Return what this machine supports, found by trying. Call it while this process has one thread."""
     no_users = _tried(_try_user)
     return Machine(_tried(lambda: _try_namespace(not no_users)), no_users)
 
 
 def _tried(trial: Callable[[], str]) -> str:
-    """Return what a trial in a process of its own returns: why a level is not possible, or ''."""
+    """Run a trial in its own process; return why a level is not possible, or ''."""
     receiver, sender = os.pipe()
     child = os.fork()
     if not child:
@@ -99,23 +99,23 @@ def _try_user() -> str:
         return 'only root can give a program another user'
     try:
         become(USERS[0])
-    except OSError as error:  # root of a container may have this one user only, or not the right to change it
+    except OSError as error:  # in a container, root may be the only user, or may not change it
         return f'root cannot become another user here: {error}'
     return ''
 
 
 def become(user: int) -> None:
-    """Give this process another user for good, and the group of the same number. Raise OSError."""
+    """Change the user and group of this process permanently to ``user``. Raise OSError."""
     os.setgroups([])
     os.setresgid(user, user, user)
     os.setresuid(user, user, user)
 
 
 def _try_namespace(users: bool) -> str:
-    """``users``: whether root may become another user; without, bubblewrap maps one by a namespace of users."""
+    """``users``: whether root may become another user; if not, bubblewrap maps one in a user namespace."""
     try:
         network.enter_own()
-        line = [BUBBLEWRAP, *([] if users else ['--unshare-user']), *TRIED]
+        line = [BUBBLEWRAP, *([] if users else ['--unshare-user']), *TRIAL]
         ended = subprocess.run(line, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                timeout=TIME_LIMIT, check=False)
     except FileNotFoundError:

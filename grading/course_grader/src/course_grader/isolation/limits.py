@@ -1,6 +1,6 @@
-"""What a program may use at most. Whoever meets a limit is ended, and fails with that reason.
+"""The resources that a program may use. A program that exceeds a limit is ended, and fails with that reason.
 
-The kernel holds most of them (prlimit), for each process; a Meter looks at all processes of a program together.
+The kernel enforces most of them (prlimit), for each process; a Meter measures all processes of a program together.
 """
 import argparse
 import os
@@ -9,16 +9,16 @@ import re
 from typing import Callable, Collection, Dict, List, NamedTuple, Sequence, Tuple
 
 MEGABYTE = 1 << 20
-PERIOD = 0.5  # [s] of wall time between two looks of a Meter; lockstep takes a thread that works more often for busy
-OWN_COUNT = (5, 14)  # since this Linux the number of processes is counted in each user namespace of its own
+PERIOD = 0.5  # [s] of wall time between two polls of a Meter; if shorter, lockstep counts the Meter as busy
+NAMESPACE_COUNT = (5, 14)  # the Linux version since which processes are counted per user namespace
 TICKS = os.sysconf('SC_CLK_TCK')  # a second
 PAGE = os.sysconf('SC_PAGE_SIZE')  # [bytes]
-HEADROOM = 32  # processes that the kernel allows beyond the limit: a Meter has to see that the program met it
+HEADROOM = 32  # processes that the kernel allows beyond the limit, so that a Meter can see that it is exceeded
 CPU_ALLOWANCE = 30.0  # [s] of processor time beyond that of the exercise, for imports
 
 
 class Limits(NamedTuple):
-    """Processes and threads; MB of one file, of all files, of memory; s of processor time (0: any)."""
+    """Processes and threads; MB of one file, of all files, of memory; s of processor time (0: unlimited)."""
 
     processes: int = 256
     file_size: int = 64
@@ -37,7 +37,7 @@ HIGHEST = 10 ** 6
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add an option for each limit."""
-    group = parser.add_argument_group('limits of a program, which fails when it meets one')
+    group = parser.add_argument_group('limits of a program, which fails when it exceeds one')
     for name, default in Limits()._asdict().items():
         unit, meaning = MEANINGS[name]
         group.add_argument(option(name), type=_positive, default=default, metavar=unit,
@@ -61,13 +61,13 @@ def _positive(text: str) -> int:
 
 
 def counts_processes(user_is_own: bool, in_namespace: bool, release: str = '') -> bool:
-    """Return whether the kernel can count the program's processes apart from those of the user who grades."""
+    """Return whether the kernel can count the program's processes separately from those of the user who grades."""
     found = re.match(r'(\d+)\.(\d+)', release or platform.release())
-    return user_is_own or in_namespace and found is not None and tuple(map(int, found.groups())) >= OWN_COUNT
+    return user_is_own or in_namespace and found is not None and tuple(map(int, found.groups())) >= NAMESPACE_COUNT
 
 
 def starter(limits: Limits, counted: bool) -> List[str]:
-    """Return the command that starts another one with limits; ``counted``: whether its processes can be counted."""
+    """Return the command that starts another one with limits; ``counted``: see counts_processes()."""
     line = ['choom', '-n', '1000', '--', 'prlimit', '--core=0', f'--fsize={limits.file_size * MEGABYTE}',
             f'--data={limits.memory * MEGABYTE}']
     return [*line, *([f'--cpu={limits.cpu}'] if limits.cpu else []),
@@ -75,19 +75,19 @@ def starter(limits: Limits, counted: bool) -> List[str]:
 
 
 class Meter:
-    """Looks at what the processes of a program use together."""
+    """Measures what all processes of a program use together."""
 
     def __init__(self, limits: Limits, find: Callable[[], Collection[int]],
                  disk: Callable[[Collection[int]], float]) -> None:
-        """``find()`` returns the numbers of the processes; ``disk(numbers)`` the size of all files [MB]."""
+        """``find()`` returns the ids of the processes; ``disk(ids)`` the size of all files [MB]."""
         self._limits, self._find, self._disk = limits, find, disk
         self._cpu: Dict[int, float] = {}  # [s] of each process, also of those that have ended
-        self._with_children = 0.0  # [s] of those that run, with their children that have ended
+        self._with_children = 0.0  # [s] of the running ones and of their ended children
 
-    def look(self) -> str:
-        """Return which limit the program has met, or ''."""
+    def poll(self) -> str:
+        """Return which limit the program has exceeded, or ''."""
         numbers = self._find()
-        if sum(map(_threads, numbers)) >= self._limits.processes:  # all else takes long where they are many
+        if sum(map(_threads, numbers)) >= self._limits.processes:  # with many processes, everything else takes long
             return reason('processes', self._limits.processes)
         times = {number: _cpu_times(number) for number in numbers}
         self._cpu.update({number: own for number, (own, _) in times.items()})
@@ -102,14 +102,14 @@ class Meter:
 
 
 def reason(name: str, limit: int) -> str:
-    """Return the text about a limit that was met."""
+    """Return the text about a limit that was exceeded."""
     unit, meaning = MEANINGS[name]
     unit = {'N': '', 'MB': ' MB', 'SECONDS': ' s'}[unit]
-    return f'the program met a limit: {meaning.partition(";")[0]}: {limit}{unit} ({option(name)})'
+    return f'the program exceeded a limit: {meaning.partition(";")[0]}: {limit}{unit} ({option(name)})'
 
 
 def of_signal(code: int) -> str:
-    """Return which limit a process has met that ended with an exit code (below 0, or from 128: a signal), or ''."""
+    """Return which limit an exit code tells (below 0, or from 128: a signal), or ''."""
     number = -code if code < 0 else code - 128
     return {24: 'cpu', 25: 'file_size'}.get(number, '')  # SIGXCPU, SIGXFSZ
 
@@ -124,7 +124,7 @@ def _fields(number: int) -> Sequence[bytes]:
 
 
 def _cpu_times(number: int) -> Tuple[float, float]:
-    """Return the processor time [s] of a process, and that of its children that have ended."""
+    """Return the processor time [s] of a process, and that of its ended children."""
     user, system, *ended = [int(field) / TICKS for field in _fields(number)[11:15]] or (0.0, 0.0)
     return user + system, sum(ended)
 
@@ -134,13 +134,13 @@ def _threads(number: int) -> int:
 
 
 def _memory(numbers: Collection[int], limit: float) -> float:
-    """Return the memory [MB] of processes; what they share counts once where it matters."""
+    """Return the memory [MB] of processes; near the limit, shared memory counts once."""
     simple = sum(int((_fields(number)[21:22] or [b'0'])[0]) for number in numbers) * PAGE / MEGABYTE
     return simple if simple < limit else sum(map(_own_share, numbers))
 
 
 def _own_share(number: int) -> float:
-    """Return the memory [MB] of a process, with its share of what it shares."""
+    """Return the memory [MB] of a process, with its share of shared memory."""
     try:
         with open(f'/proc/{number}/smaps_rollup', encoding='ascii') as file:
             return sum(int(line.split()[1]) for line in file if line.startswith('Pss:')) / 1024

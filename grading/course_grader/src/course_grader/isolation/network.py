@@ -1,6 +1,6 @@
-"""A network of its own for a grading: nothing but a loopback interface, which no other process of the machine reaches.
+"""A network namespace for a grading: a loopback interface that no other process of the machine can reach.
 
-Without root this takes a user namespace, in which this process keeps its user and may configure the network.
+Without root it needs a user namespace, in which this process keeps its user and may configure the network.
 """
 import ctypes
 import fcntl
@@ -14,9 +14,9 @@ REQUEST = '16sh22x'  # struct ifreq: name, flags
 
 
 def enter_own() -> None:
-    """Let this process, and all that it starts from now on, use a new network. Call it while it has one thread.
+    """Move this process, and all that it starts from now on, into a new network. Call it while it has one thread.
 
-    Raise OSError where that is not allowed.
+    Raise OSError if that is not allowed.
     """
     user, group = os.geteuid(), os.getegid()
     if user == 0:

@@ -1,10 +1,10 @@
 """Runs a student's program in its own folders, isolated and limited, and ends everything that it started.
 
-A program may start others, detach them, ignore signals and print forever: ``close`` ends all that are in its namespace
-or belong to its user, and all that have the environment variable MARK or descend from here, until there is none left
-(see plain_support). Should the grader itself be killed, its guardian does the same.
+A program may start others, detach them, ignore signals and print forever. ``close`` ends all processes in its namespace
+or of its user, and all that have the environment variable MARK or descend from this process, until none is left (see
+plain_support). If the grader itself is killed, its guardian does the same.
 
-Threading contract: a thread reads the output; ``lines`` only grows; copy it before iterating over it.
+Threads: one reads the output; ``lines`` only grows; copy it before iterating over it.
 """
 import contextlib
 import os
@@ -31,25 +31,25 @@ from plain_support.doctor import findings, programs
 
 MARK = 'TURTLE_ROBOTONT_GRADING'
 SHUT_DOWN = 'rospy.exceptions.ROSInterruptException: '  # the end of a loop after rospy.signal_shutdown
-POLLING, SHORTEST = 0.1, 0.02  # share of the time that who polls runs at most; of at least so long [s]
+POLLING_SHARE, SHORTEST_POLL = 0.1, 0.02  # share of the time for which an idle program may run to poll; of at least [s]
 FOLDERS = {'ROS_HOME': 'ros_home', 'ROS_LOG_DIR': 'log', 'TMPDIR': 'tmp'}  # of the grader itself: variable: folder
-PROGRAM = 'program'  # folder of the program, where it has no file system of its own
-URGENT = -10  # nice value of the thread that looks at the limits
+PROGRAM = 'program'  # folder of a program without a file system of its own
+URGENT = -10  # nice value of the thread that checks the limits
 CHUNK = 65536  # [bytes] read at once
-LONGEST_COMMAND = 100_000  # [bytes] with all its arguments; Linux takes 131,071 in one
-MOST_LINES, LONGEST_LINE = 20_000, 2_000  # of the output that is kept; all of it is read
-END_STAGES = processes.KILL  # what a program says or does when it is asked to end does not count
+MAX_COMMAND_LENGTH = 100_000  # [bytes] with all its arguments; Linux takes 131,071 in one
+MAX_LINES, MAX_LINE_LENGTH = 20_000, 2_000  # of the output that is stored; all of it is read
+END_STAGES = processes.KILL  # at once: output after a request to end does not count
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
-ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # what rospy puts before a logged text
+ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # the prefix of a message that rospy logs
 
 
-class Started(Protocol):
-    """What ``poll()`` returns the exit code of, or None while it runs; a Popen, for example."""
+class ProcessLike(Protocol):
+    """A process-like object, such as a Popen."""
 
     pid: int
 
     def poll(self) -> Optional[int]:
-        """Return the exit code, or None."""
+        """Return the exit code, or None while the process runs."""
 
 
 class CommandError(ValueError):
@@ -57,7 +57,7 @@ class CommandError(ValueError):
 
 
 class MissingProgram(CommandError):
-    """There is no such program; ``program`` is the part of the command that names it."""
+    """The program does not exist; ``program`` is the part of the command that names it."""
 
     def __init__(self, text: str, program: str = '') -> None:
         super().__init__(text)
@@ -73,9 +73,9 @@ class Sandbox:
 
     def __init__(self, folder: str, environment: Mapping[str, str], mark: str = '',
                  isolation: Isolation = NO_ISOLATION, hidden: Sequence[str] = ()) -> None:
-        """``folder`` becomes home of everything that the grader writes.
+        """``folder`` takes everything that the grader writes.
 
-        ``environment``: of all that is started; ``mark``: the value of MARK in it, by default a new one; ``hidden``:
+        ``environment``: that of all processes; ``mark``: the value of MARK in it, by default a new one; ``hidden``:
         folders that the program does not see, even below its own. Raise OSError.
         """
         self.folder = str(folder)
@@ -92,7 +92,7 @@ class Sandbox:
         if isolation.level == levels.UID:  # where its user can go
             self._program = tempfile.mkdtemp(prefix='turtle_robotont_', dir=view.temporary())
             os.chmod(self._program, 0o711)
-        self._started: List[Started] = []
+        self._children: List[ProcessLike] = []
         self._guardian = psutil.Process()  # until there is one
         self._guardian, self._dismiss_guardian = processes.guard(self._end_all)
         processes.adopt_orphans()
@@ -121,13 +121,13 @@ class Sandbox:
                                        pass_fds=[sender] if inside else ())
         finally:
             os.close(sender)
-        self._started.append(process)
+        self._children.append(process)
         return Program(process, receiver, inside, isolation.limits, self._program,
                        lambda: self._end_program(psutil.Process(process.pid)))
 
     def _prepare(self, command: Sequence[str], surroundings: Dict[str, str], shown: Sequence[Tuple[str, str]],
                  user: Optional[int]) -> Tuple[Sequence[str], Dict[str, str]]:
-        """Make the folders of a program that sees all files; return command and environment, as ``user`` can use them.
+        """Make the folders of a program that sees all files; return the command and environment for ``user``.
 
         Raise OSError.
         """
@@ -148,12 +148,12 @@ class Sandbox:
         else:
             processes.end(lambda: processes.related(f'{MARK}={self._mark}', first, self._kept()), processes.KILL)
 
-    def keep(self, process: Started) -> None:
-        """Take in a child that was started elsewhere: its exit code is left to ``poll()``."""
-        self._started.append(process)
+    def keep(self, process: ProcessLike) -> None:
+        """Adopt a child that was started elsewhere; ``poll()`` returns its exit code."""
+        self._children.append(process)
 
     def close(self) -> None:
-        """End everything at once, also what tries to remain."""
+        """End everything at once, including processes that resist."""
         self._end_all()
         self._dismiss_guardian()
 
@@ -161,18 +161,18 @@ class Sandbox:
         if self._user and self._isolation.level == levels.UID:
             confinement.end_user(self._user.number)
         processes.end(self._alive, END_STAGES)
-        for process in self._started:
+        for process in self._children:
             process.poll()
         remove_folders(self.folder)
         shutil.rmtree(self._program, ignore_errors=True)
 
     def _alive(self) -> Set[psutil.Process]:
-        """Return the processes to end: those with the mark, and all that descend from this one."""
+        """Return the processes to end: those with the mark, and all descendants of this one."""
         return processes.related(f'{MARK}={self._mark}', psutil.Process(), self._kept()) - {self._guardian}
 
     def _kept(self) -> Set[int]:
-        """Return the numbers of the children whose exit codes are asked for elsewhere."""
-        return {process.pid for process in (*self._started, self._guardian)}
+        """Return the ids of the children whose exit codes are read elsewhere."""
+        return {process.pid for process in (*self._children, self._guardian)}
 
     def __enter__(self) -> 'Sandbox':
         return self
@@ -182,7 +182,7 @@ class Sandbox:
 
 
 def _check_own(command: Sequence[str], shown: Sequence[Tuple[str, str]]) -> None:
-    """Raise CommandError where the file of a command is not among those that a program sees."""
+    """Raise CommandError unless the program sees the file of its command."""
     seen = [*view.SYSTEM, *(place for _, place in shown)]
     for part in command[:2]:
         if os.path.isfile(part) and not view.below(os.path.abspath(part), seen):
@@ -195,25 +195,25 @@ class Program:
 
     def __init__(self, process: 'subprocess.Popen[bytes]', report: int, inside: bool, most: limits.Limits,
                  folder: str, end: Callable[[], object]) -> None:
-        """``report``: where bubblewrap says, ``inside`` a namespace, that it has begun; ``folder``: what it writes.
+        """``report``: the pipe on which bubblewrap reports its start; ``inside``: whether there is a namespace.
 
-        ``end()`` ends all its processes.
+        ``folder``: where the program writes; ``end()`` ends all its processes.
         """
         self.process, self._inside, self._folder, self._end = process, inside, folder, end
-        self._report, self._said = report, b''
+        self._report, self._status = report, b''
         self._meter = limits.Meter(most, self.ids, confinement.disk_used if inside else self._disk_used)
-        self._most, self._met = most, ''
+        self._most, self._exceeded = most, ''
         threading.Thread(target=self._watch, name='limits', daemon=True).start()
 
     def ids(self) -> Set[int]:
-        """Return the numbers of its processes that run, without those of bubblewrap."""
+        """Return the ids of its running processes, without those of bubblewrap."""
         found = processes.descendant_ids(self.process.pid)
         return found - self._first() if self._inside else found | {self.process.pid}
 
     def _first(self) -> Set[int]:
-        """Return the number of the first process inside, which belongs to bubblewrap."""
+        """Return the id of the first process inside, which belongs to bubblewrap."""
         self._read_report()
-        return {int(text) for text in re.findall(rb'"child-pid": (\d+)', self._said)}
+        return {int(text) for text in re.findall(rb'"child-pid": (\d+)', self._status)}
 
     def _read_report(self) -> None:
         with contextlib.suppress(BlockingIOError):
@@ -222,27 +222,27 @@ class Program:
                 read = os.read(self._report, CHUNK)
                 if not read:
                     break
-                self._said += read
+                self._status += read
 
     def exit_code(self) -> Optional[int]:
-        """Return its exit code, or None while it runs; raise IsolationError where it was never started."""
+        """Return its exit code, or None while it runs; raise IsolationError if it was never started."""
         code = self.process.poll()
         if code is not None and self._inside and not self._first():
             raise IsolationError(f'{levels.BUBBLEWRAP} could not isolate the program (exit code {code})')
         return code
 
-    def met(self) -> str:
-        """Return which limit it has met, or ''; it is then ended."""
+    def exceeded_limit(self) -> str:
+        """Return which limit it has exceeded, and was ended for, or ''."""
         code = self.process.poll()
         name = limits.of_signal(code) if code is not None else ''
-        return self._met or (limits.reason(name, self._most._asdict()[name]) if name else '')
+        return self._exceeded or (limits.reason(name, self._most._asdict()[name]) if name else '')
 
     def _watch(self) -> None:
-        with contextlib.suppress(OSError):  # which takes root; beside hundreds of busy processes it would come late
+        with contextlib.suppress(OSError):  # needs root; without it, hundreds of busy processes would delay the check
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), URGENT)
         while self.process.poll() is None:
-            self._met = self._meter.look()
-            if self._met:
+            self._exceeded = self._meter.poll()
+            if self._exceeded:
                 with contextlib.suppress(psutil.Error):
                     self._end()
                 return
@@ -257,7 +257,7 @@ class Program:
 
 
 def remove_folders(folder: str) -> None:
-    """Remove what a Sandbox has made in its folder."""
+    """Remove the folders that a Sandbox has made."""
     for name in (*FOLDERS.values(), PROGRAM):
         shutil.rmtree(os.path.join(folder, name), ignore_errors=True)
 
@@ -266,7 +266,7 @@ class Student:
     """The student's program with its output: ``lines`` (OutputLine), ``dropped`` (lines that were too many)."""
 
     def __init__(self, sandbox: Sandbox, command: Sequence[str], now: Callable[[], float]) -> None:
-        """``now()`` returns the simulated time [s] to book a line with."""
+        """``now()`` returns the simulated time [s] at which a line was printed."""
         self.lines: List[OutputLine] = []
         self.dropped, self._now = 0, now
         try:
@@ -284,40 +284,40 @@ class Student:
         for read in iter(lambda: os.read(output.fileno(), CHUNK), b''):
             *lines, rest = re.split(rb'[\r\n]', rest + read)
             for raw in lines:
-                self._take(raw)
-            while len(rest) > LONGEST_LINE:  # of a line that never ends
-                self._take(rest[:LONGEST_LINE])
-                rest = rest[LONGEST_LINE:]
-        self._take(rest)
+                self._store(raw)
+            while len(rest) > MAX_LINE_LENGTH:  # of a line that never ends
+                self._store(rest[:MAX_LINE_LENGTH])
+                rest = rest[MAX_LINE_LENGTH:]
+        self._store(rest)
 
-    def _take(self, raw: bytes) -> None:
-        """Keep a line; one that ends with a carriage return alone is overwritten in a terminal, but it was printed."""
-        for start in range(0, len(raw), LONGEST_LINE):
-            if len(self.lines) >= MOST_LINES:
+    def _store(self, raw: bytes) -> None:
+        """Store a line, also one that a carriage return overwrites in a terminal."""
+        for start in range(0, len(raw), MAX_LINE_LENGTH):
+            if len(self.lines) >= MAX_LINES:
                 self.dropped += 1
                 continue
-            text = ANSI.sub('', raw[start:start + LONGEST_LINE].decode('utf-8', 'replace'))
+            text = ANSI.sub('', raw[start:start + MAX_LINE_LENGTH].decode('utf-8', 'replace'))
             if text:
                 self.lines.append(OutputLine(self._now(), ROSCONSOLE.sub('', text)))
 
     def exit_code(self) -> Optional[int]:
-        """Return its exit code, or None while it runs; raise IsolationError where it was never started."""
+        """Return its exit code, or None while it runs; raise IsolationError if it was never started."""
         return self._program.exit_code()
 
-    def met(self) -> str:
-        """Return which limit it has met, or ''; it is then ended."""
-        return self._program.met()
+    def exceeded_limit(self) -> str:
+        """Return which limit it has exceeded, and was ended for, or ''."""
+        return self._program.exceeded_limit()
 
     def cpu(self) -> float:
         """Return the processor time [s] that its processes have used."""
         return self._program.cpu()
 
-    def several(self) -> bool:
-        """Return whether it has started other processes."""
+    def has_children(self) -> bool:
+        """Return whether it has started other processes that still run."""
         return len(self._program.ids()) > 1
 
     def runs(self) -> Optional[Dict[int, int]]:
-        """Return {process: how long it has run [ns]} of it and what it has started; None while one runs."""
+        """Return {process id: CPU time [ns]} of it and its children; None while one of them runs."""
         runs: Dict[int, int] = {}
         for process in self._program.ids():
             with contextlib.suppress(Gone), contextlib.closing(ProcessThreads(process)) as threads:
@@ -327,25 +327,25 @@ class Student:
         return runs
 
     def trouble(self) -> str:
-        """Return how it failed, '' while it runs and after success.
+        """Return how it failed; '' while it runs and after success.
 
-        rospy.signal_shutdown in a callback ends a loop in the main thread with an exception, which is not a failure.
+        rospy.signal_shutdown in a callback ends a loop of the main thread with an exception, which is no failure.
         """
-        if self.met():
-            return self.met()
+        if self.exceeded_limit():
+            return self.exceeded_limit()
         code = self.exit_code()
-        if not code or code == 1 and self.said_last().startswith(SHUT_DOWN):
+        if not code or code == 1 and self.last_output().startswith(SHUT_DOWN):
             return ''
-        said = self.said_last()
-        hint = '; input() does not work here: put all values into the program' if 'EOFError' in said else ''
-        return f'the program ended with exit code {code}: {said}{hint}'
+        message = self.last_output()
+        hint = '; input() does not work here: put all values into the program' if 'EOFError' in message else ''
+        return f'the program ended with exit code {code}: {message}{hint}'
 
     def drain(self, timeout: float = 1.0) -> None:
-        """Wait until the output of a program that has ended is read, at most ``timeout`` [s]."""
+        """Wait until all output of a program that has ended is read, at most ``timeout`` [s]."""
         self._reader.join(timeout)
 
-    def said_last(self) -> str:
-        """Return what explains its end: the last line of a traceback and where, or the last line."""
+    def last_output(self) -> str:
+        """Return the last line of its output, with the position of a traceback."""
         texts = [line.text for line in list(self.lines)]
         last = next((text for text in reversed(texts) if text.strip()), 'it printed nothing')
         positions = [text.strip() for text in texts if re.match(r'\s+File ".*", line \d+', text)]
@@ -353,21 +353,21 @@ class Student:
 
 
 class ProgramIdleTimer:
-    """Tells for how long a Student, with all that it has started, has been idle. To be looked at often."""
+    """Measures how long a Student and its children have been idle; poll it often."""
 
     def __init__(self, student: Student) -> None:
         self._student, self._idle = student, ActiveTimer()
-        self._looked: Optional[Dict[int, int]] = None
+        self._polled: Optional[Dict[int, int]] = None
 
-    def look(self) -> float:
-        """Return for how long [s] nothing of it has run, or just to poll."""
-        looked, before, past = self._student.runs(), self._looked, self._idle.waited
-        self._looked = looked
-        if looked is None or before is None:
+    def poll(self) -> float:
+        """Return for how long [s] none of its processes has run, except to poll."""
+        polled, before, past = self._student.runs(), self._polled, self._idle.waited
+        self._polled = polled
+        if polled is None or before is None:
             self._idle = ActiveTimer()
         else:
-            ran = sum(total - before.get(process, 0) for process, total in looked.items())  # [ns]
-            if ran > POLLING * 1e9 * max(self._idle.look() - past, SHORTEST):
+            ran = sum(total - before.get(process, 0) for process, total in polled.items())  # [ns]
+            if ran > POLLING_SHARE * 1e9 * max(self._idle.look() - past, SHORTEST_POLL):
                 self._idle = ActiveTimer()
         return self._idle.look()
 
@@ -375,8 +375,8 @@ class ProgramIdleTimer:
 def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     """Return (command to start, remarks) of what a student typed; raise CommandError when it cannot be run.
 
-    A Python file runs with this Python, whatever its mode, first line or line ends; the remarks say why rosrun could
-    not run it.
+    A Python file runs with this Python, whatever its mode, first line or line endings; the remarks say why rosrun
+    could not run it.
     """
     if not command:
         raise MissingProgram('the command is missing; type: ./run grade EXERCISE -- COMMAND')
@@ -397,31 +397,31 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
         return [program, *arguments], []
     try:
         return [sys.executable, program, *arguments], _remarks(program, student_files.whole(program))
-    except student_files.NoFile as error:
+    except student_files.UnreadableFile as error:
         raise CommandError(f'{program}: {error}') from None
 
 
 def check_command(command: Sequence[str]) -> None:
-    """Raise CommandError for what Linux could not start, whatever the program is."""
+    """Raise CommandError if Linux could not start a command, whatever the program."""
     if any('\0' in part for part in command):
         raise CommandError('the command contains the character NUL (its code is 0); remove it')
     length = sum(map(len, map(os.fsencode, command)))
-    if length > LONGEST_COMMAND:
-        raise CommandError(f'the command has {length:,} bytes; at most {LONGEST_COMMAND:,} can be started')
+    if length > MAX_COMMAND_LENGTH:
+        raise CommandError(f'the command has {length:,} bytes; at most {MAX_COMMAND_LENGTH:,} can be started')
 
 
 def _check_file(program: str) -> None:
-    """Raise CommandError for what is no file that can be read."""
+    """Raise CommandError unless the program is a readable file."""
     if os.path.isdir(program):
         raise CommandError(f'{program} is a folder; name the program in it')
     if not os.path.isfile(program):
-        raise CommandError(f'{program} is no file')
+        raise CommandError(f'{program} is not a file')
     if not os.access(program, os.R_OK):
         raise CommandError(f'{program} cannot be read; type: chmod +r {shlex.quote(program)}')
 
 
 def _by_name(program: str, arguments: List[str]) -> Tuple[List[str], List[str]]:
-    """As runnable(), of a program that is no file here."""
+    """Return the same as runnable() for a program that is not a file here."""
     if program in ('python', 'python3') and arguments and os.path.isfile(arguments[0]):
         return runnable(arguments)
     if program in ('python', 'python3') and arguments and arguments[0].endswith('.py'):
@@ -444,9 +444,9 @@ def package_of(command: Sequence[str]) -> Optional[str]:
 
 
 def from_here(program: str, arguments: Sequence[str], folder: str = '.') -> List[str]:
-    """Return the arguments with full paths of those that are files in ``folder``, as they are used in another one.
+    """Return the arguments for use in another folder: files in ``folder`` with their full paths.
 
-    rosrun's are names below a package; roslaunch's, too, unless the first one is a file.
+    The arguments of rosrun are names in a package; those of roslaunch, too, unless the first one is a file.
     """
     def there(argument: str) -> str:
         path = os.path.join(folder, argument)

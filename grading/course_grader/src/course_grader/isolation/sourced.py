@@ -1,7 +1,7 @@
-"""The packages of the catkin workspaces that are sourced where a grading was typed.
+"""The packages of the catkin workspaces that are sourced in the terminal of a grading.
 
-A grading has an environment of its own. When its command belongs to one of these packages, it finds all of them there
-as in the terminal: their folders, and what catkin_make has made of them, such as messages and compiled programs.
+A grading has its own environment. If its command belongs to one of these packages, it finds all of them as in the
+terminal: their folders, and what catkin_make has built of them, such as messages and compiled programs.
 """
 import glob
 import os
@@ -14,13 +14,13 @@ MODULES = os.path.join('lib', 'python3', 'dist-packages')
 
 
 class Sourced(NamedTuple):
-    """``packages``: (name, folder) of each; ``prefixes``: the devel and install folders, the first one counts first."""
+    """``packages``: (name, folder) of each; ``prefixes``: the devel and install folders, highest priority first."""
 
     packages: Tuple[Tuple[str, str], ...] = ()
     prefixes: Tuple[str, ...] = ()
 
     def concern(self, command: Sequence[str]) -> bool:
-        """Return whether a command names one of the packages, for rosrun or roslaunch, or a file in one."""
+        """Return whether a command names one of the packages (rosrun, roslaunch), or a file in one."""
         words = [part for part in command[1:] if not part.startswith('-')]
         named = words[0] if words and os.path.basename(command[0]) in ('rosrun', 'roslaunch') else ''
         files = [os.path.realpath(part) for part in command if os.path.isfile(part)]
@@ -32,7 +32,7 @@ class Sourced(NamedTuple):
         return [folder for _, folder in self.packages]
 
     def built(self) -> List[str]:
-        """Return the paths of what was made of the packages."""
+        """Return the paths of what was built of the packages."""
         made = [os.path.join(prefix, place, name) for prefix in self.prefixes for place in ('lib', MODULES)
                 for name, _ in self.packages]
         shared = [path for prefix in self.prefixes for path in (
@@ -49,11 +49,11 @@ class Sourced(NamedTuple):
 
 
 def folders_in(environment: Mapping[str, str], own: str, usual: str) -> List[str]:
-    """Return the folders in the variables ``own``, of the terminal, and ``usual``, of the grading."""
+    """Return the folders in the variables ``own`` (of the terminal) and ``usual`` (of the grading)."""
     text = os.pathsep.join(environment.get(name, '') for name in (own, usual))
     return list(dict.fromkeys(path for path in text.split(os.pathsep) if os.path.isdir(path)))
 
 
 def outside(places: Iterable[str], others: Sequence[str]) -> List[str]:
-    """Return the places that are not, behind links, one of others or below one."""
+    """Return the places that, with links resolved, are neither one of ``others`` nor below one."""
     return [place for place in places if not view.below(os.path.realpath(place), others)]

@@ -1,46 +1,47 @@
-"""Reading what a student has handed in, which may be anything: a pipe, a link to a device without end, terabytes."""
+"""Read the files of a submission safely: they may be pipes, links to endless devices, or terabytes."""
 import os
 
 from course_grader.isolation.limits import MEGABYTE
 
-LONGEST = MEGABYTE  # [bytes] of a source that is looked at; those of the course have less than 20,000
+MAX_SIZE = MEGABYTE  # [bytes] of a source that is read; those of the course have less than 20,000
 
 
-class NoFile(ValueError):
-    """Something is not a file that can be read whole; the text says why."""
+class UnreadableFile(ValueError):
+    """A file cannot be read completely; the text says why."""
 
 
-def read(path: str, most: int = LONGEST) -> bytes:
-    """Return the beginning of a file, at most ``most`` bytes; nothing of what is no file, or cannot be read."""
+def read(path: str, limit: int = MAX_SIZE) -> bytes:
+    """Return the first bytes of a file, at most ``limit``; b'' unless it is a readable file."""
     try:
         if os.path.isfile(path):
             with open(path, 'rb') as file:
-                return file.read(most)
+                return file.read(limit)
     except (OSError, ValueError):
-        pass  # whoever starts it will say what is wrong with it
+        pass  # the program that runs it reports what is wrong
     return b''
 
 
 def whole(path: str) -> bytes:
-    """Return the content of a file of at most LONGEST bytes; raise NoFile."""
+    """Return the content of a file of at most MAX_SIZE bytes; raise UnreadableFile."""
     if not os.path.isfile(path):
-        raise NoFile('it is no file')
+        raise UnreadableFile('it is not a file')
     try:
         with open(path, 'rb') as file:
-            content = file.read(LONGEST + 1)
+            content = file.read(MAX_SIZE + 1)
     except OSError as error:
-        raise NoFile(f'it cannot be read: {error.strerror}') from None
-    if len(content) > LONGEST:
-        raise NoFile(f'it has {os.path.getsize(path) / MEGABYTE:.1f} MB; at most {LONGEST / MEGABYTE:g} MB are read')
+        raise UnreadableFile(f'it cannot be read: {error.strerror}') from None
+    if len(content) > MAX_SIZE:
+        size = os.path.getsize(path) / MEGABYTE
+        raise UnreadableFile(f'it has {size:.1f} MB; at most {MAX_SIZE / MEGABYTE:g} MB are read')
     return content
 
 
 def check_packages(folder: str) -> None:
-    """Raise NoFile when ROS could not read a package.xml below a folder."""
+    """Raise UnreadableFile if ROS could not read a package.xml below a folder."""
     for parent, _, names in os.walk(folder):
         if 'package.xml' in names:
             path = os.path.join(parent, 'package.xml')
             try:
                 whole(path)
-            except NoFile as error:
-                raise NoFile(f'{path}: {error}') from None
+            except UnreadableFile as error:
+                raise UnreadableFile(f'{path}: {error}') from None

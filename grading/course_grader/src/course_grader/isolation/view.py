@@ -1,7 +1,7 @@
-"""What a program sees of the machine's files: the system, ROS, the interfaces of the workspace, and its own files.
+"""The files that a program sees: the system, ROS, the interfaces of the workspace, and its own files.
 
-Of a catkin workspace it sees messages, services, actions and their definitions, but no node and no module, except
-LIBRARIES. A path is the same inside and outside.
+Of a catkin workspace it sees messages, services, actions and their definitions, but no nodes and no modules except
+LIBRARIES. Paths are the same inside and outside.
 """
 import os
 import shutil
@@ -10,44 +10,45 @@ import sys
 import tempfile
 from typing import Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple
 
+REPOSITORY = os.path.realpath(__file__).partition(os.sep + os.path.join('grading', 'course_grader'))[0]
 SYSTEM = ('/usr', '/bin', '/sbin', '/lib', '/lib32', '/lib64', '/libx32', '/opt/ros')
 SETTINGS = ('alternatives', 'default/locale', 'fonts', 'group', 'host.conf', 'hosts', 'ld.so.cache', 'ld.so.conf',
             'ld.so.conf.d', 'locale.alias', 'localtime', 'magic', 'mime.types', 'nsswitch.conf', 'passwd', 'protocols',
             'python3', 'ros', 'services', 'timezone')  # below /etc
 SHARED = '/tmp', '/var/tmp'
 DEFINITIONS = 'msg', 'srv', 'action'  # folders of a package that students may read and import
-LIBRARIES = {'cv_bridge': ('cv_bridge', 'plain_support')}  # packages of modules that students import: what they need
-FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of Python's modules
-KEPT = ('CMAKE_PREFIX_PATH', 'LANG', 'LANGUAGE', 'LD_LIBRARY_PATH', 'PATH', 'PYTHONNOUSERSITE', 'PYTHONPATH',
+LIBRARIES = {'cv_bridge': ('cv_bridge', 'plain_support')}  # packages that students import: what these need
+FIRST_ON_PATH = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'student_path')  # of PYTHONPATH
+VARIABLES = ('CMAKE_PREFIX_PATH', 'LANG', 'LANGUAGE', 'LD_LIBRARY_PATH', 'PATH', 'PYTHONNOUSERSITE', 'PYTHONPATH',
         'ROS_DISTRO', 'ROS_ETC_DIR', 'ROS_HOSTNAME', 'ROS_MASTER_URI', 'ROS_PACKAGE_PATH', 'ROS_PYTHON_VERSION',
-        'ROS_ROOT', 'ROS_VERSION', 'TERM', 'TZ', 'VIRTUAL_ENV')  # variables
-ADDED = {'PYTHONUNBUFFERED': '1', 'PYTHONDONTWRITEBYTECODE': '1', 'USER': 'student', 'LOGNAME': 'student',
-         'OPENBLAS_NUM_THREADS': '1'}  # numpy would take memory for each core
+        'ROS_ROOT', 'ROS_VERSION', 'TERM', 'TZ', 'VIRTUAL_ENV')  # passed on
+SET_VARIABLES = {'PYTHONUNBUFFERED': '1', 'PYTHONDONTWRITEBYTECODE': '1', 'USER': 'student', 'LOGNAME': 'student',
+                 'OPENBLAS_NUM_THREADS': '1'}  # numpy would take memory for each core
 
 
 def environment(base: Mapping[str, str], folder: str, temporary: str) -> Dict[str, str]:
-    """Return the environment of a program; nothing that is not listed here reaches it.
+    """Return the environment of a program: only the variables that are listed here.
 
-    ``base``: the grader's; ``folder``: where the program may write, ``temporary`` for files that it forgets.
+    ``base``: the grader's; ``folder``: where the program may write, ``temporary`` for its temporary files.
     """
-    kept = {name: value for name, value in base.items() if name in KEPT or name.startswith('LC_')}
+    kept = {name: value for name, value in base.items() if name in VARIABLES or name.startswith('LC_')}
     path = os.pathsep.join(filter(None, (FIRST_ON_PATH, base.get('PYTHONPATH'))))
     home = os.path.join(folder, 'home')
-    return {**kept, **ADDED, 'PYTHONPATH': path, 'HOME': home, 'PWD': os.path.join(folder, 'work'),
+    return {**kept, **SET_VARIABLES, 'PYTHONPATH': path, 'HOME': home, 'PWD': os.path.join(folder, 'work'),
             'TMPDIR': temporary, 'ROS_HOME': os.path.join(home, '.ros'),
             'ROS_LOG_DIR': os.path.join(home, '.ros', 'log')}
 
 
 def folders(surroundings: Mapping[str, str]) -> List[str]:
-    """Return the folders of an environment() that have to be there."""
+    """Return the folders of an environment() that must exist."""
     return [surroundings[name] for name in ('HOME', 'PWD', 'TMPDIR', 'ROS_HOME', 'ROS_LOG_DIR')]
 
 
 def own_files(command: Sequence[str], package: Optional[str], avoided: Iterable[str] = ()) -> List[str]:
     """Return the folders and files that belong to a program: its package, else the folder of its file.
 
-    ``avoided``: folders that are never shown whole, such as the home folder; there only the file itself is the
-    program's.
+    ``avoided``: folders that are never shown completely, such as the home folder; of these, only the file itself
+    belongs to the program.
     """
     if package:
         return [os.path.abspath(package)]
@@ -63,7 +64,7 @@ def own_files(command: Sequence[str], package: Optional[str], avoided: Iterable[
 
 
 def never_shown(*places: str) -> List[str]:
-    """Return the folders that own_files must not show whole, besides ``places``."""
+    """Return ``places`` and the other folders that own_files must not show completely."""
     return [os.path.realpath(place) for place in ('/', os.path.expanduser('~'), tempfile.gettempdir(), *places)]
 
 
@@ -73,7 +74,7 @@ def below(path: str, places: Iterable[str]) -> bool:
 
 
 def parents(places: Iterable[str]) -> List[str]:
-    """Return the folders that hold some places, without those that are the system's or below a place, highest first."""
+    """Return the folders above some places, except system folders and those below a place, highest first."""
     found = set()
     for place in places:
         parent = os.path.dirname(place)
@@ -84,7 +85,7 @@ def parents(places: Iterable[str]) -> List[str]:
 
 
 def escaping(command: Sequence[str], own: Sequence[str]) -> str:
-    """Return the file of a command that is a link to what does not belong to the program, or ''."""
+    """Return the file of a command that links to a file outside of the program, or ''."""
     real = [os.path.join(os.path.realpath(os.path.dirname(place)), os.path.basename(place)) if os.path.isfile(place)
             else os.path.realpath(place) for place in own]
     return next((part for part in command if below(os.path.abspath(part), own) and os.path.exists(part)
@@ -106,7 +107,7 @@ def shown(surroundings: Mapping[str, str], own: Sequence[str]) -> List[Tuple[str
 
 
 def reachable(path: str, deep: bool = True) -> bool:
-    """Return whether every user of this machine may read a file, or a folder, ``deep``: with all that is in it."""
+    """Return whether every user of this machine may read a file or folder; ``deep``: and everything in it."""
     parents = [path]
     while parents[-1] != os.path.dirname(parents[-1]):
         parents.append(os.path.dirname(parents[-1]))
@@ -118,7 +119,7 @@ def reachable(path: str, deep: bool = True) -> bool:
 
 
 def temporary() -> Optional[str]:
-    """Return a folder for temporary files that every user can reach, as that of TMPDIR need not be, or None."""
+    """Return a folder for temporary files that every user can access, or None; TMPDIR may be private."""
     return next((place for place in (tempfile.gettempdir(), *SHARED) if reachable(place, deep=False)), None)
 
 
@@ -131,7 +132,7 @@ def _allows(path: str, right: int) -> bool:
 
 def staged(command: Sequence[str], surroundings: Mapping[str, str], places: Iterable[Tuple[str, str]], folder: str
            ) -> Tuple[List[str], Dict[str, str]]:
-    """Copy what another user cannot read into a folder; return command and environment that use the copies.
+    """Copy files that another user cannot read into a folder; return command and environment that use the copies.
 
     ``places`` are those of ``shown``. Python's own prefix is not copied: the system's Python takes its place.
     """
@@ -170,7 +171,7 @@ def _no_files(folder: str, names: List[str]) -> List[str]:
 
 
 def _modules(folder: str) -> Iterator[str]:
-    """Yield the Python packages of a catkin workspace that are made of definitions, and what Python runs first."""
+    """Yield the Python packages of a workspace that are generated from definitions, and its sitecustomize."""
     if os.path.isfile(os.path.join(folder, 'sitecustomize.py')) and not below(folder, SYSTEM):
         yield folder  # the repair of rospy
     for package in _entries(folder):
@@ -182,7 +183,7 @@ def _modules(folder: str) -> Iterator[str]:
 
 
 def _definitions(folder: str) -> Iterator[str]:
-    """Yield what defines the messages of the packages in a folder of a workspace, and the LIBRARIES' modules."""
+    """Yield the message definitions of the packages in a folder of a workspace, and the LIBRARIES' modules."""
     needed = {name for names in LIBRARIES.values() for name in names}
     for package in _entries(folder):
         place = os.path.join(folder, package)
@@ -194,5 +195,5 @@ def _definitions(folder: str) -> Iterator[str]:
 
 
 def _entries(folder: str) -> List[str]:
-    """Return the names in a folder that is not the system's."""
+    """Return the names in a folder, none for a system folder."""
     return sorted(os.listdir(folder)) if folder and not below(folder, SYSTEM) and os.path.isdir(folder) else []

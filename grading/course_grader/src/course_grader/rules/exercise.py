@@ -3,8 +3,8 @@
 KEYS, STIMULI and registry.RULES say what a file may contain. The points of all checks add up to 100. A check that
 ``must`` hold fails the exercise below half of its share.
 
-All that is wrong with a file is said at once. So a reader does not raise: it appends to a list of problems, and returns
-the values that it could read.
+All errors are reported together, so parsers collect them instead of raising: they append to a list of problems, and
+return the values that they could read.
 """
 import difflib
 import math
@@ -15,11 +15,12 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 from course_grader.rules.judging import ANY, Kind, Parameter, Parameters, Span
 from course_grader.rules.quantities import UNITS, QuantityError, quantity, span
 from course_grader.rules.registry import RULES
+from kinematic_core.worlds import world_format
 from kinematic_core.worlds.turtle_world import ARENA_SIZE
 from plain_support import InvalidInput, documents, shown
 
 SIMULATORS = ('turtlesim', 'robotont')
-LONGEST = 120.0  # [s] of simulated time
+MAX_TIME = 120.0  # [s] of simulated time
 ALLOWED = ('teleport', 'reset', 'kill')
 START: Parameters = {
     'x': Parameter('span length', None, 'position'), 'y': Parameter('span length', None, 'position'),
@@ -161,8 +162,8 @@ def parse(content: Any, name: str = 'exercise') -> Exercise:
     stimuli = [_stimulus(entry, number, problems) for number, entry in enumerate(values.get('stimuli', ()), 1)]
     symptoms = [_fields(entry, OF_A_SYMPTOM, f'symptom {number}', problems)
                 for number, entry in enumerate(values.get('symptoms', ()), 1)]
-    if not 0.0 < values.get('time', LONGEST) <= LONGEST:
-        problems.append(f'time is {shown(content["time"])}; it must be above 0 and at most {LONGEST:g} s')
+    if not 0.0 < values.get('time', MAX_TIME) <= MAX_TIME:
+        problems.append(f'time is {shown(content["time"])}; it must be above 0 and at most {MAX_TIME:g} s')
     if not 0.0 < values.get('pass', 100.0) <= 100.0:
         problems.append(f'pass is {values["pass"]:g}; it must be above 0 and at most 100')
     problems += [f'allows has {shown(kind)}; it may have {", ".join(ALLOWED)}{_meant(kind, ALLOWED)}'
@@ -187,17 +188,13 @@ def _start(values: Dict[str, Any], problems: List[str]) -> Dict[str, Span]:
 
 
 def _wrong_world(values: Dict[str, Any]) -> List[str]:
-    """Return what is wrong with the world, as texts."""
+    """Return the problems of the world, as texts."""
     if not values.get('world'):
         return []
     if values.get('simulator') != 'robotont':
         return ['world needs simulator: robotont']
     try:
-        from robotont_gazebo.core import worlds  # missing where the original is installed
-    except ImportError:
-        return []
-    try:
-        worlds.parse(values['world'])
+        world_format.parse(values['world'])
     except InvalidInput as error:
         return [f'world: {error}']
     return []
@@ -227,7 +224,7 @@ def _stimulus(entry: Any, number: int, problems: List[str]) -> Optional[Stimulus
 
 def _named(entry: Any, key: str, where: str, allowed: Iterable[str], problems: List[str]
            ) -> Tuple[Optional[str], Dict[Any, Any]]:
-    """Return what an entry names by a key, None if that is wrong, and the other keys of the entry."""
+    """Return the name that an entry has for a key, or None if it is wrong, and the other keys of the entry."""
     if not _is_mapping(entry, where, problems):
         return None, {}
     others = {name: value for name, value in entry.items() if name != key}
@@ -239,7 +236,7 @@ def _named(entry: Any, key: str, where: str, allowed: Iterable[str], problems: L
 
 
 def _contradictions(made: Exercise) -> Iterator[str]:
-    """Yield texts on what no program can fulfil."""
+    """Yield texts about requirements that no program can fulfil."""
     for number, rule in enumerate(made.rules, 1):
         yield from (f'check {number} ({rule.name}) {text}' for text in _missing(rule, made))
     for number, (what, values) in enumerate(made.stimuli, 1):
@@ -252,7 +249,7 @@ def _contradictions(made: Exercise) -> Iterator[str]:
 
 
 def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
-    """Yield texts on what a check needs and the exercise lacks."""
+    """Yield texts about what a check needs and the exercise lacks."""
     values = rule.parameters
     by_teleports = rule.name == 'positions' and values['by'] == 'teleports'
     if rule.name == 'stops' and values['x'] is None and values['y'] is None:
@@ -260,7 +257,7 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
     yield from _missing_stimulus(rule, made)
     if rule.name in ('prints_markers', 'prints_no_marker'):
         most = max((int(show['for'] * show['rate']) for what, show in made.stimuli if what == 'markers'), default=0)
-        if most < (2 if rule.name == 'prints_no_marker' else 1):  # the second is the first that is empty
+        if most < (2 if rule.name == 'prints_no_marker' else 1):  # the second message is the first without markers
             yield 'needs a stimulus {do: markers, ...} of two messages: the first shows markers, the second none'
     if by_teleports and 'teleport' not in made.allows:
         yield 'needs the line: allows: [teleport]'
@@ -269,7 +266,7 @@ def _missing(rule: ScoredRule, made: Exercise) -> Iterator[str]:
 
 
 def _missing_stimulus(rule: ScoredRule, made: Exercise) -> Iterator[str]:
-    """Return the stimulus that a check needs and the exercise lacks, as a text."""
+    """Yield the stimulus that a check needs and the exercise lacks, as a text."""
     values, done = rule.parameters, dict(made.stimuli)
     if rule.name == 'answers' and values['service'] not in {
             others['service'] for what, others in made.stimuli if what == 'call'}:
@@ -315,7 +312,7 @@ def _fields(entry: Any, kinds: Parameters, where: str, problems: List[str]) -> D
 
 
 def _meant(word: Any, allowed: Iterable[str]) -> str:
-    """Return a question about the word that was probably meant, or ''."""
+    """Return '. Did you mean WORD?' or ''."""
     close = difflib.get_close_matches(word, list(allowed), 1) if isinstance(word, str) else []
     return f'. Did you mean {close[0]}?' if close else ''
 
@@ -371,7 +368,7 @@ def _plain(value: Any, kind: str) -> Any:
 
 
 def _dimension(text: object) -> str:
-    """Return what the unit at the end of a text measures."""
+    """Return the dimension of the unit at the end of a text."""
     unit = str(text).split()[-1] if str(text).split() else ''
     if unit not in UNITS:
         raise QuantityError(f'{shown(text)} has no unit at its end; the units are {", ".join(UNITS)}')

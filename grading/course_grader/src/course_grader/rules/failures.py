@@ -1,6 +1,6 @@
-"""What error messages of Python and ROS mean to a beginner: advice for each. Without ROS.
+"""Explains error messages of Python and ROS to beginners, with advice for each. Without ROS.
 
-The first entry of FAILURES whose pattern is found counts, so what is specific stands before what is general.
+The first entry of FAILURES whose pattern is found counts, so specific ones precede general ones.
 """
 import re
 from typing import Callable, Match, Optional, Tuple, Union
@@ -273,7 +273,7 @@ FAILURES: Tuple[Tuple[str, Advice], ...] = (  # {0}, ... of an advice are the gr
 
 
 def advice(said: str, source: str) -> Optional[str]:
-    """Return advice on the first known failure in what a program said, or None."""
+    """Return advice on the first known failure in the output of a program, or None."""
     for pattern, given in FAILURES:
         match = re.search(pattern, said)
         found = match and (given(match, source) if callable(given) else given.format(*match.groups()))

@@ -1,25 +1,23 @@
-"""How well a path fits a shape of unknown place, size and direction: the shape is found first, then compared.
+"""How well a path fits a shape of unknown place, size and direction: the shape is fitted first, then compared.
 
-A path is an array of shape (n, 2) of positions [m]. As much of its start is left out as fits best, because many
-drive to the shape first; what remains has to lie on the outline, and the outline has to be covered.
+A path is an array of shape (n, 2) of positions [m]. Its start is left out as far as that improves the fit, because many
+programs drive to the shape first; the rest must lie on the outline, and the outline must be covered.
 """
 import itertools
 import math
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import cv2
 import numpy as np
 
 from alvar_core.arrays import ArrayLike, Floats
 
-SHAPES = ('circle', 'square', 'triangle')
-SMALLEST = 5.0  # tolerances: the extent of a shape that can be told from a dot
+SMALLEST = 5.0  # tolerances: the smallest extent of a shape
 SAMPLES = 240  # points on the path and on the outline that are compared
-APPROACHES = np.linspace(0.0, 0.7, 36)  # shares of the path that may lead to the shape
-SHARPEST = math.radians(25.0)  # the smallest angle of a triangle that still is one
-COARSEST = {'circle': 0.025, 'square': 0.05, 'triangle': 0.05}  # of the size: wider tolerances mix them up
-CORNERS = 40  # points of a hull among which a triangle's are sought
-FORGIVING = 2.0  # a path this many tolerances off counts as nothing
+APPROACHES = np.linspace(0.0, 0.7, 36)  # shares of the path that may be the way to the shape
+SHARPEST = math.radians(25.0)  # the smallest angle of a triangle
+CORNERS = 40  # points of a hull among which a triangle's corners are searched
+FORGIVING = 2.0  # tolerances from the outline, where a path counts 0
 
 
 class Fit(NamedTuple):
@@ -64,7 +62,7 @@ def resample(path: ArrayLike, samples: int = SAMPLES) -> Floats:
 
 
 def fit(path: ArrayLike, shape: str, tolerance: float) -> Fit:
-    """Return the Fit of a path to 'circle', 'square' or 'triangle'; within ``tolerance`` [m] a point is on it."""
+    """Return the Fit of a path to one of the SHAPES; within ``tolerance`` [m] a point is on it."""
     even = resample(path, 2 * SAMPLES)
     best = NO_FIT
     for share in APPROACHES:
@@ -72,7 +70,7 @@ def fit(path: ArrayLike, shape: str, tolerance: float) -> Fit:
         outline, size = _outline(rest, shape, SMALLEST * tolerance) if len(rest) > 8 else (None, 0.0)
         if outline is None:
             continue
-        candidate = _compare(rest, resample(outline), min(tolerance, COARSEST[shape] * size), size)
+        candidate = _compare(rest, resample(outline), min(tolerance, SHAPES[shape].max_tolerance * size), size)
         if candidate.quality > best.quality + 1e-9:
             best = candidate
         if best.quality >= 1.0:
@@ -101,7 +99,7 @@ def _outline(points: Floats, shape: str, smallest: float) -> Tuple[Optional[Floa
     """Return (closed outline, size) of the shape that the points show, or (None, 0)."""
     if min(np.ptp(points, axis=0)) < smallest:
         return None, 0.0
-    return {'circle': _circle, 'square': _square, 'triangle': _triangle}[shape](points)
+    return SHAPES[shape].outline(points)
 
 
 def _circle(points: Floats) -> Tuple[Floats, float]:
@@ -122,7 +120,7 @@ def _square(points: Floats) -> Tuple[Floats, float]:
 
 
 def _triangle(points: Floats) -> Tuple[Optional[Floats], float]:
-    """The largest triangle with corners on the path, unless one of its angles is hardly one.
+    """The largest triangle with corners on the path, unless one of its angles is too small.
 
     OpenCV's minEnclosingTriangle is no help: it fails for some paths and never ends for others (5.0).
     """
@@ -140,3 +138,17 @@ def _triangle(points: Floats) -> Tuple[Optional[Floats], float]:
     if areas.max() <= legs.prod() * math.sin(SHARPEST):
         return None, 0.0
     return np.vstack([corners, corners[:1]]), float(lengths.mean())
+
+
+class Shape(NamedTuple):
+    """A shape: the function that finds its closed outline and size in points, and its number of sides, 0 for a circle.
+
+    ``max_tolerance``: as a share of the size; wider tolerances confuse the shapes.
+    """
+
+    outline: Callable[[Floats], Tuple[Optional[Floats], float]]
+    max_tolerance: float
+    sides: int
+
+
+SHAPES = {'circle': Shape(_circle, 0.025, 0), 'square': Shape(_square, 0.05, 4), 'triangle': Shape(_triangle, 0.05, 3)}

@@ -1,4 +1,4 @@
-"""What a rule is: it looks at what was Observed and says which share of it is right, what was asked and seen.
+"""Rules: each judges the Observed, and returns which share is right, what was asked, and what was seen.
 
 A rule is a function (observed, parameters) -> Result. registry.py lists them all, with the parameters that an exercise
 file may give in an entry of ``checks``. The kinds of parameters: a dimension of quantities.py ('length'), which is
@@ -15,19 +15,19 @@ from course_grader.rules.observation import Observed
 
 Span = Tuple[float, float]  # lowest, highest
 Kind = Union[str, Tuple[Any, ...]]  # of a parameter's value
-ANY = (-math.inf, math.inf)  # the span that everything lies in
+ANY = (-math.inf, math.inf)  # the span of all values
 SHORTCUTS = {  # kind of event: (what an exercise file says to allow it, the text)
     'teleport': ('teleport', 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving'),
     'teleport_relative': ('teleport', 'the program teleported to ({0:.2f}, {1:.2f}) instead of driving'),
     'reset': ('reset', 'the program reset the simulator'), 'kill': ('kill', 'the program killed {0}'),
     'fake_pose': ('', 'the program published fake poses on {0}'), 'fake_clock': ('', 'the program published /clock'),
 }
-PAUSE = 2.0  # times the median of the periods: a longer one is a pause, and not part of a rate
-MISSED = 0.49  # the highest share of a check that misses what it asks for: if it must hold, the exercise fails
+PAUSE = 2.0  # times the median period; a longer one is a pause and does not count in a rate
+MISSED = 0.49  # the highest share of a check that is not fulfilled; a required check then fails the exercise
 
 
 class Result(NamedTuple):
-    """How far one rule holds: share 0..1, what was asked, what was seen."""
+    """The result of a rule: share 0..1, what was asked, what was seen."""
 
     share: float
     asked: str
@@ -35,7 +35,7 @@ class Result(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """What an exercise file may set: the kind of its value, its default (``...``: it is required), and its meaning."""
+    """A key of an exercise file: the kind of its value, its default (``...``: required), and its meaning."""
 
     kind: Kind
     default: Any
@@ -47,7 +47,7 @@ Judge = Callable[[Observed, SimpleNamespace], Result]
 
 
 class Rule(NamedTuple):
-    """A rule as an exercise file names it: the function, whose first sentence says what it looks at, and parameters."""
+    """A rule of exercise files: the function, whose first sentence describes it, and its parameters."""
 
     judge: Judge
     parameters: Parameters
@@ -76,7 +76,7 @@ def within(value: float, span: Span) -> bool:
 
 
 def nearness(value: float, span: Span) -> float:
-    """Return 1 inside a span of positive numbers; outside less than half, falling with the distance."""
+    """Return 1 inside a span of positive numbers; outside less than half, decreasing with the distance."""
     low, high = span
     if within(value, span):
         return 1.0
@@ -84,14 +84,14 @@ def nearness(value: float, span: Span) -> float:
 
 
 def period(times: Sequence[float]) -> float:
-    """Return the mean period [s] of what comes at a rate, without pauses: each period is a whole number of ticks."""
+    """Return the mean period [s] of periodic times, without pauses; each period is a whole number of ticks."""
     periods = [after - before for before, after in zip(times, times[1:])]
     longest = PAUSE * statistics.median(periods)
     return statistics.mean(period for period in periods if period <= longest)
 
 
 def written(span: Span, unit: str) -> str:
-    """Return a span as people write it."""
+    """Return a span in words."""
     low, high = span
     if low == high:
         return f'{low:g} {unit}'

@@ -1,6 +1,6 @@
-"""What was seen of a student's node while it was graded: plain data, times in simulated seconds.
+"""What was observed of a student's program: plain data, times in simulated seconds.
 
-They count from the simulator's first step; the node was there at ``start``.
+Times count from the simulator's first step; the program had started at ``start``.
 
 Positions are in the simulator's frame [m], headings in rad, counter-clockwise; velocities in the robot's frame.
 """
@@ -10,11 +10,11 @@ from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
 
 QUANTITIES = {'ahead': 'the distance ahead', 'marker ahead': 'the marker is ahead',
               'marker left': 'the marker is to the left'}  # of Sensed, by the name of each
-DRIVEN = 1e-3  # [m] a step may be longer than its velocity says: rounding of float32
+DRIVEN = 1e-3  # [m] by which rounding to float32 may lengthen a step
 
 
 class Sample(NamedTuple):
-    """Where the turtle or robot truly was."""
+    """The true pose of the turtle or robot."""
 
     t: float
     x: float
@@ -23,7 +23,7 @@ class Sample(NamedTuple):
 
 
 class Command(NamedTuple):
-    """A velocity command that the simulator took [m/s, m/s, rad/s], and the node that sent it."""
+    """A velocity command that the simulator accepted [m/s, m/s, rad/s], and the node that sent it."""
 
     t: float
     linear_x: float
@@ -33,9 +33,9 @@ class Command(NamedTuple):
 
 
 class Event(NamedTuple):
-    """Something else that a node did to the simulator: kind, values, node.
+    """Another action of a node on the simulator: kind, values, node.
 
-    Kinds: teleport (absolute), teleport_relative, pen, clear, reset, spawn, kill, fake_pose (somebody else published
+    Kinds: teleport (absolute), teleport_relative, pen, clear, reset, spawn, kill, fake_pose (another node published
     poses), fake_clock.
     """
 
@@ -53,7 +53,7 @@ class OutputLine(NamedTuple):
 
 
 class Call(NamedTuple):
-    """A service call of the grader to the node: its request, whether an answer came, and what went wrong."""
+    """A service call of the grader to the program: its request, whether it was answered, and what went wrong."""
 
     t: float
     service: str
@@ -78,11 +78,11 @@ class Transform(NamedTuple):
     x: float
     y: float
     theta: float
-    stamped: bool = True  # it says of what time it is, or holds for all times; of those that do not tf takes the first
+    stamped: bool = True  # with a time, or static; of transforms without a time tf uses only the first
 
 
 class Sensed(NamedTuple):
-    """What a sensor of the robot told: one of QUANTITIES, and its value [m], NaN where there is none."""
+    """A measurement of a sensor of the robot: one of QUANTITIES, and its value [m], NaN if unknown."""
 
     t: float
     what: str
@@ -90,7 +90,7 @@ class Sensed(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """A goal of the grader for an action of the program, the Fibonacci numbers: what was asked, and what came."""
+    """A goal of the grader for the Fibonacci action of the program, and its result."""
 
     t: float
     action: str
@@ -103,29 +103,29 @@ class Goal(NamedTuple):
 
 @dataclass
 class Observed:
-    """All that the rules may look at."""
+    """All observations that rules may use."""
 
-    track: List[Sample] = field(default_factory=list)  # one a tick
+    track: List[Sample] = field(default_factory=list)  # one per tick
     commands: List[Command] = field(default_factory=list)
     events: List[Event] = field(default_factory=list)
     lines: List[OutputLine] = field(default_factory=list)
     calls: List[Call] = field(default_factory=list)
     shown: List[ShownMarkers] = field(default_factory=list)
     connections: Set[Tuple[str, str]] = field(default_factory=set)  # (name, 'publishes' | 'subscribes' | 'serves')
-    parameters: Dict[str, Any] = field(default_factory=dict)  # of those that checks ask for, the last values
+    parameters: Dict[str, Any] = field(default_factory=dict)  # {name: last value} of those in checks
     transforms: List[Transform] = field(default_factory=list)
-    turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those that checks ask for
+    turtles: Dict[str, List[Sample]] = field(default_factory=dict)  # {name: poses} of those in checks
     sensed: List[Sensed] = field(default_factory=list)
     goals: List[Goal] = field(default_factory=list)
     others: Set[Tuple[str, str]] = field(default_factory=set)  # the same of the simulator and the grader
-    source: str = ''  # of the program, as far as it is Python
+    source: str = ''  # of the Python programs
     start: float = 0.0
     seconds: float = 0.0  # how long it was observed, since start
-    timed_out: bool = False  # whether it was observed for as long as the exercise takes at most
+    timed_out: bool = False  # whether the time of the exercise was over
     exit_code: Optional[int] = None  # None: it ran until the grader ended it
     ended_at: Optional[float] = None  # since start
-    trouble: str = ''  # why it could not work at all: not executable, a syntax error, an exception, ...
-    kept_up: bool = True  # whether simulator and node were as fast as the run asked
+    trouble: str = ''  # why it could not run: not executable, a syntax error, an exception, ...
+    kept_up: bool = True  # whether simulator and program were fast enough
 
     def of_kind(self, *kinds: str) -> List[Event]:
         """Return the events of these kinds."""
@@ -150,7 +150,7 @@ class Observed:
     def drawn(self, pen_down: bool = False) -> List[Tuple[float, float]]:
         """Return the positions (x, y) [m] of the path since the last reset, without repeats.
 
-        With ``pen_down`` those where it has drawn alone.
+        With ``pen_down`` only those that were drawn.
         """
         path: List[Tuple[float, float]] = []
         before, reset = None, self.reset_at()

@@ -1,4 +1,4 @@
-"""Mistakes that show in what a program prints, beside what it should have printed: advice for each. Without ROS."""
+"""Mistakes in printed lines, compared with what should be printed: advice for each. Without ROS."""
 import dataclasses
 from types import SimpleNamespace
 from typing import Callable, Container, Dict, Iterator, List
@@ -7,9 +7,9 @@ from course_grader.rules import rules_output
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 
-MOST = 0.5  # share of the lines or markers from which it is what the program prints
-FEW = 5  # lines
-SAME = 10  # lines with the same numbers; a turtle that is driven has others
+MAJORITY = 0.5  # share of the lines or markers above which a mistake explains them
+FEW_LINES = 5
+SAME_LINES = 10  # lines with equal numbers although the turtle is driven
 
 
 def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[str, List[str]]:
@@ -25,22 +25,22 @@ def _poses(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     numbers = [numbers for numbers in (rules_output.numbers_in(line.text) for line in observed.lines) if numbers]
     if not numbers:
         return
-    if rules_output.poses_are(observed, ('y', 'x'), wanted.tolerance) > MOST:
+    if rules_output.poses_are(observed, ('y', 'x'), wanted.tolerance) > MAJORITY:
         yield 'x and y are swapped: print x first and then y, or say which is which'
-    elif len(numbers) <= FEW < 2 * wanted.lines and observed.exit_code is None:
+    elif len(numbers) <= FEW_LINES < 2 * wanted.lines and observed.exit_code is None:
         yield f'only {len(numbers)} poses are printed: print in the callback, which is called for every pose'
-    elif len(numbers) >= SAME and len({tuple(number.value for number in one) for one in numbers}) == 1:
+    elif len(numbers) >= SAME_LINES and len({tuple(number.value for number in one) for one in numbers}) == 1:
         yield 'the numbers are always the same: print those of the message that the callback gets'
     elif all(number.value == int(number.value) and not number.rounded for one in numbers for number in one[-2:]):
         yield 'x and y are printed as whole numbers: print two decimals or more, as by %.2f'
-    elif any(rules_output.poses_are(observed, (axis, 'theta'), wanted.tolerance) > MOST for axis in 'xy'):
+    elif any(rules_output.poses_are(observed, (axis, 'theta'), wanted.tolerance) > MAJORITY for axis in 'xy'):
         yield 'one of the numbers is theta, the heading: print pose.x and pose.y'
 
 
 def _markers(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
     values = {'id': ('z', 'y', 'x'), 'x': ('z', 'y', 'id')}[wanted.what]
     asked = {'id': 'marker.id', 'x': 'marker.pose.pose.position.x'}[wanted.what]
-    if rules_output.prints_markers(observed, wanted).share > MOST:
+    if rules_output.prints_markers(observed, wanted).share > MAJORITY:
         return
     for value in values:
         if value == 'id':
@@ -51,7 +51,7 @@ def _markers(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
                 marker: (position[axis],) * 3 for marker, position in shown.markers.items()})
                 for shown in observed.shown])
             what = 'x'
-        if rules_output.prints_markers(other, SimpleNamespace(what=what, tolerance=0.005)).share > MOST:
+        if rules_output.prints_markers(other, SimpleNamespace(what=what, tolerance=0.005)).share > MAJORITY:
             yield f'it prints {value} of each marker: print {asked} instead'
             return
 

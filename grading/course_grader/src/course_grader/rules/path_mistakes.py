@@ -1,4 +1,4 @@
-"""Mistakes that the path, the commands and the positions of a vehicle show: advice for each. Without ROS."""
+"""Mistakes in the path, the commands and the positions of a vehicle: advice for each. Without ROS."""
 import bisect
 import itertools
 import math
@@ -12,28 +12,27 @@ from course_grader.rules.judging import ANY, period, within, written
 from course_grader.rules.observation import Command, Observed
 from kinematic_core.worlds import robot_world, turtle_world
 
-SIDES = {'triangle': 3, 'square': 4}
 WALL = 0.01  # [m] from the edge of the arena
-SHORT = 0.3  # [m] a part of a path that is no side
+SHORT = 0.3  # [m] a part of a path that is too short for a side
 STRAIGHT = 0.08  # [m] within which a part of a path is straight
-TURNED_WELL = math.radians(3.0)  # a corner within this is not the mistake
+TURNED_WELL = math.radians(3.0)  # a corner within this is right
 TURNED_AT_ALL = math.radians(15.0)
 EQUAL = 1.08  # times the shortest side, up to which sides are equal
 TURNING = 0.05  # [rad/s] and
-MOVING = 0.02  # [m/s]: from these on a command turns, or drives
+MOVING = 0.02  # [m/s]: from these values on, a command turns or drives
 STANDING = 1e-3  # [m/s] or [rad/s]: below it does nothing
-WEAK = 0.05  # [m/s] or [rad/s]: what follows something reacts to an error of 0.3 m or rad by more
+HARDLY = 0.05  # [m/s] or [rad/s]: a follower reacts to an error of 0.3 m or rad by more
 WATCHDOG = {'turtlesim': turtle_world.WATCHDOG, 'robotont': robot_world.WATCHDOG}  # [s] without a command
-ALONE = 1.5  # times the watchdog until the next command: the vehicle has stopped in between
-SEEN = 5  # commands from which one can tell that they go the wrong way
-AWAY = 0.02  # [m] from the goal: nearer, the sign of a velocity says nothing
-SIGNS = {  # advice where a velocity leads away from what has to be kept; why it does, an exercise may know
+WATCHDOGS = 1.5  # watchdog times until the next command, so that the vehicle has stopped in between
+MIN_COMMANDS = 5  # commands that show that the vehicle goes the wrong way
+MIN_ERROR = 0.02  # [m] from the goal; below it, the sign of a velocity means nothing
+SIGNS = {  # quantity: advice if the velocity leads away from its goal; an exercise may know the reason
     'marker left': 'it turns or drives away from the marker: angular.z and linear.y are positive to the left, as y of '
                    'the marker is, so check the sign',
     **dict.fromkeys(('ahead', 'marker ahead'),
                     'it drives the wrong way: linear.x has to be positive, forward, while the distance is larger than '
                     'its goal; check the sign, > and <, the unit (metres), and the field of the message')}
-SWINGS = 4  # changes of direction of what comes to rest; one or two are an overshoot
+SWINGS = 4  # changes of direction; one or two are an overshoot
 
 
 def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[str, List[str]]:
@@ -47,12 +46,12 @@ def found(exercise: Exercise, observed: Observed, lost: Container[str]) -> Dict[
 
 
 def stops_in_between(exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """Advice where half of the velocities are followed by none before the vehicle stops by itself."""
+    """Advice if the vehicle stops by itself after half of the velocities, because no command follows in time."""
     times = [*(command.t for command in observed.commands), observed.start + observed.seconds]
     pauses = [after - command.t for command, after in zip(observed.commands, times[1:])
               if max(map(abs, command[1:4])) > STANDING]
     watchdog = WATCHDOG[exercise.simulator]
-    if pauses and 2 * sum(pause > ALONE * watchdog for pause in pauses) >= len(pauses):
+    if pauses and 2 * sum(pause > WATCHDOGS * watchdog for pause in pauses) >= len(pauses):
         yield (f'it sends a velocity and waits, but after {watchdog:g} s without a command the vehicle stops: publish '
                'again and again in a loop, with rate.sleep(), ten times per second')
 
@@ -74,7 +73,7 @@ def _commanded(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed)
 
 
 def _rated(wanted: Tuple[float, float], observed: Observed) -> Iterator[str]:
-    """Commands that come too often, or too seldom."""
+    """Commands that are sent too often or too rarely."""
     if wanted == ANY or len(observed.commands) < 3:
         return
     rate = 1.0 / max(period([command.t for command in observed.commands]), 1e-6)
@@ -104,10 +103,11 @@ def _drawn(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> I
     if observed.commands and all(abs(command.angular_z) < TURNING / 10.0 for command in observed.commands) and any(
             abs(command.linear_x) >= MOVING for command in observed.commands):
         yield 'it never turns: angular.z is the turn speed, and x and y of angular do nothing here'
-    elif wanted.shape in SIDES and exercise.simulator == 'turtlesim' and _at_wall(observed):
+    elif fits.SHAPES[wanted.shape].sides and exercise.simulator == 'turtlesim' and _at_wall(observed):
         yield 'the turtle drives into a wall of its window: start elsewhere, or choose a smaller size'
     else:
-        found = list(_polygon(wanted.shape, SIDES[wanted.shape], path, observed)) if wanted.shape in SIDES else []
+        sides = fits.SHAPES[wanted.shape].sides
+        found = list(_polygon(wanted.shape, sides, path, observed)) if sides else []
         yield from found or _sized(wanted, observed)
 
 
@@ -119,8 +119,8 @@ def _sized(wanted: SimpleNamespace, observed: Observed) -> Iterator[str]:
         how = ('a diameter of {0:.1f} m, and not of {1}: it is 2 * linear.x / angular.z' if wanted.shape == 'circle'
                else 'sides of {0:.1f} m, and not of {1}: they are as long as linear.x times its time')
         yield f'the {wanted.shape} has ' + how.format(shape.size, written(wanted.size, 'm'))
-    elif (observed.timed_out and observed.exit_code is None and 0.0 < length < 2.0 * SIDES.get(wanted.shape, 3) * least
-          and observed.standstill() < rules_driving.MOVING):
+    elif (observed.timed_out and observed.exit_code is None and observed.standstill() < rules_driving.MOVING
+          and 0.0 < length < 2.0 * (fits.SHAPES[wanted.shape].sides or 3) * least):
         yield (f'it is too slow: in {observed.seconds:.0f} s it has driven {length:.1f} m, and the {wanted.shape} is '
                'not complete: drive faster')
 
@@ -136,7 +136,7 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
     two_speeds = any(rule.name == 'commands' and rule.parameters['pace'] != ANY for rule in exercise.rules)
     if not late or not speeds or two_speeds:
         return
-    if STANDING < max(map(abs, speeds)) < WEAK:
+    if STANDING < max(map(abs, speeds)) < HARDLY:
         yield (f'it hardly reacts: its velocity is at most {max(map(abs, speeds)):.2g}; choose a larger gain, by which '
                'the error is multiplied')
     elif sum(a * b < 0.0 for a, b in zip(speeds, speeds[1:])) >= SWINGS and min(late) < 0.0 < max(late):
@@ -144,7 +144,7 @@ def _kept(wanted: SimpleNamespace, exercise: Exercise, observed: Observed) -> It
 
 
 def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
-    """Return whether most velocities lead away from the goal that a quantity be ``value``."""
+    """Return whether most velocities increase the error of a quantity."""
     sensed = [one for one in observed.sensed if one.what == wanted.what]
     times = [one.t for one in sensed]
     products = []
@@ -152,13 +152,13 @@ def _goes_away(wanted: SimpleNamespace, observed: Observed) -> bool:
         place = bisect.bisect_right(times, command.t)
         error = sensed[place - 1].value - wanted.value if place else math.nan
         speed = command.angular_z + command.linear_y if wanted.what == 'marker left' else command.linear_x
-        if abs(error) > AWAY and abs(speed) > STANDING:
+        if abs(error) > MIN_ERROR and abs(speed) > STANDING:
             products.append(error * speed)
-    return len(products) >= SEEN and sum(product < 0.0 for product in products) > 0.8 * len(products)
+    return len(products) >= MIN_COMMANDS and sum(product < 0.0 for product in products) > 0.8 * len(products)
 
 
 def _stopped(wanted: SimpleNamespace, _exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """A position that is looked at too seldom."""
+    """A position that is checked too rarely."""
     times = [command.t for command in observed.commands]
     if len(times) < 2 or max(map(abs, observed.commands[-1][1:4])) > STANDING:
         return

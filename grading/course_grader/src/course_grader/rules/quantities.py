@@ -20,7 +20,7 @@ UNIT = r'[^\s\d.+-]\S*'
 
 
 class QuantityError(ValueError):
-    """A text is not a number with the right unit; its text says what is allowed."""
+    """A text is not a number with the right unit; the error says what is allowed."""
 
 
 def units_of(dimension: str) -> str:
@@ -31,7 +31,7 @@ def units_of(dimension: str) -> str:
 def quantity(text: object, dimension: str) -> float:
     """Return a text such as ``'90 deg'`` as a float in the SI unit of ``dimension`` (a share: 0..1).
 
-    Raises QuantityError. A number alone is refused, except 0: nobody can see what it means.
+    Raise QuantityError. A number without a unit is ambiguous and refused, except 0.
     """
     if text == 0 and not isinstance(text, bool):
         return 0.0

@@ -1,7 +1,7 @@
-"""What a seed decides: where the turtle or robot starts, and what the grader does meanwhile. Without ROS.
+"""The random values of a seed: the start of the turtle or robot, and the stimuli. Without ROS.
 
-Seeds differ in numbers, not in what they ask: each has the same count of markers and of calls, and no number that a
-program should print is near another one that it could print instead.
+All seeds are equally hard: each has the same number of markers and calls, and no number that a program should print is
+close to another one that it could print by mistake.
 """
 import itertools
 import math
@@ -15,11 +15,11 @@ Position = Tuple[float, float, float]
 
 LEG = 2.0  # [s] for which a drawn velocity lasts
 ORDERS = range(3, 8)  # of Fibonacci numbers
-IDS = range(20, 200)  # of markers; counters and indices of a program are smaller
-REACH: Tuple[Span, Span, Span] = ((-0.8, 0.8), (-0.5, 0.5), (0.4, 3.0))  # [m] where markers are shown: x, y, z
-APART = 0.06  # [m] at least between x of a marker and y or z of one beside it: they may be printed with one decimal
-TRIES = 50  # to find such a number; there is none beside very many markers
-MIDDLE = 0.6  # share of a section from which its number is drawn: two of them are never near each other
+IDS = range(20, 200)  # of markers; larger than counters and indices of a program
+MARKER_SPACE: Tuple[Span, Span, Span] = ((-0.8, 0.8), (-0.5, 0.5), (0.4, 3.0))  # [m] where markers are shown: x, y, z
+MIN_DISTANCE = 0.06  # [m] between x of a marker and y or z of its neighbour, which may be printed with one decimal
+MAX_DRAWS = 50  # attempts to find such a number; beside many markers there may be none
+MIDDLE = 0.6  # share of a section from which its number is drawn, so that two numbers are never close
 MIDDLE_OF_ARENA: Span = (4.0, 7.0)  # [m] where turtles start by default
 
 
@@ -41,7 +41,7 @@ def stimuli(exercise: Exercise, seed: int) -> List[List[Any]]:
 
 
 def _velocities(values: Mapping[str, Any], numbers: random.Random) -> List[Tuple[float, float]]:
-    """Return (linear, angular) of each leg: the faster, the less it turns, so that no two legs are the same arc."""
+    """Return (linear, angular) of each leg: the faster, the less it turns, so that no two legs are equal arcs."""
     count = int(values['for'] / LEG) + 1
     linear = _apart(values['linear'], count, numbers)
     angular = sorted(_apart(values['angular'], count, numbers))
@@ -77,13 +77,13 @@ def _markers(values: Mapping[str, Any], numbers: random.Random) -> List[Dict[int
     counts = [most - number % most for number in range(math.ceil(messages / 2))]
     numbers.shuffle(counts)
     ids = itertools.cycle(numbers.sample(IDS, len(IDS)))
-    across = iter(_apart(REACH[0], sum(counts), numbers))
+    across = iter(_apart(MARKER_SPACE[0], sum(counts), numbers))
     shows = [_show([next(across) for _ in range(count)], ids, numbers) for count in counts]
     return [shows[number // 2] if number % 2 == 0 else {} for number in range(messages)]
 
 
 def _show(across: List[float], ids: Iterator[int], numbers: random.Random) -> Dict[int, Position]:
     def other(limits: Span) -> float:
-        drawn = [numbers.uniform(*limits) for _ in range(TRIES)]
-        return round(next((one for one in drawn if all(abs(one - x) >= APART for x in across)), drawn[0]), 3)
-    return {marker: (round(x, 3), other(REACH[1]), other(REACH[2])) for x, marker in zip(across, ids)}
+        drawn = [numbers.uniform(*limits) for _ in range(MAX_DRAWS)]
+        return round(next((one for one in drawn if all(abs(one - x) >= MIN_DISTANCE for x in across)), drawn[0]), 3)
+    return {marker: (round(x, 3), other(MARKER_SPACE[1]), other(MARKER_SPACE[2])) for x, marker in zip(across, ids)}

@@ -1,4 +1,4 @@
-"""What an exercise file may contain, as tables: for ./run grade --checks, and for docs/exercise_files.md."""
+"""The keys, checks and stimuli of exercise files as tables, for ./run grade --checks and docs/exercise_files.md."""
 import textwrap
 from typing import Any, Dict, List, NamedTuple, Tuple
 
@@ -33,7 +33,7 @@ def stimuli() -> List[Entry]:
 
 
 def symptoms() -> List[Entry]:
-    """Return what an entry of ``symptoms`` may have."""
+    """Return the keys of an entry of ``symptoms``."""
     return [Entry('symptom', 'A mistake of a program that lost points: all that is given must hold.', OF_A_SYMPTOM)]
 
 
@@ -77,7 +77,7 @@ def _table(parameters: Parameters) -> str:
 
 
 def rows(parameters: Parameters, quote: str) -> List[Tuple[str, str, str, str]]:
-    """Return (name, kind, default, meaning) of each parameter, in words; ``quote`` stands around a pattern."""
+    """Return (name, kind, default, meaning) of each parameter, in words; ``quote`` encloses a pattern."""
     return [(name, kind_of(parameter.kind), default_of(parameter.kind, parameter.default, quote),
              parameter.meaning.replace('`', quote)) for name, parameter in parameters.items()]
 
@@ -114,5 +114,5 @@ def default_of(kind: Kind, default: Any, quote: str = '') -> str:
 
 
 def _unit(dimension: str) -> str:
-    """Return the first unit of a dimension, which is that of the SI."""
+    """Return the first unit of a dimension, the SI unit."""
     return next(unit for unit, (measured, _) in UNITS.items() if measured == dimension)

@@ -1,4 +1,4 @@
-"""All rules by the names that ``checks`` of an exercise file may have, with their parameters."""
+"""All rules by their names in ``checks`` of an exercise file, with their parameters."""
 from types import SimpleNamespace
 from typing import Any, Dict, Mapping
 
@@ -8,7 +8,7 @@ from course_grader.rules.observation import QUANTITIES, Observed
 
 RULES: Dict[str, Rule] = {
     'draws': Rule(rules_driving.draws, {
-        'shape': Parameter(fits.SHAPES, ..., 'the shape'),
+        'shape': Parameter(tuple(fits.SHAPES), ..., 'the shape'),
         'tolerance': Parameter('length', 0.1, 'how far from the outline the path may be'),
         'size': Parameter('span length', ANY, 'the side; of a circle the diameter')}),
     'commands': Rule(rules_driving.commands, {

@@ -1,19 +1,19 @@
-"""What the depth camera and the marker tracker of a Robotont tell of a world. Without ROS, and without an image.
+"""The depth camera and the marker tracker of a Robotont, computed from its world. Without ROS, and without images.
 
-The camera is that of robotont_gazebo, and its scan that of robotont_laserscan_to_distance: robots here are graded
-faster than images can be rendered.
+Camera and scan are those of robotont_gazebo and robotont_laserscan_to_distance; no image is rendered, because robots
+are graded faster than that.
 """
 import math
 from typing import Dict, Tuple
 
 import numpy as np
 
+from kinematic_core.worlds.camera import DEPTH_NEAR, HORIZONTAL_FOV, PinholeCamera
 from kinematic_core.worlds.floor_plan import FloorPlan
+from kinematic_core.worlds.frames import CAMERA_X, CAMERA_Z, ahead
 from kinematic_core.worlds.planar import Pose2D
 from kinematic_core.worlds.rays import RayCaster
-from robotont_gazebo.core.camera import DEPTH_NEAR, HORIZONTAL_FOV, PinholeCamera
-from robotont_gazebo.core.frames import CAMERA_X, CAMERA_Z, ahead
-from robotont_laserscan_to_distance.core.sectors import Sectors, floor_depth, split
+from kinematic_core.worlds.sectors import Sectors, floor_depth, split
 
 RAYS = 181  # half a degree apart
 FLOOR = floor_depth(CAMERA_Z, PinholeCamera().focal)  # [m]
@@ -29,8 +29,8 @@ class DistanceSensor:
         self._cosines = np.cos(angles)
         self._caster = RayCaster(plan, CAMERA_Z, angles)
 
-    def look(self, pose: Pose2D) -> Sectors:
-        """Return the Sectors [m] for a robot at ``pose``: NaN for what is nearer than the camera can see."""
+    def measure(self, pose: Pose2D) -> Sectors:
+        """Return the Sectors [m] for a robot at ``pose``: NaN for objects nearer than the camera can see."""
         ranges = self._caster.ranges(*ahead(pose, CAMERA_X), pose.yaw)
         depths = np.minimum(ranges * self._cosines, FLOOR)
         depths[depths <= DEPTH_NEAR] = np.nan
@@ -46,5 +46,5 @@ def markers(plan: FloorPlan, time: float, pose: Pose2D) -> Dict[int, Tuple[float
 
 
 def in_view(position: Tuple[float, float, float]) -> bool:
-    """Return whether the camera sees what is at (ahead, left, up) [m] of it."""
+    """Return whether the camera sees a position (ahead, left, up) [m]."""
     return position[0] > NEAREST_MARKER and abs(position[1]) < position[0] * math.tan(HORIZONTAL_FOV / 2.0)

@@ -1,4 +1,4 @@
-"""The rules that look at what was driven and drawn; see judging.py for their form."""
+"""The rules about driving and drawing; see judging.py for their form."""
 import math
 import statistics
 from types import SimpleNamespace
@@ -12,14 +12,14 @@ from course_grader.rules.judging import ANY, MISSED, Result, counted, nearness, 
 from course_grader.rules.observation import Command, Observed, Sample
 from kinematic_core.worlds.turtle_world import PEN_COLOUR, PEN_WIDTH
 
-OPEN, CLOSED = 0.5, 0.95  # shares of an outline: no shape yet, and closed; three sides of four lie between
-MOVING = 0.5  # [s] of rest at most
+OPEN, CLOSED = 0.5, 0.95  # covered shares of an outline: not yet a shape, and closed; three of four sides lie between
+MOVING = 0.5  # [s] of standstill at most
 WAYS = {'teleports': ('teleport', 'teleport_relative'), 'teleport_absolute': ('teleport',),
-        'teleport_relative': ('teleport_relative',)}  # how it gets to a position: kinds of events
+        'teleport_relative': ('teleport_relative',)}  # parameter ``by``: kinds of events
 
 
 class ScoredRule(Protocol):
-    """The part of an exercise's rule that is used here."""
+    """The attributes of an exercise's rule that are used here."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -46,7 +46,7 @@ def drawn_shape(observed: Observed, wanted: SimpleNamespace) -> fits.Fit:
 
 
 def traces(observed: Observed, wanted: SimpleNamespace) -> Sequence[Floats]:
-    """Return the parts of the path that count for ``draws``; none if they are no shape yet."""
+    """Return the parts of the path that count for ``draws``; empty if they do not form a shape."""
     found = drawn_shape(observed, wanted)
     return found.traces if _closed(found) > 0.0 else ()
 
@@ -56,7 +56,7 @@ def _closed(found: fits.Fit) -> float:
 
 
 def _unfinished(observed: Observed) -> str:
-    """Return words on a path that was not finished in time, or ''."""
+    """Return a clause about a path that was not finished in time, or ''."""
     going_on = observed.timed_out and observed.exit_code is None and observed.standstill() < MOVING
     return f'; it was still moving when the time was over, after {observed.seconds:.0f} s' if going_on else ''
 
@@ -138,7 +138,7 @@ def repeats(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def _from_its_start(track: Sequence[Sample]) -> Floats:
-    """Return points at equal distances along a path, as seen from the pose at its start; none without length."""
+    """Return points at equal distances along a path, relative to its first pose; empty for a path without length."""
     even = fits.resample([(sample.x, sample.y) for sample in track])
     if not len(even):
         return even
@@ -174,7 +174,7 @@ def _visited(observed: Observed, wanted: SimpleNamespace
 
 
 def counted_parts(rules: Sequence[ScoredRule], observed: Observed) -> List[Floats]:
-    """Return what counted, to draw it: parts of the path, or points, each of shape (n, 2) [m]."""
+    """Return the parts of the path, or points, that counted, each of shape (n, 2) [m]."""
     parts: List[Floats] = []
     for rule in rules:
         wanted = SimpleNamespace(**rule.parameters)

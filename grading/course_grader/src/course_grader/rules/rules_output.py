@@ -1,7 +1,7 @@
-"""The rules that look at what a node prints, answers and connects to; see judging.py for their form.
+"""The rules about printed lines, answers and connections; see judging.py for their form.
 
-A line counts if it contains the right numbers, whatever the other words. The numbers may be rounded, and have a decimal
-comma. Labels (``y: 2 x: 1``) and the heading of a table say which number is which; without them the order does. A whole
+A line counts if it contains the right numbers, whatever its words. The numbers may be rounded, and may have a decimal
+comma. Labels (``y: 2 x: 1``) or the heading of a table tell which number is which; without them the order does. A whole
 message, which rospy prints with one line per field, counts, too.
 """
 import collections
@@ -17,21 +17,21 @@ from course_grader.rules.judging import Judge, Result, counted
 from course_grader.rules.observation import Call, Goal, Observed, OutputLine
 from course_grader.rules.quantities import NUMBER
 
-EARLY = 0.1  # [s] a line may seem to come before what it tells of
-NEAR = 1.0  # [s] by which a line may come later than the first message with what it prints; or while that is shown
-TOGETHER = 0.1  # [s] at most between the lines of one message
-MOST_NUMBERS = 12  # in a line with a pose; more would be guessing
-MOST_OF_A_LINE = 30  # numbers in a line with markers, for the same reason
-NAMED = 0.4  # share of the values at one place of a line that have to be those of markers: a message has two x
-ENOUGH = 0.85  # share of the markers that have to be printed: a line or two may be lost
+MAX_EARLY = 0.1  # [s] by which a line may seem to precede its event
+MAX_LATE = 1.0  # [s] by which a line may follow the first message with its numbers, unless that is shown longer
+MAX_GAP = 0.1  # [s] at most between the lines of one message
+MAX_NUMBERS = 12  # in a line with a pose; a line with more is a guess
+MAX_MARKER_NUMBERS = 30  # numbers in a line with markers, for the same reason
+MIN_RIGHT = 0.4  # share of the values at one place of a line that must be right: a message has two x
+MIN_PRINTED = 0.85  # share of the markers that must be printed: one or two lines may be lost
 LABEL = r'(?i)(?<![a-z])(x|y|theta)(?![a-z])'
 DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 
 
 class PrintedNumber(NamedTuple):
-    """A printed number, by how much it may be rounded (half of its last decimal), and its label.
+    """A printed number, its rounding (half of its last decimal), and its label.
 
-    ``label``: x, y or theta, if that word alone stands between the number before and this one; else ''.
+    ``label``: x, y or theta, if it is the only word between the previous number and this one; otherwise ''.
     """
 
     value: float
@@ -39,19 +39,19 @@ class PrintedNumber(NamedTuple):
     label: str = ''
 
     def is_near(self, value: float, tolerance: float) -> bool:
-        """Return whether it tells a value, within a tolerance or as far as its digits go."""
+        """Return whether it equals a value, within a tolerance or its rounding."""
         return abs(self.value - value) <= max(tolerance, self.rounded) + 1e-9
 
 
 class Statement(NamedTuple):
-    """What one line, or several that belong together, tell: when, and the numbers."""
+    """The numbers of one line, or of several that belong together, and their time."""
 
     t: float
     numbers: List[PrintedNumber]
 
 
 def _with_decimal_comma(judge: Judge) -> Judge:
-    """Return a rule that also reads ``1,5`` as 1.5, in lines without a decimal point, if more is right then."""
+    """Return a rule that also reads ``1,5`` as 1.5 in lines without a decimal point, if that improves the result."""
     @functools.wraps(judge)
     def both(observed: Observed, wanted: SimpleNamespace) -> Result:
         lines = [line if re.search(r'\d\.\d', line.text) else line._replace(text=DECIMAL_COMMA.sub('.', line.text))
@@ -90,7 +90,7 @@ def prints_poses(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def poses_are(observed: Observed, names: Sequence[str], tolerance: float) -> float:
-    """Return the share of the lines with numbers that tell these values of the turtle's pose, in this order."""
+    """Return the share of the lines with numbers that contain these values of the turtle's pose, in this order."""
     numbered = [statement for statement in _statements(observed.lines, len(names))
                 if len(statement.numbers) >= len(names)]
     return sum(_was_there(observed, statement, names, tolerance) for statement in numbered) / max(1, len(numbered))
@@ -113,7 +113,7 @@ def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
         if not numbers:
             continue
         again = label in labels if label else bool(statements) and len(statements[-1].numbers) >= fields
-        if len(numbers) >= fields or not labels or again or line.t - statements[-1].t > TOGETHER:
+        if len(numbers) >= fields or not labels or again or line.t - statements[-1].t > MAX_GAP:
             statements.append(Statement(line.t, []))
             labels = set()
         statements[-1].numbers.extend(numbers)
@@ -123,16 +123,16 @@ def _statements(lines: Iterable[OutputLine], fields: int) -> List[Statement]:
 
 
 def _heading(text: str) -> List[str]:
-    """Return the column labels of a table's heading, such as ``y | x | speed``; [] if a line is no heading."""
+    """Return the column labels of a table's heading, such as ``y | x | speed``; [] if a line is not a heading."""
     words = re.findall(r'[^\W\d]+', text.lower())
     return words if {'x', 'y'} <= set(words) else []
 
 
 def _was_there(observed: Observed, statement: Statement, names: Sequence[str], tolerance: float) -> bool:
     """Return whether numbers with the labels, or else consecutive ones, are a pose shortly before they were printed."""
-    if len(statement.numbers) > MOST_NUMBERS:
+    if len(statement.numbers) > MAX_NUMBERS:
         return False
-    near = [sample for sample in observed.track if -NEAR <= sample.t - statement.t <= 0.2 * NEAR]
+    near = [sample for sample in observed.track if -MAX_LATE <= sample.t - statement.t <= 0.2 * MAX_LATE]
     labelled = [[number for number in statement.numbers if number.label == name] for name in names]
     windows = list(itertools.product(*labelled)) or [
         tuple(statement.numbers[start:start + len(names)]) for start in range(len(statement.numbers) - len(names) + 1)]
@@ -170,7 +170,7 @@ def reaches(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def _missed(goal: Goal) -> str:
-    """Return what is wrong with what came of a goal, or ''."""
+    """Return what is wrong with the result of a goal, or ''."""
     if goal.cancelled:
         return '' if goal.state == 'PREEMPTED' else f'the cancelled goal is {goal.state}, not PREEMPTED'
     if goal.state != 'SUCCEEDED':
@@ -185,8 +185,8 @@ def _missed(goal: Goal) -> str:
 
 
 def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bool:
-    """Return whether all numbers of a request stand in a few consecutive lines after the call."""
-    after = [numbers_in(line.text) for line in lines if line.t >= call.t - EARLY]
+    """Return whether a few consecutive lines after the call contain all numbers of a request."""
+    after = [numbers_in(line.text) for line in lines if line.t >= call.t - MAX_EARLY]
     rows = [list(itertools.chain.from_iterable(after[start:start + len(call.request)])) for start in range(len(after))]
     return any(all(any(number.is_near(value, tolerance) for number in numbers) for value in call.request)
                for numbers in rows)
@@ -196,25 +196,25 @@ def _is_printed(lines: Iterable[OutputLine], call: Call, tolerance: float) -> bo
 def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It prints a value of each marker that is shown.
 
-    Only those places of its lines count where what stands there is often right: a program that prints all numbers
-    names no marker.
+    Only places of its lines with often the right value count, because a program that prints all numbers identifies no
+    marker.
     """
     told: Dict[Tuple[str, int], List[Set[Tuple[int, int]]]] = collections.defaultdict(list)
     ends = [shown.t for shown in observed.shown[1:]] + [0.0]
     for number, (shown, end) in enumerate(zip(observed.shown, ends)):
-        late = max(NEAR, end - shown.t)
-        near = [line.text for line in observed.lines if shown.markers and -EARLY <= line.t - shown.t <= late]
+        late = max(MAX_LATE, end - shown.t)
+        near = [line.text for line in observed.lines if shown.markers and -MAX_EARLY <= line.t - shown.t <= late]
         for text in near:
             numbers, words = numbers_in(text), re.sub(NUMBER, '#', text)
-            for place, printed in enumerate(numbers if len(numbers) <= MOST_OF_A_LINE else ()):
+            for place, printed in enumerate(numbers if len(numbers) <= MAX_MARKER_NUMBERS else ()):
                 told[words, place].append({
                     (number, marker) for marker, position in shown.markers.items()
                     if (printed.value == marker if wanted.what == 'id' else
                         printed.is_near(position[0], wanted.tolerance))})
-    found = {each for values in told.values() if sum(map(bool, values)) >= NAMED * len(values)
+    found = {each for values in told.values() if sum(map(bool, values)) >= MIN_RIGHT * len(values)
              for one in values for each in one}
     expected = sum(len(shown.markers) for shown in observed.shown)
-    share = counted(len(found), ENOUGH * expected) if expected else 0.0
+    share = counted(len(found), MIN_PRINTED * expected) if expected else 0.0
     return Result(share, f'a line with the {wanted.what} of each marker shown',
                   f'{len(found)} of {expected}' + _example(observed))
 
@@ -222,10 +222,10 @@ def prints_markers(observed: Observed, wanted: SimpleNamespace) -> Result:
 def prints_no_marker(observed: Observed, wanted: SimpleNamespace) -> Result:
     """It says so when no marker is seen, and only then."""
     matching = [line.t for line in observed.lines if re.search(wanted.pattern, line.text)]
-    ends = [shown.t - EARLY for shown in observed.shown[1:]] + [math.inf]
+    ends = [shown.t - MAX_EARLY for shown in observed.shown[1:]] + [math.inf]
     shows = {kind: [(shown.t, end) for shown, end in zip(observed.shown, ends) if bool(shown.markers) == kind]
              for kind in (False, True)}
-    said = sum(any(start - EARLY <= t < end for t in matching) for start, end in shows[False])
+    said = sum(any(start - MAX_EARLY <= t < end for t in matching) for start, end in shows[False])
     wrong = sum(any(start < t < end for t in matching) for start, end in shows[True])
     share = said / len(shows[False]) if shows[False] else 0.0
     seen = f'printed {said} of {len(shows[False])} times' + (

@@ -1,4 +1,4 @@
-"""The rules that look at parameters, transforms, sensors and other turtles than turtle1; see judging.py."""
+"""The rules about parameters, transforms, sensors and turtles other than turtle1; see judging.py."""
 import bisect
 import math
 from types import SimpleNamespace
@@ -7,10 +7,10 @@ from typing import List
 from course_grader.rules.judging import ANY, Result, nearness, period, written
 from course_grader.rules.observation import QUANTITIES, Observed, Transform
 
-NEAR = 0.3  # [s] at most between a transform and the pose that it tells
-TURNED = 0.15  # [rad] between the heading of a transform and that of the vehicle; in NEAR it turns less than 0.3
-JUMP = 0.5  # [m] between two poses of a turtle; one that is driven, however late its poses come, moves less
-STAY = 1.0  # [s] at the end for which a turtle has to be beside turtle1
+MAX_DELAY = 0.3  # [s] between a transform and its pose
+MAX_TURN = 0.15  # [rad] between the headings of transform and vehicle; in MAX_DELAY it turns by less than 0.3
+MAX_STEP = 0.5  # [m] between two poses of a driven turtle, even if poses are late
+STAY_TIME = 1.0  # [s] at the end for which a turtle must be beside turtle1
 
 
 def parameter(observed: Observed, wanted: SimpleNamespace) -> Result:
@@ -33,7 +33,7 @@ def background(observed: Observed, wanted: SimpleNamespace) -> Result:
 
 
 def _equal(value: object, wanted: object) -> bool:
-    """Return whether two values are the same: 1 and 1.0 are, 1 and true are not."""
+    """Return whether two values are equal: 1 and 1.0 are, 1 and true are not."""
     if isinstance(value, bool) or isinstance(wanted, bool):
         return value is wanted
     if isinstance(value, (int, float)) and isinstance(wanted, (int, float)):
@@ -55,7 +55,7 @@ def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
     if wanted.at == 'the vehicle':
         times = [sample.t for sample in observed.track]
         right = sum(_was_there(observed, times, one, wanted.tolerance) for one in given)
-        turned = sum(_was_there(observed, times, one, wanted.tolerance, TURNED) for one in given)
+        turned = sum(_was_there(observed, times, one, wanted.tolerance, MAX_TURN) for one in given)
         share, seen = turned / len(given), f'{seen}, {right} at its position, {turned} with its heading'
     if len(given) > 1 and not any(one.stamped for one in given):
         share, seen = 0.0, f'{seen}, all without a time stamp'
@@ -68,7 +68,7 @@ def transform(observed: Observed, wanted: SimpleNamespace) -> Result:
 def _was_there(observed: Observed, times: List[float], one: Transform, tolerance: float, turned: float = math.inf
                ) -> bool:
     """Return whether the vehicle was at the position of a transform at about that time, within ``turned`` [rad]."""
-    near = slice(bisect.bisect_left(times, one.t - NEAR), bisect.bisect_right(times, one.t + NEAR))
+    near = slice(bisect.bisect_left(times, one.t - MAX_DELAY), bisect.bisect_right(times, one.t + MAX_DELAY))
     return any(math.hypot(sample.x - one.x, sample.y - one.y) <= tolerance
                and abs(math.remainder(sample.theta - one.theta, math.tau)) <= turned for sample in observed.track[near])
 
@@ -103,10 +103,10 @@ def follows(observed: Observed, wanted: SimpleNamespace) -> Result:
     track = observed.turtles.get(wanted.turtle, [])
     if not track or not observed.track:
         return Result(0.0, asked, f'there is no {wanted.turtle}')
-    if any(math.hypot(b.x - a.x, b.y - a.y) > JUMP for a, b in zip(track, track[1:])):
+    if any(math.hypot(b.x - a.x, b.y - a.y) > MAX_STEP for a, b in zip(track, track[1:])):
         return Result(0.0, asked, 'it jumps')
     times = [sample.t for sample in observed.track]
-    late = [sample for sample in track if sample.t >= track[-1].t - STAY]
+    late = [sample for sample in track if sample.t >= track[-1].t - STAY_TIME]
     leaders = (observed.track[min(bisect.bisect_left(times, sample.t), len(times) - 1)] for sample in late)
     apart = [math.hypot(one.x - leader.x, one.y - leader.y) for one, leader in zip(late, leaders)]
     share = sum(distance <= wanted.distance for distance in apart) / len(apart)

@@ -1,4 +1,4 @@
-"""From what was observed to a score with its reasons."""
+"""Computes the score, with its reasons, from the Observed."""
 from typing import List, NamedTuple, Tuple
 
 from course_grader.rules import judging, registry
@@ -8,7 +8,7 @@ from course_grader.rules.observation import Observed
 PASSED, FAILED, UNDECIDED = 'passed', 'failed', 'undecided'
 DECIDED = PASSED, FAILED
 HALF = 0.5  # share below which a rule that must hold fails the exercise
-FULL = 0.97  # share from which a rule counts as completely fulfilled: no drawing is exact
+FULL = 0.97  # share from which a rule counts as fulfilled, because no drawing is exact
 
 
 class Reason(NamedTuple):
@@ -22,7 +22,7 @@ class Reason(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """outcome: passed, failed or undecided; score 0..100; reasons; shortcuts and trouble that were seen, as texts.
+    """outcome: passed, failed or undecided; score 0..100; reasons; shortcuts and trouble, as texts.
 
     ``hints``: advice to the student, see symptoms.py.
     """
@@ -33,9 +33,16 @@ class Verdict(NamedTuple):
     objections: List[str]
     hints: Tuple[str, ...] = ()
 
+    def main_reason(self) -> str:
+        """Return why a program did not pass: an objection, or the check that lost most points; '' if it passed."""
+        if self.objections or self.outcome == PASSED or not self.reasons:
+            return (*self.objections, '')[0]
+        worst = max(self.reasons, key=lambda reason: reason.of - reason.points)
+        return f'{worst.points:g} of {worst.of:g}: asked: {worst.asked}; seen: {worst.seen}'
+
 
 def decide(exercise: Exercise, observed: Observed) -> Verdict:
-    """Return the Verdict. A node that could not work at all, or took a shortcut, scores 0."""
+    """Return the Verdict. A program that could not run, or took a shortcut, scores 0."""
     reasons, missing = [], []
     for scored in exercise.rules:
         result = registry.judge(scored.name, observed, scored.parameters)
@@ -47,7 +54,7 @@ def decide(exercise: Exercise, observed: Observed) -> Verdict:
     if observed.trouble:
         objections.insert(0, observed.trouble)
     score = 0.0 if objections else round(sum(reason.points for reason in reasons), 1)
-    if not observed.kept_up and not objections and score < 100.0:  # what is all right did not come from lost time
+    if not observed.kept_up and not objections and score < 100.0:  # a full score was not affected by lost time
         return Verdict(UNDECIDED, 0.0, reasons, ['the machine or the node was too slow for the simulation; grade '
                                                  'again'])
     passed = not objections and not missing and score >= exercise.pass_score

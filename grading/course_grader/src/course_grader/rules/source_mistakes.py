@@ -1,14 +1,14 @@
-"""Mistakes that stand in the source of a Python program, whatever it did: advice for each. Without ROS."""
+"""Mistakes in the source of a Python program, independent of its run: advice for each. Without ROS."""
 import ast
 import re
 from typing import Callable, Iterator, List, NamedTuple, Optional, Set, Tuple, Union
 
 Function = Union[ast.FunctionDef, ast.AsyncFunctionDef]
 NEED_PARENTHESES = 'publish', 'sleep', 'spin', 'is_shutdown', 'init_node', 'wait_for_service', 'unregister'
-TAKE_A_FUNCTION = {'Subscriber': 2, 'Service': 2, 'Timer': 1, 'on_shutdown': 0}  # and where it stands
+TAKE_A_FUNCTION = {'Subscriber': 2, 'Service': 2, 'Timer': 1, 'on_shutdown': 0}  # and its place
 WORKS = 'publish', 'init_node', 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'spin', 'sendTransform'
 MAKES = 'Publisher', 'Subscriber', 'Service', 'ServiceProxy', 'Timer', 'publish'
-LONGEST = 20_000  # characters: what is searched for takes the square of the time
+MAX_SOURCE = 20_000  # characters: the search takes quadratic time
 WAITING = 'Subscriber', 'Service', 'Timer'
 
 TYPES = (  # pattern of a name, its type, and the module of that
@@ -29,8 +29,8 @@ class Program(NamedTuple):
 
 
 def program(source: str) -> Optional[Program]:
-    """Return the Program with a source, or None when Python cannot read it, or it is too long to be searched."""
-    if len(source) > LONGEST:
+    """Return the Program of a source, or None if Python cannot parse it, or it is too long to search."""
+    if len(source) > MAX_SOURCE:
         return None
     try:
         tree = ast.parse(source)
@@ -43,9 +43,9 @@ def program(source: str) -> Optional[Program]:
 
 
 def names(one: Program) -> List[str]:
-    """Return the full names of topics and services that stand in a program.
+    """Return the full names of topics and services in a program.
 
-    They are texts with a slash, and what Publisher, Subscriber, Service, ServiceProxy and wait_for_service are given.
+    These are strings with a slash, and arguments of Publisher, Subscriber, Service, ServiceProxy and wait_for_service.
     """
     texts = [node.value for node in one.nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)
              and '/' in node.value]
@@ -84,7 +84,7 @@ def _methods(one: Program) -> Iterator[Tuple[ast.ClassDef, Function]]:
 
 
 def _no_parentheses(one: Program) -> Iterator[str]:
-    """Functions that are named where they should be called."""
+    """Functions that are named instead of called."""
     own = {function.name for function in functions(one)}
     for node in one.nodes:
         if isinstance(node, ast.Expr) and dotted(node.value) and (
@@ -98,7 +98,7 @@ def _no_parentheses(one: Program) -> Iterator[str]:
 
 
 def _called_at_once(one: Program) -> Iterator[str]:
-    """A callback that is called where it should be handed over."""
+    """A callback that is called instead of passed."""
     own = {function.name for function in functions(one)}
     for kind, place in TAKE_A_FUNCTION.items():
         for call in calls(one.nodes, kind):
@@ -133,7 +133,7 @@ def _wrong_type(one: Program) -> Iterator[str]:
 
 
 def _no_callback(one: Program) -> Iterator[str]:
-    """A subscriber that nobody listens to."""
+    """A subscriber without a callback."""
     for call in calls(one.nodes, 'Subscriber'):
         if len(call.args) == 2 and not any(key.arg in ('callback', None) for key in call.keywords) and (
                 dotted(call.func) in ('Subscriber', 'rospy.Subscriber') and 'message_filters' not in one.source):
@@ -142,7 +142,7 @@ def _no_callback(one: Program) -> Iterator[str]:
 
 
 def _proxy_with_a_function(one: Program) -> Iterator[str]:
-    """A service that is called where it should be offered."""
+    """A service that is called instead of offered."""
     own = {function.name for function in functions(one)}
     for call in calls(one.nodes, 'ServiceProxy'):
         if any(last(argument) in own for argument in call.args[2:]):
@@ -160,7 +160,7 @@ def _wrong_main(one: Program) -> Iterator[str]:
 
 
 def _never_called(one: Program) -> Iterator[str]:
-    """Functions, methods and classes that would do the work, but that nothing uses."""
+    """Functions, methods and classes with the work of a program that nothing uses."""
     for node in one.tree.body:
         if isinstance(node, ast.ClassDef) and not node.bases and not node.decorator_list and node.name not in one.read \
                 and any(calls(list(ast.walk(node)), *WORKS)):
@@ -179,7 +179,7 @@ def _never_called(one: Program) -> Iterator[str]:
 
 
 def _bare(owner: ast.ClassDef) -> bool:
-    """Return whether a class has no base class but object; another one could call its methods."""
+    """Return whether a class has no base class except object; a base class could call its methods."""
     return not [base for base in owner.bases if last(base) != 'object']
 
 
@@ -306,18 +306,18 @@ def _waits_for_itself(one: Program) -> Iterator[str]:
                        f'with the next call of {function.name}, so write `if` instead of `while`')
 
 
-SURE: Tuple[Callable[[Program], Iterator[str]], ...] = (
+KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
     _wrong_type, _wrong_main, _no_parentheses, _called_at_once, _proxy_with_a_function, _values_of_a_type,
     _returned_type, _handler_without_return, _no_self, _never_called, _no_callback, _no_init_node, _local_variable,
     _forgotten_self, _no_publish, _proxy_not_called, _after_spin, _waits_for_itself)
 
 
 def found(one: Program) -> List[str]:
-    """Return advice on all mistakes that are found in a program, the likeliest causes first."""
-    return [hint for mistake in SURE for hint in mistake(one)]
+    """Return advice on all mistakes in a program, the most likely causes first."""
+    return [hint for mistake in KINDS for hint in mistake(one)]
 
 
 def never_spins(one: Program) -> bool:
-    """Return whether nothing keeps a program alive that waits for callbacks."""
+    """Return whether a program with callbacks has nothing that keeps it alive."""
     loops = any(isinstance(node, ast.While) for node in one.nodes)
     return any(calls(one.nodes, *WAITING)) and not loops and not any(calls(one.nodes, 'spin'))

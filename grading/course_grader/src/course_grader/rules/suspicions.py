@@ -1,6 +1,6 @@
-"""What the source of a Python program shows that may be a mistake, where a vehicle does not move as it should.
+"""Possible mistakes in the source of a Python program whose vehicle does not move as required. Without ROS.
 
-Right programs of other kinds have the same: it counts only where a check of the motion has lost points. Without ROS.
+The same code may be right elsewhere, so it counts only if a check of the motion has lost points.
 """
 import ast
 import re
@@ -15,7 +15,7 @@ NO_ANGLES = 'range', 'sleep', 'Rate', 'Duration', 'SetPen', 'set_pen', 'pen'
 SHOWS = re.compile(r'print|log(info|warn|err|debug|fatal)\w*|format|str|write')  # functions that show a number
 AXIS = re.compile(r'(?:.*_)?(?:d|delta|diff|error)?_?([xyz])(?:\d|_.*)?', re.IGNORECASE)  # x, dx, goal_x, x_error
 ANGLE = re.compile(r'(?:.*_)?(?:theta|yaw|heading|angle)\d?', re.IGNORECASE)
-WRAPS = re.compile(r'remainder|fmod|normali|wrap|shortest|sin$', re.IGNORECASE)  # functions that bring it to -pi to pi
+WRAPS = re.compile(r'remainder|fmod|normali|wrap|shortest|sin$', re.IGNORECASE)  # functions that wrap it to -pi to pi
 
 
 def _grows(one: Program) -> Iterator[str]:
@@ -61,7 +61,7 @@ def _without_a_pause(one: Program) -> Optional[int]:
 
 
 def _in_degrees(one: Program) -> Iterator[str]:
-    """An angle that is made degrees, and not only to be shown."""
+    """An angle that is converted to degrees, and not only for output."""
     shown = {part for node in one.nodes if isinstance(node, ast.JoinedStr) or isinstance(node, ast.Call)
              and SHOWS.fullmatch(last(node.func)) for part in ast.walk(node)}
     for call in calls(one.nodes, 'degrees', 'rad2deg'):
@@ -78,9 +78,9 @@ def _swapped_atan2(one: Program) -> Iterator[str]:
 
 
 def _axis(node: ast.AST) -> str:
-    """Return x, y or z where all names of an expression that belong to an axis belong to this one, else ''.
+    """Return x, y or z if all names of an axis in an expression belong to it, otherwise ''.
 
-    What functions such as sin return is not on an axis.
+    Results of functions such as sin belong to no axis.
     """
     if any(isinstance(part, ast.Call) for part in ast.walk(node)):
         return ''
@@ -101,7 +101,7 @@ def _part_of_a_quaternion(one: Program) -> Iterator[str]:
 
 
 def _unwrapped(one: Program) -> Iterator[str]:
-    """Sums and differences of headings that are never brought back to -pi to pi."""
+    """Sums and differences of headings that are never wrapped to -pi to pi."""
     wraps = any(
         isinstance(node, ast.Call) and WRAPS.search(last(node.func))
         or isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod) and not isinstance(
@@ -135,7 +135,7 @@ def _read_once(one: Program) -> Iterator[str]:
 
 
 def _another_topic_of_a_bag(one: Program) -> Iterator[str]:
-    """A bag that is read by names that were not written."""
+    """A bag from which other topics are read than were written."""
     def texts(nodes: List[ast.AST]) -> Set[str]:
         return {part.value for node in nodes for part in ast.walk(node) if isinstance(part, ast.Constant)
                 and isinstance(part.value, str) and part.value}
@@ -153,7 +153,7 @@ KINDS: Tuple[Callable[[Program], Iterator[str]], ...] = (
 
 
 def found(one: Program, positions: bool) -> List[str]:
-    """Return advice, the likeliest causes first; ``positions``: whether the vehicle has to be somewhere."""
+    """Return advice, the most likely causes first; ``positions``: whether a position is required."""
     return [*(_of_positions(one) if positions else ()), *(hint for kind in KINDS for hint in kind(one)),
             *(_unwrapped(one) if positions else ())]
 
@@ -183,7 +183,7 @@ def compares_exactly(one: Program) -> Optional[int]:
 
 
 def degrees(one: Program) -> bool:
-    """Return whether an angle in degrees stands in a program, and nothing that makes radians of it."""
+    """Return whether a program contains an angle in degrees and no conversion to radians."""
     if CONVERTS.search(one.source):
         return False
     counted = {part for call in calls(one.nodes, *NO_ANGLES) for part in ast.walk(call)}

@@ -1,8 +1,8 @@
-"""From what was observed of a program that lost points to advice: which mistake it may be, and what to do. Without ROS.
+"""Advice for a program that lost points: which mistake it may have, and what to do. Without ROS.
 
 Every exercise has the symptoms of this module, of failures.py, and of the *_mistakes.py. An exercise file lists its own
-in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold. What is surer comes first: a
-program that has crashed is told why, and a mistake that is sure stands alone: the rest is its effect.
+in ``symptoms``, each {hint: TEXT, PREDICATE: VALUE, ...}, where all PREDICATES must hold. Certain causes come first: a
+program that has crashed gets the reason, and a certain mistake stands alone, because the rest is its effect.
 """
 import re
 import statistics
@@ -16,14 +16,14 @@ from course_grader.rules.scoring import Reason, Verdict
 from plain_support.doctor import names
 from plain_support.doctor.findings import misnamed
 
-MOST = 2  # hints: the first ones are the likeliest causes
-LINES = 200  # of the output at either end that are searched
-OPPOSITE = {  # what both the program and the simulator do with a name: advice
+MAX_HINTS = 2  # the first are the most likely causes
+SEARCHED_LINES = 200  # of the output at either end that are searched
+OPPOSITE = {  # the role that program and simulator share for a name: advice
     'publishes': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
     'subscribes': 'the simulator waits for messages on {0}: to send them, use rospy.Publisher instead of '
                   'rospy.Subscriber',
     'serves': 'the simulator offers {0} already: to call it, use rospy.ServiceProxy instead of rospy.Service'}
-TAKEN = {  # kind of a shortcut: advice
+SHORTCUT_HINTS = {  # kind of a shortcut: advice
     'teleport': 'here the turtle has to drive: publish on its cmd_vel instead of calling a teleport service',
     'teleport_relative': 'here the turtle has to drive: publish on its cmd_vel instead of calling a teleport service',
     'fake_pose': 'the simulator publishes {0}: to receive it, use rospy.Subscriber instead of rospy.Publisher',
@@ -35,7 +35,7 @@ EXCEPTION = re.compile(r'\b(\w*(?:Error|Exception))\b')
 
 
 class Seen(NamedTuple):
-    """What predicates look at: the Observed, the checks that lost points, and the texts of output and failure."""
+    """The input of predicates: the Observed, the checks that lost points, and the texts of output and failure."""
 
     observed: Observed
     lost: Dict[str, Reason]
@@ -75,15 +75,16 @@ def advise(exercise: Exercise, observed: Observed, decided: Verdict) -> Verdict:
         return decided
     try:
         found = _found(exercise, observed, decided)
-    except RecursionError:  # the source is a tree too high to be walked, which costs nobody a verdict
+    except RecursionError:  # the syntax tree is too deep; the verdict stands
         found = []
-    return decided._replace(hints=tuple(dict.fromkeys(found))[:MOST])
+    return decided._replace(hints=tuple(dict.fromkeys(found))[:MAX_HINTS])
 
 
 def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str]:
     lost = {reason.check: reason for reason in decided.reasons if reason.points < reason.of}
     texts = [line.text for line in observed.lines]
-    said = '\n'.join([*decided.objections, *(call.trouble for call in observed.calls), *texts[:LINES], *texts[-LINES:]])
+    said = '\n'.join([*decided.objections, *(call.trouble for call in observed.calls), *texts[:SEARCHED_LINES],
+                      *texts[-SEARCHED_LINES:]])
     seen = Seen(observed, lost, said)
     program = source_mistakes.program(observed.source)
     found = [*_common(said, observed), *_unknown_names(exercise, observed, program), *_shortcuts(exercise, observed),
@@ -91,7 +92,7 @@ def _found(exercise: Exercise, observed: Observed, decided: Verdict) -> List[str
              *_opposite(observed)]
     if CRASHED.search(observed.trouble):
         found = found or [*_unknown_failure(observed.trouble)]
-    elif not found:  # else what was seen is only the effect of that
+    elif not found:  # otherwise the observations are only its effect
         by_check = {**path_mistakes.found(exercise, observed, lost), **output_mistakes.found(exercise, observed, lost)}
         explained = {check for check, hints in by_check.items() if set(hints) - set(path_mistakes.SIGNS.values())}
         found = [*_suspected(program, lost), *_early_end(seen), *_stands(observed, lost),
@@ -122,14 +123,14 @@ def _unknown_failure(trouble: str) -> Iterator[str]:
 
 
 def _shortcuts(exercise: Exercise, observed: Observed) -> Iterator[str]:
-    """What the program did instead of what is asked."""
+    """Shortcuts that the program took."""
     for event in observed.events:
-        if event.kind in TAKEN and SHORTCUTS[event.kind][0] not in exercise.allows:
-            yield TAKEN[event.kind].format(*event.values)
+        if event.kind in SHORTCUT_HINTS and SHORTCUTS[event.kind][0] not in exercise.allows:
+            yield SHORTCUT_HINTS[event.kind].format(*event.values)
 
 
 def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]) -> Iterator[str]:
-    """A program that ends although the task does not ask it to; one that sleeps may mean to."""
+    """A program that ends too early; one that sleeps may end on purpose."""
     until = {rule.parameters['until'] for rule in exercise.rules if rule.name == 'runs'}
     if (program and observed.exit_code == 0 and source_mistakes.never_spins(program)
             and (until == {'the end'} or not until and 'sleep' not in program.read)):
@@ -138,7 +139,7 @@ def _no_spin(exercise: Exercise, observed: Observed, program: Optional[source_mi
 
 
 def _suspected(program: Optional[source_mistakes.Program], lost: Container[str]) -> Iterator[str]:
-    """What the source shows that may be a mistake, where a vehicle does not move as it should."""
+    """Possible mistakes in the source, if a vehicle does not move as required."""
     if program is None or not any(check in lost for check in MOTION):
         return
     yield from suspicions.found(program, positions=any(check in lost for check in POSITIONS))
@@ -154,13 +155,13 @@ def _stands(observed: Observed, lost: Container[str]) -> Iterator[str]:
 
 
 def _waits(exercise: Exercise, observed: Observed, lost: Container[str]) -> Iterator[str]:
-    """Velocities that are sent once where the vehicle needs them again and again."""
+    """Velocities that are sent once although the vehicle needs them repeatedly."""
     if any(check in lost for check in MOTION):
         yield from path_mistakes.stops_in_between(exercise, observed)
 
 
 def _opposite(observed: Observed) -> Iterator[str]:
-    """Names with which the program does what the simulator does, as two publishers of a topic do."""
+    """Names for which program and simulator have the same role, such as two publishers of a topic."""
     for name, role in sorted(observed.connections):
         others = {other for known, other in observed.others if known == name}
         alone = {own for known, own in observed.connections if known == name} == {role}
@@ -182,7 +183,7 @@ def _early_end(seen: Seen) -> Iterator[str]:
 
 def _unknown_names(exercise: Exercise, observed: Observed, program: Optional[source_mistakes.Program]
                    ) -> Iterator[str]:
-    """Names that the program alone uses and that are like one of the simulator, the grader or the task."""
+    """Names that only the program uses and that resemble one of the simulator, the grader or the task."""
     asked = {value for scored in exercise.rules for key, value in scored.parameters.items()
              if key in ('topic', 'service')}
     known = asked | {name for name, _ in observed.others if not names.OF_EVERY_NODE.fullmatch(name)}

@@ -1,4 +1,4 @@
-"""What a grading is given and what it returns: plain data that travels between processes. Without ROS."""
+"""The input and the result of a grading: plain data that is sent between processes. Without ROS."""
 from typing import NamedTuple, Optional, Tuple
 
 from course_grader.isolation.confinement import Isolation
@@ -7,16 +7,16 @@ from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
 
-RECORD = 'record.csv'  # what the simulator records; it is there before a program starts
+RECORD = 'record.csv'  # the simulator's recording, which exists before a program starts
 
 
 class Job(NamedTuple):
     """A program to grade.
 
-    ``command`` was typed in ``folder``; ``output`` takes all files; ``packages``: folder with the program's packages,
-    by default that of the package in which its file lies; ``real_time``: at the speed of the wall clock, whatever the
-    program does; ``mark``: the value by which all processes of the grading are found;
-    ``isolation``: what the program may see and use; ``sourced``: what else rosrun finds.
+    ``command`` was typed in ``folder``; ``output``: folder for all files; ``packages``: folder with the program's
+    packages, by default the package of its file; ``real_time``: always at the speed of the wall clock; ``mark``: the
+    value by which all processes of the grading are found; ``isolation``: what the program may see and use;
+    ``sourced``: packages that rosrun finds, too.
     """
 
     exercise: Exercise
@@ -32,11 +32,11 @@ class Job(NamedTuple):
 
 
 class Attempted(NamedTuple):
-    """What one attempt at a Job returned.
+    """The result of one attempt at a Job.
 
     ``remarks`` are notes for the student; ``lockstep``: whether the simulator waited for the nodes; ``busy``: the nodes
-    that never slept, for which it did not; ``flooded``: whether it was busy with what they sent;
-    ``broken``: the grading broke down while the program ran.
+    that never slept, for which it did not wait; ``flooded``: whether their messages kept it busy; ``broken``: the
+    grading broke down while the program ran.
     """
 
     verdict: Verdict

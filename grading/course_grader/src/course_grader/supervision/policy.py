@@ -1,13 +1,13 @@
-"""How a program is simulated, and in which environment: decided from facts alone. Without ROS.
+"""Decides how a program is simulated, and in which environment. Without ROS.
 
-In lockstep simulated time passes as fast as the nodes are idle, and the result does not depend on the machine. That
-needs a program that follows simulated time; every other one is observed in real time.
+In lockstep simulated time runs as fast as the nodes become idle, and the result does not depend on the machine. This
+needs a program that follows simulated time; every other program is observed in real time.
 """
 import os
 from typing import Dict, Mapping, NamedTuple, Optional, Tuple
 
-SLOWEST_PACE = 0.8  # of real time: below it a program that never sleeps cannot be judged
-SLOWEST_WALL_PACE = 0.95  # the same for one that uses the wall clock
+SLOWEST_PACE = 0.8  # of real time, below which a program that never sleeps cannot be judged
+SLOWEST_WALL_PACE = 0.95  # the same for a program that uses the wall clock
 REMOVED = ('DISPLAY', 'ROSCONSOLE_CONFIG_FILE', 'ROSCONSOLE_FORMAT', 'ROS_IP', 'ROS_IPV6', 'ROS_NAMESPACE')
 
 
@@ -22,8 +22,8 @@ class Policy(NamedTuple):
 def decide(wall_clock: str = '', compiled: str = '', real_time: bool = False) -> Policy:
     """Return the Policy for a program.
 
-    ``wall_clock``: the call by which it uses the wall clock; ``compiled``: an executable that it runs and that cannot
-    be searched for such calls; ``real_time``: whether the user, or an earlier attempt, asks for it.
+    ``wall_clock``: its call that uses the wall clock; ``compiled``: an executable that it runs, which cannot be
+    searched for such calls; ``real_time``: whether the user, or an earlier attempt, asks for real time.
     """
     if wall_clock:
         return Policy(False, SLOWEST_WALL_PACE, (

@@ -1,11 +1,11 @@
-"""Grades programs, for ./run grade and for a class alike: one attempt after the other, until there is a verdict.
+"""Grades programs, for ./run grade and for a class: repeats attempts until there is a verdict.
 
-Each attempt is a process that grades once (attempt/attempt.py), forked from one that has imported all that it needs
-(warm_start.py). One that crashes, hangs or is killed cannot keep the supervisor from its result: the grading is then
-undecided with the reason, and all that it started is ended.
+Each attempt is a process that grades once (attempt/attempt.py), forked from a process that has imported everything
+(warm_start.py). If it crashes, hangs or is killed, the grading is undecided with the reason, and all its processes are
+ended.
 
-Threading contract: a Supervisor is made while the process has one thread; ``grade`` may then be called in several at
-once, and ``stop`` in any.
+Threads: create a Supervisor while the process has one thread; ``grade`` may then be called in several at once, and
+``stop`` in any.
 """
 import contextlib
 import math
@@ -28,17 +28,17 @@ from kinematic_core.timing.recorder import ACTIVE
 from plain_support import processes
 
 ATTEMPT = 'course_grader.attempt.attempt'  # imported only in the children: it imports ROS
-RESULTS = ('result.json', 'junit.xml', 'path.png', 'path.svg', 'output.txt')  # what a grading writes
-EXTRA = 120.0  # [s] of wall time that a grading may take beyond its exercise in real time, before it is ended
-LOG = 'grader.txt'  # what an attempt itself prints
+RESULTS = ('result.json', 'junit.xml', 'path.png', 'path.svg', 'output.txt')  # the files of a grading
+EXTRA = 120.0  # [s] of wall time for a grading beyond the time of its exercise
+LOG = 'grader.txt'  # the output of the attempt itself
 POLL = 0.1  # [s]
-STOP_PERIOD = 1.0  # [s] between two looks whether something was stopped
-WORTH_REPEATING = 45.0  # [s] of wall time; what took longer is not repeated because the machine was slow
+STOP_POLL = 1.0  # [s] between two checks whether a process was stopped
+MAX_REPEATED = 45.0  # [s] of wall time; a longer attempt is not repeated for a slow machine
 INTERRUPTED = 'the grading was interrupted'
 
 
 class Retry(NamedTuple):
-    """When an attempt is repeated, once in a grading: ``applies(attempted)``; ``real_time``: not in lockstep any more.
+    """A reason to repeat an attempt, once in a grading, if ``applies(attempted)``; ``real_time``: without lockstep.
 
     ``within`` [s] of wall time since the first attempt began. ``text`` may use {busy} and {reason}.
     """
@@ -62,19 +62,19 @@ def _was_broken(got: Attempted) -> bool:
     return got.broken
 
 
-RETRIES = (  # the first one counts that applies and was not used yet
+RETRIES = (  # the first that applies and was not used yet counts
     Retry('busy', _was_busy, True, math.inf,
           '{busy} never sleeps (is there a rate.sleep() in its loop?). Grading again in real time.'),
     Retry('broken', _was_broken, False, math.inf, 'Grading again, because {reason}'),
-    Retry('slow', _was_slow, False, WORTH_REPEATING, 'Grading again, because {reason}'),
-    Retry('slow again', _was_slow, True, WORTH_REPEATING, 'Grading again, because {reason}'),
+    Retry('slow', _was_slow, False, MAX_REPEATED, 'Grading again, because {reason}'),
+    Retry('slow again', _was_slow, True, MAX_REPEATED, 'Grading again, because {reason}'),
 )
 
 
 def next_try(got: Attempted, used: Container[str], seconds: float) -> Optional[Retry]:
-    """Return the Retry after an attempt, or None when it stands.
+    """Return the Retry after an attempt, or None if its result stands.
 
-    ``used``: names of those that were used; ``seconds``: of wall time since the first attempt began.
+    ``used``: the names of used ones; ``seconds``: wall time since the first attempt began.
     """
     return next((retry for retry in RETRIES
                  if retry.applies(got) and retry.name not in used and seconds < retry.within), None)
@@ -83,11 +83,11 @@ def next_try(got: Attempted, used: Container[str], seconds: float) -> Optional[R
 def final(got: Attempted, busy: str) -> Attempted:
     """Return the last attempt with its verdict; ``busy``: the nodes that never slept in an earlier one.
 
-    Who floods the simulator is not saved by its being slow, nor who ends or stops the grader by that.
+    A program that floods the simulator, or ends or stops the grader, fails instead of being undecided.
     """
     if got.broken:  # again, in another attempt
-        said = f'the grading broke down while this program ran, each time: {(got.verdict.objections or [""])[0]}'
-        return got._replace(verdict=got.verdict._replace(outcome=scoring.FAILED, score=0.0, objections=[said]))
+        objection = f'the grading broke down while this program ran, each time: {(got.verdict.objections or [""])[0]}'
+        return got._replace(verdict=got.verdict._replace(outcome=scoring.FAILED, score=0.0, objections=[objection]))
     if not (busy and got.flooded and got.verdict.outcome == scoring.UNDECIDED):
         return got
     objection = f'{busy} never sleeps, so the simulator gets no time; is there a rate.sleep() in its loop?'
@@ -95,7 +95,7 @@ def final(got: Attempted, busy: str) -> Attempted:
 
 
 def remove_results(folder: str) -> None:
-    """Remove what an earlier grading has written into a folder."""
+    """Remove the results of an earlier grading from a folder."""
     _remove(folder, RESULTS)
 
 
@@ -106,25 +106,25 @@ def _remove(folder: str, names: Iterable[str]) -> None:
 
 
 def undecided(reason: str, broken: bool = False) -> Attempted:
-    """Return what stands for an attempt that returned nothing; ``broken``: while the program ran."""
+    """Return the Attempted of an attempt without a result; ``broken``: it failed while the program ran."""
     return Attempted(scoring.Verdict(scoring.UNDECIDED, 0.0, [], [reason]), Observed(), broken=broken)
 
 
 def _started(job: Job) -> bool:
-    """Return whether the simulator of an attempt was there, so that its program ran, or was about to."""
+    """Return whether the simulator of an attempt had started, and its program ran or was about to."""
     path = os.path.join(job.output, RECORD)
     return os.path.exists(path + ACTIVE) or os.path.exists(path)
 
 
 def _stopped(child: psutil.Process) -> bool:
-    """Return whether an attempt or what it has forked was stopped, as by SIGSTOP."""
+    """Return whether an attempt or one of its children was stopped, for example by SIGSTOP."""
     with contextlib.suppress(psutil.Error):
         return any(process.status() == psutil.STATUS_STOPPED for process in (child, *child.children()))
     return False
 
 
 class Supervisor:
-    """Grades Jobs; use it in a with statement. However that is left, no process of a grading remains."""
+    """Grades Jobs; use it in a with statement, after which no process of a grading remains."""
 
     def __init__(self, attempt: str = ATTEMPT) -> None:
         """``attempt``: the module whose ``run(job)`` returns an Attempted."""
@@ -137,8 +137,8 @@ class Supervisor:
               ) -> Attempted:
         """Grade a Job and write its results; return the last attempt.
 
-        ``limit`` [s] of wall time, by default that of the exercise and EXTRA; ``say(text)`` is told of repeats. Raise
-        OSError when the results cannot be written.
+        ``limit`` [s] of wall time, by default that of the exercise and EXTRA; ``say(text)`` reports repeats. Raise
+        OSError if the results cannot be written.
         """
         os.makedirs(job.output, exist_ok=True)
         remove_results(job.output)
@@ -148,7 +148,7 @@ class Supervisor:
         return got
 
     def stop(self) -> None:
-        """End all gradings; what is called from now on returns at once."""
+        """End all gradings; later calls return at once."""
         self._stop.set()
 
     def stopped(self) -> bool:
@@ -169,22 +169,22 @@ class Supervisor:
             job = job._replace(real_time=job.real_time or retry.real_time)
 
     def _attempt(self, job: Job, deadline: float, limit: float) -> Attempted:
-        """Let a child grade once; return what it found, or why it found nothing."""
+        """Let a child grade once; return its result, or why there is none."""
         job = job._replace(mark=uuid.uuid4().hex)
         _remove(job.output, (RECORD, RECORD + ACTIVE))
         try:
             child, receiver = self._starter.start(job)
         except ChildProcessError as error:
             return undecided(str(error))
-        done, looked = False, time.monotonic()
+        done, polled = False, time.monotonic()
         try:
             while not receiver.poll(POLL):
                 if self._stop.is_set():
                     return undecided(INTERRUPTED)
                 if time.monotonic() > deadline:
                     return undecided(f'the grader needed more than {limit:.0f} s and was stopped', _started(job))
-                if time.monotonic() > looked + STOP_PERIOD:
-                    looked = time.monotonic()
+                if time.monotonic() > polled + STOP_POLL:
+                    polled = time.monotonic()
                     if _stopped(child):
                         return undecided('the grader or the simulator was stopped', _started(job))
             got: Union[Attempted, OSError] = receiver.recv()
@@ -193,7 +193,7 @@ class Supervisor:
             return undecided(f'the grader ended without a result; see {LOG}', _started(job))
         finally:
             receiver.close()
-            if not done:  # else it has ended all that it started
+            if not done:  # otherwise it has ended its processes itself
                 processes.end(lambda: {child} | processes.related(f'{sandbox.MARK}={job.mark}', child),
                               processes.KILL)
                 sandbox.remove_folders(job.output)
@@ -202,7 +202,7 @@ class Supervisor:
         return got
 
     def close(self) -> None:
-        """End all that has remained: orphans that have cleared their environment became children of this process."""
+        """End all remaining processes; orphans without the mark have become children of this process."""
         self.stop()
         self._starter.close()
         processes.end(lambda: {process for child in set(psutil.Process().children()) - self._kept
@@ -216,7 +216,7 @@ class Supervisor:
 
 
 def _be_an_attempt(attempt: ModuleType, job: Job) -> Union[Attempted, OSError]:
-    """Grade once, in a process of its own."""
+    """Grade once, in this process of the attempt's own."""
     try:
         with open(os.path.join(job.output, LOG), 'wb') as log:
             for stream in (1, 2):

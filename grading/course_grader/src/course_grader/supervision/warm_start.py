@@ -1,10 +1,10 @@
-"""Starts processes that need a slow import, at the cost of a fork: a server imports once, and forks on request.
+"""Starts processes with slow imports at the cost of a fork: a server imports once, and forks on request.
 
-As multiprocessing's forkserver, without its socket in the temporary folder, whose name may be too long for one, and
-without starting Python anew: the server is a fork of this process. Should a program end or stop the server, which it
-can where nothing isolates it, another one takes its place.
+Unlike multiprocessing's forkserver, it needs no socket in the temporary folder, whose path may be too long for one, and
+does not start Python again: the server is a fork of this process. If a program without isolation ends or stops the
+server, another one replaces it.
 
-Threading contract: a WarmStart is made while the process has one thread; ``start`` may then come from any.
+Threads: create a WarmStart while the process has one thread; ``start`` may then be called in any.
 """
 import contextlib
 import gc
@@ -25,15 +25,15 @@ import psutil
 
 from plain_support import processes
 
-SERVERS = 3  # that one process is tried with
-LONGEST_IMPORT = 60.0  # [s] of wall time, on a loaded machine, until a server answers; one that does not was stopped
+MAX_SERVERS = 3  # that are tried to start one process
+IMPORT_TIMEOUT = 60.0  # [s] of wall time on a loaded machine; a server that does not answer was stopped
 
 
 class WarmStart:
-    """Calls ``run(module, argument)`` in processes that have imported ``module``; what it returns is sent back."""
+    """Calls ``run(module, argument)`` in processes that have imported ``module``; its result is sent back."""
 
     def __init__(self, module: str, run: Callable[[ModuleType, Any], object]) -> None:
-        """Start the server; it imports while the caller goes on."""
+        """Start the server; it imports while the caller continues."""
         self._module, self._run, self._lock = module, run, threading.Lock()
         self._start_server(multiprocessing.get_context('fork').Process)
 
@@ -45,17 +45,17 @@ class WarmStart:
         theirs.close()
 
     def start(self, argument: object) -> Tuple[psutil.Process, Connection]:
-        """Fork a process; return it and the end of a pipe that receives its result, or is closed without one.
+        """Fork a process; return it and the pipe that receives its result, or is closed without one.
 
-        Raise OSError where no server answers.
+        Raise OSError if no server answers.
         """
         receiver, sender = multiprocessing.Pipe(duplex=False)
         with sender, self._lock:
-            for _ in range(SERVERS):
+            for _ in range(MAX_SERVERS):
                 with contextlib.suppress(EOFError, OSError, psutil.Error):
                     return self._fork(argument, sender), receiver
                 self._end_server()
-                # anew, because by now this process may have several threads
+                # not by fork, because this process may have several threads now
                 self._start_server(multiprocessing.get_context('spawn').Process)
         receiver.close()
         raise ChildProcessError('the process that starts gradings was ended or stopped again and again')
@@ -63,10 +63,10 @@ class WarmStart:
     def _fork(self, argument: object, sender: Connection) -> psutil.Process:
         self._requests.send(argument)
         reduction.send_handle(self._requests, sender.fileno(), self._identity.pid)
-        if not self._requests.poll(LONGEST_IMPORT):
+        if not self._requests.poll(IMPORT_TIMEOUT):
             raise TimeoutError
         started = psutil.Process(self._requests.recv())
-        self._requests.send(None)  # from now on its number may become another process's
+        self._requests.send(None)  # from now on its id may be reused
         return started
 
     def _end_server(self) -> None:
@@ -84,17 +84,17 @@ def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Conn
            parent: int) -> None:
     """Import, then fork a process for each request, until the other end is closed."""
     other_end.close()
-    os.setsid()  # Ctrl-C is for the caller, who then ends this
+    os.setsid()  # Ctrl-C is for the caller, which then ends this process
     processes.end_with_parent(signal.SIGKILL, parent)
     for number in processes.END_SIGNALS:
         signal.signal(number, signal.SIG_DFL)
-    del sys.argv[1:]  # they are not the module's: rospy would take names of a graded command for its own
+    del sys.argv[1:]  # otherwise rospy would apply remappings of a graded command
     imported = importlib.import_module(module)
-    gc.freeze()  # what is imported is garbage in no process
+    gc.freeze()  # imported modules are never garbage
     with contextlib.suppress(EOFError):
         while True:
             argument = requests.recv()
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # the next one keeps its number until it is known
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # the next child keeps its id until the caller knows it
             sender = Connection(reduction.recv_handle(requests), readable=False)
             server = os.getpid()
             child = os.fork()
@@ -104,7 +104,7 @@ def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Conn
             sender.close()
             requests.send(child)
             requests.recv()
-            signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # whoever ends is gone
+            signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # ended children are reaped by the kernel
             with contextlib.suppress(ChildProcessError):
                 while os.waitpid(-1, os.WNOHANG)[0]:
                     pass
@@ -113,12 +113,12 @@ def _serve(module: str, run: Callable[[ModuleType, Any], object], requests: Conn
 
 def _work(module: ModuleType, run: Callable[[ModuleType, Any], object], argument: object, requests: Connection,
           sender: Connection) -> None:
-    """Be the process that was asked for; never return."""
+    """Run the requested process; never return."""
     try:
         requests.close()
         os.setsid()
         sender.send(run(module, argument))
-        os._exit(0)  # threads and hooks of the module have nothing left to do
+        os._exit(0)  # without the threads and exit hooks of the module
     except BaseException:
         traceback.print_exc()
         sys.stderr.flush()

@@ -10,7 +10,7 @@ import numpy as np
 
 
 class ScanError(ValueError):
-    """An image that cannot be made a scan of; the text says why."""
+    """An image cannot be converted to a scan; the text says why."""
 
 
 class Camera(NamedTuple):
@@ -22,7 +22,7 @@ class Camera(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """Rows that are used [px], and which ranges [m] count."""
+    """The number of rows that are used, and the limits of the ranges [m] that count."""
 
     height: int
     nearest: float
@@ -41,7 +41,7 @@ def scan(depths: np.ndarray, camera: Camera, settings: Settings) -> Scan:
     """Return the Scan of depths (height, width) [m]: per ray, the smallest range within the settings' limits.
 
     A ray without such a range is inf if one of its pixels is, otherwise NaN. Rays have equal angles between them, as
-    LaserScan requires, but columns have not: a ray without a column of its own is NaN, and where two columns share one,
+    LaserScan requires, but columns do not: a ray without a column of its own is NaN, and where two columns share one,
     the nearer counts. Raise ScanError if the rows are not in the image.
     """
     height, width = depths.shape

@@ -14,7 +14,7 @@ from kinematic_core.environments.tasks import TASKS, Task
 from kinematic_core.worlds.floor_plan import FloorPlan
 from kinematic_core.worlds.rays import FARTHEST
 
-LARGEST_SEED = 2 ** 31 - 1  # of an episode whose seed was drawn; the simulators' ``~seed`` takes it, too
+LARGEST_SEED = 2 ** 31 - 1  # of a drawn seed; the simulators' ``~seed`` accepts it as well
 
 
 class TaskEnv(gymnasium.Env[np.ndarray, np.ndarray]):

@@ -1,4 +1,4 @@
-"""Episodes of one task side by side: the worlds are stepped one by one, all else is computed for all at once.
+"""Episodes of one task side by side: the worlds are stepped one by one; everything else is computed for all at once.
 
 Rows of all arrays are episodes. An observation has, in this order,
 

@@ -20,7 +20,7 @@ def turtle_goal(observation: np.ndarray) -> np.ndarray:
 
 
 def robotont_goal(observation: np.ndarray) -> np.ndarray:
-    """Drive straight to the goal, sideways if need be."""
+    """Drive straight to the goal, sideways if necessary."""
     ahead, left = observation[..., 0], observation[..., 1]
     distance = np.maximum(np.hypot(ahead, left), 1e-9)
     speed = np.minimum(1.0, distance / SLOW_DOWN) / distance

@@ -17,13 +17,13 @@ State = Tuple[float, float, float, bool]  # x, y [m], heading [rad], whether the
 Drive = Callable[..., State]  # of a command: makes one step of the world
 
 NEAREST_GOAL = 0.5  # [m] from the start
-ROBOT_AREA = 2.0  # [m] the goal of a Robotont is at most so far from its start in x, and in y
+ROBOT_AREA = 2.0  # [m] largest distance of a Robotont's goal from its start in x, and in y
 WALL_X = 2.0  # [m] where the two walls stand, ahead of the robot
 WALL_THICKNESS = 0.2  # [m]
 WALL_HEIGHT = 0.5  # [m]
 GAP = 0.8  # [m] between the two walls, more than twice the robot's diameter
 FARTHEST_GAP = 1.2  # [m] of its middle from the line straight ahead
-ROOM = (-1.0, 5.0, 2.0)  # [m] lowest x, highest x, y to both sides: outer walls, so that there is no other path
+ROOM = (-1.0, 5.0, 2.0)  # [m] lowest x, highest x, y to both sides: outer walls leave no other path
 BEHIND = 1.5  # [m] distance of the goal behind the walls
 
 

@@ -2,12 +2,12 @@
 
 A simulator in lockstep starts a step only when all work caused by the last step is done. No program has to report that:
 Linux shows for every thread whether it sleeps, and for every process how long its threads have run. If each thread
-sleeps when it is looked at, and none has run from before the first look until after the last one, all of them were
-asleep at the same time: who had woken a thread after the look at it would have run itself.
+sleeps when it is checked, and none has run from before the first check until after the last one, all of them were
+asleep at the same time: a thread that woke another after its check would have run itself.
 
 This misses two cases: a thread that sleeps in wall time (``time.sleep``) counts as idle, because only its program knows
-better; and data that the kernel delays wakes a thread later. On a busy machine that may be any data, because the
-kernel's own threads wait for a core, too: see ``Machine``.
+that it will go on; and data that the kernel delays wakes a thread later. On a busy machine, this may be any data,
+because the kernel's own threads wait for a core, too: see ``Machine``.
 """
 import os
 import time
@@ -36,7 +36,7 @@ class Machine:
         """Return whether another thread than this one, the kernel's included, runs or waits for a core."""
         try:
             return int(os.pread(self._load, 100, 0).split()[3].split(b'/')[0]) > 1
-        except (OSError, IndexError, ValueError):  # it is not to be known here
+        except (OSError, IndexError, ValueError):  # the system does not tell
             return True
 
 
@@ -74,19 +74,19 @@ class ProcessThreads:
             raise Gone(f'{PROC}/{self._pid}: {error}') from None
 
     def sleeps(self) -> bool:
-        """Return whether each thread sleeps at the moment at which it is looked at. Raise Gone."""
+        """Return whether each thread sleeps when it is checked. Raise Gone."""
         links = os.fstat(self._folder).st_nlink
         if links != self._links or links == NO_THREADS:
             self._list()
             self._links = links
         for thread, state in self._states.items():
             try:
-                line = os.pread(state, 100, 0)  # `number (name) state ...`, where the name may hold anything
+                line = os.pread(state, 100, 0)  # `number (name) state ...`, where the name may contain anything
             except ProcessLookupError:  # this thread has ended
                 self._links = NO_THREADS
                 return False
             if line[line.rindex(b')') + 2] not in ASLEEP:
-                self._states = {thread: state, **self._states}  # look at it first the next time
+                self._states = {thread: state, **self._states}  # check it first the next time
                 return False
         return True
 

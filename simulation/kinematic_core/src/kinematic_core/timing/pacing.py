@@ -10,7 +10,7 @@ There are two policies for steps that are late because the machine was busy:
   drive without control, and its watchdog would stop it, before a node could react.
 * The simulator publishes its time, and all other nodes follow it (``bounded`` true): if it caught up quickly, the nodes
   could not follow. So late steps are caught up at FASTER_BOUNDED times the pace, and a backlog of more than
-  LONGEST_BOUNDED_CATCH_UP is dropped.
+  MAX_BOUNDED_CATCH_UP is dropped.
 
 Threading contract: one thread calls ``wait`` and makes each step between two calls; all other methods may be called
 from any thread. One lock guards all shared data.
@@ -21,10 +21,10 @@ import threading
 import time
 from typing import Callable, Deque, Optional
 
-BEGIN = 1_000_000_000  # [ns] simulated time before the first step; in ROS, 0 means 'no time yet'
-LONGEST_CATCH_UP = 5.0  # [s] of wall time that is caught up; a longer gap means that the machine was suspended
-LONGEST_BOUNDED_CATCH_UP = 0.5  # [s] the same if other nodes follow
-LONGEST_SLEEP = 0.1  # [s] of wall time after which ``wait`` returns at the latest
+BEGIN = 1_000_000_000  # [ns] simulated time before the first step; in ROS, 0 means that there is no time yet
+MAX_CATCH_UP = 5.0  # [s] of wall time that is caught up; a longer gap means that the machine was suspended
+MAX_BOUNDED_CATCH_UP = 0.5  # [s] the same if other nodes follow
+MAX_SLEEP = 0.1  # [s] of wall time after which ``wait`` returns at the latest
 FASTER = 3.0  # times the pace for late steps: low enough for commands at 10 Hz and a watchdog of 0.5 s
 FASTER_BOUNDED = 1.25  # the same if other nodes follow
 
@@ -57,8 +57,7 @@ class Pacer:
     def __init__(self, step: float, rate: float = 1.0, bounded: bool = False, *, paused: bool = False,
                  monotonic: Callable[[], float] = time.monotonic,
                  sleep: Optional[Callable[[float], object]] = None) -> None:
-        """``step`` [s] of simulated time; ``rate``: simulated seconds per wall-clock second, math.inf: no waiting at
-        all.
+        """``step`` [s] of simulated time; ``rate``: simulated seconds per wall-clock second, math.inf: never wait.
 
         ``monotonic`` [s] is the wall clock; ``sleep`` waits in it, until something has changed or so many seconds
         have passed.
@@ -80,7 +79,7 @@ class Pacer:
         self._set_pace(rate, bounded)
 
     def set_rate(self, rate: float, bounded: bool) -> None:
-        """Make steps at a rate from now on, in one of the two policies; what is late is not caught up."""
+        """Make steps at a rate from now on, in one of the two policies; late steps are not caught up."""
         with self._lock:
             self._set_pace(rate, bounded)
             self._due = (self._paused_at if self._paused else self._monotonic()) + self._period
@@ -89,7 +88,7 @@ class Pacer:
     def _set_pace(self, rate: float, bounded: bool) -> None:
         self._rate, self._period = rate, self.step / rate  # [s] of wall time; 0 at math.inf
         self._closest = self._period / (FASTER_BOUNDED if bounded else FASTER)
-        self._longest_catch_up = LONGEST_BOUNDED_CATCH_UP if bounded else LONGEST_CATCH_UP
+        self._longest_catch_up = MAX_BOUNDED_CATCH_UP if bounded else MAX_CATCH_UP
 
     @property
     def rate(self) -> float:
@@ -161,11 +160,11 @@ class Pacer:
             self._answer_requests()
             self.wake()
 
-    def wait(self, longest: float = LONGEST_SLEEP) -> Optional[float]:
+    def wait(self, longest: float = MAX_SLEEP) -> Optional[float]:
         """Wait until a step is due and start it: ``steps`` counts up. The previous step counts as done now.
 
-        Return the wall time [s] that is too long to catch up and was dropped, nearly always 0.0. Return None if no step
-        is due after ``longest`` [s], in a pause or at a slow rate, and when woken or closed.
+        Return the wall time [s] that was dropped because it is too long to catch up, nearly always 0.0. Return None if
+        no step is due after ``longest`` [s], in a pause or at a slow rate, and when woken or closed.
         """
         with self._lock:
             self._stepping = False

@@ -24,7 +24,7 @@ CLOSED = -1  # instead of a file descriptor
 
 
 class Recorder:
-    """Writes one recording. Not thread-safe: whoever shares the world locks it for both.
+    """Writes one recording. Not thread-safe: the lock of the world guards it as well.
 
     ``path``: the name that the recording gets when it is closed. Devices and pipes are written to as they are.
     """

@@ -2,12 +2,12 @@
 
 When a virtual machine is suspended, or a process is stopped, seconds pass in which nothing can answer. This timer
 counts only the time in which this process ran: it is checked often, and a longer gap between two checks counts only as
-``LONGEST_GAP``.
+``MAX_GAP``.
 """
 import time
 from typing import Callable
 
-LONGEST_GAP = 0.1  # [s]
+MAX_GAP = 0.1  # [s]
 
 
 class ActiveTimer:
@@ -18,10 +18,10 @@ class ActiveTimer:
         self.waited = self.lost = 0.0
         self._monotonic, self._last = monotonic, monotonic()
 
-    def look(self) -> float:
-        """Return ``waited``. Call it more often than every LONGEST_GAP."""
+    def elapsed(self) -> float:
+        """Return ``waited``. Call it more often than every MAX_GAP."""
         now = self._monotonic()
         gap, self._last = now - self._last, now
-        self.waited += min(gap, LONGEST_GAP)
-        self.lost += max(0.0, gap - LONGEST_GAP)
+        self.waited += min(gap, MAX_GAP)
+        self.lost += max(0.0, gap - MAX_GAP)
         return self.waited

@@ -1,4 +1,4 @@
-"""A disc among the boxes and cylinders of a floor plan: it stops at them, slides along them, never gets through."""
+"""A disc among the boxes and cylinders of a floor plan: it stops at them, slides along them, never passes through."""
 import math
 from typing import NamedTuple, Optional, Sequence, Tuple, Union
 
@@ -7,7 +7,7 @@ from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan
 STEP_HEIGHT = 0.06  # [m] lower obstacles are rolled over: the thresholds of the mazes' doors
 NEAR = 0.5  # [m] obstacles within this distance of the disc are checked, until it has moved by half of it
 ROUNDING = 1e-9  # [m] by which the disc may overlap an obstacle
-PUSHES = 12  # attempts to get out of several obstacles at once
+PUSHES = 12  # attempts to leave all obstacles that the disc overlaps
 
 
 class Move(NamedTuple):
@@ -67,7 +67,7 @@ class Obstacles:
                 touched = True
                 if free is None or math.hypot(free[0] - x, free[1] - y) < ROUNDING:
                     break
-            assert free is not None  # nowhere to go means that the disc was pushed
+            assert free is not None  # it is None only if the disc was pushed
             x, y = free
         return Move(x, y, touched)
 
@@ -79,7 +79,7 @@ class Obstacles:
         return self._near
 
     def _pushed_out(self, x: float, y: float) -> Tuple[Optional[Tuple[float, float]], bool]:
-        """Return the nearest free position to (x, y), None where there is none, and whether it is another one."""
+        """Return the free position nearest to (x, y), None if there is none, and whether it differs from (x, y)."""
         around = self._around(x, y)
         radius = self.radius
         pushed = False

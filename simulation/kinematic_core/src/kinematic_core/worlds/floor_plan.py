@@ -20,9 +20,9 @@ PANEL_MARKER_SIZE = 0.28  # [m] the marker's black square in its middle
 PANEL_BOTTOM = 0.05  # [m]
 PANEL_THICKNESS = 0.01  # [m] behind the face
 LARGEST = 1000.0  # [m] of any coordinate or size of a plan
-MOST_SHAPES = 1000  # of a plan, because all pairs are compared
-MOST_WAYPOINTS = 1000  # of a panel
-LONGEST_NAME = 200  # characters
+MAX_SHAPES = 1000  # of a plan, because all pairs are compared
+MAX_WAYPOINTS = 1000  # of a panel
+MAX_NAME_LENGTH = 200  # characters
 TOUCHING = 0.01  # [m] by which shapes may overlap and still count as side by side
 
 
@@ -143,8 +143,8 @@ class FloorPlan(NamedTuple):
     def check(self) -> None:
         """Raise InvalidInput for the first impossible shape; the text names the shape and the field."""
         number = len(self.shapes())
-        if number > MOST_SHAPES:
-            raise InvalidInput(f'there are {number} shapes; at most {MOST_SHAPES} are allowed')
+        if number > MAX_SHAPES:
+            raise InvalidInput(f'there are {number} shapes; at most {MAX_SHAPES} are allowed')
         names = set()
         for shape in self.shapes():
             _check_shape(shape)
@@ -172,8 +172,8 @@ EMPTY = FloorPlan()
 def _check_shape(shape: Shape) -> None:
     for field, value in zip(shape._fields, shape):
         if field == 'name':
-            if not isinstance(value, str) or not 0 < len(value) <= LONGEST_NAME:
-                raise InvalidInput(f'{shown(value)}: a name must have 1 to {LONGEST_NAME} characters')
+            if not isinstance(value, str) or not 0 < len(value) <= MAX_NAME_LENGTH:
+                raise InvalidInput(f'{shown(value)}: a name must have 1 to {MAX_NAME_LENGTH} characters')
         elif field == 'colour':
             _check_colour(f'{shape.name}: colour', value)
         elif field == 'path':
@@ -189,8 +189,8 @@ def _check_shape(shape: Shape) -> None:
 
 
 def _check_path(name: str, path: Any) -> None:
-    if not isinstance(path, (tuple, list)) or len(path) > MOST_WAYPOINTS:
-        raise InvalidInput(f'{name}: path is {shown(path)}; it must be a list of at most {MOST_WAYPOINTS} waypoints')
+    if not isinstance(path, (tuple, list)) or len(path) > MAX_WAYPOINTS:
+        raise InvalidInput(f'{name}: path is {shown(path)}; it must be a list of at most {MAX_WAYPOINTS} waypoints')
     last = 0.0
     for index, waypoint in enumerate(path):
         where = f'path[{index}]'

@@ -1,4 +1,4 @@
-"""Rays on a floor plan, and a laser scanner that uses them. The only module of this package that uses numpy."""
+"""Rays on a floor plan, and a laser scanner that uses them."""
 import math
 from typing import NamedTuple
 

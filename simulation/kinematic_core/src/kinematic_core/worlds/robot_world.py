@@ -9,8 +9,8 @@ wheel angles           rad, in the order of omni.WHEELS
 time                   s, steps * dt
 =====================  ================================================================================
 
-The same steps with the same commands and seed give the same numbers. Nothing here knows a clock or ROS. The class
-is not thread-safe; whoever shares a world between threads locks it.
+The same steps with the same commands and seed give the same numbers. This module uses neither a clock nor ROS. The
+class is not thread-safe; threads that share a world need a lock.
 """
 import math
 import random
@@ -28,17 +28,17 @@ WATCHDOG = 0.5  # [s] without a command after which the robot stops
 SCAN_NOISE = 0.01  # [m] standard deviation of each range of its laser scanner (rays.py)
 ROBOT_RADIUS = 0.18  # [m]
 ROBOT_HEIGHT = 0.25  # [m] with the camera
-FASTEST_COMMAND = 10.0  # [m/s] several times the speed of any Robotont
+FASTEST_COMMAND = 10.0  # [m/s] far more than any Robotont reaches
 FASTEST_TURN = 50.0  # [rad/s]
-LONGEST_TURN = 0.1  # [rad] by which a path beside an obstacle turns and still counts as straight
+MAX_TURN = 0.1  # [rad] by which a path beside an obstacle turns and still counts as straight
 
 
 class RobotWorld:
     """A Robotont in a FloorPlan. ``place`` and ``move_panel`` take effect at once, ``command`` in the next step.
 
     Public and read-only: ``plan``, ``pose``, ``twist`` (what the robot really does), ``odometry``, ``steps``,
-    ``watchdog`` [s], ``touching`` (an obstacle, in the last step), ``timed_out`` (the watchdog has stopped it since the
-    last command).
+    ``watchdog`` [s], ``touching`` (whether it touched an obstacle in the last step), ``timed_out`` (whether the
+    watchdog has stopped it since the last command).
     """
 
     plan: FloorPlan
@@ -159,7 +159,7 @@ class RobotWorld:
 
     def _move_beside_obstacles(self, twist: Twist2D) -> Twist2D:
         """Move in short straight pieces; return the resulting mean twist."""
-        pieces = math.ceil(abs(twist.angular_z) * self.dt / LONGEST_TURN) or 1
+        pieces = math.ceil(abs(twist.angular_z) * self.dt / MAX_TURN) or 1
         dt = self.dt / pieces
         moved_x = moved_y = 0.0
         for _ in range(pieces):

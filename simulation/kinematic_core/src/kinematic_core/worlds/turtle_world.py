@@ -13,8 +13,8 @@ angular_z              rad/s, counter-clockwise
 pen colour, width      (r, g, b) 0..255 each; width 1..255 px
 =====================  =========================================================================
 
-Nothing here knows a clock, ROS or pixels being drawn: strokes come out as data, in the order in which they
-are to be drawn. The class is not thread-safe; whoever shares a world between threads locks it.
+This module uses neither a clock nor ROS and draws nothing: strokes are returned as data, in drawing order. The class
+is not thread-safe; threads that share a world need a lock.
 """
 import bisect
 import ctypes
@@ -32,7 +32,7 @@ WATCHDOG = 1.0  # [s] without a command after which a turtle stops
 WATCHDOG_STEPS = math.floor(WATCHDOG / DT) + 1  # the first step that lies more than WATCHDOG after the command's
 TURTLESIM_PI = 3.14159265  # turtlesim's literal; math.pi gives other last bits
 
-LONGEST_ECHO = 200  # [characters] of a name that a text repeats
+MAX_ECHO = 200  # [characters] of a name that an error text repeats
 Colour = Tuple[int, int, int]  # (r, g, b), 0..255
 
 BACKGROUND = (69, 86, 255)
@@ -166,8 +166,8 @@ class Turtle:
 class TurtleWorld:
     """Turtles in an arena of ARENA_SIZE x ARENA_SIZE.
 
-    Commands given between two steps take effect in the next one: teleports in the order in which they came, the
-    last of several velocity commands; the pen changes at once. Every method that takes values raises InvalidInput (or
+    Commands given between two steps take effect in the next one: all teleports in their order, but only the last
+    velocity command; the pen changes at once. Every method that takes values raises InvalidInput (or
     its subclasses NameTaken, UnknownTurtle) and changes nothing when it refuses them.
     """
 
@@ -187,7 +187,7 @@ class TurtleWorld:
         self.spawn(*self.start)
 
     def next_name(self, taken: Collection[str] = ()) -> str:
-        """Return the name that a turtle spawned without one would get, which is not in ``taken``."""
+        """Return the next automatic name that is not in ``taken``."""
         number = self._counter + 1
         while f'turtle{number}' in self.turtles or f'turtle{number}' in taken:
             number += 1
@@ -217,7 +217,7 @@ class TurtleWorld:
 
     def kill(self, name: str) -> None:
         """Remove a turtle; its strokes stay."""
-        self._turtle(f'Tried to kill turtle [{name[:LONGEST_ECHO]}], which does not exist', name)
+        self._turtle(f'Tried to kill turtle [{name[:MAX_ECHO]}], which does not exist', name)
         self._names.remove(name)
         self._order.remove(self.turtles.pop(name))
 
@@ -252,7 +252,7 @@ class TurtleWorld:
         turtle._teleports.append(jump)
 
     def set_pen(self, name: str, r: int, g: int, b: int, width: int, off: int) -> None:
-        """Change a turtle's pen. off: pen up, nothing else. Else pen down, colour 0..255 each, width [px], 0 is 1."""
+        """Lift a turtle's pen if ``off``; else set it down with a colour, 0..255 each, and a width [px]; 0 means 1."""
         turtle = self._turtle(f'set_pen of {name}: it does not exist', name)
         for field, value in (('r', r), ('g', g), ('b', b), ('width', width)):
             if not 0 <= value <= 255:

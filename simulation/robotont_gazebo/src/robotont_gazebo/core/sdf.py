@@ -3,7 +3,7 @@
 It reads upright boxes and cylinders of links, static or not (nothing falls here), with nested poses (those in <state>
 take precedence over those of the models), colours of materials, the colour of the sky, horizontal planes at floor
 level, spheres as stacks of cylinders, meshes that are boxes, the AR panels of robotont_gazebo's models (meshes called
-Marker<id>.dae), and such panels as actors that move along waypoints. Other obstacles and visible things are left out,
+Marker<id>.dae), and such panels as actors that move along waypoints. Other obstacles and visible things are skipped,
 and a warning names each of them.
 """
 import math
@@ -15,11 +15,11 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from alvar_core import rotations
+from kinematic_core.worlds.colours import COLOURS
 from kinematic_core.worlds.floor_plan import EMPTY, GREY, Box, Colour, Cylinder, FloorPlan, Panel, Shape, Waypoint
 from plain_support import InvalidInput, documents, shown
 from plain_support.documents import DocumentError
 from robotont_gazebo.core import meshes
-from robotont_gazebo.core.colours import COLOURS
 
 UPRIGHT = 0.02  # [rad] a shape that is tilted less counts as upright, because saved worlds have settled
 FLOOR = 0.05  # [m] by which a shape may reach into the floor without a warning
@@ -55,7 +55,7 @@ class _Reader:
     """Collects the shapes of a <world>."""
 
     def __init__(self, world: Element, folder: str) -> None:
-        """``folder`` is that of the file, in which meshes are searched."""
+        """``folder`` is that of the file, where meshes are searched."""
         self.warnings: List[str] = []
         self._folder = folder
         self._shapes: Dict[type, List[Any]] = {Box: [], Cylinder: [], Panel: []}

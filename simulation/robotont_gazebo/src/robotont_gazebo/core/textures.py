@@ -1,7 +1,7 @@
 """Textures of walls, panels and the floor: our own patterns, computed in all sizes that are needed.
 
-Images are uint8 RGBA (the fourth channel only makes them faster to copy). In the image of a face, row 0 is at the top,
-and column 0 is on the left of a viewer in front of it.
+Images are tones, uint8 arrays (rows, columns): 255 is the full colour of a wall, a panel or the floor. In the image of
+a face, row 0 is at the top, and column 0 is on the left of a viewer in front of it.
 """
 import functools
 import math
@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 
 from alvar_core import code
-from kinematic_core.worlds.floor_plan import Colour
 
 FloatOrArray = Any  # a float or an array of floats
 
@@ -45,8 +44,7 @@ class PaddedImage(NamedTuple):
 class Mipmap:
     """A face's image in smaller and smaller sizes, in both directions independently; each is made when first needed.
 
-    ``image`` (rows, columns, 4), or (rows, columns) for tones; ``length``, ``height`` [m] are those of the face. Each
-    ``steps`` levels, the size is halved.
+    ``image`` (rows, columns); ``length``, ``height`` [m] are those of the face. ``steps`` levels halve the size.
     """
 
     def __init__(self, image: np.ndarray, length: float, height: float, steps: int = 1) -> None:
@@ -77,11 +75,10 @@ class Mipmap:
         return found
 
 
-def rgba(rgb: np.ndarray) -> np.ndarray:
-    """Return colours (..., 3), floats 0..255, as (..., 4) uint8 RGBA."""
-    out = np.full((*rgb.shape[:-1], 4), 255, np.uint8)
-    out[..., :3] = np.clip(np.round(rgb), 0, 255)
-    return out
+def rounded(values: np.ndarray) -> np.ndarray:
+    """Return floats as uint8, clipped to 0..255."""
+    whole: np.ndarray = np.clip(np.round(values), 0, 255).astype(np.uint8)
+    return whole
 
 
 def coarser_for(length: float, height: float) -> int:
@@ -89,26 +86,12 @@ def coarser_for(length: float, height: float) -> int:
     return max(0, math.ceil(math.log2(max(length / WALL_LENGTH, height / WALL_HEIGHT))))
 
 
-@functools.lru_cache(maxsize=64)
-def wall(colour: Colour, shade: float, coarser: int, on_floor: bool) -> Mipmap:
+@functools.lru_cache(maxsize=16)
+def wall(coarser: int, on_floor: bool) -> Mipmap:
     """Return the Mipmap of a brick wall of WALL_LENGTH x WALL_HEIGHT, doubled ``coarser`` times, from its foot upwards.
 
-    colour (r, g, b) of its bricks, shade 0..1 of their brightness; on_floor: darker towards its lower edge.
+    on_floor: darker towards its lower edge.
     """
-    tones = _tones(coarser, on_floor)
-    steps = np.arange(256)[:, None] / 255.0 * shade * np.array(colour, float)
-    return Mipmap(rgba(steps)[tones], WALL_LENGTH * 2 ** coarser, WALL_HEIGHT * 2 ** coarser)
-
-
-@functools.lru_cache(maxsize=16)
-def wall_tones(coarser: int, on_floor: bool) -> Mipmap:
-    """Return the Mipmap of the tones of ``wall``, 0..255: parts of the colour."""
-    return Mipmap(_tones(coarser, on_floor), WALL_LENGTH * 2 ** coarser, WALL_HEIGHT * 2 ** coarser)
-
-
-@functools.lru_cache(maxsize=16)
-def _tones(coarser: int, on_floor: bool) -> np.ndarray:
-    """Return the brightness of a brick wall's image, (rows, columns) uint8."""
     resolution = WALL_RESOLUTION / 2 ** coarser
     columns, rows = round(WALL_LENGTH * WALL_RESOLUTION), round(WALL_HEIGHT * WALL_RESOLUTION)
     up = (np.arange(rows, 0, -1) - 0.5) / resolution
@@ -117,8 +100,7 @@ def _tones(coarser: int, on_floor: bool) -> np.ndarray:
         tone = _bricks((np.arange(columns) + 0.5) / resolution, up)
     if on_floor:
         tone = tone * (DARKEST_AT_FLOOR + (1.0 - DARKEST_AT_FLOOR) * np.minimum(up / SHADOW_HEIGHT, 1.0))[:, None]
-    tones: np.ndarray = np.round(tone * 255).astype(np.uint8)
-    return tones
+    return Mipmap(rounded(tone * 255), WALL_LENGTH * 2 ** coarser, WALL_HEIGHT * 2 ** coarser)
 
 
 def _bricks(along: np.ndarray, up: np.ndarray) -> np.ndarray:
@@ -135,49 +117,23 @@ def _bricks(along: np.ndarray, up: np.ndarray) -> np.ndarray:
 def panel(marker_id: int, size: float, marker_size: float) -> Mipmap:
     """Return the Mipmap of a panel's face: an ALVAR marker, marker_size [m] wide, in a white square, size [m] wide.
 
-    Raises alvar_core's CodeError for an impossible id.
+    Edges of cells have subpixel accuracy. Raises alvar_core's CodeError for an impossible id.
     """
-    tones = _panel_tones(marker_id, size, marker_size)
-    return Mipmap(rgba(np.repeat(tones[..., None], 3, axis=2)), size, size, PANEL_STEPS)
-
-
-@functools.lru_cache(maxsize=64)
-def panel_tones(marker_id: int, size: float, marker_size: float) -> Mipmap:
-    """Return the Mipmap of the greys of ``panel``, 0..255."""
-    return Mipmap(_panel_tones(marker_id, size, marker_size), size, size, PANEL_STEPS)
-
-
-def _panel_tones(marker_id: int, size: float, marker_size: float) -> np.ndarray:
-    """Return the greys of a panel's image, (rows, columns) uint8; edges of cells have subpixel accuracy."""
     cells = code.encode(marker_id)
     count = len(cells) + 2 * MARGIN_CELLS
     black = np.pad(~cells, MARGIN_CELLS, constant_values=True).astype(float)
     edges = (0.5 * (size - marker_size) + np.arange(count + 1) * marker_size / count) * PANEL_PIXELS / size
     before = np.clip(np.arange(PANEL_PIXELS + 1)[:, None] - edges[:-1], 0.0, np.diff(edges))
     share = np.diff(before, axis=0)  # (px, cells): how much of a pixel lies in a cell
-    greys: np.ndarray = np.round(PAPER + (INK - PAPER) * (share @ black @ share.T)).astype(np.uint8)
-    return greys
-
-
-@functools.lru_cache(maxsize=32)
-def floor(colour: Colour, halved: int, reach: float) -> np.ndarray:
-    """Return the RGBA image (N, N, 4) of the floor around a crossing of its tiles' joints, ``reach`` [m] to each side.
-
-    ``reach``: whole periods. FLOOR_RESOLUTION / 2**halved px/m; column 0 at the smallest x, row 0 at the smallest y.
-    """
-    periods = 2 * round(reach / PERIOD)
-    return np.tile(rgba(_floor_period(halved)[..., None] * np.array(colour, float)), (periods, periods, 1))
+    return Mipmap(rounded(PAPER + (INK - PAPER) * (share @ black @ share.T)), size, size, PANEL_STEPS)
 
 
 @functools.lru_cache(maxsize=8)
-def floor_tones(halved: int) -> np.ndarray:
-    """Return the tones of the floor, 0..255: one period of the image, and then its first row and column once more."""
-    tones: np.ndarray = np.pad(np.round(_floor_period(halved) * 255).astype(np.uint8), (0, 1), mode='wrap')
-    return tones
+def floor(halved: int) -> np.ndarray:
+    """Return one period of the floor's tones, and then its first row and column once more.
 
-
-def _floor_period(halved: int) -> np.ndarray:
-    """Return one period of the floor's tones, (N, N) floats 0..1."""
+    FLOOR_RESOLUTION / 2**halved px/m; column 0 at the smallest x, row 0 at the smallest y.
+    """
     resolution = FLOOR_RESOLUTION / 2 ** halved
     fine: int = 2 ** min(halved, 3)  # parts of a pixel that are averaged
     position = (np.arange(round(PERIOD * resolution) * fine) + 0.5) / (resolution * fine)
@@ -185,8 +141,7 @@ def _floor_period(halved: int) -> np.ndarray:
     grout, odd = _averaged(joint, fine), _averaged(np.floor(position / TILE).astype(int) % 2, fine)
     tone = TILE_TONES[0] + (TILE_TONES[1] - TILE_TONES[0]) * np.abs(odd[:, None] - odd)
     grout = 1.0 - (1.0 - grout[:, None]) * (1.0 - grout)
-    period: np.ndarray = tone + (GROUT_TONE - tone) * grout
-    return period
+    return np.pad(rounded((tone + (GROUT_TONE - tone) * grout) * 255), (0, 1), mode='wrap')
 
 
 def _averaged(values: np.ndarray, fine: int) -> np.ndarray:
@@ -194,8 +149,8 @@ def _averaged(values: np.ndarray, fine: int) -> np.ndarray:
     return means
 
 
-def floor_mean(colour: Colour) -> np.ndarray:
-    """Return the mean colour (3,), floats 0..255, of the floor's pattern."""
+def floor_mean(colour: np.ndarray) -> np.ndarray:
+    """Return the mean colour (3,), floats 0..255, of the pattern of a floor of this colour."""
     share = 1.0 - (1.0 - GROUT / TILE) ** 2
-    mean: np.ndarray = np.array(colour, float) * (GROUT_TONE * share + (1.0 - share) * sum(TILE_TONES) / 2)
+    mean: np.ndarray = colour * (GROUT_TONE * share + (1.0 - share) * sum(TILE_TONES) / 2)
     return mean

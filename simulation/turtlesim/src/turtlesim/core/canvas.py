@@ -3,9 +3,9 @@
 A stroke sets exactly the pixels that the raster engine of Qt 5.15 sets for QPainter.drawLine between two QPointF
 with a solid pen of integer width, square caps and no anti-aliasing. The rules are those of Qt's cosmetic stroker
 (width 1) and line rasterizer (width 2 and more), compared with PyQt5 5.15. OpenCV cannot be used for it: its
-fillConvexPoly strokes the outline too, and at best some 4 % of a stroke's pixels differ.
+fillConvexPoly strokes the outline too, and at best about 4 % of a stroke's pixels differ.
 
-Positions come in metres with y down, origin in the upper left corner; everything private is in pixels. Fixed-point
+Positions are given in metres with y down, origin in the upper left corner; everything private is in pixels. Fixed-point
 numbers have as many bits as Qt's, since the last one decides: 6 for the ends of thin lines, 16 for slopes and edges.
 """
 from math import floor, sqrt
@@ -24,7 +24,7 @@ VERTICAL = 1e20  # replaces the slope of an edge without height
 
 Line = Tuple[float, float, float, float]  # x0, y0, x1, y1 [px]
 # An edge of a filled area: a row, the edge's column there, and the columns per row; the last two have 16 more bits.
-# Plain tuples, because a stroke has four: making named ones took a tenth of the time of a drawing turtle.
+# Plain tuples, because a stroke has four: with named tuples, a drawing turtle takes a tenth more time.
 Edge = Tuple[int, int, int]
 
 
@@ -43,7 +43,7 @@ class Canvas:
     def draw(self, stroke: Stroke) -> None:
         """Draw a Stroke or a tuple like it: (x0, y0_down, x1, y1_down, (r, g, b), width), finite, in metres and px.
 
-        Both ends may lie outside the canvas, however far. Their order matters, by a pixel here and there.
+        Both ends may lie outside the canvas, at any distance. Swapping them changes single pixels.
         """
         x0, y0, x1, y1, rgb, width = stroke
         x0 *= PIXELS_PER_METRE
@@ -58,7 +58,7 @@ class Canvas:
             else:
                 self._thin(x0, y0, x1, y1, pixel)
             return
-        if point:  # a square, drawn as a flat line without caps; far away double precision leaves it no length
+        if point:  # a square, drawn as a flat line without caps; far away, double precision rounds its length to 0
             x0, x1, y1 = x0 - width * 0.5, x0 + width * 0.5, y0
             if _same(x0, x1):
                 return

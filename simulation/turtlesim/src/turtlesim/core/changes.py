@@ -1,7 +1,7 @@
-"""Which pixels of the canvas have changed, as runs of one colour: what a page needs to show it without drawing.
+"""The changed pixels of the canvas as runs of one colour, so that a page can show it without drawing.
 
-A run is 8 bytes, little-endian: count << 18 | first pixel (row * 500 + column), then blue << 16 | green << 8 | red. The
-second number is what a page puts into its own pixels. Strokes change few pixels, and an empty canvas has 500 runs.
+A run is 8 bytes, little-endian: count << 18 | first pixel (row * 500 + column), then blue << 16 | green << 8 | red. A
+page copies the second number into its own pixels. Strokes change few pixels, and an empty canvas has 500 runs.
 """
 from typing import Optional
 
@@ -28,7 +28,7 @@ def runs(pixels: bytes, before: Optional[bytes] = None) -> bytes:
         now = rows[chosen].reshape(-1, CANVAS_SIZE, 3)
         changed = (now != old[chosen].reshape(-1, CANVAS_SIZE, 3)).any(axis=2)
     colours = now.astype('<u4') @ np.array([1, 1 << 8, 1 << 16], '<u4')
-    edge = np.ones((len(chosen), CANVAS_SIZE + 1), bool)  # between two pixels side by side: where one run cannot go on
+    edge = np.ones((len(chosen), CANVAS_SIZE + 1), bool)  # between neighbouring pixels: where a run ends
     edge[:, 1:-1] = (colours[:, 1:] != colours[:, :-1]) | (changed[:, 1:] != changed[:, :-1])
     row, column = np.nonzero(changed & edge[:, :-1])
     _, last = np.nonzero(changed & edge[:, 1:])

@@ -1,4 +1,4 @@
-"""Which design a turtle has, without drawing it; sprites.py draws them in the same order."""
+"""Choose a turtle's design without drawing it; sprites.py has the designs in the same order."""
 import zlib
 
 FILES = ('sea-turtle', 'robot-turtle', 'diamondback', 'noetic', 'electric', 'fuerte', 'groovy', 'hydro', 'indigo',

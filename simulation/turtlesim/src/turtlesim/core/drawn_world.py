@@ -17,7 +17,7 @@ class Reading(NamedTuple):
 
 
 class DrawnWorld:
-    """A TurtleWorld whose strokes are drawn. Not thread-safe: whoever shares it between threads locks it."""
+    """A TurtleWorld whose strokes are drawn. Not thread-safe: threads that share it need a lock."""
 
     def __init__(self, background: Colour = BACKGROUND, watchdog_steps: float = WATCHDOG_STEPS,
                  start: Tuple[float, float, float] = START) -> None:

@@ -2,7 +2,7 @@
 
 A recording is a CSV file, one row a tick: ``tick, event, x, y, theta, linear_velocity, angular_velocity, r, g, b``
 and here ``callers``. Pose and colour sensor are those of turtle1 after the tick, empty while there is no turtle1.
-``event`` is what took effect in the tick (several are separated by ``;``), of EVENTS below, with its values in the
+``event`` lists what took effect in the tick, separated by ``;``: one of EVENTS below each, with its values in the
 units of turtlesim's messages; events of other turtles begin with their name: ``turtle2/cmd 1 0 0``. ``callers`` are
 the nodes that asked for the events, in the same order.
 """

@@ -4,7 +4,7 @@ recording.py describes the format. A PNG file with the same name is the canvas a
 
 A recorder sees from the pose in which tick a command or teleport took effect. It cannot see this for the pen and for
 clear, and may record them one tick too early. If the readings of the colour sensor right after such an event fit better
-with the event one tick later, the replay moves it and reports that; it gives the share of equal colours for both.
+with the event one tick later, the replay moves it, reports that, and gives the share of equal colours for both.
 """
 import argparse
 import csv
@@ -20,7 +20,7 @@ from turtlesim.core.canvas import Canvas
 from turtlesim.core.drawn_world import DrawnWorld
 from turtlesim.core.recording import COLUMNS, EMPTY, EVENTS, TURTLE
 
-LONGEST_GAP = 100_000  # [ticks] between two rows: 27 minutes
+MAX_GAP = 100_000  # [ticks] between two rows: 27 minutes
 UNSEEN = ('pen', 'clear')  # events that leave no trace in the pose
 
 
@@ -91,8 +91,8 @@ def _run(rows: List[Row], path: str) -> Tuple[Comparison, Canvas]:
     result = Comparison()
     tick = rows[0].tick - 1
     for row in rows:
-        if row.tick - tick > LONGEST_GAP:
-            raise RecordingError(f'{path}: tick {row.tick} follows tick {tick}; a gap may have {LONGEST_GAP} ticks')
+        if row.tick - tick > MAX_GAP:
+            raise RecordingError(f'{path}: tick {row.tick} follows tick {tick}; a gap may have {MAX_GAP} ticks')
         for _ in range(tick + 1, row.tick):  # ticks without a row
             drawn.step()
         tick = row.tick

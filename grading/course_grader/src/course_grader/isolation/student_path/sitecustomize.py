@@ -1,8 +1,8 @@
-"""Python runs this first in every program that is graded: rospy.init_node returns when there is a time.
+"""Python runs this first in every graded program: rospy.init_node returns when the time is known.
 
-With simulated time rospy.get_time() is 0 until the first message on /clock has come, some milliseconds after init_node
-has returned. A program that notes the time at once, or begins with a rate.sleep(), would find seconds gone with the
-next look at the time: right on a robot, where the wall clock is there from the beginning, and wrong here.
+With simulated time rospy.get_time() is 0 until the first message on /clock arrives, some milliseconds after init_node
+has returned. A program that reads the time at once, or begins with rate.sleep(), would then see a jump of seconds. On
+a robot, where the wall clock is always known, the same program is right.
 
 The sitecustomize that Python would have run without this one (a distribution may bring its own) runs afterwards.
 """
@@ -16,25 +16,25 @@ from types import ModuleType
 from typing import Any, Callable, Optional, Sequence
 
 MODULE = 'rospy.impl.simtime'
-PATIENCE, LOOK_PERIOD = 10.0, 0.3  # [s] of wall time
+CLOCK_TIMEOUT, POLL = 10.0, 0.3  # [s] of wall time
 
 
 def wait_for_time(init_simtime: Callable[[], bool]) -> Callable[[], bool]:
-    """Return ``init_simtime`` of rospy, which waits now until there is a time."""
+    """Return ``init_simtime`` of rospy, made to wait until the time is known."""
     def init_and_wait() -> bool:
-        done, deadline = init_simtime(), time.monotonic() + PATIENCE
+        done, deadline = init_simtime(), time.monotonic() + CLOCK_TIMEOUT
         core, rostime = sys.modules['rospy.core'], sys.modules['rospy.rostime']
         come = rostime.get_rostime_cond()
         with come:
             while (not rostime.is_wallclock() and rostime.get_rostime().is_zero() and not core.is_shutdown()
                    and time.monotonic() < deadline):
-                come.wait(LOOK_PERIOD)
+                come.wait(POLL)
         return done
     return init_and_wait
 
 
 class Finder(importlib.abc.MetaPathFinder):
-    """Changes the module when it is imported; nothing else is touched."""
+    """Replaces ``init_simtime`` when MODULE is imported; leaves all other modules alone."""
 
     def find_spec(self, name: str, path: Optional[Sequence[str]] = None, target: Optional[ModuleType] = None
                   ) -> Optional[importlib.machinery.ModuleSpec]:
@@ -51,7 +51,7 @@ class Finder(importlib.abc.MetaPathFinder):
             run(module)
             changed: Any = module
             changed.init_simtime = wait_for_time(changed.init_simtime)
-        spec.loader.exec_module = exec_module  # type: ignore[method-assign]  # as meant: this module alone changes
+        spec.loader.exec_module = exec_module  # type: ignore[method-assign]  # on purpose: for this module only
         return spec
 
 

@@ -1,0 +1,110 @@
+"""The images of topics, for all browsers that show them.
+
+Threading contract: rospy's threads hand the newest image over; the loop's thread does everything else; images are
+encoded in an executor, once for all that want them alike.
+"""
+import asyncio
+import threading
+
+import numpy as np
+import rosgraph
+import rospy
+from sensor_msgs.msg import CompressedImage, Image
+
+from browser_servers.core.query import depth_picture, encoded
+from rospy_support import images
+
+COMPRESSED = '/compressed'  # below the topic of the image, as image_transport has it
+LARGE = 1 << 22  # [B] that rospy reads at once
+
+
+class Source:
+    """A topic: its newest image, and how many want it."""
+
+    def __init__(self, topic, compressed, loop):
+        """``compressed``: the images that image_transport has compressed."""
+        self.viewers, self.number = 0, 0
+        self._loop, self._lock = loop, threading.Lock()
+        self._message, self._tasks = None, {}
+        self._arrived = asyncio.Event()
+        self._subscriber = rospy.Subscriber(topic + COMPRESSED if compressed else topic,
+                                            CompressedImage if compressed else Image, self._received, queue_size=1,
+                                            buff_size=LARGE, tcp_nodelay=True)
+
+    def _received(self, message):
+        with self._lock:
+            scheduled, self._message = self._message is not None, message
+        if not scheduled:
+            self._loop.call_soon_threadsafe(self._arrive)
+
+    def _arrive(self):
+        with self._lock:
+            message, self._message = self._message, None
+        self.number += 1
+        self._tasks = {'message': message}
+        arrived, self._arrived = self._arrived, asyncio.Event()
+        arrived.set()
+
+    async def next(self, after, query):
+        """Return (number, data) of the newest image after number ``after``; raise ImageError."""
+        while self.number <= after:
+            await self._arrived.wait()
+        number = self.number
+        if query not in self._tasks:
+            self._tasks[query] = self._loop.run_in_executor(None, _data, self._tasks['message'], query)
+        return number, await asyncio.shield(self._tasks[query])
+
+    def close(self):
+        """Unsubscribe."""
+        self._subscriber.unregister()
+
+
+def _data(message, query):
+    if isinstance(message, CompressedImage):
+        return bytes(message.data)
+    if message.encoding == images.DEPTH:
+        return encoded(depth_picture(_distances(message)), query)
+    return encoded(images.bgr(message), query)
+
+
+def _distances(image):
+    rows = np.frombuffer(image.data, np.uint8)
+    if not image.width or image.step < 4 * image.width or rows.size < image.step * image.height:
+        raise images.ImageError(f'an image of {image.width}x{image.height} distances has {rows.size} bytes of data')
+    rows = rows[:image.step * image.height].reshape(image.height, image.step)[:, :4 * image.width]
+    return np.ascontiguousarray(rows).view('>f4' if image.is_bigendian else '<f4')
+
+
+class Sources:
+    """The topics that browsers show at the moment."""
+
+    def __init__(self, loop):
+        """Subscribe to nothing yet."""
+        self._loop, self._sources, self._lock = loop, {}, asyncio.Lock()
+
+    async def open(self, query):
+        """Return the Source for a query; call ``close`` once for it."""
+        key = query.topic, (query.kind == 'ros_compressed'
+                            and await self._loop.run_in_executor(None, _is_compressed, query.topic))
+        async with self._lock:
+            if key not in self._sources:
+                self._sources[key] = await self._loop.run_in_executor(None, Source, *key, self._loop)
+            self._sources[key].viewers += 1
+            return self._sources[key]
+
+    async def close(self, source):
+        """Unsubscribe if nobody else wants the topic."""
+        async with self._lock:
+            source.viewers -= 1
+            if not source.viewers:
+                self._sources = {key: one for key, one in self._sources.items() if one is not source}
+                await self._loop.run_in_executor(None, source.close)
+
+
+def _is_compressed(topic):
+    """Return whether somebody publishes the compressed images of a topic; where nobody does, they are made here."""
+    try:
+        published = {name for name, _ in rosgraph.Master(rospy.get_name()).getPublishedTopics('')}
+    except (rosgraph.MasterException, OSError):
+        return True
+    return topic + COMPRESSED in published or topic not in published

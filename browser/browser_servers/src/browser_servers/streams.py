@@ -1,0 +1,127 @@
+"""Images of topics over HTTP: a stream, and a single image.
+
+Threading contract: everything runs in the loop's thread, except encoding.
+"""
+import asyncio
+import contextlib
+
+import tornado.iostream
+
+from browser_servers.core import query
+from browser_servers.core.query import InvalidQuery
+from rosbridge_core.web import Guarded
+from rospy_support.images import ImageError
+
+BOUNDARY = 'boundarydonotcross'  # between two images, as the original has it
+FIRST_IMAGE = 10.0  # [s] that a snapshot waits
+SLOW = 10.0  # [s] in which a browser must have taken an image
+
+
+class Page(Guarded):
+    """What all have in common; ``settings`` have sources, default_kind, streams (a list of one count) and most."""
+
+    def prepare(self):
+        """Let pages that may connect read the images, too, and not only show them."""
+        super().prepare()
+        origin = self.request.headers.get('Origin')
+        if origin and not self._finished:
+            self.set_header('Access-Control-Allow-Origin', origin)
+            self.set_header('Vary', 'Origin')
+
+    def query(self):
+        """Return the Query of the address, or None once the refusal is sent."""
+        try:
+            return query.read(lambda name: self.get_query_argument(name, None), self.settings['default_kind'])
+        except InvalidQuery as error:
+            self.refuse(400, str(error))
+            return None
+
+    @contextlib.asynccontextmanager
+    async def source(self, wanted):
+        """Give the Source of a query while it is used."""
+        source = await self.settings['sources'].open(wanted)
+        try:
+            yield source
+        finally:
+            await self.settings['sources'].close(source)
+
+
+class Snapshot(Page):
+    """The next image."""
+
+    async def get(self):
+        """Answer."""
+        wanted = None if self._finished else self.query()
+        if wanted is None:
+            return
+        async with self.source(wanted) as source:
+            try:
+                _, data = await asyncio.wait_for(source.next(source.number, wanted), FIRST_IMAGE)
+            except asyncio.TimeoutError:
+                self.refuse(504, f'no image has come on {wanted.topic} within {FIRST_IMAGE:g} s. http://'
+                                 f'{self.request.host}/ lists the topics of images')
+                return
+            except ImageError as error:
+                self.refuse(415, f'the image of {wanted.topic} cannot be shown: {error}')
+                return
+        self.set_header('Content-Type', query.content_type(data))
+        self.set_header('Cache-Control', 'no-store')
+        self.finish(data)
+
+
+class Stream(Page):
+    """Images one after the other; a browser that is slower than the topic gets the newest each time."""
+
+    async def get(self):
+        """Answer until the browser goes."""
+        wanted = None if self._finished else self.query()
+        if wanted is None:
+            return
+        streams = self.settings['streams']
+        if streams[0] >= self.settings['most']:
+            self.refuse(503, f'{streams[0]} streams are shown already; ~max_streams allows more')
+            return
+        streams[0] += 1
+        try:
+            await self._send(wanted)
+        except (tornado.iostream.StreamClosedError, asyncio.TimeoutError):
+            self.request.connection.stream.close()
+        finally:
+            streams[0] -= 1
+
+    async def _send(self, wanted):
+        self.set_header('Content-Type', f'multipart/x-mixed-replace;boundary={BOUNDARY}')
+        self.set_header('Cache-Control', 'no-store')
+        self.write(f'--{BOUNDARY}\r\n')
+        await self.flush()
+        self._gone = asyncio.get_event_loop().create_future()
+        async with self.source(wanted) as source:
+            number = 0
+            while True:
+                number, data = await self._next(source, number, wanted)
+                if data is not None:
+                    self.write(f'Content-Type: {query.content_type(data)}\r\nContent-Length: {len(data)}\r\n\r\n')
+                    self.write(data)
+                    self.write(f'\r\n--{BOUNDARY}\r\n')
+                    await asyncio.wait_for(self.flush(), SLOW)
+
+    async def _next(self, source, number, wanted):
+        """Return (number, data), data None for an image that cannot be shown; raise StreamClosedError."""
+        task = asyncio.ensure_future(source.next(number, wanted))
+        await asyncio.wait({task, self._gone}, return_when=asyncio.FIRST_COMPLETED)
+        if self._gone.done():
+            task.cancel()
+            raise tornado.iostream.StreamClosedError()
+        try:
+            return await task
+        except ImageError as error:
+            self.settings['warn'](f'The image of {wanted.topic} cannot be shown: {error}')
+            return source.number, None
+
+    def on_connection_close(self):
+        """Be tornado's callback."""
+        gone = getattr(self, '_gone', None)
+        if gone is not None and not gone.done():
+            gone.set_result(None)
+        super().on_connection_close()
+

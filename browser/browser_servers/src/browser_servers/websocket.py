@@ -1,0 +1,97 @@
+"""The clients of a server.
+
+Threading contract: everything runs in the loop's thread.
+"""
+import asyncio
+import socket
+import time
+
+import tornado.routing
+
+from rosbridge_core.connection import WebSocket
+from rosbridge_core.session import Session
+
+LOOK = 0.05  # [s] between two looks at silent and slow clients
+SEND_BUFFER = 1 << 18  # [B] of the kernel for a client; what is in there cannot be overtaken any more
+USER_TIMEOUT = 20000  # [ms] without an acknowledgement of what was sent, after which the kernel closes a connection
+
+
+class RosbridgeWebSocket(WebSocket):
+    """One client; it connects where the path is / and anything else that no page has."""
+
+    def initialize(self, clients):
+        """``clients``: the Clients."""
+        self._clients, self._session, self.connected = clients, None, time.time()
+
+    async def get(self, *arguments, **keywords):
+        """Accept a client, or say why not."""
+        if self._finished:
+            return
+        if len(self._clients) >= self._clients.most:
+            self.refuse(503, f'{self._clients.most} clients are connected already; ~max_clients allows more')
+            return
+        await super().get(*arguments, **keywords)
+
+    async def opened(self, connection, stream):
+        """Serve the client until it has gone."""
+        stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+        stream.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, USER_TIMEOUT)
+        clients = self._clients
+        self._session = session = Session(clients.bridge, connection.send, connection.close, clients.settings,
+                                          clients.warn)
+        clients.add(self)
+        try:
+            await connection.read(session.received, session.drain)
+        finally:
+            clients.remove(self)
+            await session.closed()
+
+    def look(self, now):
+        """Look at a silent or slow client."""
+        self._session.look(now)
+
+
+class _WebSockets(tornado.routing.Matcher):
+    """Matches a request for a WebSocket, whatever its path: pages use several."""
+
+    def match(self, request):
+        """Return an empty dict if it matches, else None."""
+        return {} if request.headers.get('Upgrade', '').lower() == 'websocket' else None
+
+
+def websocket_rule(handler, clients):
+    """Return the rule of an application that lets a handler serve WebSockets at every path."""
+    return tornado.routing.Rule(_WebSockets(), handler, {'clients': clients})
+
+
+class Clients:
+    """All clients that are connected. ``changed`` is called with {client: (address, time of its connection [s])}."""
+
+    def __init__(self, bridge, settings, most, warn, changed):
+        """``most``: how many may connect; ``warn`` logs what a client did wrong."""
+        self.bridge, self.settings, self.most, self.warn = bridge, settings, most, warn
+        self._clients, self._changed = set(), changed
+        asyncio.get_event_loop().create_task(self._watch())
+
+    def __len__(self):
+        return len(self._clients)
+
+    def add(self, client):
+        """Add one."""
+        self._clients.add(client)
+        self._tell()
+
+    def remove(self, client):
+        """Remove one."""
+        self._clients.discard(client)
+        self._tell()
+
+    def _tell(self):
+        self._changed([(client.request.remote_ip, client.connected) for client in self._clients])
+
+    async def _watch(self):
+        while True:
+            await asyncio.sleep(LOOK)
+            now = time.monotonic()
+            for client in list(self._clients):
+                client.look(now)

@@ -1,0 +1,70 @@
+"""Writes the results of a class: tables as CSV, JUnit XML, and the pages of class_page.py."""
+import csv
+import os
+import secrets
+from typing import Dict, List, Sequence
+
+from course_grader.classes import class_page, class_table
+from course_grader.classes.class_table import Class
+from course_grader.classes.graded import Graded
+from course_grader.formats import csv_table, harmless, junit
+from plain_support import write_whole
+
+TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
+CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # for the teacher only; the table without names
+PAGES = 'pages'  # folder of the students' pages
+FILES = (*TABLES, CODES, ANONYMOUS, PAGES)
+SIGNS = '23456789abcdefghjkmnpqrstuvwxyz'  # of a code, without look-alikes
+CODE = 5  # signs
+
+
+def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bool = False) -> List[str]:
+    """Write the tables and pages into a folder; return their paths. Raise OSError if that fails."""
+    rows = class_table.cells(graded)
+    contents = {name: content for name, content in zip(TABLES, (
+        csv_table.table(rows), as_rows(graded.results), class_page.of_class(graded, folder),
+        as_junit(graded.results)))}
+    if anonymous:
+        codes = _codes(os.path.join(folder, CODES), graded.students)
+        contents[CODES] = csv_table.table([('code', 'student'), *sorted((code, name) for name, code in codes.items())])
+        contents[ANONYMOUS] = csv_table.table([('code', *rows[0][1:]), *sorted([codes[row[0]], *row[1:]]
+                                                                              for row in rows[1:])])
+    if student_pages:
+        for student in graded.students:
+            own = [one for one in graded.results if one.submission.student == student]
+            contents[os.path.join(PAGES, f'{student}.html')] = class_page.of_student(student, own)
+    for name, content in contents.items():
+        os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
+        write_whole(os.path.join(folder, name), content)
+    shown = [name for name in contents if not name.startswith(PAGES + os.sep)] + [PAGES + os.sep] * student_pages
+    return [os.path.join(folder, name) for name in shown]
+
+
+def as_rows(results: Sequence[Graded]) -> str:
+    """Return CSV with a row for each submission."""
+    return csv_table.gradings('student', [csv_table.Row(one.submission.student, one.submission.exercise, one.verdict,
+                                                        one.isolation) for one in results])
+
+
+def as_junit(results: Sequence[Graded]) -> str:
+    """Return JUnit XML: a testsuite for each submission."""
+    return junit.document([
+        junit.Suite(': '.join(filter(None, (one.submission.student, one.submission.exercise, one.submission.attempt))),
+                    f'{one.submission.exercise}.{one.submission.student}', one.verdict, one.seconds,
+                    one.isolation)
+        for one in results])
+
+
+def _codes(path: str, students: Sequence[str]) -> Dict[str, str]:
+    """Return {student: code}: those of an earlier table, or new random ones."""
+    known: Dict[str, str] = {}
+    if os.path.isfile(path):
+        with open(path, encoding='utf-8', newline='') as file:
+            known = {row[1]: row[0] for row in csv.reader(file) if len(row) == 2}
+    codes: Dict[str, str] = {}
+    for student in students:
+        code = known.get(harmless.cell(student), '')
+        while not code or code in codes.values():
+            code = ''.join(secrets.choice(SIGNS) for _ in range(CODE))
+        codes[student] = code
+    return codes

@@ -1,0 +1,63 @@
+"""The table of a class: students x exercises, the best score of each, and what sums up a row."""
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from course_grader.classes.graded import Graded
+from course_grader.rules import scoring
+
+Best = Dict[Tuple[str, str], Graded]  # of (student, exercise)
+
+
+class Class(NamedTuple):
+    """A class and its gradings: students and exercises in the order of the table, {exercise: weight}, all gradings.
+
+    An exercise without a weight has the weight 1.
+    """
+
+    title: str
+    students: Sequence[str]
+    exercises: Sequence[str]
+    results: Sequence[Graded]
+    weights: Mapping[str, float] = {}
+
+    def weight(self, exercise: str) -> float:
+        """Return the weight of an exercise in the mean."""
+        return self.weights.get(exercise, 1.0)
+
+    def best(self) -> Best:
+        """Return {(student, exercise): the best of the attempts}; one without a verdict is the worst."""
+        best: Best = {}
+        for graded in self.results:
+            place = graded.submission.student, graded.submission.exercise
+            if place not in best or _merit(best[place]) < _merit(graded):
+                best[place] = graded
+        return best
+
+
+def _merit(graded: Graded) -> Tuple[bool, bool, float]:
+    return graded.outcome != scoring.UNDECIDED, graded.outcome == scoring.PASSED, graded.score
+
+
+def _mean(graded: Class, student: str, best: Best) -> str:
+    """Return the weighted mean over all exercises; missing submissions count 0, and it is '' if one is undecided."""
+    of_student = {exercise: best.get((student, exercise)) for exercise in graded.exercises}
+    if any(one is not None and one.outcome == scoring.UNDECIDED for one in of_student.values()):
+        return ''
+    points = sum(graded.weight(exercise) * one.score for exercise, one in of_student.items() if one)
+    return f'{points / sum(map(graded.weight, graded.exercises)):.1f}'
+
+
+SUMMARIES = {'mean': _mean}  # heading: what returns the number, as text, or ''; the columns after the exercises
+
+
+def cells(graded: Class) -> List[List[str]]:
+    """Return the table with its headings, as texts: the scores, '' for missing submissions, and the SUMMARIES."""
+    best = graded.best()
+    return [['student', *graded.exercises, *SUMMARIES],
+            *([student, *(_score(best.get((student, exercise))) for exercise in graded.exercises),
+               *(summary(graded, student, best) for summary in SUMMARIES.values())] for student in graded.students)]
+
+
+def _score(graded: Optional[Graded]) -> str:
+    if graded is None:
+        return ''
+    return scoring.UNDECIDED if graded.outcome == scoring.UNDECIDED else f'{graded.score:g}'
