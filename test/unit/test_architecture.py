@@ -25,16 +25,10 @@ EXCEPTIONS = {  # (package, what it names of a later room): why
     ('marker_pictures', COURSE): 'the name of a folder in ~/.ros',
     ('course_grader', COURSE): 'static_analysis.py knows that its modules may use the wall clock',
 }
-LIBRARIES = {  # (package, stand-in whose modules it imports): the stand-in is replaced where the real package is
-    ('course_demo', 'robotont_gazebo'), ('course_grader', 'robotont_gazebo'),
-    ('course_grader', 'robotont_laserscan_to_distance'), ('course_page', 'rosbridge_server'),
-    ('course_page', 'web_video_server'), ('robotont_driver', 'robotont_gazebo'),
-    ('robotont_sensors', 'robotont_laserscan_to_distance'), ('rosbridge_server', 'rosapi'),
-}  # to be emptied: what two packages need belongs into a package that is no stand-in
 INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, too
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
-ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'gymnasium'},  # most do without: test_core_import.py
+ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
             'support/plain_support/src': {'psutil', 'yaml'},  # most do without: test_plain_import.py
@@ -174,9 +168,8 @@ def test_no_circle_between_packages():
 def test_no_stand_in_is_a_library(package):
     """Where the real package is installed, it has other modules; its messages are the same."""
     imports = {tuple(name.split('.')[:2]) for name in package.imports() if top(name) in OURS - {package.name}}
-    used = {(package.name, parts[0]) for parts in imports
-            if PACKAGES[parts[0]].is_stand_in and parts[1:2] not in [(kind,) for kind in INTERFACES]}
-    assert used == {pair for pair in LIBRARIES if pair[0] == package.name}
+    assert {'.'.join(parts) for parts in imports
+            if PACKAGES[parts[0]].is_stand_in and not INTERFACES & set(parts[1:])} == set()
 
 
 def folder_of(name):
@@ -203,6 +196,14 @@ def test_folder_of_an_import_is_found(name, folder):
     assert folder_of(name) == REPOSITORY / folder
 
 
+def is_compiled(name):
+    """Return whether a dotted name is that of a compiled module, as robotont_gazebo._renderer; none uses ROS."""
+    package, _, module = name.partition('.')
+    native = PACKAGES[package].folder / 'native'
+    return module.startswith('_') and any(f'PYBIND11_MODULE({module.partition(".")[0]},' in path.read_text()
+                                          for path in native.glob('*.cpp'))
+
+
 @functools.lru_cache(maxsize=None)
 def folders_without_ros():
     return {path.parent for folder in ROS_FREE for path in (REPOSITORY / folder).rglob('*.py')}
@@ -213,7 +214,7 @@ def test_folder_without_ros_imports_none(folder):
     wrong = set()
     for path in sorted((REPOSITORY / folder).rglob('*.py')):
         for name in imports_of(path):
-            free = folder_of(name) in folders_without_ros() if top(name) in OURS else \
+            free = folder_of(name) in folders_without_ros() or is_compiled(name) if top(name) in OURS else \
                 top(name) in ROS_FREE[folder] or in_standard_library(name)
             if not free:
                 wrong.add((name_of(path), name))
