@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
 WEB = REPOSITORY / 'browser' / 'course_page' / 'web'
 FILES = sorted(path for path in WEB.rglob('*') if path.is_file())
 OWN = [path for path in FILES if path.suffix in ('.js', '.css', '.html') and 'vendor' not in path.parts]

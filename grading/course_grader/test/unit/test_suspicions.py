@@ -5,7 +5,7 @@ import pytest
 
 from course_grader.rules import source_mistakes, suspicions
 
-SAMPLES = pathlib.Path(__file__).resolve().parents[3] / 'test' / 'data' / 'submissions'
+SAMPLES = pathlib.Path(__file__).resolve().parents[4] / 'test' / 'data' / 'submissions'
 LOOP = 'while not rospy.is_shutdown():\n    rate.sleep()\n'
 
 
