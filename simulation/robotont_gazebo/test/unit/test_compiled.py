@@ -40,7 +40,7 @@ def test_there_is_room_for_any_number_of_layers_and_runs(plan, z):
 
 def test_nothing_is_on_this_side_of_the_floor_for_a_camera_below_it():
     rendered, pose = Renderer(FloorPlan(), 64, 48), (0.0, 0.0, -1.0, 0.0)
-    assert np.isnan(rendered.depth(pose)).all() and rendered.render(pose)[-1].ptp(0).max() == 0
+    assert np.isnan(rendered.depth(pose)).all() and np.ptp(rendered.render(pose)[-1], axis=0).max() == 0
 
 
 @pytest.mark.parametrize('width, height, fov', [(16, 16, 2.8), (17, 33, 0.05), (1280, 720, 1.0)])
