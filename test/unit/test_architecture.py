@@ -34,7 +34,7 @@ LIBRARIES = {  # (package, stand-in whose modules it imports): the stand-in is r
 INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, too
 
 PLAIN, IMAGES = set(), {'cv2', 'numpy'}
-ROS_FREE = {'simulation/kinematic_core/src': {'numpy', 'gymnasium'},  # most do without: test_core_import.py
+ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do without: test_core_import.py
             'vision/alvar_core/src': IMAGES | {'cairo'},
             'vision/marker_pictures/src': IMAGES,
             'support/plain_support/src': {'psutil', 'yaml'},  # most do without: test_plain_import.py
