@@ -1,4 +1,6 @@
 """Settings of all tests; test/collection says what pytest collects beside test_*.py."""
+import contextlib
+import importlib
 import sys
 from pathlib import Path
 
@@ -7,6 +9,11 @@ pytest_plugins = ['collection.plugin']
 
 # Without a sourced workspace the modules are found here; in one they are found where it has them.
 sys.path += [str(folder) for folder in (REPOSITORY / 'src', *sorted(REPOSITORY.glob('*/*/src')))]
+
+# The modules bench and stress, which their tests import, have the names of folders, which pytest imports as packages.
+for name in ('bench', 'stress'):
+    with contextlib.suppress(ImportError):
+        importlib.import_module(name)
 
 try:
     import hypothesis

@@ -50,16 +50,21 @@ def files(names):
 
 def pytest(options, name, of_kinds, *more):
     """Return the command of a run of pytest."""
-    return [sys.executable, '-m', 'pytest', '-q', '-rs', '--tb=short', '--kinds', ','.join(of_kinds), '--results',
-            str(options.results), f'--junitxml={options.results / name}.xml', *map(str, more),
+    return [sys.executable, '-m', 'pytest', '-q', '-rs', '--tb=short', f'--kinds={",".join(of_kinds)}',
+            f'--results={options.results}', f'--junitxml={options.results / name}.xml', *map(str, more),
             *(['--fast'] if options.fast else []), *(['--all'] if options.all else []),
-            *(part for wanted in options.names for part in ('--select', wanted))]
+            *(f'--select={name}' for name in options.names)]
 
 
 def start(name, command, results, shown):
-    """Start a run; only one that is shown prints into the terminal."""
+    """Start a run; only one that is shown prints into the terminal.
+
+    The tests start hundreds of nodes: these keep the compiled modules, outside the repository, whatever the shell says.
+    """
+    environment = {**os.environ, 'PYTHONPYCACHEPREFIX': str(results.parent / 'pycache')}
+    environment.pop('PYTHONDONTWRITEBYTECODE', None)
     with open(results / f'{name}.txt', 'wb') as file:
-        return subprocess.Popen(command, cwd=kinds.REPOSITORY, stdin=subprocess.DEVNULL,
+        return subprocess.Popen(command, cwd=kinds.REPOSITORY, stdin=subprocess.DEVNULL, env=environment,
                                 stdout=None if shown else file, stderr=None if shown else subprocess.STDOUT)
 
 

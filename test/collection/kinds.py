@@ -3,6 +3,7 @@
 The name of a test is KIND/PATH: unit/test/unit/test_docs.py::test_links, rostest/test/course/lesson_square.test. Tests
 in test/cases have no file each; they are parametrized, and the parameter is the PATH: page/docs/course.md, check/ruff.
 """
+from functools import lru_cache
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -13,8 +14,15 @@ COMPUTING = 'unit', 'check'  # the others start nodes, and so mostly wait
 FAST = COMPUTING
 
 
+@lru_cache(maxsize=None)
+def real(path):
+    """Return a path without symbolic links: a workspace has links to the packages."""
+    return path.resolve()
+
+
 def kind_of(path):
     """Return the kind of the tests in a file."""
+    path = real(path)
     if path.suffix == '.test':
         return 'rostest'
     return path.stem[len('test_'):] if path.parent == CASES else 'unit'
@@ -22,23 +30,22 @@ def kind_of(path):
 
 def name_of(item):
     """Return KIND/PATH of a pytest item."""
-    path = item.path.resolve()
-    kind = kind_of(path)
+    path, kind = item.path, kind_of(item.path)
     if kind == 'unit':
         function = item.nodeid.partition('::')[2]
         return f'{kind}/{relative(path)}::{function}'
-    return f'{kind}/{item.callspec.id if path.parent == CASES else relative(path)}'
+    return f'{kind}/{relative(path) if kind == "rostest" else item.callspec.id}'
 
 
 def relative(path):
     """Return the path of a file in the repository, as a text."""
-    return path.relative_to(REPOSITORY).as_posix()
+    return real(path).relative_to(REPOSITORY).as_posix()
 
 
 def may_hold(path, names):
     """Return whether the file ``path`` may hold a test that one of ``names`` selects; without names it may."""
     kind = kind_of(path)
-    if not names or path.parent == CASES:
+    if not names or kind not in ('unit', 'rostest'):
         return True
     name = f'{kind}/{relative(path)}'
     return any(wanted in name or name in wanted or kind == 'unit' and _holds(path, wanted) for wanted in names)

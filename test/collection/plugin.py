@@ -53,7 +53,7 @@ def pytest_ignore_collect(collection_path, config):
     """Leave out files that hold nothing of what is wanted: importing them takes longest."""
     if collection_path.suffix not in ('.py', '.test') or not collection_path.is_file():
         return None
-    path = collection_path.resolve()
+    path = collection_path
     if path.name.startswith('test_') or path.suffix == '.test':
         if kinds.kind_of(path) not in config.wanted_kinds or not kinds.may_hold(path, config.getoption('select')):
             return True
@@ -86,9 +86,9 @@ def pytest_collection_modifyitems(config, items):
     """Mark the items, take the selected ones, and put those first that take longest."""
     names, kept, left = config.getoption('select'), [], []
     for item in items:
-        kind = kinds.kind_of(item.path.resolve())
-        item.add_marker(kind)
-        item.add_marker(pytest.mark.timeout(kinds.TIME_LIMITS[kind]))
+        item.kind = kinds.kind_of(item.path)
+        item.add_marker(item.kind)
+        item.add_marker(pytest.mark.timeout(kinds.TIME_LIMITS[item.kind]))
         (kept if _is_wanted(item, names, config) else left).append(item)
     config.hook.pytest_deselected(items=left)
     items[:] = _longest_first(kept)
@@ -109,16 +109,16 @@ def _longest_first(items):
     With ``--dist worksteal`` each worker begins with an equal part of the list.
     """
     order = list(reversed(list(kinds.TIME_LIMITS)))
-    waiting = [item for item in items if kinds.kind_of(item.path.resolve()) not in kinds.COMPUTING]
-    waiting.sort(key=lambda item: order.index(kinds.kind_of(item.path.resolve())))
+    waiting = [item for item in items if item.kind not in kinds.COMPUTING]
+    waiting.sort(key=lambda item: order.index(item.kind))
     workers = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', 1))
     dealt = [item for worker in range(workers) for item in waiting[worker::workers]]
-    return dealt + [item for item in items if kinds.kind_of(item.path.resolve()) in kinds.COMPUTING]
+    return dealt + [item for item in items if item.kind in kinds.COMPUTING]
 
 
 def pytest_runtest_setup(item):
     """Skip what cannot run here."""
-    reason = ros.missing(item.path.resolve())
+    reason = ros.missing(kinds.real(item.path))
     if reason:
         pytest.skip(reason)
 

@@ -26,7 +26,7 @@ class Rostest(pytest.Item):
     def runtest(self):
         """Run the file, and raise ProgramFailed unless it leaves results, all of them good."""
         folder = self.config.case_folder(self)
-        code, output = programs.run(['rostest', '--results-base-dir', folder / 'xml', self.path.resolve()], folder)
+        code, output = programs.run(['rostest', '--results-base-dir', folder / 'xml', self.path], folder)
         self.methods, problems = read_results(folder / 'xml')
         self.add_report_section('call', 'methods', '\n'.join(
             f'{outcome:8}{method}' for outcome, names in self.methods.items() for method in names))
