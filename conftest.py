@@ -10,10 +10,10 @@ pytest_plugins = ['collection.plugin']
 # Without a sourced workspace the modules are found here; in one they are found where it has them.
 sys.path += [str(folder) for folder in (REPOSITORY / 'src', *sorted(REPOSITORY.glob('*/*/src')))]
 
-# The modules bench and stress, which their tests import, have the names of folders, which pytest imports as packages.
+# pytest takes bench/test for a part of a package `bench`; its tests mean the module bench.py, so that is both.
 for name in ('bench', 'stress'):
     with contextlib.suppress(ImportError):
-        importlib.import_module(name)
+        importlib.import_module(name).__path__ = [str(REPOSITORY / name)]
 
 try:
     import hypothesis
