@@ -14,4 +14,4 @@ PAGES = 'docs/course_next.md', 'docs/course.md', 'README.md'
 def test_page(page, run_case, case_folder):
     if not ros.run_workspace():
         pytest.skip('a page is followed with the workspace of ./run: type ./run test page/')
-    run_case(sys.executable, REPOSITORY / 'test' / 'pages' / 'check_page.py', page, case_folder, ws=str(ros.run_workspace()))
+    run_case(sys.executable, REPOSITORY / 'test' / 'pages' / 'check_page.py', page, case_folder)

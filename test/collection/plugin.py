@@ -26,6 +26,8 @@ def pytest_configure(config):
     """Mark the processes of all tests, and choose the folder of the outputs."""
     if not config.getoption('numprocesses', None):  # the workers of xdist are marked, not their controller
         os.environ[programs.TESTS] = str(os.getpid())
+    if ros.run_workspace():
+        os.environ.setdefault('ws', str(ros.run_workspace()))
     config.wanted_kinds = _wanted_kinds(config)
     config.results = Path(config.getoption('results') or tempfile.mkdtemp(prefix='turtle_robotont_tests_')).absolute()
     config.case_folder = lambda item: config.results / kinds.name_of(item)

@@ -11,11 +11,14 @@ UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)
 
 
 class RostestFile(pytest.File):
-    """A .test file; it holds one test."""
+    """A .test file; it holds one test, which a comment ``<!-- release: why -->`` leaves to --all."""
 
     def collect(self):
         """Return the test."""
-        yield Rostest.from_parent(self, name=self.path.stem)
+        item = Rostest.from_parent(self, name=self.path.stem)
+        if '<!-- release: ' in self.path.read_text(encoding='utf-8'):
+            item.add_marker('release')
+        yield item
 
 
 class Rostest(pytest.Item):
@@ -57,7 +60,11 @@ def read_results(folder):
     """
     methods, problems = {outcome: [] for outcome in OUTCOMES}, []
     for path in sorted(folder.rglob('*.xml')):
-        suites = list(ElementTree.parse(str(path)).getroot().iter('testsuite'))
+        try:
+            suites = list(ElementTree.parse(str(path)).getroot().iter('testsuite'))
+        except ElementTree.ParseError as error:  # the process was killed while it wrote
+            problems.append(f'{path} cannot be read: {error}')
+            continue
         cases = [case for suite in suites for case in suite.iter('testcase')]
         wrong = [found for case in cases for found in case.iter() if found.tag in ('failure', 'error')]
         counted = sum(int(suite.get(key) or 0) for suite in suites for key in ('failures', 'errors'))

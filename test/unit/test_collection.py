@@ -45,7 +45,8 @@ def test_result_files(tmp_path, texts, methods, problems):
     assert read(tmp_path, *texts) == (methods, problems)
 
 
-@pytest.mark.parametrize('text, problem', [(SUBTEST_FAILS, '2 failures without a case'), (NO_TESTS, 'holds no test')])
+@pytest.mark.parametrize('text, problem', [
+    (SUBTEST_FAILS, '2 failures without a case'), (NO_TESTS, 'holds no test'), ('<testsuite', 'cannot be read')])
 def test_what_a_result_file_only_counts_is_a_problem(tmp_path, text, problem):
     _, problems = read(tmp_path, RAN, text)
     assert len(problems) == 1 and problem in problems[0]
@@ -76,7 +77,7 @@ def collected(*options):
 
 
 @pytest.mark.parametrize('options, names', [
-    (['--select=test_collection.py::test_kinds[path0'], ['test/unit/test_collection.py::test_kinds[path0-rostest]']),
+    (['--select=test_without_ros_packages_are_found'], ['test/unit/test_collection.py::test_without_ros_packages_are_found']),
     (['--select=lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
     (['--select=check/ruff', '--fast'], ['test/cases/test_check.py::test_style[ruff]']),
     (['--select=lesson_square.test', '--fast'], []),
@@ -128,3 +129,13 @@ def test_an_interrupted_program_is_ended(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         programs.run(['bash', '-c', 'trap "echo interrupted; exit" INT; while :; do sleep 0.05; done'], tmp_path)
     assert (tmp_path / 'output.txt').read_text() in ('interrupted\n', '')
+
+
+def test_without_ros_packages_are_found():
+    """Modules that need no ROS are tested without a sourced workspace, and others say what they lack."""
+    environment = {name: value for name, value in os.environ.items() if 'ROS' not in name and name != 'PYTHONPATH'}
+    done = subprocess.run([sys.executable, '-m', 'pytest', '-q', '-rs', 'test/course/lesson_square.test',
+                           'test/unit/turtle_robotont/test_shapes.py'], cwd=kinds.REPOSITORY, env=environment,
+                          stdout=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 0 and ' passed, 1 skipped' in done.stdout, done.stdout
+    assert 'no workspace with this repository is sourced' in done.stdout
