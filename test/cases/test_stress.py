@@ -6,8 +6,8 @@ import pytest
 
 from collection.kinds import REPOSITORY
 
-SUITES = 'system', 'fuzz', 'clients', 'master', 'storms', 'web'
-LONG_SUITES = 'interrupts', 'soak'
+SUITES = 'web', 'interrupts'
+LONG_SUITES = 'soak',
 
 
 @pytest.mark.parametrize('suite', [*(pytest.param(suite, marks=pytest.mark.release) for suite in LONG_SUITES), *SUITES])

@@ -30,7 +30,9 @@ def pytest_configure(config):
         os.environ.setdefault('ws', str(ros.run_workspace()))
     config.wanted_kinds = _wanted_kinds(config)
     config.results = Path(config.getoption('results') or tempfile.mkdtemp(prefix='turtle_robotont_tests_')).absolute()
+    config.results.mkdir(parents=True, exist_ok=True)
     config.case_folder = lambda item: config.results / kinds.name_of(item)
+    os.environ[programs.CASE] = f'{config.results}/'  # of units; each program has a folder of its own
 
 
 def _wanted_kinds(config):

@@ -53,14 +53,16 @@ def test_what_a_result_file_only_counts_is_a_problem(tmp_path, text, problem):
 
 
 @pytest.mark.parametrize('path, kind', [
-    (ROSTEST, 'rostest'), (UNIT, 'unit'), (kinds.CASES / 'test_page.py', 'page'), (kinds.CASES / 'test_check.py', 'check')])
+    (ROSTEST, 'rostest'), (UNIT, 'unit'), (kinds.CASES / 'test_page.py', 'page'),
+    (kinds.CASES / 'test_check.py', 'check')])
 def test_kinds(path, kind):
     assert kinds.kind_of(path) == kind in kinds.TIME_LIMITS
 
 
 @pytest.mark.parametrize('path, name, holds', [
     (ROSTEST, 'lesson_square.test', True), (ROSTEST, 'rostest/', True), (ROSTEST, 'course/', True),
-    (ROSTEST, 'rostest/test/course/lesson_square.test', True), (ROSTEST, 'lesson_set', False), (ROSTEST, 'unit/', False),
+    (ROSTEST, 'rostest/test/course/lesson_square.test', True), (ROSTEST, 'lesson_set', False),
+    (ROSTEST, 'unit/', False),
     (UNIT, 'test_collection', True), (UNIT, 'test_collection.py::test_kinds', True), (UNIT, 'test_kinds', True),
     (UNIT, 'unit/test/unit/test_collection.py::test_kinds[x]', True), (UNIT, 'test_docs.py::test_kinds', False),
     (UNIT, 'test_without_such_a_name', False)])
@@ -77,7 +79,8 @@ def collected(*options):
 
 
 @pytest.mark.parametrize('options, names', [
-    (['--select=test_without_ros_packages_are_found'], ['test/unit/test_collection.py::test_without_ros_packages_are_found']),
+    (['--select=test_an_interrupted_program_is_ended'],
+     ['test/unit/test_collection.py::test_an_interrupted_program_is_ended']),
     (['--select=lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
     (['--select=check/ruff', '--fast'], ['test/cases/test_check.py::test_style[ruff]']),
     (['--select=lesson_square.test', '--fast'], []),
@@ -89,7 +92,7 @@ def test_selection(options, names):
     assert collected(*options) == names
 
 
-def test_all_of_a_release_is_more(monkeypatch):
+def test_all_of_a_release_is_more():
     pages = collected('--all', 'test/cases/test_page.py')
     assert len(pages) == 3 == len(collected('-m', 'release', 'test/cases/test_page.py'))
 
