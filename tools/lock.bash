@@ -3,7 +3,7 @@
 # from 3.8 on. Needs uv (https://docs.astral.sh/uv). Packages that ./run installs from Debian are left out.
 set -eu
 cd "$(dirname "$0")/.."
-files=(requirements.txt test/requirements.txt stress/requirements.txt grading/course_grader/dask_requirements.txt
+files=(requirements.txt test/requirements.txt grading/course_grader/dask_requirements.txt
   test/notebook_requirements.txt)
 debian=(catkin-pkg docutils jinja2 markupsafe psutil pyparsing python-dateutil pyyaml setuptools six tornado)
 compile=(uv pip compile --quiet --universal --python-version 3.8 --no-annotate)
