@@ -7,7 +7,7 @@
 all_cases() (
   cd "$repo" || return
   printf 'mypy\tcheck\nruff\tcheck\n'
-  find test/unit */*/test/unit bench/test stress/test -name 'test_*.py' -printf 'unit\t%p\n' | sort
+  find test/unit */*/test/unit bench/test */bench/test stress/test -name 'test_*.py' -printf 'unit\t%p\n' | sort
   printf 'page\t%s\n' docs/course.md docs/course_next.md README.md
   printf 'stress\t%s\n' web interrupts soak
   printf 'grading\tcourse_nodes\n'
