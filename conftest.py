@@ -1,6 +1,4 @@
 """Settings of all tests; test/collection says what pytest collects beside test_*.py."""
-import contextlib
-import importlib
 import sys
 from pathlib import Path
 
@@ -9,11 +7,6 @@ pytest_plugins = ['collection.plugin']
 
 # Without a sourced workspace the modules are found here; in one they are found where it has them.
 sys.path += [str(folder) for folder in (REPOSITORY / 'src', *sorted(REPOSITORY.glob('*/*/src')))]
-
-# pytest takes bench/test for a part of a package `bench`; its tests mean the module bench.py, so that is both.
-for name in ('bench', 'stress'):
-    with contextlib.suppress(ImportError):
-        importlib.import_module(name).__path__ = [str(REPOSITORY / name)]
 
 try:
     import hypothesis
