@@ -32,19 +32,20 @@ class RosbridgeWebSocket(WebSocket):
             return
         await super().get(*arguments, **keywords)
 
-    async def opened(self, connection, stream):
-        """Serve the client until it has gone."""
+    def opened(self, connection, stream):
+        """Begin to serve the client."""
         stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         stream.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, USER_TIMEOUT)
         clients = self._clients
         self._session = session = Session(clients.bridge, connection.send, connection.close, clients.settings,
                                           clients.warn)
+        self.received, self.drain = session.received, session.drain
         clients.add(self)
-        try:
-            await connection.read(session.received, session.drain)
-        finally:
-            clients.remove(self)
-            await session.closed()
+
+    async def ended(self):
+        """Forget the client."""
+        self._clients.remove(self)
+        await self._session.closed()
 
     def look(self, now):
         """Look at a silent or slow client."""

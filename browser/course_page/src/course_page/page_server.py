@@ -124,7 +124,7 @@ class PageServer:
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
             access=self._access, refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'),
             ready=self.ready, sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0],
-            most=MOST_STREAMS, use_compression=False, websocket_ping_interval=PING, websocket_ping_timeout=PONG,
+            most=MOST_STREAMS, use_compression=False, ping_interval=PING, ping_timeout=PONG,
             websocket_max_message_size=Settings().largest, log_function=lambda handler: None)
 
     def start(self):

@@ -110,7 +110,7 @@ class RosbridgeNode:
         return tornado.web.Application(
             [websocket_rule(RosbridgeWebSocket, clients), *web.folder_rules(folder, PAGE)],
             access=self._access, refused=functools.partial(self._report, 'access'), use_compression=compress,
-            websocket_ping_interval=interval or None, websocket_ping_timeout=timeout,
+            ping_interval=interval, ping_timeout=timeout,
             websocket_max_message_size=self._settings.largest, log_function=lambda handler: None)
 
     def run(self):
