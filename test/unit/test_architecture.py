@@ -27,9 +27,8 @@ EXCEPTIONS = {  # (package, what it names of a later room): why
 }
 LIBRARIES = {  # (package, stand-in whose modules it imports): the stand-in is replaced where the real package is
     ('course_demo', 'robotont_gazebo'), ('course_grader', 'robotont_gazebo'),
-    ('course_grader', 'robotont_laserscan_to_distance'), ('course_page', 'rosbridge_server'),
-    ('course_page', 'web_video_server'), ('robotont_driver', 'robotont_gazebo'),
-    ('robotont_sensors', 'robotont_laserscan_to_distance'), ('rosbridge_server', 'rosapi'),
+    ('course_grader', 'robotont_laserscan_to_distance'), ('robotont_driver', 'robotont_gazebo'),
+    ('robotont_sensors', 'robotont_laserscan_to_distance'),
 }  # to be emptied: what two packages need belongs into a package that is no stand-in
 INTERFACES = {'msg', 'srv', 'cfg'}  # of a stand-in; the real package has them, too
 
