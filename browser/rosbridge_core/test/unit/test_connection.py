@@ -186,6 +186,17 @@ def test_compressed_messages():
     served(work, use_compression=True)
 
 
+@pytest.mark.parametrize('payload', [b'', b'\x03'])
+def test_close_frame_without_a_code_is_answered_with_one(payload):
+    async def work(connect, log):
+        client = await connect()
+        client.send(frame(CLOSE, payload))
+        assert await client.next() == (CLOSE, b'')
+        assert await client.next() is None
+        await until(lambda: log[-1] == 'ended')
+    served(work)
+
+
 def test_server_closes_with_a_code_and_a_reason():
     async def work(connect, log):
         client = await connect()

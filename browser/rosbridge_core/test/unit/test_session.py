@@ -203,7 +203,7 @@ async def test_zero_velocity_overtakes_a_flood(client):
 @pytest.mark.parametrize('frame, said', [
     ('nonsense', 'not valid JSON'), (b'\xa1\xff', 'not valid CBOR'), ('[' * 50000, 'nested too deeply'),
     ('{"op": "fly"}', 'unknown operation'), ('{"op": "publish", "topic": "/no"}', 'publish: it is not there'),
-    ('{"op": "subscribe", "topic": "/no"}', 'subscribe: it is not there'), ('{"op": "auth"}', '"auth" is not supported'),
+    ('{"op": "subscribe", "topic": "/no"}', 'subscribe: it is not there'), ('{"op": "auth"}', 'is not supported'),
     ('{"op": "png", "data": "x"}', 'png: "data" is not'), ('{"op": "publish", "topic": 5}', '"topic" is 5'),
 ])
 def test_bad_frame_is_answered_with_a_status_and_the_next_one_works(frame, said):
