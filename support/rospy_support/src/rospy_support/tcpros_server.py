@@ -37,7 +37,7 @@ class TcprosServer:
         except (ROSHandshakeException, struct.error, UnicodeDecodeError) as error:
             self._refuse(address, connection, f'its header cannot be read: {error}')
             return
-        if rospy_internals.is_shutdown_requested():
+        if rospy_internals.shutting_down():
             _send_header(connection, {'error': 'node shutting down'})
             connection.close()
         elif 'topic' in header:
@@ -70,7 +70,7 @@ class TcprosServer:
         ServiceConnection(self._watch, service, connection, header).open(connection)
 
     def _refuse(self, address, connection, why):
-        if not rospy_internals.is_shutdown_requested():
+        if not rospy_internals.shutting_down():
             self._report(address, why)
             _send_header(connection, {'error': why})
         connection.close()
