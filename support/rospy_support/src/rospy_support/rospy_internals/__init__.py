@@ -60,5 +60,6 @@ __all__ = [
     'limit_calls_of_master', 'limit_lengths', 'limit_publishers', 'log_without_asking', 'logging_configured_by',
     'misfits', 'new_publishers', 'offered_services', 'poll_for_registration', 'publications',
     'publish_without_threads', 'registered', 'replace_slave_server', 'replace_tcpros_server', 'respond',
-    'service_error', 'service_header', 'set_time', 'shut_down_by', 'shutting_down', 'subscriptions', 'take_over', 'tell_connections_apart', 'to_message',
-    'transport_of', 'unconnected_publications', 'unconnected_subscriptions', 'version', 'wait_for_shutdown']
+    'service_error', 'service_header', 'set_time', 'shut_down_by', 'shutting_down', 'subscriptions', 'take_over',
+    'tell_connections_apart', 'to_message', 'transport_of', 'unconnected_publications', 'unconnected_subscriptions',
+    'version', 'wait_for_shutdown']
