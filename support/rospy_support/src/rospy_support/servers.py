@@ -48,7 +48,7 @@ def protect():
     watch = SocketWatch(report)
 
     def start(listening, topic_handler):
-        watch.listen(listening, TcprosServer(watch, topic_handler).accepted)
+        watch.listen(listening, TcprosServer(watch, topic_handler).serve)
     rospy_internals.replace_tcpros_server(start, watch.close)
     rospy_internals.replace_slave_server(functools.partial(SlaveServer, watch))
     rospy_internals.limit_publishers(MOST_PUBLISHERS)

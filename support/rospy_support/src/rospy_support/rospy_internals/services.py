@@ -11,7 +11,7 @@ import rospy.impl.tcpros_base
 import rospy.impl.tcpros_service
 from rospy.impl.registration import get_service_manager
 
-from rospy_support.rospy_internals.topics import frame
+from rospy_support.rospy_internals.topics import frame, serialized
 
 ANY_TYPE = '*'  # instead of an md5sum: matches every type
 SHUTDOWN_POLL = 0.5  # [s] between two checks whether a call can still be answered
@@ -54,16 +54,22 @@ def transport_of(found, connection, header):
 def respond(found, transport, data):
     """Call a service with a serialised request and write the answer; raise OSError if the caller has gone.
 
-    ``data`` (bytes) must have the length of a request: see ``message_size.wrong_size``.
+    Return why ``data`` (bytes) is not a request, else ''. The fault: rospy never answers a request that is too short,
+    and genpy accepts one whose last string is cut off, or with bytes after its last field.
     """
     request = found.request_class()
     try:
         request.deserialize(data)
-    except genpy.DeserializationError as error:
-        transport.socket.sendall(service_error(f'a request of {request._type} cannot be read: {error}'))
-        return
-    request._connection_header = transport.header
-    found._handle_request(transport, request)
+        wrong = '' if serialized(request) == data else 'its length is wrong'
+    except (genpy.DeserializationError, genpy.SerializationError, UnicodeError) as error:
+        wrong = str(error)
+    if wrong:
+        wrong = f'{len(data)} bytes that are not a {request._type}: {wrong}'
+        transport.socket.sendall(service_error(wrong))
+    else:
+        request._connection_header = transport.header
+        found._handle_request(transport, request)
+    return wrong
 
 
 def handle_request(self, transport, request):

@@ -65,6 +65,13 @@ def to_message(data_class, args, kwds):
     return rospy.msg.args_kwds_to_message(data_class, args, kwds)
 
 
+def serialized(message):
+    """Return the bytes of a message."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
 def frame(message, seq=0):
     """Return the bytes of a message on a TCPROS connection: its length, then its fields, with header.seq ``seq``."""
     buffer = io.BytesIO()
