@@ -139,7 +139,7 @@ class Connecting:
     """rospy's RegManager with a publisher that does not answer, as ``_Publishers`` sees them."""
 
     def __init__(self, monkeypatch, subscribed=('/pose',)):
-        self.publishers = topics._Publishers(most=3)
+        self.publishers = topics._Publishers()
         self.updates, self.tries, self.go_on = [], [], threading.Event()
         monkeypatch.setattr(topics, 'get_topic_manager', lambda: self)
         self.has_subscription = subscribed.__contains__
@@ -186,5 +186,3 @@ def test_publishers_of_topics_that_nobody_subscribes_to_are_not_kept(monkeypatch
     connecting = Connecting(monkeypatch)
     connecting.update('/other', 'http://a/')
     assert connecting.updates == [] and connecting.publishers._named == {}
-    assert connecting.publishers._shortened(('self', '/caller', '/pose', list('abcdef'))) == [
-        'self', '/caller', '/pose', ['a', 'b', 'c']]

@@ -17,7 +17,6 @@ FUNCTIONS = {  # functions that this module calls or replaces: names of their pa
     'rospy.impl.statistics.SubscriberStatisticsLogger.__init__': ('self', 'subscriber'),
     'rospy.impl.registration.RegManager.publisher_update': ('self', 'resolved_name', 'uris'),
     'rospy.impl.registration.RegManager._connect_topic_thread': ('self', 'topic', 'uri'),
-    'rospy.impl.masterslave.ROSHandler.publisherUpdate': ('args', 'kwds'),  # the signature of its decorator
     'rospy.impl.masterslave.xmlrpcapi': ('uri', 'cache'),
     'rospy.topics._TopicManager.has_subscription': ('self', 'resolved_name'),
     'rospy.msg.args_kwds_to_message': ('data_class', 'args', 'kwds'),
@@ -46,7 +45,6 @@ FUNCTIONS = {  # functions that this module calls or replaces: names of their pa
     'rospy.impl.tcpros_service.ServiceImpl._handle_request': ('self', 'transport', 'request'),
     'rospy.impl.tcpros_service.ServiceImpl.error_handler': ('self', 'e', 'exc_type', 'exc_value', 'tb'),
     'rospy.impl.tcpros_service.TCPService.get_header_fields': ('self',),
-    'rospy.impl.tcpros_service.TCPROSServiceClient.read_messages': ('self', 'b', 'msg_queue', 'sock'),
     'rospy.impl.tcpros_base.TCPServer.__init__': ('self', 'inbound_handler', 'port'),
     'rospy.impl.tcpros_base.TCPServer.start': ('self',),
     'rospy.impl.tcpros_base.TCPServer.shutdown': ('self',),
@@ -57,7 +55,6 @@ FUNCTIONS = {  # functions that this module calls or replaces: names of their pa
     'rospy.impl.tcpros_base.TCPROSTransport.receive_once': ('self',),
     'rospy.impl.tcpros_base.TCPROSTransport.receive_loop': ('self', 'msgs_callback'),
     'rospy.impl.tcpros_base.TCPROSTransportProtocol.read_messages': ('self', 'b', 'msg_queue', 'sock'),
-    'rospy.impl.tcpros_base.read_ros_handshake_header': ('sock', 'b', 'buff_size'),
     'rospy.impl.tcpros_pubsub.TCPROSHandler.topic_connection_handler': ('self', 'sock', 'client_addr', 'header'),
     'rosgraph.xmlrpc.ThreadingXMLRPCServer.__init__': ('self', 'addr', 'log_requests'),
 }

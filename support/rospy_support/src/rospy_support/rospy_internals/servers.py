@@ -1,7 +1,6 @@
-"""Replacements of the servers that every rospy node has, and limits for what its peers announce."""
+"""Replacements of the servers that every rospy node has, and a limit for messages."""
 import struct
 
-import rosgraph.network
 import rosgraph.xmlrpc
 import rospy
 import rospy.impl.tcpros_base
@@ -33,41 +32,20 @@ def replace_slave_server(make):
     rosgraph.xmlrpc.ThreadingXMLRPCServer = make
 
 
-def limit_lengths(header, message, report):
-    """Close connections to publishers and services that announce too many bytes. Call it before init_node.
+def limit_messages(largest, report):
+    """Close connections to publishers that announce more than ``largest`` [bytes]. Call it before init_node.
 
-    ``header`` and ``message`` [bytes] are the largest sizes allowed; ``report(text)`` is called for a message that is
-    larger.
+    The fault: one publisher that announces 4 GB makes the node collect them. ``report(text)`` is called for each.
     """
-    base, client = rospy.impl.tcpros_base, rospy.impl.tcpros_service.TCPROSServiceClient
+    protocol = rospy.impl.tcpros_base.TCPROSTransportProtocol
+    read_messages = protocol.read_messages
 
-    def limited(read_messages, start):
-        def read(self, buffer, queue, connection):
-            if buffer.tell() >= start + 4:
-                size = struct.unpack_from('<I', buffer.getbuffer(), start)[0]
-                if size > message:
-                    report(f'{self.resolved_name}: the other side announces {size} bytes, at most {message} are '
-                           'allowed; the connection is closed.')
-                    raise rospy.exceptions.TransportTerminated(f'a length of {size} bytes')
-            return read_messages(self, buffer, queue, connection)
-        return read
-
-    def read_header(connection, buffer, size):
-        return rosgraph.network.read_ros_handshake_header(_Limited(connection, header), buffer, size)
-    base.TCPROSTransportProtocol.read_messages = limited(base.TCPROSTransportProtocol.read_messages, 0)
-    client.read_messages = limited(client.read_messages, 1)  # after the byte that says whether the call succeeded
-    base.read_ros_handshake_header = read_header
-
-
-class _Limited:
-    """Wraps a socket; raises ROSHandshakeException after ``left`` bytes."""
-
-    def __init__(self, connection, left):
-        self._connection, self._left = connection, left
-
-    def recv(self, size):
-        if self._left <= 0:
-            raise rosgraph.network.ROSHandshakeException('the header is too long')
-        data = self._connection.recv(size)
-        self._left -= len(data)
-        return data
+    def limited(self, buffer, queue, connection):
+        if buffer.tell() >= 4:
+            size, = struct.unpack_from('<I', buffer.getbuffer())
+            if size > largest:
+                report(f'{self.resolved_name}: the other side announces {size} bytes, at most {largest} are allowed; '
+                       'the connection is closed.')
+                raise rospy.exceptions.TransportTerminated(f'a length of {size} bytes')
+        return read_messages(self, buffer, queue, connection)
+    protocol.read_messages = limited

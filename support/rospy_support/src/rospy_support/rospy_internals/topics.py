@@ -118,35 +118,29 @@ def new_publishers(topic, uris):
             listener.publisher_update(topic, uris)
 
 
-def limit_publishers(most):
+def limit_publishers():
     """Use one connecting thread per publisher of a topic, and end it when the master no longer lists the publisher.
 
-    rospy starts another thread for a publisher at every update from the master, and each one retries forever.
-    Of each update, only the first ``most`` publishers are used. Call it before init_node.
+    The fault: rospy starts another thread for a publisher at every update from the master, and each one retries for
+    ever. Call it before init_node.
     """
-    _Publishers(most).install()
+    _Publishers().install()
 
 
 class _Publishers:
     """Replacements for the functions of rospy that connect subscribers to publishers."""
 
-    def __init__(self, most):
-        self._most = most
+    def __init__(self):
         self._named = {}  # topic: URIs of the publishers in the last update from the master
         self._lock, self._trying = threading.Lock(), {}  # (topic, URI): whether it was listed again in the meantime
         self._own = threading.local()  # topic: the topic that this thread connects
 
     def install(self):
-        handler, manager = rospy.impl.masterslave.ROSHandler, RegManager
-        told, update, connect = handler.publisherUpdate, manager.publisher_update, manager._connect_topic_thread
+        update, connect = RegManager.publisher_update, RegManager._connect_topic_thread
         xmlrpcapi = rospy.impl.masterslave.xmlrpcapi
-        handler.publisherUpdate = lambda *arguments: told(*self._shortened(arguments))
-        manager.publisher_update = lambda *arguments: self._update(update, *arguments)
-        manager._connect_topic_thread = lambda *arguments: self._connect(connect, *arguments)
+        RegManager.publisher_update = lambda *arguments: self._update(update, *arguments)
+        RegManager._connect_topic_thread = lambda *arguments: self._connect(connect, *arguments)
         rospy.impl.masterslave.xmlrpcapi = lambda uri, cache=True: self._proxy(xmlrpcapi, uri, cache)
-
-    def _shortened(self, arguments):
-        return [each[:self._most] if isinstance(each, list) else each for each in arguments]
 
     def _update(self, update, manager, topic, uris):
         subscribed = get_topic_manager().has_subscription
