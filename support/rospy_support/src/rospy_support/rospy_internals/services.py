@@ -11,7 +11,7 @@ import rospy.impl.tcpros_base
 import rospy.impl.tcpros_service
 from rospy.impl.registration import get_service_manager
 
-from rospy_support.rospy_internals.topics import frame, serialized
+from rospy_support.rospy_internals.topics import frame, to_bytes
 
 ANY_TYPE = '*'  # instead of an md5sum: matches every type
 SHUTDOWN_POLL = 0.5  # [s] between two checks whether a call can still be answered
@@ -60,7 +60,7 @@ def respond(found, transport, data):
     request = found.request_class()
     try:
         request.deserialize(data)
-        wrong = '' if serialized(request) == data else 'its length is wrong'
+        wrong = '' if to_bytes(request) == data else 'its length does not match its fields'
     except (genpy.DeserializationError, genpy.SerializationError, UnicodeError) as error:
         wrong = str(error)
     if wrong:

@@ -65,7 +65,7 @@ def to_message(data_class, args, kwds):
     return rospy.msg.args_kwds_to_message(data_class, args, kwds)
 
 
-def serialized(message):
+def to_bytes(message):
     """Return the bytes of a message."""
     buffer = io.BytesIO()
     message.serialize(buffer)
