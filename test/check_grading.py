@@ -1,9 +1,12 @@
 """Grades the sample submissions of an exercise and checks verdicts, reasons, and that nothing is left behind.
 
 usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at_x
+       check_grading.py one_of_each FOLDER
        check_grading.py course_nodes FOLDER
        check_grading.py same_ten_times FOLDER
        check_grading.py red_team_LEVEL FOLDER        the quick ones of check_red_team.py
+
+one_of_each grades, as one class, one right and one wrong sample of every exercise.
 
 A sample `right_*` has to pass, and holds nothing but the program, since pages of the course print it. The first two
 lines of another one say what has to come out: `# expected: failed: TEXT`, where TEXT is a part of the reasons, or
@@ -38,6 +41,7 @@ GRADED = {'result.json', 'junit.xml', 'output.txt'}
 OF_A_CLASS = {'submission.json'}
 OF_A_SESSION = {'grader.txt', 'master.txt', 'simulator.txt', 'record.csv',
                 'path.png', 'path.svg'}  # without a path there is no picture
+JOBS = 2
 REPEATED, TIMES, AT_ONCE = 'stop_at_x/right_borderline.py', 10, 4  # barely passes with the SEED
 RED_TEAM = 'red_team_'
 EXIT_CODES = {'passed': 0, 'failed': 1}
@@ -87,12 +91,28 @@ def check_packages(path, folder):
     """Return the same for launch files of a package, of which each student has a copy, and for programs beside them."""
     students, expected = folder.with_name(f'{folder.name}_students'), {}
     for sample in (*path.glob('*.launch'), *path.glob('*.py')):
-        own = students / sample.stem
-        own.mkdir(parents=True, exist_ok=True)
-        if sample.suffix == '.launch':
-            shutil.copytree(path, own, ignore=shutil.ignore_patterns('right_*', 'wrong_*'), dirs_exist_ok=True)
-        shutil.copy(sample, own / f'{path.name}{sample.suffix}')
-        expected[sample.stem, path.name] = expectation(sample)
+        expected.update(hand_in(sample, students / sample.stem))
+    return check_class([str(students)], expected, folder)
+
+
+def hand_in(sample, student):
+    """Copy a sample, with the package that it lies in, into the folder of a student; return what is expected."""
+    student.mkdir(parents=True, exist_ok=True)
+    exercise = sample.parent.name
+    if sample.suffix == '.launch' and (sample.parent / 'package.xml').exists():
+        shutil.copytree(sample.parent, student, ignore=shutil.ignore_patterns('right_*', 'wrong_*'), dirs_exist_ok=True)
+    shutil.copy(sample, student / f'{exercise}{sample.suffix}')
+    return {(student.name, exercise): expectation(sample)}
+
+
+def check_one_of_each(folder):
+    """Return what is wrong with the gradings of the first right and the first wrong sample of every exercise."""
+    students, expected = folder.with_name(f'{folder.name}_students'), {}
+    for path in sorted((DATA / 'submissions').iterdir()):
+        for kind in ('right', 'wrong'):
+            sample = min([*path.glob(f'{kind}_*.py'), *path.glob(f'{kind}_*.launch')])
+            is_package = (path / 'package.xml').exists()
+            expected.update(hand_in(sample, students / (f'{kind}_{path.name}' if is_package else kind)))
     return check_class([str(students)], expected, folder)
 
 
@@ -104,7 +124,7 @@ def check_course_nodes(path, folder):
 
 def check_class(arguments, expected, folder):
     """Grade a class; return what is wrong. ``expected``: {(student, exercise): (outcome, part of the reasons)}."""
-    code, said, left = run(['--all', *arguments, '--seed', str(SEED), '--jobs', '1', '--output',
+    code, said, left = run(['--all', *arguments, '--seed', str(SEED), '--jobs', str(JOBS), '--output',
                             str(folder / 'class')], folder)
     print(said)
     wrong = [f'{name} was left behind' for name in left]
@@ -172,6 +192,8 @@ def main(arguments):
         return check_red_team.main([name[len(RED_TEAM):], str(folder), *check_red_team.QUICK])
     if name == 'same_ten_times':
         wrong = check_repeats(DATA / 'submissions' / REPEATED, folder)
+    elif name == 'one_of_each':
+        wrong = check_one_of_each(folder)
     elif name == 'course_nodes':
         wrong = check_course_nodes(DATA / 'course_nodes', folder)
     else:

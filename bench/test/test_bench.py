@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-import bench
+import measure
 import report
 import suite_grading
 from course_grader.classes import submissions
@@ -19,9 +19,9 @@ FIGURES = (Figure('fast', 'fast', 'ms', median, Target('ratio', 1.5)),
 PROBE = 'import sys; print("talks", flush=True); sys.exit("no pose")'
 
 
-@pytest.mark.parametrize('name', bench.suites())
+@pytest.mark.parametrize('name', measure.suites())
 def test_suite_describes_its_measurements_and_figures(name):
-    suite = bench.parse([name])[1]
+    suite = measure.parse([name])[1]
     names = [figure.name for figure in suite.FIGURES]
     assert suite.MEASUREMENTS and len(set(names)) == len(names) and suite.FULL != suite.QUICK and suite.__doc__
 
@@ -42,7 +42,7 @@ def test_programs_that_grading_is_measured_with_are_handed_in_as_a_class_reads_t
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:
-        bench.parse(arguments)
+        measure.parse(arguments)
     assert ended.value.code == 2 and told in capsys.readouterr().err
 
 
@@ -84,8 +84,8 @@ def test_a_failure_stops_that_measurement_and_no_other():
     class Suite:
         QUICK = FULL = None
         MEASUREMENTS = {'fails': Measurement(fails, ''), 'works': Measurement(lambda *_: {'key': [1.0]}, '')}
-    options, _ = bench.parse(['--rounds', '2'])
-    pools, failures = bench.measure(options, Suite, list(Suite.MEASUREMENTS), [type('Subject', (), {'side': 'ours'})])
+    options, _ = measure.parse(['--rounds', '2'])
+    pools, failures = measure.measure(options, Suite, list(Suite.MEASUREMENTS), [type('Subject', (), {'side': 'ours'})])
     assert pools == {'ours': {'key': [1.0, 1.0]}}
     assert failures == [('fails', 'ours', 1, 'it does not come up\nlast line')]  # not tried again in the second round
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-import stress
+import campaign
 import stress_soak
 from figures import Target
 from processes import BenchError
@@ -23,27 +23,27 @@ SIZE = 50_000_000  # [bytes]
 ])
 def test_wrong_usage(arguments, told, capsys):
     with pytest.raises(SystemExit) as ended:
-        stress.parse(arguments)
+        campaign.parse(arguments)
     assert ended.value.code == 2
     assert told in capsys.readouterr().err
 
 
 def test_minutes_scale_a_suite():
-    assert stress.scale_of(stress.parse(['soak', '--minutes', '30']), 'soak').seconds(3600.0, 1.0) == 1800.0
-    assert stress.scale_of(stress.parse(['--small']), 'web') == Scale(1.0, True)
+    assert campaign.scale_of(campaign.parse(['soak', '--minutes', '30']), 'soak').seconds(3600.0, 1.0) == 1800.0
+    assert campaign.scale_of(campaign.parse(['--small']), 'web') == Scale(1.0, True)
     assert Scale(1.0, True).count(50, 2) == 2
     assert Scale(0.001).count(50, 2) == 1
 
 
 def test_suites_are_sound():
-    figures = [figure.name for suite in stress.SUITES for figure in stress.load(suite).FIGURES]
-    attacks = [name for suite in stress.SUITES for name in stress.load(suite).ATTACKS]
+    figures = [figure.name for suite in campaign.SUITES for figure in campaign.load(suite).FIGURES]
+    attacks = [name for suite in campaign.SUITES for name in campaign.load(suite).ATTACKS]
     assert len(set(figures)) == len(figures) and len(set(attacks)) == len(attacks)
 
 
 def test_small_form_does_not_judge_the_machine():
-    full = {figure.key: figure.target for figure in stress.figures_of(stress.parse(['web']))}
-    small = {figure.key: figure.target for figure in stress.figures_of(stress.parse(['web', '--small']))}
+    full = {figure.key: figure.target for figure in campaign.figures_of(campaign.parse(['web']))}
+    small = {figure.key: figure.target for figure in campaign.figures_of(campaign.parse(['web', '--small']))}
     assert full['web_http_gap'] is not None and small['web_http_gap'] is None
     assert full['web_http_hung'] == small['web_http_hung'] == Target('at_most', 0)
 
@@ -64,16 +64,16 @@ def interrupted(*_):
 ])
 def test_a_run(monkeypatch, tmp_path, capsys, attack, code, said):
     module = SimpleNamespace(ATTACKS={'one': Attack(attack, 'about')}, FIGURES=tuple(losses('one', 'words')))
-    monkeypatch.setattr(stress, 'load', lambda _suite: module)
-    monkeypatch.setattr(stress, '_new_master', lambda _subject: None)
-    monkeypatch.setattr(stress, 'Subject', lambda *_: None)
+    monkeypatch.setattr(campaign, 'load', lambda _suite: module)
+    monkeypatch.setattr(campaign, '_new_master', lambda _subject: None)
+    monkeypatch.setattr(campaign, 'Subject', lambda *_: None)
     file = tmp_path / 'figures.json'
-    options = stress.parse(['web', '--seed', '5', '--json', str(file)])
+    options = campaign.parse(['web', '--seed', '5', '--json', str(file)])
     if code is None:
         with pytest.raises(KeyboardInterrupt):
-            stress.run(options)
+            campaign.run(options)
     else:
-        assert stress.run(options) == code
+        assert campaign.run(options) == code
     assert said in capsys.readouterr().out and json.loads(file.read_text())['settings']['seed'] == 5
 
 

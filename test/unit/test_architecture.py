@@ -62,7 +62,8 @@ OF_LESSONS = {'rospy', 'tf', 'tf2_ros', 'tf2_geometry_msgs', 'tf_conversions', '
               'sensor_msgs.point_cloud2'}  # and messages, the standard library, one module of the own package
 OWN_MODULES = 1
 FILES = {name: package.python() for name, package in PACKAGES.items()}
-FILES.update({folder: sorted((REPOSITORY / folder).rglob('*.py')) for folder in ('bench', 'stress')})
+FILES['bench'] = sorted(path for pattern in ('bench', '*/bench') for path in REPOSITORY.glob(f'{pattern}/**/*.py'))
+FILES['stress'] = sorted((REPOSITORY / 'stress').rglob('*.py'))
 each_package = pytest.mark.parametrize('package', PACKAGES.values(), ids=list(PACKAGES))
 
 

@@ -140,7 +140,7 @@ def _start_node(*arguments, **options):
     """Check the parameters on the command line and wait for the master, then start the node."""
     _check_parameters((rospy.client._init_node_args or (None, sys.argv))[1])
     _wait_for_master()
-    if rospy.core.is_shutdown() and rospy.core._signalChain:  # else rospy raises an error
+    if rospy.core.is_shutdown():
         sys.exit('Stopped while waiting for the ROS master.')
     return _original_start(*arguments, **options)
 

@@ -1,4 +1,4 @@
-"""What sessions need of ROS: topics and services of all clients.
+"""The access of all clients to ROS: their topics and services.
 
 Threading contract: as in topics.py.
 """
@@ -8,7 +8,7 @@ from browser_servers.services import Services
 from browser_servers.topics import Topics
 from rosbridge_core.session import Bridge
 
-THREADS = 8  # that ask the master; a registration takes some milliseconds
+THREADS = 8  # that ask the master; a registration takes a few milliseconds
 
 
 class RosBridge(Bridge):

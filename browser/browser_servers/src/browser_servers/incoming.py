@@ -5,7 +5,7 @@ Threading contract: everything runs in the loop's thread.
 import contextlib
 
 PREFIX = 4  # [B] of a message's length, little-endian
-ROOM = 65536  # [B] for messages at first
+BUFFER_SIZE = 65536  # [B] at first
 
 
 class Incoming:
@@ -17,7 +17,7 @@ class Incoming:
         ``deliver`` gets the bytes of each message; ``ended`` is called once at the end.
         """
         self._loop, self._connection, self._deliver, self._ended = loop, connection, deliver, ended
-        self._data, self._filled = bytearray(max(ROOM, 2 * len(rest))), len(rest)
+        self._data, self._filled = bytearray(max(BUFFER_SIZE, 2 * len(rest))), len(rest)
         self._data[:len(rest)] = rest
         connection.setblocking(False)
         loop.add_reader(connection, self._readable)

@@ -15,7 +15,7 @@ from browser_servers.rosapi_answers import NAMESPACE
 from rosbridge_core.conversion import json_values
 from rosbridge_core.operations import Refused
 
-MOST_CALLS = 500  # that run at a time, of all clients
+MAX_CALLS = 500  # of all clients at a time
 
 
 class Answered:
@@ -30,7 +30,7 @@ class Answered:
         self._service = rospy.Service(name, self.cls, self._asked)
 
     def _asked(self, request):
-        """Be rospy's callback: wait for the client, or for its end."""
+        """Wait for the client's answer or its end; called by rospy."""
         answer = concurrent.futures.Future()
         name = f'service_request:{self._name}:{next(self._numbers)}'
         self._open[name] = answer
@@ -41,7 +41,7 @@ class Answered:
             self._open.pop(name, None)
 
     def respond(self, request, values, result):
-        """Take the client's answer to a request; with fields it is one whatever ``result`` says, as in the original."""
+        """Take the client's answer to a request; one with fields counts whatever ``result`` is, as in the original."""
         answer = self._open.pop(request, None)
         if answer is None:
             raise Refused(f'{self._name} has no open request {request!r}')
@@ -72,8 +72,8 @@ class Services:
 
     async def call(self, name, arguments, kind):
         """Return the answer of a service as a dict."""
-        if self._calls >= MOST_CALLS:
-            raise Refused(f'{MOST_CALLS} service calls are still unanswered; {name} is not called')
+        if self._calls >= MAX_CALLS:
+            raise Refused(f'{MAX_CALLS} service calls are still unanswered; {name} is not called')
         self._calls += 1
         done = self._loop.create_future()
 
@@ -120,7 +120,7 @@ class Services:
         self._answered[name] = await self._slow(_registered, name, kind, session, self._loop)
 
     async def unadvertise(self, session, name):
-        """End that."""
+        """End a client's service."""
         answered = self._answered.get(name)
         if answered is None or answered.session is not session:
             raise Refused(f'this client has not advertised the service {name}')

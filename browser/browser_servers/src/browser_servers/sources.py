@@ -1,7 +1,7 @@
 """The images of topics, for all browsers that show them.
 
 Threading contract: rospy's threads hand the newest image over; the loop's thread does everything else; images are
-encoded in an executor, once for all that want them alike.
+encoded in an executor, once for all browsers with the same query.
 """
 import asyncio
 import threading
@@ -19,7 +19,7 @@ LARGE = 1 << 22  # [B] that rospy reads at once
 
 
 class Source:
-    """A topic: its newest image, and how many want it."""
+    """A topic: its newest image and its number of viewers."""
 
     def __init__(self, topic, compressed, loop):
         """``compressed``: the images that image_transport has compressed."""
@@ -76,7 +76,7 @@ def _distances(image):
 
 
 class Sources:
-    """The topics that browsers show at the moment."""
+    """The topics that browsers show now."""
 
     def __init__(self, loop):
         """Subscribe to nothing yet."""
@@ -93,7 +93,7 @@ class Sources:
             return self._sources[key]
 
     async def close(self, source):
-        """Unsubscribe if nobody else wants the topic."""
+        """Unsubscribe if the topic has no other viewer."""
         async with self._lock:
             source.viewers -= 1
             if not source.viewers:
@@ -102,7 +102,7 @@ class Sources:
 
 
 def _is_compressed(topic):
-    """Return whether somebody publishes the compressed images of a topic; where nobody does, they are made here."""
+    """Return whether a node publishes the compressed images of a topic; otherwise they are made here."""
     try:
         published = {name for name, _ in rosgraph.Master(rospy.get_name()).getPublishedTopics('')}
     except (rosgraph.MasterException, OSError):

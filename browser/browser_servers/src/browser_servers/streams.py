@@ -18,10 +18,10 @@ SLOW = 10.0  # [s] in which a browser must have taken an image
 
 
 class Page(Guarded):
-    """What all have in common; ``settings`` have sources, default_kind, streams (a list of one count) and most."""
+    """The common part of all pages; ``settings`` have sources, default_kind, streams (a list of one count) and most."""
 
     def prepare(self):
-        """Let pages that may connect read the images, too, and not only show them."""
+        """Let pages that may connect also read the images, and not only show them."""
         super().prepare()
         origin = self.request.headers.get('Origin')
         if origin and not self._finished:
@@ -38,7 +38,7 @@ class Page(Guarded):
 
     @contextlib.asynccontextmanager
     async def source(self, wanted):
-        """Give the Source of a query while it is used."""
+        """Yield the Source of a query, and close it afterwards."""
         source = await self.settings['sources'].open(wanted)
         try:
             yield source
@@ -119,7 +119,7 @@ class Stream(Page):
             return source.number, None
 
     def on_connection_close(self):
-        """Be tornado's callback."""
+        """End the stream; called by tornado."""
         gone = getattr(self, '_gone', None)
         if gone is not None and not gone.done():
             gone.set_result(None)

@@ -1,7 +1,7 @@
 """The topics that clients publish and subscribe to.
 
-Threading contract: methods without a word about it are called in the loop's thread; those whose name ends in `_slow`
-ask the master and run in a thread of an executor, one at a time for each topic. Callbacks of rospy only hand over.
+Threading contract: methods run in the loop's thread unless they say otherwise; those whose name ends in `_slow` ask the
+master and run in a thread of an executor, one at a time for each topic. Callbacks of rospy only hand messages over.
 """
 import asyncio
 import collections
@@ -22,8 +22,8 @@ from rosbridge_core.outbox import BURST, SMALL
 from rospy_support import rospy_internals
 from rospy_support.topics import LatestPublisher, Publisher
 
-CONNECTING = 1.0  # [s] after the registration of a topic, in which new subscribers get what they would have missed
-MOST_KEPT = 100  # messages for them
+CONNECTING = 1.0  # [s] after the registration of a topic in which new subscribers get the messages that they missed
+MAX_KEPT = 100  # messages for them
 
 
 class _Starting(rospy.SubscribeListener):
@@ -37,13 +37,13 @@ class _Starting(rospy.SubscribeListener):
         """Keep a message, before it is published."""
         if self._end:
             with self._lock:
-                if time.monotonic() < self._end and len(self._kept) < MOST_KEPT:
+                if time.monotonic() < self._end and len(self._kept) < MAX_KEPT:
                     self._kept.append(message)
                 elif time.monotonic() >= self._end:
                     self._end, self._kept = 0.0, []
 
     def peer_subscribe(self, topic_name, topic_publish, peer_publish):
-        """Be rospy's callback. What was published longer ago, as a velocity, is not for who connects now."""
+        """Send the kept messages to a new subscriber, called by rospy; older velocities are out of date."""
         with self._lock:
             kept = list(self._kept) if time.monotonic() < self._end else []
         for message in kept:
@@ -77,10 +77,10 @@ class Advertised:
 
 
 class Subscribed:
-    """A topic that clients subscribe to: serialised messages, handed over to the loop; of large ones the newest."""
+    """A topic that clients subscribe to: hands serialised messages over to the loop, of large ones only the newest."""
 
     def __init__(self, name, kind, loop):
-        """``kind``: the type; '' for whatever comes."""
+        """``kind``: the type, '' for any."""
         self.kind, self.sessions = kind, set()
         self._name, self._loop = name, loop
         self._lock, self._waiting, self._latched = threading.Lock(), collections.deque(maxlen=BURST), {}
@@ -92,7 +92,7 @@ class Subscribed:
                                             buff_size=1 << 22)
 
     def _received(self, raw):
-        """Be rospy's callback for the first messages of a publisher; later ones are read in the loop."""
+        """Take the first messages of a publisher, called by rospy; later ones are read in the loop."""
         header = rospy_internals.connection_header(raw)
         make = self._maker(header)
         if self._subscriber is not None:
@@ -109,13 +109,13 @@ class Subscribed:
             self._loop.call_soon_threadsafe(self._deliver)
 
     def _maker(self, header):
-        """Return a function that makes a Message of the bytes that come by a connection with this header."""
+        """Return a function that makes a Message of the bytes from a connection with this header."""
         kind, definition = header.get('type', self.kind), header.get('message_definition', '')
         deserialise = functools.partial(types.deserialise, kind, definition)
         return lambda data: Message(self._name, data, deserialise, types.now())
 
     def _read_in_loop(self, make, header, connection, rest):
-        """Read a connection in the loop until it ends; without another thread messages arrive sooner."""
+        """Read a connection in the loop until it ends; without a change of threads messages arrive sooner."""
         latched, ended = header.get('latching') == '1', threading.Event()
 
         def deliver(data):
@@ -136,7 +136,7 @@ class Subscribed:
                 session.deliver(message, latched)
 
     def deliver_latched(self, session):
-        """Give a client that comes later what was latched, as a subscriber of its own would get it."""
+        """Send a later client the latched messages, as ROS does for a new subscriber."""
         with self._lock:
             latched = list(self._latched.values())
         for message in latched:
@@ -163,7 +163,7 @@ class Topics:
         return advertised is not None and advertised.is_velocity
 
     def publish(self, session, name, values):
-        """Publish; return a coroutine where the type must be found out first."""
+        """Publish; return a coroutine if the master must be asked for the type first."""
         advertised = self._advertised.get(name)
         if advertised is None:
             return self._publish_unadvertised(session, name, values)
@@ -196,7 +196,7 @@ class Topics:
             advertised.sessions.add(session)
 
     async def unadvertise(self, session, name):
-        """Let a client not publish any more; the topic stays for a while, for those that come again."""
+        """End a client's publishing; the topic stays for a while, for clients that come again."""
         async with self._locks[name]:
             advertised = self._advertised.get(name)
             if advertised is None:
@@ -213,7 +213,7 @@ class Topics:
                 await self._slow(advertised.unregister)
 
     async def subscribe(self, session, name, kind):
-        """Let a client get the messages of a topic."""
+        """Pass the messages of a topic to a client."""
         async with self._locks[name]:
             if kind:
                 types.message_class(kind)
@@ -232,7 +232,7 @@ class Topics:
                 subscribed.deliver_latched(session)
 
     async def unsubscribe(self, session, name):
-        """End that."""
+        """End the subscription."""
         async with self._locks[name]:
             subscribed = self._subscribed.get(name)
             if subscribed is not None:
@@ -259,7 +259,7 @@ def _type_of_slow(name):
 
 
 def _guarded(function, *arguments):
-    """Call what registers something, and say what it complains about in words for a client."""
+    """Call a function that registers something; turn its errors into Refused."""
     try:
         return function(*arguments)
     except (rospy.ROSException, ValueError, OSError) as error:

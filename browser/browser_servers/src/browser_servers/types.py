@@ -1,4 +1,4 @@
-"""Classes of messages and services by their names, and messages that stay serialised until somebody wants them."""
+"""Classes of messages and services by their names, and messages that stay serialised until a client needs them."""
 import functools
 
 import genpy
@@ -23,7 +23,7 @@ def service_class(name):
 def _found(what, find, name):
     try:
         cls = find(name) if name.count('/') == 1 else None
-    except Exception:  # whatever importing somebody else's package raises
+    except Exception:  # importing another package can raise anything
         cls = None
     if cls is None:
         package = name.partition('/')[0]
@@ -52,12 +52,12 @@ builder = Builder(_element_class, now)
 
 @functools.lru_cache(maxsize=1000)
 def raw_class(name, md5sum, definition):
-    """Return a class of messages of a type that stay as they come: ``_buff`` has the bytes."""
+    """Return a class for messages of a type that stay serialised: ``_buff`` has the bytes."""
     return type('Raw', (rospy.AnyMsg,), {'_type': name, '_md5sum': md5sum, '_full_text': definition})
 
 
 def raw_class_of(name):
-    """Return the class of serialised messages of a type, or of any type where there is no name."""
+    """Return the class of serialised messages of a type, or of any type if the name is empty."""
     if not name:
         return rospy.AnyMsg
     cls = message_class(name)
@@ -70,7 +70,7 @@ def _class_of_definition(name, definition):
 
 
 def deserialise(name, definition, data):
-    """Return the message in ``data``; where its type is not installed, its definition, sent by the publisher, helps."""
+    """Return the message in ``data``; a type that is not installed is read with the publisher's definition."""
     try:
         cls = message_class(name)
     except Refused:

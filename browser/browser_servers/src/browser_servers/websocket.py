@@ -11,13 +11,13 @@ import tornado.routing
 from rosbridge_core.connection import WebSocket
 from rosbridge_core.session import Session
 
-LOOK = 0.05  # [s] between two looks at silent and slow clients
-SEND_BUFFER = 1 << 18  # [B] of the kernel for a client; what is in there cannot be overtaken any more
-USER_TIMEOUT = 20000  # [ms] without an acknowledgement of what was sent, after which the kernel closes a connection
+CHECK_INTERVAL = 0.05  # [s] between two checks for silent and slow clients
+SEND_BUFFER = 1 << 18  # [B] of the kernel for a client; its content cannot be overtaken
+USER_TIMEOUT = 20000  # [ms] without an acknowledgement until the kernel closes a connection
 
 
 class RosbridgeWebSocket(WebSocket):
-    """One client; it connects where the path is / and anything else that no page has."""
+    """One client, at any path."""
 
     def initialize(self, clients):
         """``clients``: the Clients."""
@@ -32,23 +32,24 @@ class RosbridgeWebSocket(WebSocket):
             return
         await super().get(*arguments, **keywords)
 
-    async def opened(self, connection, stream):
-        """Serve the client until it has gone."""
+    def opened(self, connection, stream):
+        """Begin to serve the client."""
         stream.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
         stream.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, USER_TIMEOUT)
         clients = self._clients
         self._session = session = Session(clients.bridge, connection.send, connection.close, clients.settings,
                                           clients.warn)
+        self.received, self.drain = session.received, session.drain
         clients.add(self)
-        try:
-            await connection.read(session.received, session.drain)
-        finally:
-            clients.remove(self)
-            await session.closed()
 
-    def look(self, now):
-        """Look at a silent or slow client."""
-        self._session.look(now)
+    async def ended(self):
+        """Forget the client."""
+        self._clients.remove(self)
+        await self._session.closed()
+
+    def check(self, now):
+        """Check whether the client is silent or slow."""
+        self._session.check(now)
 
 
 class _WebSockets(tornado.routing.Matcher):
@@ -65,10 +66,10 @@ def websocket_rule(handler, clients):
 
 
 class Clients:
-    """All clients that are connected. ``changed`` is called with {client: (address, time of its connection [s])}."""
+    """All clients that are connected. ``changed`` gets [(address, time of the connection [s])] of all."""
 
     def __init__(self, bridge, settings, most, warn, changed):
-        """``most``: how many may connect; ``warn`` logs what a client did wrong."""
+        """``most``: how many clients may connect; ``warn`` logs their errors."""
         self.bridge, self.settings, self.most, self.warn = bridge, settings, most, warn
         self._clients, self._changed = set(), changed
         asyncio.get_event_loop().create_task(self._watch())
@@ -77,12 +78,12 @@ class Clients:
         return len(self._clients)
 
     def add(self, client):
-        """Add one."""
+        """Add a client."""
         self._clients.add(client)
         self._tell()
 
     def remove(self, client):
-        """Remove one."""
+        """Remove a client."""
         self._clients.discard(client)
         self._tell()
 
@@ -91,7 +92,7 @@ class Clients:
 
     async def _watch(self):
         while True:
-            await asyncio.sleep(LOOK)
+            await asyncio.sleep(CHECK_INTERVAL)
             now = time.monotonic()
             for client in list(self._clients):
-                client.look(now)
+                client.check(now)

@@ -4,9 +4,9 @@ import socket
 
 import pytest
 
-from browser_servers.incoming import ROOM, Incoming
+from browser_servers.incoming import BUFFER_SIZE, Incoming
 
-MESSAGES = [b'', b'a', b'x' * 1000, bytes(range(256)) * 2000, b'b' * (3 * ROOM), b'last']
+MESSAGES = [b'', b'a', b'x' * 1000, bytes(range(256)) * 2000, b'b' * (3 * BUFFER_SIZE), b'last']
 STREAM = b''.join(len(one).to_bytes(4, 'little') + one for one in MESSAGES)
 
 

@@ -1,1 +1,1 @@
-"""The page for browsers: its server, and what opens its panels."""
+"""The page for browsers: its server, and the programs that open its panels."""

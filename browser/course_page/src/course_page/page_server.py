@@ -1,6 +1,6 @@
 """browser: one process that serves the page in web/, its WebSocket to ROS, and images as video.
 
-It starts without a ROS master, because the page explains what to do then; hence it has options, not parameters.
+It also starts without a ROS master, because the page then explains what to do; hence it has options, not parameters.
 
 Threading contract: the loop of the server runs in a thread of its own, from the start; rospy is initialised in the
 main thread as soon as a master answers.
@@ -35,17 +35,17 @@ from rospy_support.master import Master, NoMaster
 from rospy_support.servers import Report
 
 PORT = 8000
-LOOK = 0.5  # [s] between two looks for a master
-ANSWER = 1.0  # [s] in which it must answer
-MOST_CLIENTS = MOST_STREAMS = 100
-UNREGISTER = 10.0  # [s] that a topic stays advertised after its last page
+POLL_INTERVAL = 0.5  # [s] between two requests to a master
+ANSWER_TIMEOUT = 1.0  # [s] of such a request
+MAX_CLIENTS = MAX_STREAMS = 100
+UNREGISTER = 10.0  # [s] that a topic stays advertised after its last client
 RATE = 5000.0  # [1/s] messages of a page
 PING, PONG = 2.0, 6.0  # [s] between two pings, and in which a page must answer
 NOT_YET = 'no ROS master answers at {uri}; type roscore in a terminal'
 
 
 class Page(web.Files):
-    """The files of the page; a browser runs nothing that does not come from here."""
+    """The files of the page; a browser runs only scripts from here."""
 
     def set_extra_headers(self, path):
         """Add the Content-Security-Policy."""
@@ -62,7 +62,7 @@ def policy(host):
 
 
 class Status(web.Guarded):
-    """What the page shows while it has no connection to ROS, as JSON."""
+    """The state of server and master as JSON, for a page without a connection to ROS."""
 
     async def get(self):
         """Answer."""
@@ -78,7 +78,7 @@ class Socket(RosbridgeWebSocket):
     """The WebSocket of a page, or of another client."""
 
     async def get(self, *arguments, **keywords):
-        """Accept a client once there is ROS."""
+        """Accept a client once a ROS master answers."""
         if self._finished:
             return
         if self.settings['ready'].is_set():
@@ -90,7 +90,7 @@ class Socket(RosbridgeWebSocket):
 def master_answers():
     """Return whether a ROS master answers."""
     try:
-        return bool(Master(ANSWER).request([('getPid',)]))
+        return bool(Master(ANSWER_TIMEOUT).request([('getPid',)]))
     except NoMaster:
         return False
 
@@ -115,7 +115,7 @@ class PageServer:
         """Make the application, in the loop's thread."""
         report = Report()
         bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(srv, TypeDef))
-        clients = Clients(bridge, Settings(rate=RATE, burst=2 * RATE), MOST_CLIENTS,
+        clients = Clients(bridge, Settings(rate=RATE, burst=2 * RATE), MAX_CLIENTS,
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
             [websocket_rule(Socket, clients), (r'/status', Status),
@@ -124,7 +124,7 @@ class PageServer:
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
             access=self._access, refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'),
             ready=self.ready, sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0],
-            most=MOST_STREAMS, use_compression=False, websocket_ping_interval=PING, websocket_ping_timeout=PONG,
+            most=MAX_STREAMS, use_compression=False, ping_interval=PING, ping_timeout=PONG,
             websocket_max_message_size=Settings().largest, log_function=lambda handler: None)
 
     def start(self):
@@ -147,7 +147,7 @@ def _listen(address, port):
 
 
 def _host(address):
-    """Return what to type in a browser of this machine for an address to listen at."""
+    """Return the host to type in a browser on this machine for an address to listen at."""
     try:
         place = ipaddress.ip_address(address)
     except ValueError:
@@ -168,8 +168,10 @@ def options_of(arguments):
     parser.add_argument('--port', type=int, default=PORT, help='where to listen; 0: a free port (default: %(default)s)')
     parser.add_argument('--address', default='127.0.0.1', help='127.0.0.1: only this machine (default); '
                         '0.0.0.0: all networks, then other machines need the token')
-    parser.add_argument('--token', default='', help='what other machines must send; default: a new one; off: none')
-    parser.add_argument('--origins', default='', help='sites whose pages may connect, too, with commas; any: all')
+    parser.add_argument('--token', default='',
+                        help='token that other machines must send; default: a new one; off: none')
+    parser.add_argument('--origins', default='',
+                        help='further sites whose pages may connect, separated by commas; any: all')
     parser.add_argument('--hosts', default='', help='further names of this machine, separated by commas')
     parser.add_argument('--folder', default=folder, help='a page of your own instead of this one')
     parser.add_argument('--open', nargs='?', const='true', default='false', choices=('true', 'false'),
@@ -184,7 +186,7 @@ def options_of(arguments):
 
 
 def _is_served_already(options, port=None):
-    """Return whether another server has the page of this master, which is said; ``port``: of this one."""
+    """Return whether another server shows this master, and say so; ``port``: that of this server."""
     address = running_address()
     if not address or address == f'http://localhost:{port}/':
         return False
@@ -208,7 +210,7 @@ def main():
     while not master_answers():
         if rospy.is_shutdown():
             return
-        time.sleep(LOOK)
+        time.sleep(POLL_INTERVAL)
     if _is_served_already(options, server.port):
         return
     nodes.init_node('browser')

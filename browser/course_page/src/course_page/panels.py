@@ -17,7 +17,7 @@ SERVER = 'rosrun', 'course_page', 'browser'  # it prints the line that ADDRESS f
 PORT_PARAMETER = '/browser/actual_port'
 USUAL_PORT = 8000  # a server that waits for a master has no parameter yet
 ADDRESS = re.compile(r'^Open (http://\S+) in a browser')
-ANSWER = 2.0  # [s] in which a server must answer
+ANSWER_TIMEOUT = 2.0  # [s] of a request to a server
 
 
 class Program(NamedTuple):
@@ -75,7 +75,7 @@ def _say_ignored(arguments):
 
 
 def show(part):
-    """Open the page at a part of it; serve it until Ctrl-C where nobody does."""
+    """Open the page at a panel; serve it until Ctrl-C unless another server does."""
     address = running_address()
     if address:
         _open(f'{address}#{part}')
@@ -96,7 +96,7 @@ def show(part):
 
 
 def running_address():
-    """Return the address of a server of the page that belongs to this master; None if there is none."""
+    """Return the address of a server that shows this master, or None."""
     master = rosgraph.Master('/panels')
     try:
         ports = [master.getParam(PORT_PARAMETER), USUAL_PORT]
@@ -104,10 +104,10 @@ def running_address():
         ports = [USUAL_PORT]
     for port in ports:
         try:
-            with urllib.request.urlopen(f'http://localhost:{int(port)}/status', timeout=ANSWER) as answer:
+            with urllib.request.urlopen(f'http://localhost:{int(port)}/status', timeout=ANSWER_TIMEOUT) as answer:
                 if json.load(answer).get('uri') == rosgraph.get_master_uri():
                     return f'http://localhost:{port}/'
-        except (OSError, ValueError, AttributeError):  # nobody there, or another program
+        except (OSError, ValueError, AttributeError):  # no server there, or another program
             continue
     return None
 
@@ -118,7 +118,7 @@ def _open(address):
 
 
 def open_page(address):
-    """Show an address in the browser of $BROWSER, or in the desktop's; say what went wrong."""
+    """Show an address in the browser of $BROWSER or of the desktop; report an error."""
     command = os.environ.get('BROWSER') or 'xdg-open'
     try:
         subprocess.Popen([command, address], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,

@@ -227,7 +227,7 @@ def watched(page, nodes, types, drives=(), robot=False):
         const done = new Set();
         const watcher = new m.Watcher((number) => done.add(number));
         const map = (values) => new Map(Object.entries(values));
-        watcher.look({{nodes: map({json.dumps(nodes)}), types: map({json.dumps(types)})}});
+        watcher.update({{nodes: map({json.dumps(nodes)}), types: map({json.dumps(types)})}});
         for (const [index, [x, y, speed]] of {json.dumps(drives)}.entries()) {{
             const twist = {{twist: {{linear: {{x: speed, y: 0}}}}}};
             const odometry = {{pose: {{pose: {{position: {{x, y}}}}}}, twist}};

@@ -1,16 +1,16 @@
-// Calling services for a user: what is refused is shown, and what one would type in a terminal.
+// Service calls for a user: shows errors, and the command that does the same in a terminal.
 
 import {el, fill} from './dom.js';
 
 export class Caller {
-  // `element` shows the command of what was done last.
+  // `element` shows the command of the last call.
   constructor(context) {
     this._context = context;
     this._last = '';
     this.element = el('div', {class: 'command-now'});
   }
 
-  // Call a service; return its answer, or null if it was refused, which the user is told.
+  // Call a service; return its answer, or show the error and return null.
   async call(service, args = {}) {
     this.show(`rosservice call ${service}${Object.keys(args).length ? ` ${quoted(args)}` : ''}`);
     try {
@@ -28,7 +28,7 @@ export class Caller {
   }
 }
 
-// Return arguments of a service as one has to type them for rosservice.
+// Return the arguments of a service as typed for rosservice.
 function quoted(args) {
   const parts = Object.entries(args).map(([name, value]) => `${name}: ${typeof value === 'string' ? JSON.stringify(value) : value}`);
   return `"{${parts.join(', ').replaceAll('"', '\'')}}"`;

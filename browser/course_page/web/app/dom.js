@@ -1,7 +1,7 @@
-// Elements made in JavaScript. Everything from ROS goes through here as text; nothing in this page sets HTML.
+// Elements made in JavaScript. Everything from ROS becomes text here; this page never sets HTML.
 
-// Return a new element. `properties`: `class`, `dataset`, `style` (an object), `on` ({event: listener}), what starts with
-// aria- or is in ATTRIBUTES as attribute, anything else as property. `children`: nodes, texts, null for nothing.
+// Return a new element. `properties`: `class`, `dataset`, `style` (an object), `on` ({event: listener}); names that start
+// with aria- or are in ATTRIBUTES become attributes, all others properties. `children`: nodes, texts, or null for nothing.
 export function el(name, properties = {}, ...children) {
   const element = document.createElement(name);
   assign(element, properties);
@@ -9,7 +9,7 @@ export function el(name, properties = {}, ...children) {
   return element;
 }
 
-// Return a new element of SVG; all properties but `on` are attributes.
+// Return a new SVG element; all properties except `on` are attributes.
 export function svg(name, properties = {}, ...children) {
   const element = document.createElementNS('http://www.w3.org/2000/svg', name);
   for (const [key, value] of Object.entries(properties)) {
@@ -20,7 +20,7 @@ export function svg(name, properties = {}, ...children) {
   return element;
 }
 
-// Replace what is in an element.
+// Replace the content of an element.
 export function fill(element, ...children) {
   element.replaceChildren();
   append(element, children);
@@ -91,12 +91,12 @@ export function inNextFrame(draw) {
   return request;
 }
 
-// Return a CSS variable's value, as '--line'; canvases take their colours from it.
+// Return the value of a CSS variable such as '--line'; canvases take their colours from it.
 export function cssColour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-// Load a panel's style sheet, given by its address relative to index.html; each once.
+// Load a panel's style sheet once; its address is relative to index.html.
 export function styleSheet(address) {
   if (![...document.styleSheets].some((sheet) => sheet.ownerNode?.getAttribute('href') === address)) {
     document.head.append(el('link', {rel: 'stylesheet', href: address}));

@@ -1,7 +1,7 @@
-// turtlesim's canvas and turtles: from the messages of ~drawing (turtlesim/Drawing) to two canvases, one over the other.
+// turtlesim's canvas and turtles: draws the messages of ~drawing (turtlesim/Drawing) on two canvases, one over the other.
 //
-// The lower canvas has turtlesim's own pixels, 500 x 500, which the simulator sends as runs of one colour; nothing is drawn
-// here, so that it equals a snapshot. The upper one has the turtles, in the resolution of the screen.
+// The lower canvas shows turtlesim's own 500 x 500 pixels, which the simulator sends as runs of one colour, so that it
+// equals a snapshot. The upper one shows the turtles in the resolution of the screen.
 
 import {el, inNextFrame} from './dom.js';
 
@@ -9,9 +9,9 @@ export const SIZE = 500;        // [px] of turtlesim's canvas
 export const METRE = 45;        // [px]
 export const ARENA = (SIZE - 1) / METRE;  // [m]
 const SPRITE = 45;              // [px]
-const PIXEL_BITS = 18;          // of a run's first number, which has the first pixel; the other bits: how many
+const PIXEL_BITS = 18;          // of a run's first number: its first pixel; the other bits: its length
 const OPAQUE = 0xff000000;
-const WAIT = 1000;              // [ms] until the next try to get all pixels
+const WAIT = 1000;              // [ms] until all pixels are requested again
 
 const sprites = new Map();      // name: an image
 
@@ -27,7 +27,7 @@ function sprite(name, loaded) {
 }
 
 export class Drawing {
-  // `label`: of the canvas, for screen readers; `onTurtles(turtles)` is called before each frame that shows a message.
+  // `label`: of the canvas, for screen readers; `onTurtles(turtles)` is called before each frame that shows a new message.
   constructor(ros, label, onTurtles) {
     this._ros = ros;
     this._onTurtles = onTurtles;
@@ -37,12 +37,12 @@ export class Drawing {
     this._strokes = this.canvas.getContext('2d', {willReadFrequently: true});
     this._image = this._strokes.createImageData(SIZE, SIZE);
     this._pixels = new Uint32Array(this._image.data.buffer);
-    this._top = SIZE;      // the rows of `_image` that are not on the canvas yet
+    this._top = SIZE;      // first row of `_image` that is not on the canvas yet
     this._bottom = -1;
     this.turtles = [];     // {name, image, x, y, theta}
-    this.frames = 0;       // that were drawn with turtles
+    this.frames = 0;       // drawn with turtles
     this.highlight = '';   // the name of a turtle with a ring around it
-    this.mark = null;      // {x, y, theta}: where something would be put
+    this.mark = null;      // {x, y, theta}: where a turtle would be placed
     this.draw = inNextFrame(() => this._draw());
     this._observer = new ResizeObserver(() => this._resize());
     this._observer.observe(this.element);
@@ -50,12 +50,12 @@ export class Drawing {
     this._node = '';
   }
 
-  // Show the simulator with this name of its node, as /turtlesim; '': none.
+  // Show the simulator whose node has this name, such as /turtlesim; '': none.
   follow(node) {
     if (node === this._node) return;
     this._end();
     this._node = node;
-    this._number = null;   // of the newest message on the canvas; null: nothing of it is known
+    this._number = null;   // of the newest message on the canvas; null: unknown
     this._early = [];
     this.turtles = [];
     this._fetching = false;
@@ -83,14 +83,14 @@ export class Drawing {
       this._fetch();
     } else if (message.number === this._number + 1) {
       this._show(message);
-    } else {            // messages were lost, or the simulator has been started again
+    } else {            // messages were lost, or the simulator has restarted
       this._number = null;
       this._early = [message];
       this._fetch();
     }
   }
 
-  // Get all pixels, then what has changed since.
+  // Request all pixels, then apply the changes since.
   async _fetch() {
     if (this._fetching || this._number !== null || !this._ros.connected) return;
     const node = this._node;
@@ -172,7 +172,7 @@ export class Drawing {
     context.globalAlpha = 1;
   }
 
-  // Return where [m] in the arena an event of a pointer is.
+  // Return the position [m] in the arena of a pointer event.
   position(event) {
     const box = this.element.getBoundingClientRect();
     const clip = (value) => Math.max(0, Math.min(ARENA, value));
@@ -180,7 +180,7 @@ export class Drawing {
       y: clip(ARENA - ((event.clientY - box.top) / box.height) * SIZE / METRE)};
   }
 
-  // Return the turtle next to a place, within its own size; undefined if there is none.
+  // Return the turtle nearest to a position, within its own size, or undefined.
   turtleAt({x, y}) {
     const near = this.turtles.map((turtle) => [Math.hypot(turtle.x - x, turtle.y - y), turtle])
       .filter(([distance]) => distance < SPRITE / METRE / 1.5).sort((a, b) => a[0] - b[0]);

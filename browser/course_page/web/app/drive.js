@@ -1,28 +1,28 @@
 // Driving by keys, buttons, joysticks and touch.
 //
-// Safety: velocities go out PERIOD apart while something is held, and one zero velocity when it is let go. When the page
-// loses the focus, is hidden or left, everything is let go at once. If the page itself stops working, the server's dead
-// man's switch stops the vehicle DEADMAN after its last message.
+// Safety: velocities are sent every PERIOD while a key, button or joystick is held, and one zero velocity on release. All
+// are released when the page loses the focus, is hidden or left. If the page itself stops working, the server's dead
+// man's switch stops the vehicle DEADMAN after the last message.
 
 import {el} from './dom.js';
 
 const PERIOD = 50;     // [ms] between two velocities
 const DEADMAN = 0.5;   // [s]
-const PULSE = 500;     // [ms] that a click without a pointer drives: a screen reader's
+const PULSE = 500;     // [ms] of driving per click without a pointer, as screen readers send it
 const TWIST = 'geometry_msgs/Twist';
 const KEYS = {
   ArrowUp: 'forward', ArrowDown: 'back', ArrowLeft: 'left', ArrowRight: 'right',
   KeyW: 'forward', KeyS: 'back', KeyA: 'left', KeyD: 'right', KeyQ: 'strafeLeft', KeyE: 'strafeRight',
 };
-// What each holds: x forward, y to the left, turn counter-clockwise, each -1 to 1.
+// Velocity of each: x forward, y to the left, turn counter-clockwise, each -1 to 1.
 const DIRECTIONS = {
   forward: {x: 1}, back: {x: -1}, left: {turn: 1}, right: {turn: -1}, strafeLeft: {y: 1}, strafeRight: {y: -1},
 };
 
 // Sends the velocities of one vehicle.
 export class Driver {
-  // `topic()` returns the topic at the moment, '' for none; `limits` {linear [m/s], angular [rad/s]} may be changed;
-  // `onChange({x, y, turn})` is called with what is held, each -1 to 1.
+  // `topic()` returns the current topic, '' for none; `limits` {linear [m/s], angular [rad/s]} may be changed;
+  // `onChange({x, y, turn})` gets the sum of the held inputs, each -1 to 1.
   constructor(ros, topic, limits, onChange = () => {}) {
     this._ros = ros;
     this._topic = topic;
@@ -30,7 +30,7 @@ export class Driver {
     this._onChange = onChange;
     this._held = new Map();  // source: {x, y, turn}
     this._timer = 0;
-    this._moving = '';       // the topic that has to get a zero velocity
+    this._moving = '';       // the topic that needs a zero velocity
     this._ends = [
       ros.onOpen(() => ros.send({op: 'deadman', timeout: DEADMAN})),
       ros.onState((state) => state.link === 'open' || this.stop()),
@@ -40,7 +40,7 @@ export class Driver {
     ];
   }
 
-  // Hold something; `source` is who holds it, as a key or a joystick.
+  // Hold an input; `source` identifies it: a key, a button or a joystick.
   hold(source, {x = 0, y = 0, turn = 0}) {
     const idle = !this._held.size;
     this._held.set(source, {x, y, turn});
@@ -55,7 +55,7 @@ export class Driver {
     if (this._held.delete(source)) this._held.size ? this._send() : this.stop();
   }
 
-  // Let everything go, and stop the vehicle if this page has moved it.
+  // Release all inputs, and stop the vehicle if this page has moved it.
   stop() {
     clearInterval(this._timer);
     this._held.clear();
@@ -66,7 +66,7 @@ export class Driver {
     }
   }
 
-  // Send a zero velocity in any case: whoever presses Stop may want to stop what another program has started.
+  // Always send a zero velocity: the Stop button must also stop a vehicle that another program moves.
   halt() {
     this._moving = this._topic();
     this.stop();
@@ -106,7 +106,7 @@ function listen(target, event, listener) {
   return () => target.removeEventListener(event, listener);
 }
 
-// Drive with the keys of the keyboard, wherever the focus is but in fields; `sideways`: Q and E, too. Return what ends it.
+// Drive with the keyboard unless a field has the focus; `sideways`: Q and E, too. Return a function that ends it.
 export function driveByKeys(driver, {sideways = false} = {}) {
   const used = (event) => {
     const name = KEYS[event.code];
@@ -129,8 +129,8 @@ export function driveByKeys(driver, {sideways = false} = {}) {
   return () => ends.forEach((end) => end());
 }
 
-// Return buttons that drive while they are held. `names`: which of DIRECTIONS, with their texts, null for a gap;
-// `announce(text)` tells a screen reader what a click has done.
+// Return buttons that drive while they are held. `names`: keys of DIRECTIONS with their texts, null for a gap;
+// `announce(text)` tells a screen reader the effect of a click.
 export function driveButtons(driver, rows, announce) {
   const stop = el('button', {type: 'button', class: 'danger stop', on: {click: () => {
     driver.halt();
@@ -145,7 +145,7 @@ export function driveButtons(driver, rows, announce) {
 function holdButton(driver, name, sign, text, announce) {
   const source = `button ${name}`;
   let held = false;
-  let keyed = false;  // a key has done what the click that it causes would do
+  let keyed = false;  // a key press was handled; ignore the click that it causes
   const hold = () => {
     held = true;
     driver.hold(source, DIRECTIONS[name]);
@@ -180,7 +180,7 @@ function holdButton(driver, name, sign, text, announce) {
   }}, sign);
 }
 
-// Return a joystick for fingers and mouse. `axes(x, y)` turns its position, right and up -1 to 1, into what is held.
+// Return a joystick for fingers and mouse. `axes(x, y)` maps its position, right and up -1 to 1, to the held input.
 export function joystick(driver, name, axes, label) {
   const knob = el('div', {class: 'knob'});
   const stick = el('div', {class: 'joystick', 'aria-hidden': 'true'}, knob, el('span', {}, label));
@@ -216,14 +216,14 @@ export function joystick(driver, name, axes, label) {
   return stick;
 }
 
-// Return a position of a stick without what nobody means: a tenth around the middle of each axis.
+// Return a stick's position with a dead zone of a tenth around the middle of each axis.
 function dead(value) {
   return Math.abs(value) < 0.1 ? 0 : (value - Math.sign(value) * 0.1) / 0.9;
 }
 
 // Return a slider for one of the driver's limits.
 export function limitSlider(driver, key, text, unit, most, step) {
-  const shown = el('span', {class: 'number'});  // an output would take the label from the slider
+  const shown = el('span', {class: 'number'});  // an output element would take the slider's label
   const show = () => { shown.textContent = `${driver.limits[key].toFixed(1)} ${unit}`; };
   const slider = el('input', {type: 'range', min: step, max: most, step, value: driver.limits[key], on: {input: () => {
     driver.limits[key] = Number(slider.value);

@@ -1,4 +1,4 @@
-// Frames that never move (/tf_static), as far as a map needs them: where sensors are on the robot.
+// Static frames (/tf_static), as far as a map needs them: the positions of sensors on the robot.
 
 export class Frames {
   constructor(ros) {
@@ -10,8 +10,8 @@ export class Frames {
     }, {length: 100});
   }
 
-  // Return a point {x, y, z} of a frame in the frame at the root of those that never move, the robot's own.
-  // A frame that nobody knows is taken for the robot's own; an optical one looks ahead.
+  // Return a point {x, y, z} of a frame in the root of the static frames, the robot's own frame.
+  // An unknown frame counts as the robot's own; an optical one looks ahead.
   toRobot(frame, point) {
     let name = bare(frame);
     if (!this._parents.has(name) && name.endsWith('_optical_frame')) return {x: point.z, y: -point.x, z: -point.y};

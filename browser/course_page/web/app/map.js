@@ -1,19 +1,19 @@
-// The world of the Robotont from above: walls, cylinders and panels with markers below; path, scan, markers that are seen
-// and the robot above them. World: x to the right, y up, metres. Messages are stored, and drawn in the next frame.
+// The Robotont's world from above: walls, cylinders and marker panels below; path, scan, detected markers and the robot
+// above them. World: x to the right, y up, metres. Messages are stored, and drawn in the next frame.
 
 import {cssColour, el, inNextFrame} from './dom.js';
 
 const RADIUS = 0.18;      // [m] of the robot
-const LOW = 0.1;          // [m] what is lower is drawn pale: the robot rolls over it
+const LOW = 0.1;          // [m] lower objects are drawn pale: the robot rolls over them
 const MARGIN = 0.4;       // [m]
 const EMPTY = 3;          // [m] shown around the robot in an empty world
-const MOST = 20000;       // points of a path
+const MAX_POINTS = 20000; // of a path
 const NEAR = 0.01;        // [m] between two points of a path
 const ZOOM = 1.25;
-const REACH = 14;         // [px] around a panel in which it is taken
+const REACH = 14;         // [px] around a panel in which a press selects it
 
 export class WorldMap {
-  // `onPlace` gets the pose where the robot is put, `onMove` a panel {name, x, y, yaw} that has been dragged.
+  // `onPlace` gets the robot's new pose, `onMove` a dragged panel {name, x, y, yaw}.
   constructor(label, onPlace, onMove) {
     this.ground = el('canvas', {role: 'img', 'aria-label': label});
     this.over = el('canvas', {'aria-hidden': 'true'});
@@ -23,11 +23,11 @@ export class WorldMap {
     this.placing = false;
     this._onPlace = onPlace;
     this._onMove = onMove;
-    this._moved = null;     // the panel that is dragged
+    this._moved = null;     // the dragged panel
     this.clear();
     this.draw = inNextFrame(() => this._draw());
-    this._view = null;      // {x, y, scale [px/m]}: the middle; null: everything
-    this._stale = true;     // the ground has to be drawn again
+    this._view = null;      // {x, y, scale [px/m]} of the centre; null: show everything
+    this._stale = true;     // the ground must be redrawn
     this._observer = new ResizeObserver(() => this._resize());
     this._observer.observe(this.element);
     this._recolour = () => this.redraw();
@@ -41,10 +41,10 @@ export class WorldMap {
     removeEventListener('themechange', this._recolour);
   }
 
-  // Forget the robot and what it has seen.
+  // Forget the robot and its measurements.
   clear() {
     this.robot = null;      // {x, y, yaw}
-    this.odometry = null;   // the same, where the robot believes it is
+    this.odometry = null;   // the same, by its odometry
     this.path = [];
     this.odometryPath = [];
     this.scan = [];         // points {x, y} in the robot's frame
@@ -87,7 +87,7 @@ export class WorldMap {
     this.redraw();
   }
 
-  // Return where [m] an event of a pointer is.
+  // Return the position [m] of a pointer event.
   position(event) {
     const box = this.element.getBoundingClientRect();
     const {x, y, scale} = this._place();
@@ -123,7 +123,7 @@ export class WorldMap {
     return left < x && x < right && bottom < y && y < top;
   }
 
-  // Return {x, y, scale [CSS px/m]} of what is shown.
+  // Return {x, y, scale [CSS px/m]} of the visible part.
   _place() {
     if (this._view) return this._view;
     this._fitted ||= this._bounds();
@@ -347,13 +347,13 @@ export class WorldMap {
   }
 }
 
-// Add a position to a path where it is a new one; a jump begins a new path.
+// Add a position to a path if it differs from the last one; a jump starts a new path.
 function extend(path, {x, y}) {
   const last = path[path.length - 1];
   if (last && Math.hypot(x - last.x, y - last.y) < NEAR) return;
   if (last && Math.hypot(x - last.x, y - last.y) > 1) path.length = 0;
   path.push({x, y});
-  if (path.length > MOST) path.splice(0, MOST / 10);
+  if (path.length > MAX_POINTS) path.splice(0, MAX_POINTS / 10);
 }
 
 function corners({x, y, yaw, length, width}) {

@@ -1,23 +1,22 @@
-// The client of rosbridge protocol 2: topics, services, and what to do when the connection or the master goes.
+// A client of rosbridge protocol 2: topics, services, and recovery when the connection or the master is lost.
 //
-// One WebSocket for the whole page. All subscriptions to a topic share one on the wire, at the highest rate that
-// somebody wants; each gets messages at most as often as it has asked for. After a connection has been lost, it is made
-// again, and all subscriptions with it. Publishers advertise again with their next message.
+// The whole page uses one WebSocket. All subscriptions to a topic share one on the wire, at the highest requested rate;
+// each gets messages at most as often as it has asked for. A lost connection is opened again, with all its
+// subscriptions. Publishers advertise again with their next message.
 
 const RETRY = 500;              // [ms] until the next try to connect
-const STATUS_PERIOD = 2000;     // [ms] between two looks at the server's /status
+const STATUS_PERIOD = 2000;     // [ms] between two requests of the server's /status
 const STATUS_TIMEOUT = 3000;    // [ms]
 const CALL_TIMEOUT = 10000;     // [ms] for the answer of a service
 const ADVERTISED = 60000;       // [ms] without a message, after which a topic is unadvertised
 
 export class Ros {
-  // States of `state.link`: 'connecting' (the first time), 'open', 'lost' (tried again all the time).
-  // `state.master`: whether a ROS master answers; `state.uri`: where it is expected; `state.server`: whether the page's
-  // server answers at all.
+  // `state.link`: 'connecting' (the first time), 'open', or 'lost' (reconnecting). `state.master`: whether a ROS master
+  // answers; `state.uri`: its address; `state.server`: whether the page's server answers.
   constructor(address = defaultAddress()) {
     this.address = address;
     this.state = {link: 'connecting', master: true, server: true, uri: ''};
-    this.statuses = new Set();    // functions that get what the server reports: {level, text}
+    this.statuses = new Set();    // functions that get the server's reports: {level, text}
     this._states = new Set();
     this._topics = new Map();     // name: {type, listeners, asked, last}
     this._published = new Map();  // name: {type, timer}
@@ -26,30 +25,30 @@ export class Ros {
     this._hooks = new Set();
     this._connect();
     this._watch();
-    document.addEventListener('visibilitychange', () => document.hidden || this._look());
+    document.addEventListener('visibilitychange', () => document.hidden || this._poll());
   }
 
   get connected() {
     return this.state.link === 'open' && this.state.master;
   }
 
-  // Call `callback(state)` now and at each change; return what ends that.
+  // Call `callback(state)` now and at each change; return a function that ends it.
   onState(callback) {
     this._states.add(callback);
     callback(this.state);
     return () => this._states.delete(callback);
   }
 
-  // Call `callback()` each time a connection is open, before anything else is sent; return what ends that.
+  // Call `callback()` each time a connection opens, before anything else is sent; return a function that ends it.
   onOpen(callback) {
     this._hooks.add(callback);
     if (this.state.link === 'open') callback();
     return () => this._hooks.delete(callback);
   }
 
-  // Call `callback(message)` for the messages of a topic, at most `rate` times a second (0: all); return what ends
-  // that. `length`: how many may wait on a slow connection, none of which is replaced by a newer one then.
-  // A subscriber that comes later gets the last message at once, if there was one.
+  // Call `callback(message)` for the messages of a topic, at most `rate` times a second (0: all); return a function that
+  // ends it. `length`: how many messages may wait on a slow connection; with it, newer ones replace none of them.
+  // A later subscriber gets the last message at once, if there was one.
   subscribe(name, type, callback, {rate = 0, compression = 'none', length = 0} = {}) {
     let topic = this._topics.get(name);
     if (!topic) this._topics.set(name, topic = {type, listeners: new Set(), asked: '', last: undefined});
@@ -86,7 +85,7 @@ export class Ros {
     return this.send({op: 'publish', topic: name, msg: message});
   }
 
-  // Call a service; return a Promise of its response, refused with an Error that says why.
+  // Call a service; return a Promise of its response, or reject it with an Error that says why.
   call(service, args = {}, {timeout = CALL_TIMEOUT, type} = {}) {
     const id = `call:${++this._next}`;
     return new Promise((resolve, reject) => {
@@ -119,7 +118,7 @@ export class Ros {
         this._ask(name, topic);
       }
       this._set({link: 'open', server: true, master: true});
-      this._look();
+      this._poll();
     };
     socket.onmessage = (event) => this._received(event.data);
     socket.onclose = () => {
@@ -135,7 +134,7 @@ export class Ros {
 
   // Connect as soon as the server says that it is ready.
   async _connectAgain() {
-    await this._look();
+    await this._poll();
     if (this.state.server && this._ready) this._connect();
     else setTimeout(() => this._connectAgain(), RETRY);
   }
@@ -164,7 +163,7 @@ export class Ros {
       clearTimeout(call.timer);
       if (operation.result) call.resolve(operation.values);
       else call.reject(new Error(String(operation.values)));
-    } else if (operation.op === 'status' && !String(operation.id).startsWith('call:')) {  // a call tells it itself
+    } else if (operation.op === 'status' && !String(operation.id).startsWith('call:')) {  // the caller reports it
       for (const callback of this.statuses) callback({level: operation.level, text: String(operation.msg)});
     }
   }
@@ -193,15 +192,15 @@ export class Ros {
 
   async _watch() {
     for (;;) {
-      if (!document.hidden) await this._look();
+      if (!document.hidden) await this._poll();
       await new Promise((resolve) => setTimeout(resolve, STATUS_PERIOD));
     }
   }
 
-  // Look at what the server knows of the master. A server that has no /status is another rosbridge: it has a master.
-  async _look() {
-    if (this._looking) return;
-    this._looking = true;
+  // Ask the server for the state of the master. A server without /status is another rosbridge, which has a master.
+  async _poll() {
+    if (this._polling) return;
+    this._polling = true;
     try {
       const answer = await fetch('status', {signal: AbortSignal.timeout(STATUS_TIMEOUT)});
       const found = answer.ok ? await answer.json() : {master: true, ready: true, uri: ''};
@@ -210,7 +209,7 @@ export class Ros {
     } catch {
       if (this.state.link !== 'open') this._set({server: false});
     } finally {
-      this._looking = false;
+      this._polling = false;
     }
   }
 }

@@ -68,7 +68,7 @@ export class Rosapi {
     return (await this._call('get_param_names')).names;
   }
 
-  // Return a parameter's value; `otherwise` where it is not set.
+  // Return a parameter's value, or `otherwise` if it is not set.
   async parameter(name, otherwise = null) {
     return JSON.parse((await this._call('get_param', {name, default: JSON.stringify(otherwise)})).value);
   }

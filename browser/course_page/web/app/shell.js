@@ -6,8 +6,8 @@ import {PANELS} from './panels.js';
 import {Rosapi} from './rosapi.js';
 
 const TOAST_TIME = 8000;   // [ms]
-const MOST_TOASTS = 3;
-const CONNECTING = 1500;   // [ms] without a word about it
+const MAX_TOASTS = 3;
+const CONNECTING = 1500;   // [ms] before the page says that it connects
 
 const find = (id) => document.getElementById(id);
 
@@ -25,7 +25,7 @@ export function startShell(ros) {
 // Tell a screen reader something.
 export function announce(text) {
   find('live').textContent = '';
-  setTimeout(() => { find('live').textContent = text; }, 50);  // the same text twice is read twice
+  setTimeout(() => { find('live').textContent = text; }, 50);  // so that the same text is read again
 }
 
 // Show a short message for a while; `level`: error, warning or info.
@@ -36,7 +36,7 @@ export function toast(text, level = 'info') {
   const close = el('button', {class: 'plain', type: 'button', 'aria-label': 'Close', on: {click: () => one.remove()}}, '×');
   const one = el('div', {class: `toast ${level}`}, el('span', {}, text), close);
   toasts.append(one);
-  while (toasts.children.length > MOST_TOASTS) toasts.firstChild.remove();
+  while (toasts.children.length > MAX_TOASTS) toasts.firstChild.remove();
   setTimeout(() => one.remove(), TOAST_TIME);
 }
 
@@ -109,7 +109,7 @@ class Shell {
       place.unmount = module.mount(body, context) || (() => {});
     } catch (error) {
       console.error(error);
-      fill(body, el('p', {class: 'empty'}, `This panel has a fault: ${error.message}`));
+      fill(body, el('p', {class: 'empty'}, `This panel does not work: ${error.message}`));
     }
   }
 
@@ -167,7 +167,7 @@ class Place {
 function describe(state) {
   if (!state.server) {
     return {kind: 'bad', short: 'No server', title: 'The server of this page does not answer.',
-      text: 'It has ended, or the network is interrupted. Type this in a terminal; the page then connects by itself:',
+      text: 'It has stopped, or the network is interrupted. Type this in a terminal; the page then connects by itself:',
       commands: ['roslaunch turtle_robotont browser.launch']};
   }
   if (!state.master) {

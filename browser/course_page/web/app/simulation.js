@@ -25,7 +25,7 @@ export class SimulationCard {
     this._end = () => {};
   }
 
-  // Show the clock of a node, as /turtlesim; '': of none.
+  // Show the clock of a node such as /turtlesim; '': of none.
   follow(node) {
     this._end();
     this._clock = null;
@@ -43,7 +43,7 @@ export class SimulationCard {
   }
 }
 
-// Whether there is room for open cards.
+// Return whether the screen has room for open cards.
 export function wide() {
   return matchMedia('(width >= 900px)').matches;
 }

@@ -1,4 +1,4 @@
-// Set the theme before anything is drawn: what the user has chosen here, else what the system says.
+// Set the theme before anything is drawn: the user's choice here, else that of the system.
 'use strict';
 (() => {
   const system = matchMedia('(prefers-color-scheme: dark)');

@@ -1,4 +1,4 @@
-// What nodes log: /rosout_agg, with levels, filters, and as many messages as fit.
+// The log of all nodes: /rosout_agg, with levels and filters, as many messages as fit.
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {button, labelled, save, Scope, setText, suggestions} from './lib/parts.js';
 import {shortName} from './lib/names.js';
@@ -9,8 +9,8 @@ styleSheet('panels/panels.css');
 
 const DRAW = 0.2; // s between two updates
 const SHOWN = 400; // lines at a time
-const NEAR = 40; // px from the end of the list that count as at the end
-const LONGEST = 4000; // characters of a message
+const NEAR = 40; // px from the end of the list that count as the end
+const MAX_LENGTH = 4000; // characters of a message
 
 export default {
   id: 'console',
@@ -123,7 +123,7 @@ class ConsolePanel {
         + 'on; those of before are in the terminals.', 'rosrun turtle_robotont velocity_publisher.py'));
     } else {
       fill(this._empty, found.length ? [] : el('p', {class: 'muted'},
-        'No message fits. Choose more levels, or clear the filters.'));
+        'No message matches. Choose more levels, or clear the filters.'));
     }
     this._list.hidden = !found.length;
   }
@@ -134,7 +134,7 @@ class Line {
     this.entry = entry;
     this._times = el('span', {class: 'pill', hidden: true});
     this._clock = el('time', {class: 'number muted'});
-    const text = clean(entry.text, LONGEST, true);
+    const text = clean(entry.text, MAX_LENGTH, true);
     this.element = el('li', {class: `level-${entry.name}`}, el('details', {},
       el('summary', {}, el('span', {class: `pill level`}, entry.name.toUpperCase()), this._clock,
         el('bdi', {class: 'muted node', title: clean(entry.node, 200)}, clean(shortName(entry.node, 60))), el('bdi', {class: 'text'}, text), this._times),
@@ -152,7 +152,7 @@ function title(name) {
   return name[0].toUpperCase() + name.slice(1);
 }
 
-// Return a ROS time as a time of the day, or as seconds where it is simulated.
+// Return a ROS time as the time of day, or as seconds if it is simulated.
 export function timeText({secs, nsecs}) {
   if (secs < 1e8) return `${(secs + nsecs * 1e-9).toFixed(3)} s`;
   const date = new Date(secs * 1000);

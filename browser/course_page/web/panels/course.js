@@ -1,4 +1,4 @@
-// The steps of the course, from docs/course.md and docs/course_next.md, each marked done when it is seen.
+// The steps of the course, from docs/course.md and docs/course_next.md; each is marked done once it is observed.
 import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
 import {PANELS} from '../app/panels.js';
@@ -55,7 +55,7 @@ class CoursePanel {
     const watcher = new Watcher((number) => this._see(number));
     new System(this.scope, this.context.rosapi, (system) => {
       this._notice.say('');
-      watcher.look(system);
+      watcher.update(system);
       this._watchPoses(watcher, system);
     }, (error) => this._notice.say(error.message, true));
   }
@@ -121,7 +121,7 @@ class CoursePanel {
     return {element: el('li', {class: 'card step'}, tick, details), details, tick, state};
   }
 
-  // Mark a step that has been seen.
+  // Mark a step that has been observed.
   _see(number) {
     if (this._done[number] || this.scope.ended) return;
     this._done[number] = Date.now();

@@ -8,7 +8,7 @@ styleSheet('panels/panels.css');
 const RAW = 'sensor_msgs/Image';
 const COMPRESSED = 'sensor_msgs/CompressedImage';
 const LIST = 2; // s between two looks for topics
-const LOOK = 1; // s between two looks at the picture
+const POLL_INTERVAL = 1; // s between two checks of the picture
 const STILL = 5; // s without a change, after which it is said
 const RATE = 15; // compressed images a second
 const FORMATS = {jpeg: 'image/jpeg', jpg: 'image/jpeg', png: 'image/png'};
@@ -50,7 +50,7 @@ class ImagePanel {
     fill(element, el('div', {class: 'toolbar'}, this._select.element, this._quality.element, this._tools), this._notice.element,
          this._empty, this._box, this._facts, this._pixel);
     this.scope.every(LIST, () => this._list(), (error) => this._notice.say(error.message, true));
-    this.scope.every(LOOK, () => this._look());
+    this.scope.every(POLL_INTERVAL, () => this._poll());
     this.scope.listen(document, 'visibilitychange', () => (document.hidden ? this._stop() : this._start()));
     this.scope.add(() => this._stop());
   }
@@ -129,7 +129,7 @@ class ImagePanel {
   }
 
   // Say how large the picture is, and whether it changes.
-  _look() {
+  _poll() {
     const {naturalWidth: width, naturalHeight: height} = this._picture;
     if (!this._running || this._frozen) return;
     const seconds = (performance.now() - this._changed) / 1000;

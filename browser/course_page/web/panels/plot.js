@@ -9,10 +9,10 @@ import {clean, numberText} from './lib/values.js';
 const UPLOT = new URL('../vendor/uplot/', import.meta.url);
 styleSheet('panels/panels.css');
 
-const MOST = 6; // fields
+const MAX_FIELDS = 6;
 const DRAW = 66; // ms between two drawings
 const RETRY = 1; // s until a topic that is not there is looked for again
-const LOOK = 5; // s between two looks for suggestions
+const POLL_INTERVAL = 5; // s between two updates of the suggestions
 const TABLE = 500; // ms between two updates of the table
 const ZOOM = 1.5;
 const HEIGHT = 320; // px of a chart
@@ -21,7 +21,7 @@ const SMALL = 130; // px of one among several
 export default {
   id: 'plot',
   title: 'Plot',
-  help: [`Type a field, as /turtle1/pose/x, or several as /turtle1/pose/x:y. Up to ${MOST} fields, the last 60 s. `
+  help: [`Type a field such as /turtle1/pose/x, or several such as /turtle1/pose/x:y. Up to ${MAX_FIELDS} fields, the last 60 s. `
          + 'Drag over a part to zoom in, press Live to go on.', 'CSV saves what is shown, for a spreadsheet or Python.'],
   mount(element, context) {
     const panel = new PlotPanel(element, context);
@@ -47,11 +47,11 @@ class PlotPanel {
       this._uplot = window.uPlot;
       this._rebuild();
     }, (error) => this._notice.say(error.message, true));
-    this._wanted = expand(context.parameters.fields || '').slice(0, MOST);
+    this._wanted = expand(context.parameters.fields || '').slice(0, MAX_FIELDS);
     for (const text of this._wanted) this._fields.push({text, colour: this._free()});
     this._list();
     this._resolve = this.scope.every(RETRY, () => this._resolveAll(), (error) => this._notice.say(error.message, true));
-    this.scope.every(LOOK, () => this._suggest(), () => {});
+    this.scope.every(POLL_INTERVAL, () => this._suggest(), () => {});
     this.scope.listen(window, 'themechange', () => this._rebuild());
     const sizes = new ResizeObserver(() => this._resize());
     sizes.observe(this._box);
@@ -118,8 +118,8 @@ class PlotPanel {
     }
     this._notice.say('');
     for (const one of wanted) {
-      if (this._fields.length >= MOST) {
-        this._notice.say(`${MOST} fields are shown already. Remove one first.`, true);
+      if (this._fields.length >= MAX_FIELDS) {
+        this._notice.say(`${MAX_FIELDS} fields are shown already. Remove one first.`, true);
         break;
       }
       this._fields.push({text: one, colour: this._free()});
@@ -162,7 +162,7 @@ class PlotPanel {
     if (place < 0 || this.scope.ended) return;
     this._fields.splice(place, 1);
     const few = paths.filter((path) => !this._fields.some((one) => one.text === `${found.topic}/${path}`))
-      .slice(0, MOST - this._fields.length);
+      .slice(0, MAX_FIELDS - this._fields.length);
     few.forEach((path, i) => {
       this._fields.splice(place + i, 0, {text: `${found.topic}/${path}`, colour: i ? this._free() : field.colour,
                                          topic: found.topic, path, state: 'no message yet'});

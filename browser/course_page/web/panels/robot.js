@@ -7,7 +7,7 @@ import {Frames, heading} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
 import {SimulationCard, wide} from '../app/simulation.js';
 
-const LOOK = 2000;          // [ms] between two looks for robots
+const POLL_INTERVAL = 2000; // [ms] between two searches for robots
 const SHOW = 100;           // [ms] between two changes of the numbers
 const SEEN = 500;           // [ms] that a marker is shown after it was seen
 const SCANS = 10;           // [Hz]
@@ -42,7 +42,7 @@ class RobotPanel {
     this._context = context;
     this._caller = new Caller(context);
     this._robots = [];      // namespaces, as / or /robot1/
-    this._robot = undefined;  // null: there is none; undefined: nobody knows yet
+    this._robot = undefined;  // null: none; undefined: not known yet
     this._ends = [];        // of the subscriptions of this robot
     this._images = '';
     this._shown = 0;
@@ -52,10 +52,10 @@ class RobotPanel {
       {linear: 0.5, angular: 1.5}, (held) => this._driving(held));
     this._endKeys = context.keys ? driveByKeys(this._driver, {sideways: true}) : () => {};
     this._build();
-    this._timer = setInterval(() => this._look(), LOOK);
+    this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
     this._endState = context.ros.onState((state) => {
       if (!state.master || !state.server) this._setRobots([], []);
-      this._look();
+      this._poll();
       this._showImage();
     });
     this._onHidden = () => this._showImage();
@@ -77,10 +77,10 @@ class RobotPanel {
 
   // -------------------------------------------------------------------------------------------- which robot
 
-  async _look() {
+  async _poll() {
     const {ros, rosapi} = this._context;
-    if (!ros.connected || this._looking) return;
-    this._looking = true;
+    if (!ros.connected || this._polling) return;
+    this._polling = true;
     try {
       const topics = await rosapi.topics();
       const odometry = topics.filter(({name, type}) => type === 'nav_msgs/Odometry' && name.endsWith('/odom')).map(({name}) => name);
@@ -95,7 +95,7 @@ class RobotPanel {
     } catch (error) {
       console.warn(error);
     } finally {
-      this._looking = false;
+      this._polling = false;
     }
   }
 
@@ -209,7 +209,7 @@ class RobotPanel {
   _build() {
     this._choice = el('select', {'aria-label': 'Robot', hidden: true, on: {change: () => {
       this._context.setParameters({robot: this._choice.value});
-      this._look();
+      this._poll();
     }}});
     this._placeButton = el('button', {type: 'button', 'aria-pressed': 'false', on: {click: () => this._setPlacing(!this._map.placing)}}, 'Place the robot');
     const forget = el('button', {type: 'button', on: {click: () => {
@@ -243,7 +243,7 @@ class RobotPanel {
 
   _cameraCard() {
     this._image = el('img', {alt: 'The image of the camera'});
-    this._image.addEventListener('error', () => setTimeout(() => this._showImage(true), LOOK));
+    this._image.addEventListener('error', () => setTimeout(() => this._showImage(true), POLL_INTERVAL));
     this._imageChoice = el('select', {'aria-label': 'Image', on: {change: () => {
       this._context.setParameters({image: this._imageChoice.value});
       this._showImage();
@@ -312,7 +312,7 @@ function round(value, parts = 100) {
   return Math.round(value * parts) / parts;
 }
 
-// Return the world in a text of JSON; an empty one if it is none.
+// Return the world in a JSON text; an empty one if the text is invalid.
 function parsed(text) {
   try {
     return JSON.parse(text);

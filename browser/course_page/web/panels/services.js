@@ -9,7 +9,7 @@ import {clean} from './lib/values.js';
 styleSheet('panels/panels.css');
 
 const LIST = 2; // s between two looks for services
-const LONGEST = 600; // s for an answer: some services drive a robot somewhere
+const CALL_TIMEOUT = 600; // s for an answer: some services drive a robot somewhere
 const OF_EVERY_NODE = /\/(get_loggers|set_logger_level|tf2_frames)$|^\/rosapi\//;
 
 export default {
@@ -171,7 +171,7 @@ class ServiceRow {
     call.disabled = true;
     notice.say('Calling …');
     try {
-      const values = await this._panel.context.ros.call(this.name, request, {timeout: LONGEST * 1000});
+      const values = await this._panel.context.ros.call(this.name, request, {timeout: CALL_TIMEOUT * 1000});
       if (scope.ended) return;
       notice.say(`Answered in ${passed().toFixed(3)} s.`);
       const tree = new Tree(response);

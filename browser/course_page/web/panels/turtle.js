@@ -6,7 +6,7 @@ import {Drawing} from '../app/drawing.js';
 import {Driver, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
 import {SimulationCard, wide} from '../app/simulation.js';
 
-const LOOK = 2000;        // [ms] between two looks for simulators
+const POLL_INTERVAL = 2000;  // [ms] between two searches for simulators
 const SHOW = 100;         // [ms] between two changes of the numbers
 const PENS = ['#b3b8ff', '#ffffff', '#000000', '#ff5252', '#ffd740', '#69f0ae'];
 const BUTTONS = [
@@ -45,11 +45,11 @@ class TurtlePanel {
       {linear: 2, angular: 2}, (held) => this._driving(held));
     this._endKeys = context.keys ? driveByKeys(this._driver) : () => {};
     this._build();
-    this._timer = setInterval(() => this._look(), LOOK);
-    this._follow(context.parameters.node || '/turtlesim');  // most often it is there, and is shown at once
+    this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
+    this._follow(context.parameters.node || '/turtlesim');  // usually it runs, and is shown at once
     this._endState = context.ros.onState((state) => {
       if (!state.master || !state.server) this._setNodes([]);
-      this._look();
+      this._poll();
     });
   }
 
@@ -64,10 +64,10 @@ class TurtlePanel {
 
   // -------------------------------------------------------------------------------------------- which simulator
 
-  async _look() {
+  async _poll() {
     const {ros, rosapi} = this._context;
-    if (!ros.connected || this._looking) return;
-    this._looking = true;
+    if (!ros.connected || this._polling) return;
+    this._polling = true;
     try {
       const topics = await rosapi.topicsOfType('turtlesim/Drawing');
       const publishers = await Promise.all(topics.map((topic) => rosapi.publishers(topic)));
@@ -76,7 +76,7 @@ class TurtlePanel {
     } catch (error) {
       console.warn(error);
     } finally {
-      this._looking = false;
+      this._polling = false;
     }
   }
 
@@ -110,7 +110,7 @@ class TurtlePanel {
       'rosrun turtlesim turtlesim_node', 'roslaunch turtle_robotont turtlesim.launch'));
   }
 
-  // Return a name in the simulator's namespace, as `spawn`, with the namespace in front.
+  // Return a name such as `spawn` with the simulator's namespace in front.
   _name(name) {
     return name.startsWith('/') ? name : `${this._node.replace(/[^/]*$/, '')}${name}`;
   }
@@ -210,7 +210,7 @@ class TurtlePanel {
 
   // -------------------------------------------------------------------------------------------- what it does
 
-  // Call one of the simulator's services; `own`: one of the node, as ~pause. Return its answer; null if it was refused.
+  // Call a service of the simulator; `own`: one of the node, such as ~pause. Return its answer, or null if it was refused.
   _call(name, args = {}, own = false) {
     return this._caller.call(own ? `${this._node}/${name}` : this._name(name), args);
   }

@@ -1,10 +1,10 @@
 """Who may connect: the rules for Host, Origin and token, and the rate of messages.
 
-* **Host** must be an address, localhost, or a name of this machine. Else a page of a foreign site, whose name suddenly
-  means 127.0.0.1, could read everything (DNS rebinding).
-* **Origin**, which browsers send with the page's site, must be that of this server, localhost, or file://. Else every
-  site that a student visits could drive the robot. Programs that are no browsers send none.
-* **Token**: clients on other machines need it, in the address: ws://robot:9090/?token=...
+* **Host** must be an address, localhost, or a name of this machine. Otherwise a foreign page whose name starts to
+  resolve to 127.0.0.1 could read everything (DNS rebinding).
+* **Origin**, in which browsers send the page's site, must be this server, localhost, or file://. Otherwise any site
+  that a student visits could drive the robot. Other programs send no Origin.
+* **Token**: clients on other machines need it in the address: ws://robot:9090/?token=...
 """
 import hmac
 import ipaddress
@@ -17,7 +17,7 @@ LOCAL_NAMES = 'localhost', 'localhost.localdomain'
 
 
 class Access(NamedTuple):
-    """The rules of a server: ``token``, or OFF; ``origins`` beside the usual ones, or ANY in it; ``hosts``: its names.
+    """The rules of a server: ``token`` or OFF; further ``origins``, which may contain ANY; ``hosts``: its names.
 
     ``null_origin``: allow the origin "null", which Firefox sends for files, and any site can send from a sandbox.
     """
@@ -28,7 +28,7 @@ class Access(NamedTuple):
     null_origin: bool = False
 
     def refusal(self, peer: str, host: Optional[str], origin: Optional[str], token: Optional[str]) -> str:
-        """Return why a request is refused, '' if it is not: ``peer`` is the client's address, the others its words."""
+        """Return why a request is refused, '' if it is allowed; ``peer``: the client's address."""
         return self._host_refusal(host) or self._origin_refusal(origin, host or '') or self._token_refusal(peer, token)
 
     def _host_refusal(self, host: Optional[str]) -> str:
@@ -62,7 +62,7 @@ class Access(NamedTuple):
 
 
 def host_name(host: str) -> str:
-    """Return the name or address of ``name:port``, in lower case; '' if it is none."""
+    """Return the name or address of ``name:port``, in lower case; '' if it is invalid."""
     try:
         return (urllib.parse.urlsplit(f'//{host}').hostname or '').rstrip('.')
     except ValueError:

@@ -1,154 +1,194 @@
-"""The WebSocket of one client on a tornado stream: its handshake, its messages, pings, and its end.
+"""The WebSocket of one client: tornado's, which also tells a client that breaks the rules why it is disconnected.
 
-Tornado's own WebSocket reads a frame in four steps, each a turn of the loop, and writes it by a task; that took half of
-the time of a small message. This one reads what has come at once, and writes at once.
+``_abort`` is a private method of tornado's WebSocketProtocol13, the same in versions 6.2 to 6.5; test_connection.py
+holds it. Tornado's own pings are not used: 6.5 gives a client no more time to answer than the interval.
 
 Threading contract: everything runs in the thread of one asyncio loop.
 """
 import asyncio
 import contextlib
-from typing import Any, Awaitable, Callable, Optional, Union
+import zlib
+from typing import Any, Awaitable, Callable, Dict, Optional, Union
 
 import tornado.iostream
+from tornado.websocket import WebSocketClosedError, WebSocketHandler, WebSocketProtocol, WebSocketProtocol13
 
-from rosbridge_core import frames
-from rosbridge_core.frames import Broken, Reader, frame
 from rosbridge_core.web import Guarded
 
 CHUNK = 65536  # [B] that are read before other clients get their turn
 READ_ON = 5.0  # [s] in which a client that breaks the rules is read, and what it sends dropped, so that it learns why
-CLOSING = 1.0  # [s] in which a client has to take its close frame
-DEFLATE = 'permessage-deflate'
+CLOSING = 1.0  # [s] in which a client must take its close frame
+PROTOCOL, TOO_BIG = 1002, 1009  # close codes
+CODES = {*range(1000, 1015), *range(3000, 5000)} - {1004, 1005, 1006}  # that a close frame may have
+BROKEN = 'a frame or a text breaks the rules of WebSockets (RFC 6455): its length, opcode, bits, compression or UTF-8'
+Received = Callable[[Union[str, bytes]], Optional[Awaitable[None]]]
+
+
+class _Protocol(WebSocketProtocol13):
+    """Sends a close frame instead of closing the connection at once."""
+
+    patience = CLOSING
+
+    def close(self, code: Optional[int] = None, reason: Optional[str] = None) -> None:
+        """Close the connection with a code and a reason of at most 123 bytes."""
+        if code == TOO_BIG:
+            self.patience = READ_ON
+            reason = f'a message may have {self.params.max_message_size} bytes; ~max_message_size allows more'
+        elif code is not None and code not in CODES:  # tornado would echo it
+            code, reason = PROTOCOL, BROKEN
+        super().close(code, reason)
+
+    def _abort(self) -> None:
+        if not self.server_terminated:
+            self.patience = READ_ON
+            self.close(PROTOCOL, BROKEN)
+        self.client_terminated = True
+        if self.ping_callback:
+            self.ping_callback.stop()
 
 
 class Connection:
-    """A WebSocket after its handshake."""
+    """What a client's session uses of its WebSocket."""
 
-    def __init__(self, stream: tornado.iostream.IOStream, largest: int, deflate: bool) -> None:
-        """``largest`` [B] of a client's message; ``deflate``: both compress."""
-        self._stream, self._deflate = stream, deflate
-        self._reader = Reader(largest, deflate)
+    def __init__(self, handler: 'WebSocket', stream: tornado.iostream.IOStream) -> None:
+        self._handler, self._stream = handler, stream
         self._loop = asyncio.get_event_loop()
-        self._closing = False
-        self._heard = self._loop.time()
-
-    async def read(self, received: Callable[[Union[str, bytes]], Optional[Awaitable[None]]],
-                   rest: Callable[[], None]) -> None:
-        """Read until the end. ``received`` gets each message, and returns what to await; ``rest`` follows a chunk."""
-        with contextlib.suppress(tornado.iostream.StreamClosedError):
-            while not self._closing:
-                data = await self._stream.read_bytes(CHUNK, partial=True)
-                self._heard = self._loop.time()
-                wait = None
-                try:
-                    for opcode, message in self._reader.feed(data):
-                        if opcode in (frames.TEXT, frames.BINARY):
-                            wait = received(message) or wait
-                        elif isinstance(message, bytes):
-                            self._control(opcode, message)
-                except Broken as broken:
-                    rest()
-                    await self._read_on(broken)
-                    return
-                rest()
-                if wait is not None:
-                    await wait
-                elif len(data) == CHUNK:
-                    await asyncio.sleep(0)  # what the stream holds already would be read before anything else
-
-    def _control(self, opcode: int, payload: bytes) -> None:
-        if opcode == frames.PING:
-            self._stream.write(frame(frames.PONG, payload))
-        elif opcode == frames.CLOSE:
-            self.close(int.from_bytes(payload[:2], 'big') if len(payload) >= 2 else 1000, '')
-
-    async def _read_on(self, broken: Broken) -> None:
-        """Say why, drop what comes, and close; a socket that is closed with unread data takes back what was sent."""
-        self.close(broken.code, broken.reason, READ_ON)
-        while True:
-            await self._stream.read_bytes(CHUNK, partial=True)
+        self._done = self._loop.create_future()
+        self._done.set_result(None)
 
     def send(self, message: Union[str, bytes]) -> 'asyncio.Future[None]':
         """Write a message; the future is done once the client's socket has it."""
         try:
-            if isinstance(message, bytes):
-                return self._stream.write(frame(frames.BINARY, message, self._deflate))
-            return self._stream.write(frame(frames.TEXT, message.encode(), self._deflate))
-        except tornado.iostream.StreamClosedError:
+            written = self._handler.write_message(message, isinstance(message, bytes))
+        except WebSocketClosedError:
             return self._loop.create_future()
+        if not self._stream.writing():
+            return self._done
+        written.add_done_callback(lambda done: done.cancelled() or done.exception())
+        return written
 
-    def close(self, code: int, reason: str, patience: float = CLOSING) -> None:
-        """Close the connection, after ``patience`` [s] even if the client does not read."""
-        if self._closing:
-            return
-        self._closing = True
-        with contextlib.suppress(tornado.iostream.StreamClosedError):
-            written = self._stream.write(frame(frames.CLOSE, code.to_bytes(2, 'big') + reason.encode()[:100]))
-            self._loop.call_later(patience, self._stream.close)
-            if not reason:
-                written.add_done_callback(lambda _: self._stream.close())
-
-    async def ping(self, interval: float, timeout: float) -> None:
-        """Ask every ``interval`` [s] whether the client is there; close the connection after ``timeout`` [s]."""
-        while not self._stream.closed():
-            await asyncio.sleep(interval)
-            if self._loop.time() - self._heard > max(interval, timeout):
-                self._stream.close()
-                return
-            with contextlib.suppress(tornado.iostream.StreamClosedError):
-                self._stream.write(frame(frames.PING, b''))
+    def close(self, code: int, reason: str) -> None:
+        """Close the connection, after CLOSING even if the client does not read."""
+        self._handler.close(code, reason[:100])
+        self._loop.call_later(CLOSING, self._stream.close)
 
 
-class WebSocket(Guarded):
-    """Accepts a WebSocket; subclasses have ``opened``.
+class WebSocket(Guarded, WebSocketHandler):
+    """Accepts a WebSocket; subclasses have ``opened``, ``received``, ``drain`` and ``ended``.
 
-    The application's settings have ``websocket_max_message_size`` [B], ``websocket_ping_interval`` [s],
-    ``websocket_ping_timeout`` [s] and ``use_compression``.
+    The application's settings have ``websocket_max_message_size`` [B], ``ping_interval`` [s], ``ping_timeout`` [s] and
+    ``use_compression``.
     """
 
-    async def get(self, *_: Any) -> None:
+    async def get(self, *arguments: Any, **keywords: Any) -> None:
         """Accept a client, or say why not; return when it has gone."""
         if self._finished:
             return
-        headers = self.request.headers
-        key = headers.get('Sec-WebSocket-Key')
-        if not key or 'upgrade' not in headers.get('Connection', '').lower():
-            self.refuse(400, 'this is not a WebSocket handshake: Connection: Upgrade or Sec-WebSocket-Key is missing')
-            return
-        if headers.get('Sec-WebSocket-Version') not in ('7', '8', '13'):
-            self.refuse(426, 'the WebSocket must have version 13')
-            return
-        deflate = bool(self.settings['use_compression']) and DEFLATE in headers.get('Sec-WebSocket-Extensions', '')
-        self.clear()
-        self.set_status(101)
-        self.set_header('Upgrade', 'websocket')
-        self.set_header('Connection', 'Upgrade')
-        self.set_header('Sec-WebSocket-Accept', frames.accept_key(key))
-        if deflate:
-            self.set_header('Sec-WebSocket-Extensions',
-                            f'{DEFLATE}; server_no_context_takeover; client_no_context_takeover')
-        self.finish()
-        stream = self.detach()
-        stream.set_nodelay(True)
-        connection = Connection(stream, self.settings['websocket_max_message_size'], deflate)
-        interval = self.settings['websocket_ping_interval']
-        pings = asyncio.ensure_future(connection.ping(interval, self.settings['websocket_ping_timeout'])) \
-            if interval else None
+        self._stream: Optional[tornado.iostream.IOStream] = None
+        self._loop = asyncio.get_event_loop()
+        self._heard, self._unyielded = self._loop.time(), 0
+        self._draining: Optional[asyncio.Handle] = None
+        self._pings: Optional[asyncio.Future[None]] = None
         try:
-            await self.opened(connection, stream)
+            await super().get(*arguments, **keywords)
+        except zlib.error:  # tornado expects only a compressed message that is too large
+            self._protocol._abort()
         finally:
-            if pings is not None:
-                pings.cancel()
-            if not stream.closed():
-                await self._closed(stream)
+            if self._stream is not None:
+                await self._end(self._stream)
 
-    @staticmethod
-    async def _closed(stream: tornado.iostream.IOStream) -> None:
-        """Drop what comes until the connection is closed, by the client or by ``close``."""
+    def check_origin(self, origin: str) -> bool:
+        """Accept all origins: Guarded has refused foreign ones."""
+        return True
+
+    def get_compression_options(self) -> Optional[Dict[str, Any]]:
+        """Compress if the application does."""
+        return {} if self.settings['use_compression'] else None
+
+    def get_websocket_protocol(self) -> Optional[WebSocketProtocol]:
+        """Return a protocol that says why it ends."""
+        found = super().get_websocket_protocol()
+        if not isinstance(found, WebSocketProtocol13):
+            return found
+        self._protocol = _Protocol(self, False, found.params)
+        return self._protocol
+
+    def detach(self) -> tornado.iostream.IOStream:
+        """Take the stream from HTTP."""
+        self._stream = stream = super().detach()
+        stream.max_buffer_size = max(stream.max_buffer_size, 2 * self.max_message_size)
+        stream.set_nodelay(True)
+        return stream
+
+    def open(self, *_: Any, **__: Any) -> None:
+        """Begin."""
+        assert self._stream is not None
+        if self.settings['ping_interval']:
+            self._pings = asyncio.ensure_future(self._ping(self._stream))
+        self.opened(Connection(self, self._stream), self._stream)
+
+    def on_message(self, message: Union[str, bytes]) -> Optional[Awaitable[None]]:
+        """Hand a message over; ``drain`` follows once those that have come are read."""
+        if self._protocol.server_terminated:
+            return None
+        self._heard = self._loop.time()
+        wait = self.received(message)
+        if self._draining is None:
+            self._draining = self._loop.call_soon(self._drain)
+        self._unyielded += len(message)
+        if wait is None and self._unyielded > CHUNK:
+            wait = asyncio.sleep(0)  # what the stream holds already would be read before anything else
+        if wait is not None:
+            self._unyielded = 0
+        return wait
+
+    def _drain(self) -> None:
+        self._draining = None
+        self.drain()
+
+    def on_pong(self, data: bytes) -> None:
+        """Note that the client is there."""
+        self._heard = self._loop.time()
+
+    async def _ping(self, stream: tornado.iostream.IOStream) -> None:
+        interval, timeout = self.settings['ping_interval'], self.settings['ping_timeout']
+        with contextlib.suppress(WebSocketClosedError):
+            while True:
+                await asyncio.sleep(interval)
+                if self._loop.time() - self._heard > max(interval, timeout):
+                    stream.close()
+                    return
+                self.ping()
+
+    async def _end(self, stream: tornado.iostream.IOStream) -> None:
+        """Close the connection once the client has closed it, or after a while.
+
+        What it sends is dropped; a socket that is closed with unread data takes back what was sent.
+        """
+        if self._pings is not None:
+            self._pings.cancel()
+        if self._draining is not None:
+            self._draining.cancel()
+            self.drain()
+        await self.ended()
+        closing = self._loop.call_later(self._protocol.patience, stream.close)
         with contextlib.suppress(tornado.iostream.StreamClosedError):
             while True:
                 await stream.read_bytes(CHUNK, partial=True)
+        closing.cancel()
 
-    async def opened(self, connection: Connection, stream: tornado.iostream.IOStream) -> None:
-        """Use the connection until it ends."""
+    def opened(self, connection: Connection, stream: tornado.iostream.IOStream) -> None:
+        """Begin to use the connection."""
+        raise NotImplementedError
+
+    def received(self, message: Union[str, bytes]) -> Optional[Awaitable[None]]:
+        """Take a message; return what has to be awaited before the next one is read, or None."""
+        raise NotImplementedError
+
+    def drain(self) -> None:
+        """Do what was received."""
+        raise NotImplementedError
+
+    async def ended(self) -> None:
+        """Note that the client has gone, or will not be read any more."""
         raise NotImplementedError

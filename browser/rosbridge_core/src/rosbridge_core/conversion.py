@@ -2,7 +2,7 @@
 
 A message class is anything with ``_type``, ``__slots__`` and ``_slot_types``; nothing here imports ROS.
 
-JSON knows neither NaN nor infinity: both become null. Null, "NaN", "Infinity" and "-Infinity" are taken for a float;
+JSON has neither NaN nor infinity: both become null. For a float, null, "NaN", "Infinity" and "-Infinity" are accepted;
 null is NaN. CBOR has all of them.
 """
 import base64
@@ -18,7 +18,7 @@ import cbor2
 from rosbridge_core.operations import Refused, name_of, shown
 
 Converter = Callable[[Any], Any]
-Plan = Tuple[Tuple[str, Optional[Converter]], ...]  # fields, and how each is converted; None: not at all
+Plan = Tuple[Tuple[str, Optional[Converter]], ...]  # fields and their converters; None: unchanged
 
 RANGES = {'bool': (0, 1), 'int8': (-2**7, 2**7 - 1), 'byte': (-2**7, 2**7 - 1), 'uint8': (0, 2**8 - 1),
           'char': (0, 2**8 - 1), 'int16': (-2**15, 2**15 - 1), 'uint16': (0, 2**16 - 1), 'int32': (-2**31, 2**31 - 1),
@@ -27,7 +27,7 @@ FLOATS = 'float32', 'float64'
 TIMES = {'time': 'uint32', 'duration': 'int32'}  # and the type of its secs and nsecs
 HEADERS = 'Header', 'std_msgs/Header', 'roslib/Header'
 NOT_FINITE = {'NaN': math.nan, 'Infinity': math.inf, '-Infinity': -math.inf}
-LARGEST_FLOAT32 = 3.4028235677973366e+38  # what is not below rounds to infinity
+LARGEST_FLOAT32 = 3.4028235677973366e+38  # numbers that are not below round to infinity
 TYPED_ARRAYS = {'uint16': (69, 'H'), 'uint32': (70, 'I'), 'uint64': (71, 'Q'), 'byte': (72, 'b'), 'int8': (72, 'b'),
                 'int16': (77, 'h'), 'int32': (78, 'i'), 'int64': (79, 'q'), 'float32': (85, 'f'),
                 'float64': (86, 'd')}  # element: tag of RFC 8746, little-endian, and format of struct
@@ -35,7 +35,7 @@ ARRAY = re.compile(r'(.*)\[(\d*)\]')
 
 
 class Kind(NamedTuple):
-    """A type of a field: that of its elements, whether it is an array, and its fixed length."""
+    """The type of a field: that of its elements, whether it is an array, and its fixed length."""
 
     element: str
     array: bool = False
@@ -43,13 +43,13 @@ class Kind(NamedTuple):
 
     @property
     def is_bytes(self) -> bool:
-        """Whether the array is one of bytes in Python."""
+        """Whether Python holds the array as bytes."""
         return self.array and self.element in ('uint8', 'char')
 
 
 @functools.lru_cache(maxsize=None)
 def kind_of(text: str) -> Kind:
-    """Return the Kind of a type in a message definition, as ``float64[36]``."""
+    """Return the Kind of a type in a message definition, such as ``float64[36]``."""
     found = ARRAY.fullmatch(text)
     if not found:
         return Kind(text)
@@ -129,7 +129,7 @@ def _finite(value: float) -> Optional[float]:
 
 
 def _finite_list(values: Any) -> List[Optional[float]]:
-    if math.isfinite(sum(values)):  # all are then
+    if math.isfinite(sum(values)):  # then all are
         return list(values)
     return [_finite(value) for value in values]
 
@@ -156,9 +156,9 @@ class Builder:
         self._find_class, self._now = find_class, now
 
     def build(self, cls: Any, values: Any) -> Any:
-        """Return a message of a class with these fields; others keep their default. Raise Refused, with the field.
+        """Return a message of a class with these fields; others keep their defaults. Raise Refused with the field.
 
-        A header that has no stamp gets the present time. ``values`` may be a list of the first fields' values.
+        A header without a stamp gets the present time. ``values`` may be a list of the first fields' values.
         """
         message = cls()
         if isinstance(values, list):

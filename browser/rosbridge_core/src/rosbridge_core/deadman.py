@@ -1,4 +1,4 @@
-"""The dead man's switch: a client that drives and then goes away, or says nothing for too long, has to be stopped.
+"""The dead man's switch: stops what a client drives if the client disconnects or is silent for too long.
 
 Threading contract: one thread uses a Deadman.
 """
@@ -17,16 +17,16 @@ class Deadman:
 
     @property
     def watching(self) -> bool:
-        """Whether it is watched."""
+        """Whether the client is watched."""
         return self._timeout > 0
 
     @property
     def timeout(self) -> float:
-        """[s] without a message."""
+        """How long [s] the client may be silent."""
         return self._timeout
 
     def watch(self, timeout: float) -> None:
-        """Change the timeout; the client itself has asked for it."""
+        """Change the timeout, as the client itself has asked for."""
         self._timeout = timeout
 
     def heard(self, now: float) -> None:

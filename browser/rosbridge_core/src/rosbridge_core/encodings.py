@@ -1,4 +1,4 @@
-"""How messages get from the server to a client: JSON, PNG, CBOR, CBOR-RAW, and in fragments."""
+"""The encodings of messages to a client: JSON, PNG, CBOR, CBOR-RAW, and fragments."""
 import base64
 import binascii
 import json
@@ -16,9 +16,9 @@ from rosbridge_core.operations import Operation, Refused
 
 Frame = Union[str, bytes]  # a text frame, or a binary one
 LONG = 4096  # characters
-MOST_OPEN = 32  # messages of which a client has sent only some fragments
-MOST_PARTS = 20_000  # fragments of them; each takes memory beside its characters
-MOST_FRAGMENTS = 1000  # of a message to a client; more would keep the server from its other clients
+MAX_OPEN = 32  # messages of which a client has sent only some fragments
+MAX_PARTS = 20_000  # fragments of these messages; each takes memory beside its characters
+MAX_FRAGMENTS = 1000  # of a message to a client; more would delay the other clients
 PNG_HEADER = struct.Struct('>8s4x4sII')  # signature, length of the first chunk, IHDR, width, height
 _dump: Callable[[Any], str] = json.JSONEncoder(separators=(',', ':'), allow_nan=False).encode
 to_cbor: Callable[[Any], bytes] = cbor2.dumps
@@ -30,7 +30,7 @@ def to_json(operation: Operation) -> str:
 
 
 class Message:
-    """A message of a topic on its way to clients: deserialised and encoded once for all of them, when one can take it.
+    """A message of a topic on its way to clients: deserialised and encoded once for all, when the first can take it.
 
     ``data``: as ROS serialises it; ``deserialise``: returns the message; ``received``: ROS time (secs, nsecs).
     """
@@ -87,7 +87,7 @@ def to_png(text: str) -> str:
 
 
 def from_png(text: str, most: int) -> str:
-    """Return the text that ``to_png`` has made an image of, at most ``most`` bytes; raise Refused."""
+    """Return the text in an image of ``to_png``, at most ``most`` bytes; raise Refused."""
     try:
         data = base64.b64decode(text, validate=True)
         signature, chunk, width, height = PNG_HEADER.unpack(data[:PNG_HEADER.size])
@@ -103,18 +103,18 @@ def from_png(text: str, most: int) -> str:
     try:
         return bytes(pixels[..., ::-1].tobytes()).decode().rstrip('\n\0')
     except UnicodeDecodeError:
-        raise Refused('png: the image holds no text') from None
+        raise Refused('png: the image does not hold a text') from None
 
 
 def fragments(frame: Frame, size: Optional[int], name: str) -> Iterator[Frame]:
-    """Yield the frames that a client gets, whose ``data`` have at most ``size`` characters; binary ones stay whole.
+    """Yield the frames for a client, with at most ``size`` characters of ``data`` each; binary frames stay whole.
 
-    A message that would have more than MOST_FRAGMENTS is cut into so many.
+    A message becomes at most MAX_FRAGMENTS, with more characters each if necessary.
     """
     if size is None or isinstance(frame, bytes) or len(frame) <= size:
         yield frame
         return
-    size = max(size, -(-len(frame) // MOST_FRAGMENTS))
+    size = max(size, -(-len(frame) // MAX_FRAGMENTS))
     total = -(-len(frame) // size)
     for number in range(total):
         yield to_json({'op': 'fragment', 'id': name, 'data': frame[number * size:(number + 1) * size], 'num': number,
@@ -122,10 +122,10 @@ def fragments(frame: Frame, size: Optional[int], name: str) -> Iterator[Frame]:
 
 
 class Defragmenter:
-    """Puts the fragments of a client together, within bounds of memory and time."""
+    """Joins the fragments of a client, within limits of memory and time."""
 
     def __init__(self, most: int, timeout: float, clock: Callable[[], float] = time.monotonic) -> None:
-        """``most`` [characters] of all messages that are incomplete; ``timeout`` [s] for a message to be complete."""
+        """``most`` [characters] of all incomplete messages; ``timeout`` [s] until a message must be complete."""
         self._most, self._timeout, self._clock = most, timeout, clock
         self._open: Dict[Any, Tuple[float, int, Dict[int, str]]] = {}  # start, total, parts
         self._size = self._parts = 0
@@ -136,8 +136,8 @@ class Defragmenter:
         self._forget_old()
         if not 0 <= number < total or total > max(1, self._most):
             raise Refused(f'fragment: "num" is {number}; it must be from 0 to "total" - 1, and "total" is {total}')
-        if name not in self._open and len(self._open) >= MOST_OPEN:
-            raise Refused(f'fragment: {MOST_OPEN} messages are incomplete already')
+        if name not in self._open and len(self._open) >= MAX_OPEN:
+            raise Refused(f'fragment: {MAX_OPEN} messages are incomplete already')
         if name not in self._open:
             self._open[name] = self._clock(), total, {}
         _, first_total, parts = self._open[name]
@@ -155,10 +155,10 @@ class Defragmenter:
         return ''.join(parts[number] for number in range(total))
 
     def _refuse_if_large(self, name: Any) -> None:
-        if self._size > self._most or self._parts > MOST_PARTS:
+        if self._size > self._most or self._parts > MAX_PARTS:
             self._open.clear()
             self._size = self._parts = 0
-            raise Refused(f'fragment: incomplete messages have more than {self._most} characters or {MOST_PARTS} '
+            raise Refused(f'fragment: incomplete messages have more than {self._most} characters or {MAX_PARTS} '
                           f'fragments with {name!r}; all are dropped')
 
     def _forget(self, name: Any) -> None:

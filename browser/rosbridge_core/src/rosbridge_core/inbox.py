@@ -1,8 +1,8 @@
-"""What a client has sent and the server has not done yet: velocities first, newest only, everything else in order.
+"""The operations of a client that wait: velocities first, newest only, all others in order.
 
 A client that sends faster than the server can work must not delay the zero velocity with which it stops a robot. Of
-the velocities for a topic only the newest is kept; it overtakes other operations. Of other messages to publish the
-oldest are dropped when too many wait, as in the queue of a ROS publisher.
+the velocities for a topic only the newest is kept, and it overtakes other operations. When too many other messages
+wait to be published, the oldest are dropped, as in the queue of a ROS publisher.
 
 Threading contract: one thread uses an Inbox.
 """
@@ -11,9 +11,9 @@ from typing import Any, Deque, Dict, NamedTuple, Optional, Tuple
 
 from rosbridge_core.operations import Operation
 
-MOST = 1000  # operations that wait beside messages; a client is not read meanwhile
-MOST_MESSAGES = 5000  # that wait to be published
-MOST_BYTES = 32 << 20  # [B] of all that waits
+MAX_OPERATIONS = 1000  # that wait beside messages; with more, the client is not read
+MAX_MESSAGES = 5000  # that wait to be published
+MAX_BYTES = 32 << 20  # [B] of all waiting operations
 VELOCITIES = 'geometry_msgs/Twist', 'geometry_msgs/TwistStamped'
 
 
@@ -32,7 +32,7 @@ class Inbox:
         self._messages = self._size = 0
 
     def put(self, name: str, operation: Operation, urgent: bool, size: int = 0) -> int:
-        """Put a checked operation of ``size`` [B]; return how many messages are dropped for it.
+        """Put a checked operation of ``size`` [B]; return how many messages were dropped for it.
 
         ``urgent``: it publishes a velocity on a topic that is advertised.
         """
@@ -43,7 +43,7 @@ class Inbox:
         self._size += size
         self._messages += name == 'publish'
         dropped = 0
-        while self._messages > MOST_MESSAGES or (self._size > MOST_BYTES and self._messages > 1):
+        while self._messages > MAX_MESSAGES or (self._size > MAX_BYTES and self._messages > 1):
             self._drop()
             dropped += 1
         return dropped
@@ -81,12 +81,12 @@ class Inbox:
 
     @property
     def full(self) -> bool:
-        """Whether the client has to wait."""
-        return len(self._others) - self._messages >= MOST or self._size > 2 * MOST_BYTES
+        """Whether the client must wait."""
+        return len(self._others) - self._messages >= MAX_OPERATIONS or self._size > 2 * MAX_BYTES
 
 
 def is_zero(twist: Any) -> bool:
-    """Return whether a Twist or TwistStamped, as a dict, stops; one without numbers does."""
+    """Return whether a Twist or TwistStamped, as a dict, is zero; missing numbers count as zero."""
     if not isinstance(twist, dict):
         return False
     twist = twist.get('twist', twist)

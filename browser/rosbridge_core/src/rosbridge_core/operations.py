@@ -1,4 +1,4 @@
-"""The operations that a client may send: which there are, what they contain, and what is refused.
+"""The operations that a client may send: their fields, and the errors of wrong ones.
 
 The protocol is rosbridge's version 2. A frame holds one JSON object, or one CBOR map in a binary frame.
 """
@@ -14,15 +14,15 @@ NAMES: Dict[Any, str] = {str: 'a text', bool: 'true or false', int: 'a whole num
 ID = str, int, float, type(None)
 LEVELS = 'error', 'warning', 'info', 'none'  # each of the first three shows those before it
 COMPRESSIONS = 'none', 'png', 'cbor', 'cbor-raw'
-LONGEST_NAME = 1000  # characters of a topic, service or type
+MAX_NAME_LENGTH = 1000  # characters of a topic, service or type
 
 
 class Refused(Exception):
-    """An operation cannot be done; the text says what is wrong, the value, and what is allowed."""
+    """An operation that cannot be done; the text has the fault, the value, and what is allowed."""
 
 
 class Field(NamedTuple):
-    """A field of an operation: its name, the types that it may have, and what it may be."""
+    """A field of an operation: its name, its types, and its allowed values."""
 
     name: str
     types: Tuple[Any, ...]
@@ -68,7 +68,7 @@ def parse(frame: Union[str, bytes]) -> Operation:
         raise
     except RecursionError:
         raise Refused('the message is nested too deeply') from None
-    except Exception as error:  # cbor2 raises whatever its decoders of dates, numbers and expressions do
+    except Exception as error:  # cbor2's decoders of dates, numbers and expressions raise many types
         kind = 'JSON' if isinstance(frame, str) else 'CBOR'
         raise Refused(f'the message is not valid {kind}: {error}. It begins with {shown(frame)}') from None
 
@@ -101,8 +101,8 @@ def _check_field(operation: str, field: Field, values: Operation) -> None:
     value = values[field.name]
     fits = isinstance(value, field.types) and not (isinstance(value, bool) and bool not in field.types)
     if fits and isinstance(value, str):
-        fits = (not field.choices or value in field.choices) and (field.name == 'data' or 0 < len(value) <= LONGEST_NAME
-                                                                  or not field.required)
+        fits = (not field.choices or value in field.choices) and (
+            field.name == 'data' or 0 < len(value) <= MAX_NAME_LENGTH or not field.required)
     if fits and isinstance(value, (int, float)) and not isinstance(value, bool) and field.name != 'id':
         fits = value >= field.minimum and abs(value) < float('inf')
     if not fits:
@@ -114,14 +114,14 @@ def _allowed(field: Field) -> str:
         return f'one of {", ".join(field.choices)}'
     kinds = ' or '.join(dict.fromkeys(NAMES[kind] for kind in field.types))
     if field.required and field.types == (str,) and field.name != 'data':
-        return f'{kinds} of 1 to {LONGEST_NAME} characters'
+        return f'{kinds} of 1 to {MAX_NAME_LENGTH} characters'
     if int in field.types or float in field.types:
         return f'{kinds}, at least {field.minimum:g}'
     return kinds
 
 
 def name_of(value: Any) -> str:
-    """Return what a person calls the type of a value."""
+    """Return the name of a value's type for people."""
     return NAMES.get(type(value), f'a {type(value).__name__}')
 
 
@@ -135,11 +135,10 @@ def shown(value: Any) -> str:
 
 
 def matches(name: str, globs: List[str]) -> bool:
-    """Return whether a name matches one of the patterns; any does where there is none."""
-
+    """Return whether a name matches one of the patterns; without patterns every name does."""
     return not globs or any(fnmatch.fnmatchcase(name, pattern) for pattern in globs)
 
 
 def globs(text: str) -> List[str]:
-    """Return the patterns in the text of a parameter, as in ``[/turtle*, '/rosout']``."""
+    """Return the patterns in the text of a parameter such as ``[/turtle*, '/rosout']``."""
     return [part for part in (part.strip().strip('\'"') for part in text.strip()[1:-1].split(',')) if part]

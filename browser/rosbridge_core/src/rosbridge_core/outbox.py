@@ -1,8 +1,8 @@
-"""What waits for a client: answers and statuses in order, and for each topic its newest messages.
+"""The data that wait for a client: answers and statuses in order, and the newest messages of each topic.
 
-The order of sending: answers and statuses, then small messages, then large ones, each kind in the order of arrival. A
-topic that nobody limits may be late by LATEST; then its newer messages replace the older ones, so that a client that
-is too slow sees the present, not the past. A large message that has waited for PATIENCE comes next.
+The order of sending: answers and statuses, then small messages, then large ones, each kind in the order of arrival.
+Messages of a topic without a limit may be late by LATEST; then newer ones replace them, so that a slow client sees the
+present, not the past. A large message that has waited for PATIENCE is sent next.
 
 Threading contract: one thread uses an Outbox.
 """
@@ -11,16 +11,16 @@ import math
 from typing import Any, Deque, Dict, NamedTuple, Optional, Tuple
 
 SMALL = 16384  # [B]
-BURST = 100  # messages of a topic that wait, if the client has not said how many
-BURST_BYTES = 1 << 20  # of them
+BURST = 100  # waiting messages of a topic, if the client sets no queue length
+BURST_BYTES = 1 << 20  # [B] of these messages
 LATEST = 0.1  # [s]
 PATIENCE = 1.0  # [s]
-MOST_ANSWERS = 64 << 20  # [B] of answers and statuses
+MAX_ANSWERS = 64 << 20  # [B] of answers and statuses
 Answer = Tuple[Any, int]
 
 
 class Full(Exception):
-    """The client does not take its answers."""
+    """The client does not read its answers."""
 
 
 class _Waiting(NamedTuple):
@@ -31,7 +31,7 @@ class _Waiting(NamedTuple):
 
 
 class _Lane:
-    """A topic: what waits, and when the next one may go."""
+    """A topic: its waiting messages, and when the next one may be sent."""
 
     def __init__(self) -> None:
         self.waiting: Deque[_Waiting] = collections.deque()
@@ -62,7 +62,7 @@ class _Lane:
 
 
 class Outbox:
-    """What waits for one client."""
+    """The waiting data of one client."""
 
     def __init__(self) -> None:
         self._answers: Deque[Answer] = collections.deque()
@@ -70,29 +70,29 @@ class Outbox:
         self._lanes: Dict[str, _Lane] = {}
 
     def answer(self, item: Any, size: int) -> None:
-        """Put an answer or a status of ``size`` [B]; raise Full."""
-        if self._answers_size + size > MOST_ANSWERS and self._answers:
+        """Add an answer or a status of ``size`` [B]; raise Full."""
+        if self._answers_size + size > MAX_ANSWERS and self._answers:
             raise Full
         self._answers.append((item, size))
         self._answers_size += size
 
     def configure(self, topic: str, period: float, length: int) -> None:
-        """Let at most one message of a topic go each ``period`` [s], and ``length`` wait; 0: see above."""
+        """Send at most one message of a topic each ``period`` [s], let ``length`` wait; 0: see the top of this file."""
         lane = self._lanes.setdefault(topic, _Lane())
         lane.period, lane.length = period, length
 
     def forget(self, topic: str) -> None:
-        """Drop what waits of a topic."""
+        """Drop the waiting messages of a topic."""
         self._lanes.pop(topic, None)
 
     def put(self, topic: str, item: Any, size: int, now: float, kept: bool = False) -> None:
-        """Put a message of a topic; ``kept``: it is not replaced by newer ones, like those of a latched topic."""
+        """Add a message of a topic; ``kept``: newer ones do not replace it, as for a latched topic."""
         lane = self._lanes.get(topic)
         if lane is not None:
             lane.put(_Waiting(now, item, size, kept))
 
     def take(self, now: float) -> Any:
-        """Return what has to be sent now, or None."""
+        """Return the next data to send now, or None."""
         if self._answers:
             item, size = self._answers.popleft()
             self._answers_size -= size
@@ -107,7 +107,7 @@ class Outbox:
         return lane.drop().item
 
     def next_due(self) -> Optional[float]:
-        """Return when something has to be sent, None if nothing waits."""
+        """Return when the next data are due, None if nothing waits."""
         if self._answers:
             return -math.inf
         return min((lane.due for lane in self._lanes.values() if lane.waiting), default=None)

@@ -1,7 +1,7 @@
-"""One client: from its frames to operations of ROS, and from messages of ROS to its frames.
+"""One client: turns its frames into operations of ROS, and messages of ROS into frames for it.
 
-Threading contract: everything runs in the thread of one asyncio loop. What waits for ROS is a coroutine of the Bridge.
-A session does one operation after the other; velocities overtake what waits.
+Threading contract: everything runs in the thread of one asyncio loop. Operations that wait for ROS are coroutines of
+the Bridge. A session does one operation after the other; velocities overtake waiting ones.
 """
 import asyncio
 import time
@@ -15,14 +15,14 @@ from rosbridge_core.operations import LEVELS, Operation, Refused, check, matches
 from rosbridge_core.outbox import Full, Outbox
 
 SLICE = 0.005  # [s] of work before other clients get their turn
-BATCH = 65536  # [B] that are written before the client must have taken them
-MOST_CALLS = 50  # services that a client may wait for at a time
-MOST_NAMES = 1000  # topics, and services, of a client
+BATCH = 65536  # [B] that are written before waiting for the client to take them
+MAX_CALLS = 50  # unanswered service calls of a client
+MAX_NAMES = 1000  # topics and services of a client
 SLOW = 4000  # close code of a slow client
 
 
 class Settings(NamedTuple):
-    """What holds for all clients; times in seconds, sizes in bytes."""
+    """The settings for all clients; times in seconds, sizes in bytes."""
 
     largest: int = 10_000_000
     fragment_timeout: float = 600.0
@@ -35,14 +35,14 @@ class Settings(NamedTuple):
 
 
 class Bridge:
-    """What a session needs of ROS; the names are those of topics and services. Coroutines and publish raise Refused."""
+    """The access of sessions to ROS. Coroutines and ``publish`` raise Refused."""
 
     def is_velocity(self, topic: str) -> bool:
         """Return whether a topic is advertised here and carries velocities."""
         raise NotImplementedError
 
     def publish(self, session: 'Session', topic: str, values: Any) -> Optional[Awaitable[None]]:
-        """Publish a message; return None if that is done, else what does it after asking the master for the type."""
+        """Publish a message; return None, or a coroutine that first asks the master for the type and then publishes."""
         raise NotImplementedError
 
     def stop(self, topic: str) -> None:
@@ -54,15 +54,15 @@ class Bridge:
         raise NotImplementedError
 
     async def unadvertise(self, session: 'Session', topic: str) -> None:
-        """Let a client not publish any more."""
+        """End a client's publishing on a topic."""
         raise NotImplementedError
 
     async def subscribe(self, session: 'Session', topic: str, kind: Optional[str]) -> None:
-        """Let ``session.deliver`` get the messages of a topic."""
+        """Pass the messages of a topic to ``session.deliver``."""
         raise NotImplementedError
 
     async def unsubscribe(self, session: 'Session', topic: str) -> None:
-        """End that."""
+        """End the subscription."""
         raise NotImplementedError
 
     async def call(self, service: str, arguments: Any, kind: Optional[str]) -> Dict[str, Any]:
@@ -70,11 +70,11 @@ class Bridge:
         raise NotImplementedError
 
     async def advertise_service(self, session: 'Session', service: str, kind: str) -> None:
-        """Let ``session.ask`` get the requests of a service."""
+        """Pass the requests of a service to ``session.ask``."""
         raise NotImplementedError
 
     async def unadvertise_service(self, session: 'Session', service: str) -> None:
-        """End that."""
+        """End the service."""
         raise NotImplementedError
 
     def respond(self, session: 'Session', service: str, request: Any, values: Any, result: bool) -> None:
@@ -87,7 +87,7 @@ class Bridge:
 
 
 class Subscription(NamedTuple):
-    """What one subscribe operation asks for."""
+    """The settings of one subscribe operation."""
 
     period: float = 0.0
     length: int = 0
@@ -121,7 +121,7 @@ class Session:
     # ------------------------------------------------------------------------------------------------ from the client
 
     def received(self, frame: Frame) -> Optional[Awaitable[None]]:
-        """Take a frame, for ``drain``; return what has to be awaited before the next ones are read, or None."""
+        """Queue a frame for ``drain``; return an awaitable to wait for before reading the next frame, or None."""
         self.deadman.heard(time.monotonic())
         pause = self._take(frame, 0)
         return self._wait(pause) if pause or self._inbox.full else None
@@ -134,7 +134,7 @@ class Session:
             await self._space.wait()
 
     def _take(self, frame: Frame, depth: int) -> float:
-        """Put the operation in a frame into the inbox; return how long [s] the client has to wait."""
+        """Put the operation of a frame into the inbox; return how long [s] the client must wait."""
         operation: Operation = {}
         try:
             operation = parse(frame)
@@ -151,7 +151,7 @@ class Session:
         if name != 'publish':
             self._inbox.put(name, operation, False, len(frame))
             return self._rate.pause()
-        # a client that is not read could not stop its robot: what is too much is dropped instead
+        # a client that is not read could not stop its robot, so excess messages are dropped instead
         urgent = self._bridge.is_velocity(operation['topic'])
         if urgent or self._rate.admits():
             self._dropped += self._inbox.put(name, operation, urgent, len(frame))
@@ -160,7 +160,7 @@ class Session:
         return 0.0
 
     def drain(self) -> None:
-        """Do what waits; call it after ``received``."""
+        """Do the waiting operations; call it after ``received``."""
         if not self._draining:
             self._drain()
 
@@ -220,9 +220,9 @@ class Session:
 
     def _count(self, kind: str, name: str) -> None:
         self._names.add((kind, name))
-        if len(self._names) > MOST_NAMES:
+        if len(self._names) > MAX_NAMES:
             self._names.discard((kind, name))
-            raise Refused(f'a client may use {MOST_NAMES} topics and services at most')
+            raise Refused(f'a client may use at most {MAX_NAMES} topics and services')
 
     def _advertise(self, operation: Operation) -> Awaitable[None]:
         topic = operation['topic']
@@ -281,8 +281,8 @@ class Session:
         self._outbox.configure(topic, period, max(one.length for one in self._subscriptions[topic].values()))
 
     def _call_service(self, operation: Operation) -> None:
-        if len(self._calls) >= MOST_CALLS:
-            raise Refused(f'{MOST_CALLS} service calls are still unanswered; this one is not made')
+        if len(self._calls) >= MAX_CALLS:
+            raise Refused(f'{MAX_CALLS} service calls are still unanswered; this one is not made')
         self._keep(self._called(operation))
 
     async def _called(self, operation: Operation) -> None:
@@ -316,15 +316,15 @@ class Session:
         self._level = LEVELS.index(operation['level']) if operation['level'] != 'none' else -1
 
     def _refused(self, operation: Operation) -> None:
-        """Say what was wrong with a frame, in its turn."""
+        """Report the fault of a frame, in its turn."""
         self.status('error', operation['text'], operation['id'])
 
     def _status(self, operation: Operation) -> None:
         """Ignore it: the client's own log."""
 
     def _auth(self, operation: Operation) -> None:
-        raise Refused('this server does not know "auth"; it is open on this machine, and needs a token in the address '
-                      'elsewhere: ws://robot:9090/?token=...')
+        raise Refused('"auth" is not supported: clients on this machine need no permission, others a token in the '
+                      'address: ws://robot:9090/?token=...')
 
     def _deadman(self, operation: Operation) -> None:
         self.deadman.watch(operation['timeout'])
@@ -332,18 +332,18 @@ class Session:
     # ------------------------------------------------------------------------------------------------ to the client
 
     def status(self, level: str, text: str, name: Any = None) -> None:
-        """Tell the client something, if it wants this level; what is an error is a warning of this server, too."""
+        """Send a status if the client wants this level; the server logs errors as warnings, too."""
         if level == 'error':
             self._warn(text)
         if LEVELS.index(level) <= self._level:
             self.answer({'op': 'status', 'level': level, 'msg': text, **({} if name is None else {'id': name})})
 
     def ask(self, service: str, request: str, arguments: Dict[str, Any]) -> None:
-        """Let the client answer a request of a service that it has advertised."""
+        """Send the client a request of a service that it has advertised."""
         self.answer({'op': 'call_service', 'id': request, 'service': service, 'args': arguments})
 
     def answer(self, operation: Operation, fragment_size: Optional[int] = None, compression: str = 'none') -> None:
-        """Send an operation that is no message of a topic."""
+        """Send an operation other than a topic's message."""
         frame: Frame
         if compression in ('cbor', 'cbor-raw'):
             frame = to_cbor(operation)
@@ -364,7 +364,7 @@ class Session:
         self.pump()
 
     def pump(self) -> None:
-        """Write what waits, as far as the client takes it."""
+        """Write waiting data, as far as the client takes them."""
         if self._sending_since is not None or self._ended:
             return
         now, written = time.monotonic(), 0
@@ -389,7 +389,7 @@ class Session:
     def _sent(self, done: 'asyncio.Future[None]') -> None:
         self._sending_since = None
         if not done.cancelled() and done.exception() is None:
-            self.pump()  # else the client has gone while it was written to; ``closed`` follows
+            self.pump()  # otherwise the client has disconnected; ``closed`` follows
 
     def _encoded(self, item: Any) -> List[Frame]:
         self._frames += 1
@@ -403,7 +403,7 @@ class Session:
         compression = next(one for one in ('cbor-raw', 'cbor', 'png', 'none') if one in wanted)
         try:
             frame = item.frame(compression)
-        except Exception as error:  # a message that its own publisher made wrong
+        except Exception as error:  # the publisher's fault
             self.status('error', f'subscribe: a message of {item.topic} cannot be read: {error}')
             return []
         size = min((one.fragment_size for one in asked if one.fragment_size is not None), default=None)
@@ -411,12 +411,12 @@ class Session:
 
     # ------------------------------------------------------------------------------------------------ the end
 
-    def look(self, now: float) -> None:
-        """Stop what a silent client drives, cut off a slow one, say what was dropped; call it many times a second."""
+    def check(self, now: float) -> None:
+        """Stop what a silent client drives, disconnect a slow one, report drops; call it many times a second."""
         if self.deadman.watching:
             self._stop(self.deadman.expired(now), f'silent for {self.deadman.timeout:g} s')
         if self._dropped:
-            self.status('error', f'publish: {self._dropped} messages came faster than this server works, and are '
+            self.status('error', f'publish: {self._dropped} messages came faster than this server works and were '
                         'dropped; velocities never are')
             self._dropped = 0
         if self._sending_since is not None and now - self._sending_since > self.settings.slow:
@@ -434,7 +434,7 @@ class Session:
             self._close(code, reason)
 
     def closed(self) -> Awaitable[None]:
-        """Note that the connection is closed; return what has to be awaited."""
+        """Note that the connection is closed; return an awaitable that frees everything."""
         self._ended = True
         self._space.set()
         self._stop(self.deadman.gone(), 'gone')

@@ -1,6 +1,6 @@
-"""The HTTP side of a server for browsers: who may connect, files, and one loop in a thread of its own.
+"""The HTTP side of a server for browsers: access control, files, and a loop in a thread of its own.
 
-Every request, of the websocket, a page or a stream, passes ``Guarded.prepare``: the rules of access.py hold for all.
+Every request for a WebSocket, a page or a stream passes ``Guarded.prepare``, so the rules of access.py hold for all.
 """
 import asyncio
 import contextlib
@@ -21,11 +21,11 @@ from rosbridge_core.access import ANY, OFF, Access, is_loopback
 COOKIE = 'turtle_robotont_token'
 IDLE = 60.0  # [s] until a connection that sends no request is closed
 LARGEST_REQUEST = 1 << 20  # [B]
-BACKLOG = 512  # connections that wait
+BACKLOG = 512  # connections that wait to be accepted
 
 
 class Guarded(tornado.web.RequestHandler):
-    """Refuses whoever may not connect, with 403 and the reason; the token may be in the address, or in a cookie.
+    """Refuses clients that may not connect, with 403 and the reason; the token is in the address or in a cookie.
 
     The application's settings have ``access``, an Access, and ``refused``, which is called with the reason.
     """
@@ -53,21 +53,21 @@ class Guarded(tornado.web.RequestHandler):
         self.finish(f'{reason}\n')
 
     def set_default_headers(self) -> None:
-        """Let no other site show this one in a frame, or read it as something else."""
+        """Forbid other sites to show this one in a frame, and browsers to guess content types."""
         self.set_header('X-Content-Type-Options', 'nosniff')
         self.set_header('X-Frame-Options', 'SAMEORIGIN')
 
 
 class Files(Guarded, tornado.web.StaticFileHandler):
-    """The files of a folder; '/' is index.html. Nothing outside of it, nor a folder's list."""
+    """Serves the files of a folder; '/' is index.html. It serves nothing outside the folder and lists no folder."""
 
     def set_extra_headers(self, path: str) -> None:
-        """Let a browser ask each time whether a file has changed."""
+        """Make browsers ask each time whether a file has changed."""
         self.set_header('Cache-Control', 'no-cache')
 
 
 class Missing(Guarded):
-    """Says what there is where nothing is."""
+    """Answers with 404 and a text that says which addresses exist."""
 
     def initialize(self, text: str) -> None:
         """``text``: the answer."""

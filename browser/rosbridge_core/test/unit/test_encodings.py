@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rosbridge_core import encodings
-from rosbridge_core.encodings import MOST_OPEN, Defragmenter, Message, fragments, from_png, to_json, to_png
+from rosbridge_core.encodings import MAX_OPEN, Defragmenter, Message, fragments, from_png, to_json, to_png
 from rosbridge_core.operations import Refused
 from unit_support.messages import Point, message_class
 
@@ -81,7 +81,7 @@ def test_png_has_the_bytes_of_the_text_as_red_green_blue():
 @pytest.mark.parametrize('data, said', [
     ('***', 'not a PNG image in base64'), ('', 'not a PNG'), (base64.b64encode(b'x' * 100).decode(), 'not a PNG'),
     (to_png('a' * 3000), 'pixels; the message may have 1000 bytes'), (to_png('abc')[:60], 'not a PNG|damaged'),
-    (base64.b64encode(cv2.imencode('.png', np.full((2, 2, 3), 255, np.uint8))[1].tobytes()).decode(), 'no text'),
+    (base64.b64encode(cv2.imencode('.png', np.full((2, 2, 3), 255, np.uint8))[1].tobytes()).decode(), 'not hold a'),
 ])
 def test_what_is_no_png_is_refused(data, said):
     with pytest.raises(Refused, match=said):
@@ -119,12 +119,12 @@ def part(name='a', number=0, total=2, data='x'):
     ([part(), part(total=3, number=1)], '"total" is 3, but was 2'),
     ([part(data='x' * 101)], 'more than 100 characters'),
     ([part(name, data='x' * 30) for name in 'abcd'], 'more than 100 characters'),
-    ([part(str(name)) for name in range(MOST_OPEN + 1)], f'{MOST_OPEN} messages are incomplete'),
+    ([part(str(name)) for name in range(MAX_OPEN + 1)], f'{MAX_OPEN} messages are incomplete'),
     ([part(number=number, total=100, data='') for number in range(6)], 'or 5 fragments'),
 ])
 def test_fragments_are_bounded(parts, said, monkeypatch):
     if '5 fragments' in said:
-        monkeypatch.setattr(encodings, 'MOST_PARTS', 5)
+        monkeypatch.setattr(encodings, 'MAX_PARTS', 5)
     together = Defragmenter(100, 600)
     with pytest.raises(Refused, match=said):
         for one in parts:
@@ -141,15 +141,15 @@ def test_incomplete_messages_are_forgotten():
 
 
 def test_a_message_never_becomes_a_million_fragments():
-    text = 'x' * 10 * encodings.MOST_FRAGMENTS
+    text = 'x' * 10 * encodings.MAX_FRAGMENTS
     parts = [json.loads(one) for one in fragments(text, 1, 'name')]
-    assert len(parts) == encodings.MOST_FRAGMENTS
+    assert len(parts) == encodings.MAX_FRAGMENTS
     assert ''.join(one['data'] for one in parts) == text
 
 
 def test_many_small_fragments_take_no_longer_each():
     """In order, so that looking for the missing one at each would take the square of the time."""
-    together, count = Defragmenter(10**6, 600), encodings.MOST_PARTS
+    together, count = Defragmenter(10**6, 600), encodings.MAX_PARTS
     start = time.process_time()
     for number in range(count):
         last = together.add(part(number=number, total=count))

@@ -1,7 +1,7 @@
 """Velocities first, the newest only; the rest in order."""
 import pytest
 
-from rosbridge_core.inbox import MOST, MOST_BYTES, MOST_MESSAGES, Inbox, is_zero
+from rosbridge_core.inbox import MAX_BYTES, MAX_MESSAGES, MAX_OPERATIONS, Inbox, is_zero
 
 ZERO = {'linear': {'x': 0, 'y': 0.0}, 'angular': {}}
 FORWARD = {'linear': {'x': 0.5}, 'angular': {'z': 0}}
@@ -34,7 +34,7 @@ def test_zero_velocity_overtakes_everything():
 
 def test_client_waits_when_much_is_to_do():
     inbox = Inbox()
-    for _ in range(MOST):
+    for _ in range(MAX_OPERATIONS):
         assert not inbox.full
         inbox.put('status', {'op': 'status'}, False)
     assert inbox.full
@@ -43,7 +43,7 @@ def test_client_waits_when_much_is_to_do():
 def test_oldest_messages_are_dropped_and_nothing_else():
     inbox = Inbox()
     inbox.put('advertise', {'op': 'advertise'}, False, 10)
-    dropped = sum(inbox.put('publish', publish('/flood', {'n': n}), False, 10) for n in range(MOST_MESSAGES + 3))
+    dropped = sum(inbox.put('publish', publish('/flood', {'n': n}), False, 10) for n in range(MAX_MESSAGES + 3))
     assert dropped == 3 and not inbox.full
     assert inbox.take()[0] == 'advertise' and inbox.take()[1]['msg'] == {'n': 3}
     assert inbox.put('publish', publish('/flood', {}), False, 10) == 0  # there is room again
@@ -51,7 +51,7 @@ def test_oldest_messages_are_dropped_and_nothing_else():
 
 def test_large_messages_do_not_pile_up():
     inbox = Inbox()
-    dropped = sum(inbox.put('publish', publish('/image', {'n': number}), False, MOST_BYTES // 2) for number in range(5))
+    dropped = sum(inbox.put('publish', publish('/image', {'n': number}), False, MAX_BYTES // 2) for number in range(5))
     assert (dropped, len(inbox)) == (3, 2)
     inbox.put('publish', publish('/cmd_vel', ZERO), True, 100)
     assert inbox.take()[1]['topic'] == '/cmd_vel'

@@ -1,7 +1,7 @@
 """What a client gets first, and what it does not get any more."""
 import pytest
 
-from rosbridge_core.outbox import BURST, BURST_BYTES, LATEST, MOST_ANSWERS, PATIENCE, SMALL, Full, Outbox
+from rosbridge_core.outbox import BURST, BURST_BYTES, LATEST, MAX_ANSWERS, PATIENCE, SMALL, Full, Outbox
 
 LARGE = SMALL + 1
 
@@ -108,11 +108,11 @@ def test_memory_is_bounded_whatever_comes():
 
 def test_answers_are_bounded():
     outbox = Outbox()
-    outbox.answer('one', MOST_ANSWERS)
+    outbox.answer('one', MAX_ANSWERS)
     with pytest.raises(Full):
         outbox.answer('two', 1)
     assert outbox.take(0.0) == 'one'
-    outbox.answer('three', MOST_ANSWERS + 1)  # a single one may have any size
+    outbox.answer('three', MAX_ANSWERS + 1)  # a single one may have any size
 
 
 def test_topic_that_nobody_wants_is_dropped():

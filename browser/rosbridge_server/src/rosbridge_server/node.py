@@ -1,7 +1,7 @@
 """rosbridge_websocket: the node.
 
-Threading contract: the loop runs in a thread of its own and does everything that clients ask for; rospy's threads hand
-messages over to it.
+Threading contract: the loop runs in a thread of its own and does everything for clients; rospy's threads hand messages
+over to it.
 """
 import asyncio
 import functools
@@ -27,7 +27,7 @@ from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
 
 LARGEST = 1e9  # [B]
-SWITCH = 0.0005  # [s] after which another thread gets its turn: the loop's does not wait for one that reads an image
+SWITCH = 0.0005  # [s] until another thread gets its turn, so that the loop does not wait for one that reads an image
 PAGE = ('This is a rosbridge server: connect to it with a WebSocket, as roslibjs and roslibpy do. It shows no page '
         'because ~folder is not set.')
 
@@ -46,7 +46,7 @@ PARAMETERS = Table(
 
 
 class Announced:
-    """The topics that say who is connected."""
+    """The topics that list the connected clients."""
 
     def __init__(self):
         self._count = rospy.Publisher('client_count', Int32, latch=True, queue_size=10)
@@ -72,7 +72,7 @@ class RosbridgeNode:
         topics, services = (tuple(globs(text)) for text in self._globs[:2])
         self._settings = Settings(
             int(min(largest, LARGEST)), fragments, deadman, rate, 2 * rate, slow, topics,
-            (*services, '/rosapi/*') if services else ())  # a client could not look at anything else
+            (*services, '/rosapi/*') if services else ())  # else a client could inspect nothing
         certificate, key, authenticate, bson = read('~certfile', '~keyfile', '~authenticate', '~bson_only_mode')
         for name, value in (('authenticate', authenticate), ('bson_only_mode', bson)):
             if value:
@@ -110,13 +110,13 @@ class RosbridgeNode:
         return tornado.web.Application(
             [websocket_rule(RosbridgeWebSocket, clients), *web.folder_rules(folder, PAGE)],
             access=self._access, refused=functools.partial(self._report, 'access'), use_compression=compress,
-            websocket_ping_interval=interval or None, websocket_ping_timeout=timeout,
+            ping_interval=interval, ping_timeout=timeout,
             websocket_max_message_size=self._settings.largest, log_function=lambda handler: None)
 
     def run(self):
         """Serve until shutdown."""
         self._server.start()
-        gc.freeze()  # what exists by now stays; searching it for garbage would hold up messages for milliseconds
+        gc.freeze()  # present objects stay; searching them for garbage would delay messages by milliseconds
         rospy.loginfo('Rosbridge WebSocket server started at %s://%s:%d', self._scheme, self._address,
                       self._server.port)
         rospy.spin()
@@ -132,7 +132,7 @@ def main():
 
 
 def _option(name, default, convert):
-    """Return the value of an option of the command line, as the original has them."""
+    """Return the value of a command-line option, as in the original."""
     arguments = sys.argv[1:]
     if name not in arguments:
         return default

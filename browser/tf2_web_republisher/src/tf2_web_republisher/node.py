@@ -1,6 +1,6 @@
 """tf2_web_republisher: the node.
 
-Threading contract: each request has a rospy.Timer, which looks its transforms up; the table of goals has a lock.
+Threading contract: each request has a rospy.Timer that looks up its transforms; the table of goals has a lock.
 """
 import itertools
 import threading
@@ -19,7 +19,7 @@ from tf2_web_republisher.msg import TFArray, TFSubscriptionAction, TFSubscriptio
 from tf2_web_republisher.srv import RepublishTFs, RepublishTFsResponse
 
 PARAMETERS = Table()
-REMINDER = 10.0  # [s] between two warnings that a transform is not known
+REMINDER = 10.0  # [s] between two warnings that a transform is unknown
 SHORTEST_TIMEOUT = 1.0  # [s] in which a client can subscribe to its topic
 
 
@@ -33,7 +33,7 @@ class Watched:
         self._sent = {frame.strip('/'): None for frame in frames}
 
     def changed(self):
-        """Return the TransformStamped that have to be sent."""
+        """Return the TransformStamped messages to send."""
         found = []
         for frame, sent in self._sent.items():
             try:
@@ -84,12 +84,12 @@ class Republisher:
             return
         handle.set_accepted()
 
-        def look(_):
+        def poll(_):
             transforms = watched.changed()
             if transforms:
                 handle.publish_feedback(TFSubscriptionFeedback(transforms))
         with self._lock:
-            self._timers[handle.get_goal_id().id] = threads.call_every(1.0 / goal.rate, look)
+            self._timers[handle.get_goal_id().id] = threads.call_every(1.0 / goal.rate, poll)
 
     def _cancel(self, handle):
         with self._lock:
@@ -104,9 +104,9 @@ class Republisher:
             raise rospy.ServiceException(wrong)
         publisher = rospy.Publisher(f'~tf_repub_{next(self._numbers)}', TFArray, latch=True, queue_size=10)
         patience = max(SHORTEST_TIMEOUT, request.timeout.to_sec())
-        wanted = [time.monotonic()]  # when the last subscriber was seen
+        wanted = [time.monotonic()]  # last time with a subscriber
 
-        def look(_):
+        def poll(_):
             if publisher.get_num_connections():
                 wanted[0] = time.monotonic()
             elif time.monotonic() > wanted[0] + patience:
@@ -117,7 +117,7 @@ class Republisher:
             transforms = watched.changed()
             if transforms:
                 publisher.publish(transforms)
-        timer = threads.call_every(1.0 / request.rate, look)
+        timer = threads.call_every(1.0 / request.rate, poll)
         return RepublishTFsResponse(publisher.resolved_name)
 
 

@@ -171,7 +171,7 @@ def test_only_the_submission_travels(tmp_path, monkeypatch):
     parcel = remote.pack(work._replace(files=graded.files_of(work.submission, set())))
     assert parcel.command == (remote.FOLDER + 'x.py',) and list(parcel.files) == ['x.py']
     monkeypatch.setattr(remote, 'MAX_SUBMISSION', 4)
-    with pytest.raises(ValueError, match='more than the 0 MB that travel to another machine'):
+    with pytest.raises(ValueError, match='at most 0 MB can be sent to another machine'):
         remote.pack(work)
 
 

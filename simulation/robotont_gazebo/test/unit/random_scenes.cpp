@@ -1,4 +1,4 @@
-// Draws random worlds, from inside and outside of solids, through cameras of all sizes: for test_sanitizers.py, which
+// Draws random worlds, from inside and outside of solids, through cameras of all sizes: for test_sanitized.py, which
 // compiles this with the renderer and the sanitizers of g++. Images are as small as they may be: any step beside them
 // is found.
 #include <cstdio>

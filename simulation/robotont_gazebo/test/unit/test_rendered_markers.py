@@ -14,8 +14,6 @@ from robotont_gazebo.core import worlds
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.core.textures import INK, PAPER
 
-pytestmark = pytest.mark.usefixtures('each_renderer')
-
 PACKAGE = pathlib.Path(__file__).parents[4] / 'simulation' / 'robotont_gazebo'
 MAZE = worlds.read_yaml(PACKAGE / 'worlds' / 'minimaze_ar.yaml')
 EYE = 0.2155  # [m] height of the Robotont's camera

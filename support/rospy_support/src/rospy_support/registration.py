@@ -134,7 +134,7 @@ def _known():
     """Return whether the master knows this node; end the node if another one has taken its name."""
     sign = rospy.resolve_name(SIGN)
     (code, _, uri), = Master(TIMEOUT).request([('lookupService', sign)])
-    if code == 1 and uri != dict(rospy_internals.services()).get(sign, uri):
+    if code == 1 and uri != dict(rospy_internals.offered_services()).get(sign, uri):
         rospy.logfatal('Another node with the name %s is registered with the ROS master: this one ends, as a ROS node '
                        'does when a newer one takes its name.', rospy.get_name())
         rospy.signal_shutdown('another node has taken its name')
@@ -147,7 +147,7 @@ def _delete(parameters):
         return
     sign, master = rospy.resolve_name(SIGN), Master(LAST_CALL)
     (code, _, uri), *answers = master.request([('lookupService', sign), *(('getParam', name) for name in parameters)])
-    if code == 1 and uri == dict(rospy_internals.services()).get(sign):
+    if code == 1 and uri == dict(rospy_internals.offered_services()).get(sign):
         master.request([('deleteParam', name) for (name, value), (there, _, now) in zip(parameters.items(), answers)
                         if there == 1 and now == value])
 
@@ -157,7 +157,7 @@ def _register_all(parameters):
     values_of(('setParam', name, value) for (name, value), known in zip(parameters.items(), there) if not known)
     uri, sign = rospy.get_node_uri(), rospy.resolve_name(SIGN)
     subscribed = rospy_internals.subscriptions()
-    services = sorted(rospy_internals.services(), key=lambda service: service[0] == sign)  # the sign comes last
+    services = sorted(rospy_internals.offered_services(), key=lambda service: service[0] == sign)  # the sign comes last
     values = values_of([
         *(('registerSubscriber', name, data_type, uri) for name, data_type in subscribed),
         *(('registerPublisher', name, data_type, uri) for name, data_type in rospy_internals.publications()),

@@ -3,12 +3,10 @@
 rospy accepts connections and reads their headers in one thread, so a peer that connects and sends nothing blocks all
 others. Here a SocketWatch reads them (inbound.py).
 """
-import collections
 import functools
 import resource
 import sys
 import threading
-import time
 
 import rospy
 
@@ -16,11 +14,11 @@ from rospy_support import rospy_internals
 from rospy_support.inbound import SocketWatch
 from rospy_support.service_connection import SIZE_LIMIT
 from rospy_support.slave_server import SlaveServer
-from rospy_support.tcpros_server import HEADER_LIMIT, TcprosServer
+from rospy_support.tcpros_server import TcprosServer
+from rospy_support.throttle import WallThrottle
 
 MANY_FILES = 65536  # file descriptors
-MOST_PUBLISHERS = 1000  # of a topic
-MOST_LINES, PERIOD = 5, 10.0  # log lines about peers per period [s]
+NEXT, AGAIN = 1.0, 10.0  # [s] between two lines about peers, if they differ and if they are the same
 REMINDER = 600.0  # [s] between two lines about file descriptors
 
 
@@ -48,37 +46,26 @@ def protect():
     watch = SocketWatch(report)
 
     def start(listening, topic_handler):
-        watch.listen(listening, TcprosServer(watch, topic_handler).accepted)
+        watch.listen(listening, TcprosServer(watch, topic_handler).serve)
     rospy_internals.replace_tcpros_server(start, watch.close)
     rospy_internals.replace_slave_server(functools.partial(SlaveServer, watch))
-    rospy_internals.limit_publishers(MOST_PUBLISHERS)
+    rospy_internals.limit_publishers()
     rospy_internals.tell_connections_apart()
-    rospy_internals.limit_lengths(HEADER_LIMIT, SIZE_LIMIT, functools.partial(report, 'refused'))
+    rospy_internals.limit_messages(SIZE_LIMIT, functools.partial(report, 'refused'))
 
 
 class Report:
-    """Logs warnings about peers, at most MOST_LINES of a kind per PERIOD, and counts the others.
+    """Logs warnings about peers: a new text once in NEXT, the same one once in AGAIN, that about files in REMINDER.
 
-    Each line is logged in a separate thread, because logging asks the master for a parameter, and a terminal may block.
+    The fault: a peer that fails again and again fills the log. Each line is logged in a separate thread, because the
+    thread of a SocketWatch must not wait for a terminal.
     """
 
-    def __init__(self, monotonic=time.monotonic, log=rospy.logwarn):
-        self._monotonic, self._log, self._lock = monotonic, log, threading.Lock()
-        self._said = collections.defaultdict(collections.deque)  # kind: times of its lines [s, monotonic]
-        self._left_out = collections.Counter()
+    def __init__(self, log=rospy.logwarn):
+        self._log, self._refused, self._files = log, WallThrottle(AGAIN), WallThrottle(REMINDER)
 
     def __call__(self, kind, text):
-        """Log a text; ``kind`` 'descriptors' is logged once in REMINDER."""
-        most, period = (1, REMINDER) if kind == 'descriptors' else (MOST_LINES, PERIOD)
-        with self._lock:
-            now, said = self._monotonic(), self._said[kind]
-            while said and said[0] <= now - period:
-                said.popleft()
-            if len(said) >= most:
-                self._left_out[kind] += 1
-                return
-            said.append(now)
-            left_out = self._left_out.pop(kind, 0)
-        if left_out and kind != 'descriptors':
-            text += f' ({left_out} more lines of this kind were left out.)'
-        threading.Thread(target=self._log, args=('%s', text), daemon=True).start()
+        """Log a text; ``kind`` is 'descriptors' or 'refused'."""
+        due = self._files.due() if kind == 'descriptors' else self._refused.due(text=text, changed=NEXT)
+        if due:
+            threading.Thread(target=self._log, args=('%s', text), daemon=True).start()

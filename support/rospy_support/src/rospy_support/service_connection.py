@@ -3,18 +3,16 @@
 Threading contract: the thread of a connection exists from a complete request to its answer, and LINGER longer if the
 connection is persistent. A connection without a request has no thread.
 """
+import select
 import socket
 import struct
 import threading
 
 from rospy_support import rospy_internals
-from rospy_support.inbound import Ended, FrameReader, Refused
-from rospy_support.message_size import wrong_size
+from rospy_support.inbound import CHUNK, Ended, Refused, read_block
 
 SIZE_LIMIT = 256 << 20  # [bytes] of a message or a request
-FIRST_DEADLINE = 60.0  # [s] for the request, unless the connection is persistent
 LINGER = 0.5  # [s] that a thread waits for the next request of a persistent connection
-SEND_DEADLINE = 60.0  # [s] for the peer to read the answer
 
 
 class ServiceConnection:
@@ -22,60 +20,52 @@ class ServiceConnection:
 
     def __init__(self, watch, service, connection, header):
         """``service`` is rospy's object, ``header`` {field: text} the caller's."""
-        self._watch, self._service, self._header = watch, service, header
+        self._watch, self._service, self._connection, self._header = watch, service, connection, header
         self._transport = rospy_internals.transport_of(service, connection, header)
         self._persistent = header.get('persistent', '').lower() in ('1', 'true')
 
-    def open(self, connection):
-        """Let the watch read the next request."""
-        self._wait(connection, FrameReader(SIZE_LIMIT), None if self._persistent else FIRST_DEADLINE)
+    async def serve(self):
+        """Read the next request, and let a thread answer it."""
+        try:
+            request = await read_block(self._connection, SIZE_LIMIT)
+        except Ended:
+            self._connection.close()
+        except Refused as error:
+            self._report(f'announced {error}; the connection is closed')
+            self._connection.close()
+        else:
+            threading.Thread(target=self._answer, args=(request,), daemon=True).start()
 
-    def _wait(self, connection, reader, deadline):
-        self._watch.read(connection, reader, self._start_answer, self._failed, deadline)
-
-    def _start_answer(self, connection, request):
-        threading.Thread(target=self._serve, args=(connection, request), daemon=True).start()
-
-    def _failed(self, connection, error):
-        if isinstance(error, Refused):
-            self._complain(f'announced {error}; the connection is closed')
-        connection.close()
-
-    def _serve(self, connection, request):
+    def _answer(self, request):
         """Answer a request, and further ones that come within LINGER."""
+        connection = self._connection
         try:
             connection.setblocking(True)
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _timeval(SEND_DEADLINE))
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _timeval(LINGER))
-            while True:
-                self._answer(connection, request)
+            while request is not None:
+                wrong = rospy_internals.respond(self._service, self._transport, request)
+                if wrong:
+                    self._report(f'sent {wrong}')
                 if not self._persistent:
                     connection.shutdown(socket.SHUT_RDWR)
-                    break
-                reader = FrameReader(SIZE_LIMIT)
-                request = reader.read(connection)
-                if request is None:
-                    self._wait(connection, reader, None)
+                    connection.close()
                     return
-        except (Ended, OSError):  # the caller has gone
-            pass
-        except Refused as error:
-            self._failed(connection, error)
-        connection.close()
+                request = self._complete_request()
+            connection.setblocking(False)
+            self._watch.run(self.serve())
+        except OSError:  # the caller has gone
+            connection.close()
 
-    def _answer(self, connection, data):
-        wrong = wrong_size(self._service.request_class, data)
-        if wrong:
-            self._complain(f'sent a bad request: {wrong}')
-            text = f'a request of {self._service.request_class._type} of {wrong}'
-            connection.sendall(rospy_internals.service_error(text))
-        else:
-            rospy_internals.respond(self._service, self._transport, data)
-
-    def _complain(self, what):
+    def _report(self, what):
         self._watch.report('refused', f'{self._header["callerid"]} called {self._service.resolved_name} and {what}.')
 
-
-def _timeval(seconds):
-    """Return a time limit as a socket option; Python's settimeout would cost a system call at each use."""
-    return struct.pack('ll', int(seconds), int(seconds % 1.0 * 1e6))
+    def _complete_request(self):
+        """Return a request that arrives within LINGER, all of it at once; None if there is none."""
+        poll = select.poll()
+        poll.register(self._connection, select.POLLIN)
+        if poll.poll(1000.0 * LINGER):
+            data = self._connection.recv(CHUNK, socket.MSG_PEEK)
+            if len(data) >= 4:
+                size, = struct.unpack_from('<I', data)
+                if len(data) >= 4 + size:
+                    return self._connection.recv(4 + size)[4:]
+        return None

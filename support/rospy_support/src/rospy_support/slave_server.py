@@ -1,17 +1,15 @@
 """A node's XML-RPC server (the slave API of ROS); a SocketWatch reads its requests, see inbound.py."""
-import functools
+import contextlib
 import io
 import socket
 import threading
 
 import rosgraph.xmlrpc
 
-from rospy_support.inbound import BACKLOG, HttpReader, Refused
+from rospy_support.inbound import Ended, Refused, read_http
 
 BODY_LIMIT = 4 << 20  # [bytes] of a request; the longest ones of ROS hold a list of publishers, or a parameter
-FIRST_DEADLINE = 15.0  # [s] for the first request of a connection
-NEXT_DEADLINE = 60.0  # [s] for each further request; the master keeps its connections open
-SEND_DEADLINE = 30.0  # [s] for the peer to read the answer
+DEADLINE = 60.0  # [s] for each request of a connection; the master keeps its connections open
 REFUSAL = b'HTTP/1.1 413 Payload Too Large\r\nContent-Length: 0\r\nConnection: close\r\n\r\n'
 
 
@@ -22,13 +20,9 @@ class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
         self._watch, self._closed = watch, threading.Event()
         super().__init__(address, log_requests)
 
-    def server_activate(self):
-        """Listen; called by the constructor."""
-        self.socket.listen(BACKLOG)
-
     def serve_forever(self, poll_interval=0.5):
         """Let the watch accept connections until the server is closed."""
-        self._watch.listen(self.socket, self._accepted)
+        self._watch.listen(self.socket, self._serve)
         self._closed.wait()
 
     def server_close(self):
@@ -36,39 +30,33 @@ class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
         self._closed.set()
         self._watch.close(self.socket)
 
-    def _accepted(self, connection, address):
-        self._wait(connection, address, FIRST_DEADLINE)
-
-    def _wait(self, connection, address, deadline):
-        self._watch.read(connection, HttpReader(BODY_LIMIT), functools.partial(self._start_answer, address),
-                         functools.partial(self._failed, address), deadline)
-
-    def _start_answer(self, address, connection, request):
-        threading.Thread(target=self._answer, args=(connection, address, request), daemon=True).start()
-
-    def _failed(self, address, connection, error):
-        if isinstance(error, Refused):
+    async def _serve(self, connection, address):
+        """Read a request, and let a thread answer it."""
+        try:
+            request = await self._watch.read(read_http(connection, BODY_LIMIT), DEADLINE)
+        except Ended:
+            connection.close()
+        except Refused as error:
             self._watch.report('refused', f'Closed a connection of {address[0]} to the XML-RPC server: {error}.')
-            try:
+            with contextlib.suppress(OSError):
                 connection.send(REFUSAL)
-            except OSError:
-                pass
-        connection.close()
+            connection.close()
+        else:
+            threading.Thread(target=self._answer, args=(connection, address, request), daemon=True).start()
 
     def _answer(self, connection, address, request):
         try:
-            connection.settimeout(SEND_DEADLINE)
+            connection.setblocking(True)
             keep = not _RequestHandler(connection, address, self, request).close_connection
         except Exception:  # the peer has gone, or its data are not HTTP; logged to the file, as rosgraph does
             self.handle_error(connection, address)
             keep = False
         if keep:
-            self._wait(connection, address, NEXT_DEADLINE)
+            connection.setblocking(False)
+            self._watch.run(self._serve(connection, address))
         else:
-            try:
+            with contextlib.suppress(OSError):
                 connection.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
             connection.close()
 
 

@@ -1,5 +1,4 @@
 """A node's TCPROS server: a SocketWatch reads the headers; rospy handles topics, ServiceConnection services."""
-import functools
 import struct
 import threading
 
@@ -7,7 +6,7 @@ import rosgraph.network
 from rosgraph.network import ROSHandshakeException
 
 from rospy_support import rospy_internals
-from rospy_support.inbound import FrameReader, Refused
+from rospy_support.inbound import Ended, Refused, read_block
 from rospy_support.service_connection import ServiceConnection
 
 HEADER_LIMIT = 256 << 10  # [bytes]; a header contains the definition of the message type, up to 30 kB in known packages
@@ -21,29 +20,29 @@ class TcprosServer:
         """``topic_handler(socket, address, header)`` is rospy's; it returns why it refuses, or None or ''."""
         self._watch, self._topic_handler = watch, topic_handler
 
-    def accepted(self, connection, address):
-        """Read the header of a new connection."""
-        self._watch.read(connection, FrameReader(HEADER_LIMIT), functools.partial(self._dispatch, address),
-                         functools.partial(self._failed, address), HEADER_DEADLINE)
-
-    def _failed(self, address, connection, error):
-        if isinstance(error, Refused):
-            self._report(address, f'its header announces {error}')
-        connection.close()
-
-    def _dispatch(self, address, connection, data):
+    async def serve(self, connection, address):
+        """Read the header of a new connection and pass the connection on."""
         try:
+            data = await self._watch.read(read_block(connection, HEADER_LIMIT), HEADER_DEADLINE)
             header = rosgraph.network.decode_ros_handshake_header(struct.pack('<I', len(data)) + data)
+        except Ended:
+            connection.close()
+        except Refused as error:
+            self._report(address, f'its header announces {error}')
+            connection.close()
         except (ROSHandshakeException, struct.error, UnicodeDecodeError) as error:
             self._refuse(address, connection, f'its header cannot be read: {error}')
-            return
-        if rospy_internals.is_shutdown_requested():
+        else:
+            await self._dispatch(address, connection, header)
+
+    async def _dispatch(self, address, connection, header):
+        if rospy_internals.shutting_down():
             _send_header(connection, {'error': 'node shutting down'})
             connection.close()
         elif 'topic' in header:
             threading.Thread(target=self._hand_over, args=(address, connection, header), daemon=True).start()
         elif 'service' in header:
-            self._serve(address, connection, header)
+            await self._serve_caller(address, connection, header)
         else:
             self._refuse(address, connection, 'no topic or service name detected')
 
@@ -59,7 +58,7 @@ class TcprosServer:
         if refused:
             self._refuse(address, connection, refused)
 
-    def _serve(self, address, connection, header):
+    async def _serve_caller(self, address, connection, header):
         service, refused = rospy_internals.find_service(header)
         if service is None:
             self._refuse(address, connection, refused)
@@ -67,10 +66,10 @@ class TcprosServer:
         if not _send_header(connection, rospy_internals.service_header(service)) or header.get('probe') == '1':
             connection.close()
             return
-        ServiceConnection(self._watch, service, connection, header).open(connection)
+        await ServiceConnection(self._watch, service, connection, header).serve()
 
     def _refuse(self, address, connection, why):
-        if not rospy_internals.is_shutdown_requested():
+        if not rospy_internals.shutting_down():
             self._report(address, why)
             _send_header(connection, {'error': why})
         connection.close()

@@ -13,7 +13,8 @@ from std_srvs.srv import Empty
 from rospy_support import master as module
 from rospy_support import rospy_internals
 from rospy_support.master import Master, NoMaster
-from rospy_support.rospy_internals import QueuedService, get_topic_manager
+from rospy_support.rospy_internals import QueuedService
+from rospy_support.rospy_internals import registration as collecting
 
 URI = 'http://localhost:1234/'  # of the node
 STATISTICS = ('getParam', '/test', '/enable_statistics')
@@ -100,7 +101,7 @@ def test_what_is_made_and_removed_together_takes_one_request_each_in_its_order(f
     assert fake.calls == [('unregisterService', '/test', '/a/do', uri), ('unregisterPublisher', '/test', '/a/out', URI),
                           ('unregisterSubscriber', '/test', '/a/in', URI)]
     assert not [name for name, *_ in (*rospy_internals.publications(), *rospy_internals.subscriptions(),
-                                      *rospy_internals.services()) if name.startswith('/a/')]
+                                      *rospy_internals.offered_services()) if name.startswith('/a/')]
 
 
 def test_many_leave_no_file_descriptor_and_take_none(fake, master):
@@ -119,7 +120,7 @@ def test_topics_may_come_and_go_while_rospy_looks_at_all_of_them():
     def look():
         while not ended.is_set():
             try:
-                get_topic_manager().check_all()
+                collecting.get_topic_manager().check_all()
             except Exception as error:
                 failures.append(error)
     thread = threading.Thread(target=look)
@@ -134,8 +135,8 @@ def test_topics_may_come_and_go_while_rospy_looks_at_all_of_them():
 
 def test_publishers_are_passed_on_and_statistics_begin_where_they_are_wanted(fake, master, monkeypatch):
     told = []
-    monkeypatch.setattr(rospy_internals, 'new_publishers', lambda topic, uris: told.append((topic, list(uris))))
-    monkeypatch.setattr(rospy_internals.SubscriberStatisticsLogger, 'read_parameters', lambda self: None)
+    monkeypatch.setattr(collecting, 'new_publishers', lambda topic, uris: told.append((topic, list(uris))))
+    monkeypatch.setattr(collecting.SubscriberStatisticsLogger, 'read_parameters', lambda self: None)
     for wanted in (False, True):
         fake.parameters['/enable_statistics'] = wanted
         (heard,), calls = collected(lambda: [rospy.Subscriber('heard', String, print)])
@@ -147,12 +148,12 @@ def test_publishers_are_passed_on_and_statistics_begin_where_they_are_wanted(fak
 
 def test_what_another_thread_registers_meanwhile_is_not_collected(monkeypatch):
     told = []
-    listeners = rospy_internals.get_registration_listeners()
+    listeners = collecting.get_registration_listeners()
     with rospy_internals.collected_registrations() as calls:
         monkeypatch.setattr(type(listeners), 'notify_added', lambda *arguments: told.append(arguments[1]))
         for name in ('notify_added', 'notify_removed'):
             vars(listeners).pop(name)
-        rospy_internals._divert(listeners)
+        collecting._divert(listeners)
         thread = threading.Thread(target=lambda: rospy.Publisher('theirs', String, queue_size=1))
         thread.start()
         thread.join()

@@ -3,7 +3,8 @@ import pytest
 import rosgraph
 import rospy
 
-from rospy_support import reachability, rospy_internals
+from rospy_support import reachability
+from rospy_support.rospy_internals import topics
 
 NODE = '/laptop/node'
 
@@ -50,7 +51,7 @@ class Manager:
     ({'/rosout': 0}, {}, ([], [('/rosout', ['/rosout'])]), set()),
 ])
 def test_topics_known_from_both_sides_without_connection(monkeypatch, published, subscribed, state, found):
-    monkeypatch.setattr(rospy_internals, 'get_topic_manager', lambda: Manager(published, subscribed))
+    monkeypatch.setattr(topics, 'get_topic_manager', lambda: Manager(published, subscribed))
     monkeypatch.setattr(rospy, 'get_name', lambda: NODE)
     monkeypatch.setattr(rosgraph.Master, 'getSystemState', lambda self: (*state, []))
     assert reachability.unconnected() == found

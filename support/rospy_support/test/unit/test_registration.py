@@ -101,7 +101,8 @@ def connected(monkeypatch, master):
     told = []
     for name, value in {'publications': [['/t/pose', 'turtlesim/Pose'], ['/rosout', 'rosgraph_msgs/Log']],
                         'subscriptions': [['/t/cmd_vel', 'geometry_msgs/Twist'], ['/any', '*']],
-                        'services': [(SIGN, SIGN_URI), ('/t/set_pen', SIGN_URI)], 'shutting_down': False}.items():
+                        'offered_services': [(SIGN, SIGN_URI), ('/t/set_pen', SIGN_URI)],
+                        'shutting_down': False}.items():
         monkeypatch.setattr(rospy_internals, name, lambda value=value: value)
     monkeypatch.setattr(rospy_internals, 'new_publishers', lambda topic, uris: told.append((topic, uris)))
     return told

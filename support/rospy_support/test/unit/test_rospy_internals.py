@@ -1,4 +1,4 @@
-"""rospy_support.rospy_internals: whether the rospy that is installed has what that module uses."""
+"""rospy_support.rospy_internals: whether the installed rospy has what this package uses, and its guards of topics."""
 import socket
 import threading
 import time
@@ -13,6 +13,7 @@ from rospy.topics import _PublisherImpl, _TopicImpl
 from std_msgs.msg import String
 
 from rospy_support import rospy_internals
+from rospy_support.rospy_internals import compatibility, topics
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 
@@ -20,7 +21,7 @@ DEADLINE = 10.0  # [s] for what takes milliseconds
 def test_this_rospy_fits():
     said = '\n'.join(rospy_internals.misfits())
     assert not said, (f'rospy {rospy_internals.version()} differs from {", ".join(rospy_internals.CHECKED)}, for which '
-                      f'rospy_support/rospy_internals.py was written; change it, or the table there:\n{said}')
+                      f'rospy_support.rospy_internals was written; change it, or the table there:\n{said}')
 
 
 def test_the_version_is_known():
@@ -38,8 +39,8 @@ def test_what_does_not_fit_is_named(monkeypatch):
 
 
 def test_a_missing_module_is_named(monkeypatch):
-    monkeypatch.setattr(rospy_internals, 'FUNCTIONS', {'rospy.impl.no_such_module.function': ()})
-    monkeypatch.setattr(rospy_internals, 'ATTRIBUTES', {'no_such_package.Class': ('socket',)})
+    monkeypatch.setattr(compatibility, 'FUNCTIONS', {'rospy.impl.no_such_module.function': ()})
+    monkeypatch.setattr(compatibility, 'ATTRIBUTES', {'no_such_package.Class': ('socket',)})
     assert rospy_internals.misfits() == ['rospy.impl.no_such_module.function is missing',
                                          'no_such_package.Class is missing']
 
@@ -138,9 +139,9 @@ class Connecting:
     """rospy's RegManager with a publisher that does not answer, as ``_Publishers`` sees them."""
 
     def __init__(self, monkeypatch, subscribed=('/pose',)):
-        self.publishers = rospy_internals._Publishers(most=3)
+        self.publishers = topics._Publishers()
         self.updates, self.tries, self.go_on = [], [], threading.Event()
-        monkeypatch.setattr(rospy_internals, 'get_topic_manager', lambda: self)
+        monkeypatch.setattr(topics, 'get_topic_manager', lambda: self)
         self.has_subscription = subscribed.__contains__
 
     def update(self, topic, *uris):
@@ -185,5 +186,3 @@ def test_publishers_of_topics_that_nobody_subscribes_to_are_not_kept(monkeypatch
     connecting = Connecting(monkeypatch)
     connecting.update('/other', 'http://a/')
     assert connecting.updates == [] and connecting.publishers._named == {}
-    assert connecting.publishers._shortened(('self', '/caller', '/pose', list('abcdef'))) == [
-        'self', '/caller', '/pose', ['a', 'b', 'c']]

@@ -1,49 +1,55 @@
-"""rospy_support.servers: how much is logged about peers, and the limit of open files."""
+"""rospy_support.servers: how much is logged about peers, the limit of open files, and an unknown rospy."""
 import resource
 import threading
+import types
 
 import pytest
 
-from rospy_support import servers
-from rospy_support.servers import MOST_LINES, PERIOD, REMINDER, Report
+from rospy_support import rospy_internals, servers, throttle
+from rospy_support.servers import AGAIN, NEXT, REMINDER, Report
 
 
 @pytest.fixture
 def logged(monkeypatch):
-    """Report with a clock of its own: (clock, report, lines)."""
-    clock, lines = [0.0], []
+    """Report with a fake clock: (clock, report, lines)."""
+    clock, lines = types.SimpleNamespace(now=0.0), []
 
     class Thread:
         def __init__(self, target, args, daemon):
             self.start = lambda: target(*args)
     monkeypatch.setattr(threading, 'Thread', Thread)
-    return clock, Report(lambda: clock[0], lambda text, *values: lines.append(text % values)), lines
+    monkeypatch.setattr(throttle.time, 'monotonic', lambda: clock.now)
+    return clock, Report(lambda text, *values: lines.append(text % values)), lines
 
 
-def test_a_storm_is_a_few_lines_and_a_number(logged):
+def test_a_storm_is_a_few_lines(logged):
     clock, report, lines = logged
     for number in range(1000):
         report('refused', f'peer {number}')
-    assert lines == [f'peer {number}' for number in range(MOST_LINES)]
-    clock[0] = PERIOD
+    clock.now = NEXT
+    for _ in range(1000):
+        report('refused', '100 % wrong')
+    assert lines == ['peer 0', '100 % wrong']
+    clock.now = NEXT + AGAIN
     report('refused', '100 % wrong')
-    assert lines[MOST_LINES:] == [f'100 % wrong ({1000 - MOST_LINES} more lines of this kind were left out.)']
+    assert lines[2:] == ['100 % wrong']
 
 
-def test_kinds_do_not_hide_each_other(logged):
-    _, report, lines = logged
-    for _ in range(100):
-        report('refused', 'x')
-    report('descriptors', 'Too many open files')
-    report('descriptors', 'Too many open files')
-    assert lines.count('Too many open files') == 1
-
-
-def test_descriptors_are_named_again_much_later(logged):
+def test_descriptors_are_named_beside_others_and_again_much_later(logged):
     clock, report, lines = logged
-    for clock[0] in (0.0, REMINDER - 1.0, REMINDER):
+    report('refused', 'x')
+    for clock.now in (0.0, REMINDER - 1.0, REMINDER):
         report('descriptors', 'Too many open files')
-    assert len(lines) == 2
+    assert lines == ['x', 'Too many open files', 'Too many open files']
+
+
+def test_an_unknown_rospy_keeps_its_servers(monkeypatch, capsys):
+    monkeypatch.setattr(servers, 'allow_many_files', lambda: None)
+    monkeypatch.setattr(rospy_internals, 'misfits', lambda: ['rospy.x is missing'])
+    for name in ('replace_tcpros_server', 'replace_slave_server', 'limit_publishers', 'tell_connections_apart'):
+        monkeypatch.setattr(rospy_internals, name, lambda *_: pytest.fail('rospy is changed'))
+    servers.protect.__wrapped__()
+    assert 'rospy.x is missing' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('soft, hard, expected', [

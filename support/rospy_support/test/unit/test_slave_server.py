@@ -78,7 +78,7 @@ def test_a_body_that_is_too_long_is_refused_before_it_comes(server, size):
 
 
 def test_idle_and_slow_connections_cost_no_thread_and_are_closed(server, monkeypatch):
-    monkeypatch.setattr(slave_server, 'FIRST_DEADLINE', 1.5)
+    monkeypatch.setattr(slave_server, 'DEADLINE', 1.5)
     threads = threading.active_count()
     connections = [connect(server, data) for data in 50 * [b'', b'POST / HTTP/1.1\r\n']]
     assert xmlrpc.client.ServerProxy('http://{}:{}/'.format(*server.server_address)).echo()[0] == 1

@@ -1,1 +1,1 @@
-"""What needs no ROS: what a browser asks for, and pictures as it can show them."""
+"""Parts without ROS: a browser's query, and images in formats that it can show."""

@@ -1,4 +1,4 @@
-"""What a browser asks for: the part of an address after the question mark."""
+"""A browser's query: the part of an address after the question mark."""
 import re
 from typing import Callable, NamedTuple, Optional
 
@@ -12,7 +12,7 @@ NAME = re.compile(r'/?[A-Za-z][A-Za-z0-9_/]{0,999}')
 
 
 class InvalidQuery(ValueError):
-    """An address that cannot be served; the text says what is wrong and what is allowed."""
+    """An address that cannot be served; the text has the fault and what is allowed."""
 
 
 class Query(NamedTuple):

@@ -1,15 +1,15 @@
-// When a step of the course counts as done: what is seen of it in the graph and in poses.
+// When a step of the course counts as done, judged by the graph and by poses.
 import {isDebugNode} from './system.js';
 
 const TWIST = 'geometry_msgs/Twist';
 const POSE = 'turtlesim/Pose';
 const ODOMETRY = 'nav_msgs/Odometry';
-const MARKERS = 'AlvarMarkers'; // the name of the message in both packages of that time
+const MARKERS = 'AlvarMarkers'; // the message's name, the same in both packages
 const NEAR = 0.15; // m between start and end of a path that is closed
 const JUMP = 0.5; // m beyond what the speed explains
 const STOPPED = 0.02; // m/s
 
-// step: [what is shown, panels to look at]
+// step: [its sign, panels to open]
 export const RULES = {
   1: ['a node publishes velocities for a turtle', ['turtle', 'graph']],
   2: ['a node subscribes to the pose of a turtle', ['graph', 'topics']],
@@ -24,7 +24,7 @@ export const RULES = {
   11: ['a node that also reads the markers drives the robot', ['robot', 'graph']],
 };
 
-// Watches the system and poses; `done(number)` is called for what is seen, perhaps several times.
+// Watches the system and poses; `done(number)` is called for each observed step, perhaps repeatedly.
 export class Watcher {
   constructor(done) {
     this._done = done;
@@ -38,8 +38,8 @@ export class Watcher {
     return [...system.types].filter(([, type]) => type === POSE || type === ODOMETRY).map(([name, type]) => ({name, type}));
   }
 
-  // Look at who publishes and subscribes to what.
-  look(system) {
+  // Note who publishes and subscribes to what.
+  update(system) {
     const typed = (type) => new Set([...system.types].filter(([, one]) => one === type).map(([name]) => name));
     const poses = typed(POSE);
     const odometry = typed(ODOMETRY);
@@ -63,7 +63,7 @@ export class Watcher {
     for (const [number, yes] of Object.entries(seen)) if (yes) this._done(Number(number));
   }
 
-  // Take a pose of a turtle, or of odometry, at a time [s].
+  // Note a pose of a turtle, or of odometry, at a time [s].
   pose(topic, type, message, time) {
     const robot = type === ODOMETRY;
     const {x, y} = robot ? message.pose.pose.position : message;
@@ -84,15 +84,15 @@ export class Watcher {
   }
 }
 
-// What a vehicle has driven since its driver came.
+// The path of a vehicle since its driver appeared.
 export class Path {
   constructor() {
-    this.driven = 0; // m, by a driver or without
+    this.driven = 0; // m, with or without a driver
     this.jumps = 0;
     this._last = null;
     this._start = null;
     this._driver = '';
-    this._area = 0; // m^2 that is driven around; to and fro is nothing
+    this._area = 0; // m^2 inside the path; driving to and fro adds nothing
     this.owned = 0; // m, by the driver, which reads poses
   }
 
@@ -117,7 +117,7 @@ export class Path {
     this._area += ((last.x - this._start.x) * (y - this._start.y) - (x - this._start.x) * (last.y - this._start.y)) / 2;
   }
 
-  // Return whether the driver has come back to the start after at least `length` [m], around something.
+  // Return whether the driver has come back to the start after at least `length` [m], around an area.
   closed(length) {
     return this.owned >= length && Math.abs(this._area) >= (length / 8) ** 2
       && Math.hypot(this._last.x - this._start.x, this._last.y - this._start.y) < NEAR;

@@ -1,4 +1,4 @@
-// The steps of docs/course.md and docs/course_next.md. They are read as they are: there is no other copy of the course.
+// The steps of docs/course.md and docs/course_next.md, read from these files: there is no other copy of the course.
 
 const STEP = /^## (\d+)\. (.+)$/;
 const GOAL = /^\*\*(?:You will learn|Goal:)\*\* /;

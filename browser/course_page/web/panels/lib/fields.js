@@ -1,7 +1,7 @@
-// Fields of topics as they are typed: /turtle1/pose/x, /turtle1/pose/x:y as for rqt_plot, several with commas or spaces.
+// Typed fields of topics: /turtle1/pose/x, /turtle1/pose/x:y as in rqt_plot, several with commas or spaces.
 import {parsePath} from './values.js';
 
-// Return the single fields that a text means.
+// Return the single fields in a text.
 export function expand(text) {
   return text.split(/[\s,]+/).filter(Boolean).flatMap((one) => {
     const [first, ...others] = one.replace(/\/+/g, '/').split(':');
@@ -21,8 +21,8 @@ export function split(field, topics) {
   return found === null ? null : {topic: found, path: field.slice(found.length + 1)};
 }
 
-// Return the paths of the numbers that a path in a message means: itself, or all in the message there. Raise an Error
-// that says what there is.
+// Return the paths of the numbers at a path of a message: the path itself, or all numbers of the message there. Throw an
+// Error that lists the numbers.
 export function numbersAt(types, path) {
   const all = types.numericPaths();
   const parts = parsePath(path);

@@ -8,12 +8,12 @@ const RANGES = {int8: [-128n, 127n], uint8: [0n, 255n], byte: [-128n, 127n], cha
                 int32: [-2147483648n, 2147483647n], uint32: [0n, 4294967295n],
                 int64: [-9223372036854775808n, 9223372036854775807n], uint64: [0n, 18446744073709551615n]};
 const SPECIAL = {nan: 'NaN', inf: 'Infinity', infinity: 'Infinity', '-inf': '-Infinity', '-infinity': '-Infinity'};
-const MOST_ITEMS = 100; // of an array of messages
-const DEEPEST = 12; // types in types
+const MAX_ITEMS = 100; // of an array of messages
+const MAX_DEPTH = 12; // of types in types
 
 export class Invalid extends Error {}
 
-// Return the value that a text means for a primitive type; raise Invalid. NaN and infinity stay texts, for JSON.
+// Return the value of a text for a primitive type; throw Invalid. NaN and infinity stay texts, for JSON.
 export function parse(text, type) {
   const trimmed = text.trim();
   if (type === 'string') return text;
@@ -44,7 +44,7 @@ export function parse(text, type) {
   return Number(value);
 }
 
-// Return the values of an array that is written as 1, 2, 3 or [1, 2, 3] or ["a", "b"]; raise Invalid.
+// Return the values of an array written as 1, 2, 3 or [1, 2, 3] or ["a", "b"]; throw Invalid.
 export function parseArray(text, type, length) {
   const trimmed = text.trim();
   let parts;
@@ -81,7 +81,7 @@ export class Form {
       : el('p', {class: 'muted'}, 'It takes no values.'));
   }
 
-  // Return the message; raise Invalid with the first error, which has the focus then.
+  // Return the message; throw Invalid with the first error, whose field gets the focus.
   read(focus = true) {
     const wrong = [];
     const value = this._root.read(wrong);
@@ -92,7 +92,7 @@ export class Form {
     return value;
   }
 
-  // Show the values of a message; what is missing keeps its value.
+  // Show the values of a message; missing fields keep their values.
   write(message) {
     this._root.write(message);
   }
@@ -110,7 +110,7 @@ export class Form {
 
   _field(field, parent, depth) {
     const {name, type, array} = field;
-    if (depth > DEEPEST) return this._constant(name, array === null ? {} : []);
+    if (depth > MAX_DEPTH) return this._constant(name, array === null ? {} : []);
     if (array !== null) {
       return this._types.isPrimitive(type) && type !== 'time' && type !== 'duration'
         ? this._line(name, `${type}[${array || ''}]`, array ? Array(array).fill(zero(type)).join(', ') : '',
@@ -167,7 +167,7 @@ export class Form {
         return wrong;
       }
     };
-    // Not at `change`, which comes when a button is pressed: an error that appears or goes moves the button away.
+    // Not at `change`, which comes when a button is pressed: an error that appears or disappears would move the button.
     input.addEventListener('input', () => input.hasAttribute('aria-invalid') && check());
     return {
       element: el('div', {}, el('label', {class: 'field'}, el('span', {}, el('strong', {}, name), ` ${type}`), input),
@@ -212,7 +212,7 @@ export class Form {
     const add = button(`Add to ${name}`, () => insert().focus(), {class: 'small', hidden: array > 0});
     const say = () => {
       count.textContent = `${type}[${array || ''}], ${items.length} ${items.length === 1 ? 'element' : 'elements'}`;
-      add.disabled = items.length >= MOST_ITEMS;
+      add.disabled = items.length >= MAX_ITEMS;
       items.forEach(({remove}, i) => {
         remove.hidden = array > 0 || i < items.length - 1;
       });
@@ -233,14 +233,14 @@ export class Form {
       say();
       return box.querySelector('input, button') || remove;
     };
-    for (let i = 0; i < Math.min(array, MOST_ITEMS); i += 1) insert();
+    for (let i = 0; i < Math.min(array, MAX_ITEMS); i += 1) insert();
     say();
     return {
       element: el('fieldset', {}, el('legend', {}, name, ' ', count), body, add),
       read: (wrong) => items.map(({item}) => item.read(wrong)),
       write: (values) => {
         while (!array && items.length > values.length) pop();
-        while (!array && items.length < Math.min(values.length, MOST_ITEMS)) insert();
+        while (!array && items.length < Math.min(values.length, MAX_ITEMS)) insert();
         items.forEach(({item}, i) => i < values.length && item.write(values[i]));
       },
     };

@@ -1,15 +1,15 @@
-// Where nodes and topics are drawn.
+// The layout of nodes and topics.
 import dagre from '../../vendor/dagre/dagre.esm.js';
 import {shortName} from './names.js';
 
 const HEIGHT = 34; // px of a node
 const PADDING = 26; // px beside its name
-const MOST = 400; // nodes and edges together that are laid out, which takes up to about a second
+const MAX_PARTS = 400; // nodes and edges that are laid out, which takes up to about a second
 
 // Return {width, height, nodes: [{key, name, x, y, width, height}], edges: [{from, to, label, points, x, y}]}, or null if
 // the graph is too large. `widthOf(text)` is that of a text [px]; `down`: from top to bottom instead of left to right.
 export function layOut({nodes, topics, edges}, widthOf, down = false) {
-  if (nodes.length + topics.length + edges.length > MOST) return null;
+  if (nodes.length + topics.length + edges.length > MAX_PARTS) return null;
   const graph = new dagre.graphlib.Graph({multigraph: true});
   graph.setGraph({rankdir: down ? 'TB' : 'LR', nodesep: 18, ranksep: 46, edgesep: 10, marginx: 12, marginy: 12});
   graph.setDefaultEdgeLabel(() => ({}));

@@ -2,13 +2,13 @@
 
 export const LEVELS = {debug: 1, info: 2, warn: 4, error: 8, fatal: 16};
 const NAMES = Object.fromEntries(Object.entries(LEVELS).map(([name, level]) => [level, name]));
-const MOST = 5000; // messages
-const LONGEST = 10000; // characters of one
+const MAX_MESSAGES = 5000;
+const MAX_LENGTH = 10000; // characters of a message
 const MOST_NODES = 300;
-const LOOK_BACK = 3; // messages among which a repeated one is looked for
+const LOOK_BACK = 3; // newest messages that are searched for a repeated one
 
 export class Log {
-  constructor(most = MOST) {
+  constructor(most = MAX_MESSAGES) {
     this.dropped = 0;
     this._most = most;
     this._entries = [];
@@ -19,10 +19,10 @@ export class Log {
     return this._entries.length;
   }
 
-  // Take a message of rosgraph_msgs/Log.
+  // Add a rosgraph_msgs/Log message.
   add(message) {
     const node = String(message.name);
-    const text = String(message.msg).slice(0, LONGEST);
+    const text = String(message.msg).slice(0, MAX_LENGTH);
     const same = this._entries.slice(-LOOK_BACK).find((entry) => (
       entry.text === text && entry.node === node && entry.level === message.level));
     if (same) {
@@ -35,7 +35,7 @@ export class Log {
       file: String(message.file).slice(0, 300), line: Number(message.line), function: String(message.function).slice(0, 200)});
     if (this._nodes.size < MOST_NODES) this._nodes.add(node);
     const excess = this._entries.length - this._most;
-    if (excess > this._most / 10) { // not one by one, as that moves all others
+    if (excess > this._most / 10) { // not one by one, because that moves all others
       this._entries.splice(0, excess);
       this.dropped += excess;
     }
@@ -51,7 +51,7 @@ export class Log {
     return [...this._nodes].sort();
   }
 
-  // Return the entries that fit {levels, node, text}; texts are in lower case.
+  // Return the entries that match {levels, node, text}; texts are in lower case.
   find({levels, node, text}) {
     return this._entries.filter((entry) => levels.has(entry.level) && (!node || entry.node.toLowerCase().includes(node))
       && (!text || entry.text.toLowerCase().includes(text)));

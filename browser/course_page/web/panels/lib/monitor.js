@@ -1,9 +1,9 @@
-// What is known of a topic while somebody looks at it: the last message, rate and bandwidth.
+// The last message, rate and bandwidth of a topic while a panel shows it.
 import {sizeOf} from './values.js';
 
 const WINDOW = 3; // s
 const LIGHT = 20000; // bytes: larger messages are not all fetched
-const LOOK = 2; // messages a second of a topic with large ones
+const SAMPLE_RATE = 2; // Hz, for topics with large messages
 
 // Counts messages and bytes; times are in seconds.
 export class Meter {
@@ -16,7 +16,7 @@ export class Meter {
     while (this._marks.length > 2 && this._marks[1][0] < time - WINDOW) this._marks.shift();
   }
 
-  // Return {rate, bandwidth} at a time; null where there are too few messages yet.
+  // Return {rate, bandwidth} at a time; null for each while there are too few messages.
   read(now) {
     const marks = this._marks;
     if (marks.length < 2) return null;
@@ -42,7 +42,7 @@ export class Monitor {
     this.message = undefined;
     this.count = 0;
     this.size = 0; // bytes of the last message
-    this.partial = false; // whether the rate is at least what is shown
+    this.partial = false; // whether the rate may be higher than shown
     this._ros = ros;
     this._topic = topic;
     this._type = type;
@@ -50,7 +50,7 @@ export class Monitor {
     this._meter = new Meter();
     this._sequence = null;
     this._light = false;
-    this._end = this._subscribe(LOOK);
+    this._end = this._subscribe(SAMPLE_RATE);
   }
 
   read() {
@@ -79,7 +79,7 @@ export class Monitor {
     this._meter.add(performance.now() / 1000, this.size, this._light ? 1 : this._skipped(message));
   }
 
-  // Return how many messages have been published since the last one that came.
+  // Return how many messages have been published since the last received one.
   _skipped(message) {
     const sequence = message.header ? message.header.seq : undefined;
     const before = this._sequence;

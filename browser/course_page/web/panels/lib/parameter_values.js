@@ -1,7 +1,7 @@
-// Values of parameters: from what somebody types, and back.
+// Values of parameters, from and to typed text.
 import {clean} from './values.js';
 
-// Return {value, kind} of a text as rosparam reads it: numbers, true and false, lists, maps; all else is a text.
+// Return {value, kind} of a text as rosparam reads it: numbers, true and false, lists, maps; anything else is a text.
 export function parseValue(text) {
   const trimmed = text.trim();
   if (/^[[{"]/.test(trimmed)) {
@@ -36,7 +36,7 @@ export function valueText(value) {
   return read.kind === 'text' && read.value === value ? value : JSON.stringify(value);
 }
 
-// Return [[name, value]] of all parameters in a tree, sorted; maps that are empty stay.
+// Return [[name, value]] of all parameters in a tree, sorted; empty maps are kept.
 export function flatten(tree, prefix = '') {
   if (tree === null || typeof tree !== 'object' || Array.isArray(tree)) return [[prefix || '/', tree]];
   const found = Object.entries(tree).flatMap(([name, value]) => (

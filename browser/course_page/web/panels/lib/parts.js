@@ -45,7 +45,7 @@ export function suggestions(most = 300) {
   }];
 }
 
-// Return a value as an argument of rosservice call and rostopic pub, in quotation marks for a shell.
+// Return a value as an argument of rosservice call and rostopic pub, quoted for a shell.
 export function asArgument(value) {
   return `'${yaml(value).replace(/'/g, "'\\''")}'`;
 }
@@ -58,7 +58,7 @@ function yaml(value) {
   return {NaN: '.nan', Infinity: '.inf', '-Infinity': '-.inf'}[value] || JSON.stringify(value);
 }
 
-// What a panel has to end: subscriptions, timers, listeners.
+// The subscriptions, timers and listeners that a panel must end.
 export class Scope {
   constructor(ros) {
     this.ros = ros;
@@ -66,7 +66,7 @@ export class Scope {
     this._ends = new Set();
   }
 
-  // Keep a function for the end; return one that calls it earlier.
+  // Call a function at the end; return one that calls it earlier.
   add(end) {
     const once = () => {
       if (this._ends.delete(once)) end();
@@ -123,7 +123,7 @@ export function save(name, content, type = 'text/plain') {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-// A line that says what is going on; only errors interrupt a screen reader.
+// A status line; only errors interrupt a screen reader.
 export class Notice {
   constructor() {
     this.element = el('p', {class: 'notice', role: 'status', hidden: true});
@@ -138,7 +138,7 @@ export class Notice {
 
 const loaded = new Map();
 
-// Load a script that is no module, once.
+// Load a script that is not a module, once.
 export function loadScript(url) {
   if (!loaded.has(url)) {
     loaded.set(url, new Promise((resolve, reject) => {

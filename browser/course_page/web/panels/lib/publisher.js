@@ -1,10 +1,10 @@
-// Publishing by a form: once, or again and again.
+// Publishing with a form, once or repeatedly.
 import {commandLine, el, fill} from '../../app/dom.js';
 import {asArgument, button, labelled, Notice} from './parts.js';
 import {Form, Invalid} from './form.js';
 import {messageTypes} from './types.js';
 
-const FASTEST = 100; // Hz
+const MAX_RATE = 100; // Hz
 const VELOCITY = 'geometry_msgs/Twist';
 const ZERO = {linear: {x: 0, y: 0, z: 0}, angular: {x: 0, y: 0, z: 0}};
 
@@ -58,9 +58,9 @@ export async function showPublisher(place, scope, context, topic, type) {
     }
     attempt(() => {
       const hertz = Number(rate.input.value.replace(',', '.'));
-      if (!(hertz > 0 && hertz <= FASTEST)) {
+      if (!(hertz > 0 && hertz <= MAX_RATE)) {
         rate.input.focus();
-        throw new Invalid(`"${rate.input.value}" times a second is not possible; allowed is more than 0, up to ${FASTEST}.`);
+        throw new Invalid(`"${rate.input.value}" times a second is not possible; allowed is more than 0, up to ${MAX_RATE}.`);
       }
       sent = 0;
       showCommand(send(), `-r ${hertz}`);

@@ -1,9 +1,9 @@
 // The last minute of some fields of one topic.
 import {at, parsePath, toNumber} from './values.js';
 
-const LONGEST = 60; // s
-const MOST = 15000; // samples: 60 s at 250 Hz
-const SLACK = 1.05; // how much more is kept for a while: old samples go together, as each time all others are moved
+const MAX_AGE = 60; // s
+const MAX_SAMPLES = 15000; // 60 s at 250 Hz
+const SLACK = 1.05; // surplus before old samples are dropped together, because dropping moves all others
 
 export class Samples {
   constructor() {
@@ -25,31 +25,31 @@ export class Samples {
     this._columns.delete(path);
   }
 
-  // Return the values of a path; null stands for NaN, infinity, and what there was not.
+  // Return the values of a path; null stands for NaN, infinity and missing values.
   values(path) {
     return this._columns.get(path).values;
   }
 
-  // Take a message that came at a time [s].
+  // Add a message that came at a time [s].
   take(message, time) {
     this.times.push(time);
     for (const {parts, values} of this._columns.values()) {
       const value = toNumber(at(message, parts));
       values.push(Number.isFinite(value) ? value : null);
     }
-    if (this.times.length > MOST * SLACK || time - this.times[0] > LONGEST * SLACK) this._forget(time);
+    if (this.times.length > MAX_SAMPLES * SLACK || time - this.times[0] > MAX_AGE * SLACK) this._forget(time);
   }
 
   _forget(time) {
-    let first = Math.max(0, this.times.length - MOST);
-    while (this.times[first] < time - LONGEST) first += 1;
+    let first = Math.max(0, this.times.length - MAX_SAMPLES);
+    while (this.times[first] < time - MAX_AGE) first += 1;
     this.times.splice(0, first);
     for (const {values} of this._columns.values()) values.splice(0, first);
   }
 }
 
-// Return [times, values, ...] of columns [times, values] with different times: all times once, in order; undefined where
-// a column has none.
+// Merge columns [times, values] with different times into [times, values, ...]: all times once, in order; undefined where
+// a column has no value.
 export function merge(columns) {
   const tables = [...new Set(columns.map(([times]) => times))];
   if (tables.length === 1) return [tables[0], ...columns.map(([, values]) => values)];
@@ -76,14 +76,14 @@ export function merge(columns) {
   })];
 }
 
-// Return a file with a line for each time: the values of `labels`, empty where there is none.
+// Return a CSV file with a line for each time; missing values are empty.
 export function toCsv(labels, [times, ...columns]) {
   const head = ['time', ...labels].map((label) => `"${label.replace(/"/g, '""')}"`).join(',');
   const lines = times.map((time, i) => [time.toFixed(4), ...columns.map((values) => values[i] ?? '')].join(','));
   return `${[head, ...lines].join('\n')}\n`;
 }
 
-// Return {last, min, max} of the values whose time is from `from` to `to`; null where there is none.
+// Return {last, min, max} of the values whose time is from `from` to `to`, or null for each if there are none.
 export function summary(times, values, from, to) {
   let last = null;
   let min = null;

@@ -1,14 +1,14 @@
-// Who publishes, subscribes and serves what, kept up to date while a panel shows it.
+// Publishers, subscribers and servers of all nodes, kept up to date while a panel shows them.
 
-const LOOK = 0.5; // s between two looks
-const SHARE = 0.1; // of the time at most is spent with looking
-const NEW = 5000; // ms in which a new node still makes its topics
-const IN_TURN = 4; // old nodes that are asked again at each look
+const POLL_INTERVAL = 0.5; // s
+const SHARE = 0.1; // of the time that polling may take
+const NEW = 5000; // ms in which a new node may still create topics
+const IN_TURN = 4; // old nodes that are asked again at each poll
 
 const DEBUG_NODES = /^\/(rosout|browser|rosapi|rosbridge_websocket|web_video_server|tf2_web_republisher)$|^\/(rostopic|rosservice|rqt|record|play)_/;
 const DEBUG_TOPICS = /^\/(rosout|rosout_agg|clock|statistics|client_count|connected_clients|tf|tf_static)$|\/parameter_(updates|descriptions)$/;
 
-// Nodes that belong to the tools, not to what somebody has built.
+// Nodes of tools, not of users.
 export function isDebugNode(name) {
   return DEBUG_NODES.test(name);
 }
@@ -17,8 +17,8 @@ export function isDebugTopic(name) {
   return DEBUG_TOPICS.test(name);
 }
 
-// Calls `changed(system)` each time something is different: {nodes: Map name -> {publishing, subscribing, services},
-// types: Map topic -> type}, the first time in any case.
+// Calls `changed(system)` first and after each change, with {nodes: Map name -> {publishing, subscribing, services},
+// types: Map topic -> type}.
 export class System {
   constructor(scope, rosapi, changed, failed) {
     this.nodes = new Map();
@@ -29,10 +29,10 @@ export class System {
     this._turn = 0;
     this._last = '';
     this._due = 0;
-    this.look = scope.every(LOOK, () => this._look(scope), failed);
+    this.poll = scope.every(POLL_INTERVAL, () => this._poll(scope), failed);
   }
 
-  async _look(scope) {
+  async _poll(scope) {
     const start = performance.now();
     if (start < this._due) return;
     const [names, topics] = await Promise.all([this._rosapi.nodes(), this._rosapi.topics()]);
@@ -62,7 +62,7 @@ export class System {
   }
 }
 
-// Return what is to be drawn of a system: {nodes: [name], topics: [name], edges: [[from, to, label]]}, where from and to
+// Return the graph to draw of a system: {nodes: [name], topics: [name], edges: [[from, to, label]]}, where from and to
 // are 'n:NAME' and 't:NAME'. `options`: {debug, topics, loose, filter}.
 export function graphOf(system, {debug = false, topics = true, loose = true, filter = ''} = {}) {
   const nodes = [...system.nodes.keys()].filter((name) => debug || !isDebugNode(name)).sort();
@@ -106,7 +106,7 @@ export function graphOf(system, {debug = false, topics = true, loose = true, fil
   return filter ? near(graph, filter.toLowerCase()) : graph;
 }
 
-// Return what contains a text in its name, with its neighbours; of a node, those behind its topics, too.
+// Return the nodes and topics whose names contain a text, with their neighbours; of a node also those behind its topics.
 function near(graph, filter) {
   const kept = new Set([...graph.nodes.map((name) => `n:${name}`), ...graph.topics.map((name) => `t:${name}`)]
     .filter((key) => key.slice(2).toLowerCase().includes(filter)));

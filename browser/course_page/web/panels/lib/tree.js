@@ -4,8 +4,8 @@ import {addressOf} from '../../app/address.js';
 import {button, setText} from './parts.js';
 import {elements, short} from './values.js';
 
-const STEP = 50; // elements of an array that are shown at first, and more at each press
-const MOST = 1000;
+const STEP = 50; // elements of an array that are shown at first, and added at each press
+const MAX_ELEMENTS = 1000;
 
 // A tree of a message of `types`; with a `topic`, numbers have a link to their plot.
 export class Tree {
@@ -43,7 +43,7 @@ export class Tree {
     let last;
     let limit = STEP;
     const more = button('Show more', () => {
-      limit = Math.min(MOST, limit + STEP);
+      limit = Math.min(MAX_ELEMENTS, limit + STEP);
       show();
     }, {class: 'small', hidden: true});
     const details = el('details', {on: {toggle: () => show()}}, el('summary', {},
@@ -78,6 +78,6 @@ export class Tree {
       body.append(rows[rows.length - 1].element);
     }
     rows.forEach((row, i) => row.update(all[i]));
-    more.hidden = all.length <= count || limit >= MOST;
+    more.hidden = all.length <= count || limit >= MAX_ELEMENTS;
   }
 }

@@ -1,10 +1,10 @@
-// What messages and services consist of, from rosapi.
+// The fields of messages and services, from rosapi.
 
 export const TIMES = new Set(['time', 'duration']);
 const PRIMITIVES = new Set(['bool', 'byte', 'char', 'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64',
                             'uint64', 'float32', 'float64', 'string', 'time', 'duration']);
-const SINGLE = -1; // rosapi's fieldarraylen of a field that is no array
-const caches = new WeakMap(); // of a connection: {what was asked for: promise}
+const SINGLE = -1; // rosapi's fieldarraylen of a field that is not an array
+const caches = new WeakMap(); // of a connection: {request: promise}
 
 // The types in a message or a part of a service; `root` is the outermost one.
 export class Types {
@@ -35,7 +35,7 @@ export class Types {
     return PRIMITIVES.has(type);
   }
 
-  // Return the paths of all fields that can be plotted, as 'pose/position/x'; of arrays the first element.
+  // Return the paths of all fields that can be plotted, such as 'pose/position/x'; of arrays the first element.
   numericPaths(type = this.root, depth = 0) {
     if (depth > 8) return [];
     return this.fieldsOf(type).flatMap(({name, type: kind, array}) => {

@@ -1,17 +1,17 @@
-// Values of messages as text, and what a message weighs.
+// Values of messages as text, and the size of a message.
 
-const LONGEST = 200; // characters of a text
+const MAX_LENGTH = 200; // characters of a text
 const ELEMENTS = 8; // of an array, in one line
 const INVISIBLE = /[\u0000-\u001f\u007f-\u009f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]/g;
 const SIZES = {bool: 1, byte: 1, char: 1, int8: 1, uint8: 1, int16: 2, uint16: 2, int32: 4, uint32: 4, float32: 4,
                int64: 8, uint64: 8, float64: 8, time: 8, duration: 8};
-const LENGTH = 4; // bytes in front of a text or an array
+const LENGTH = 4; // bytes before a text or an array
 export const FLOATS = new Set(['float32', 'float64']);
 export const BYTES = new Set(['uint8', 'char']);
 
 // Return a text in one line: invisible characters are written out, and it is cut off at `longest` characters.
 // With `lines`, it keeps its line feeds.
-export function clean(text, longest = LONGEST, lines = false) {
+export function clean(text, longest = MAX_LENGTH, lines = false) {
   const cut = String(text).slice(0, longest);
   const shown = cut.replace(INVISIBLE, (character) => (lines && character === '\n' ? '\n' :
     {'\n': '\\n', '\t': '\\t', '\r': '\\r'}[character]
@@ -63,7 +63,7 @@ export function lengthOf(value) {
   return isArray(value) ? value.length : 0;
 }
 
-// Return a value in one short line; `type` is that of an element, or '' where nobody knows it.
+// Return a value in one short line; `type` is that of an element, or '' if it is unknown.
 export function short(value, type = '', array = false) {
   if (array) return shortArray(value, type);
   if (FLOATS.has(type)) return value === null ? 'NaN or infinite' : numberText(toNumber(value));
@@ -89,7 +89,7 @@ function shortArray(value, type) {
   return count > ELEMENTS ? `[${first}, …] ${count} elements` : `[${first}]`;
 }
 
-// Return how many bytes a value has as ROS sends it.
+// Return the number of bytes that ROS sends for a value.
 export function sizeOf(value, type, array, types) {
   if (array !== null && array !== undefined) {
     const count = lengthOf(value);
@@ -124,7 +124,7 @@ export function bytesText(bytes) {
   return `${(bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0)} MB`;
 }
 
-// Return the value at a path as ['pose', 'position', 'x'] or ['ranges', 3]; undefined if there is none.
+// Return the value at a path such as ['pose', 'position', 'x'] or ['ranges', 3], or undefined.
 export function at(message, path) {
   let value = message;
   for (const part of path) {
@@ -138,7 +138,7 @@ export function at(message, path) {
   return value;
 }
 
-// Return a path of text as 'pose/position/x' or 'ranges[3]'; null if it is none.
+// Return the path in a text such as 'pose/position/x' or 'ranges[3]', or null if it is invalid.
 export function parsePath(text) {
   const path = [];
   for (const part of text.split('/').filter(Boolean)) {

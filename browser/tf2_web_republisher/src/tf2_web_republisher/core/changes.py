@@ -2,8 +2,8 @@
 import math
 from typing import NamedTuple, Optional, Sequence, Tuple
 
-SLOWEST, FASTEST = 0.01, 1000.0  # [Hz]
-MOST_FRAMES = 1000  # of a request
+MIN_RATE, MAX_RATE = 0.01, 1000.0  # [Hz]
+MAX_FRAMES = 1000  # of a request
 
 
 class Transform(NamedTuple):
@@ -20,14 +20,14 @@ class Thresholds(NamedTuple):
     angular: float
 
     def passed(self, sent: Optional[Transform], now: Transform) -> bool:
-        """Return whether ``now`` has to be sent after ``sent``, which is None if nothing was."""
+        """Return whether to send ``now`` after ``sent``, which is None if nothing was sent."""
         return (sent is None or not self.linear or not self.angular
                 or distance(sent.translation, now.translation) > self.linear
                 or angle(sent.rotation, now.rotation) > self.angular)
 
 
 def distance(first: Sequence[float], second: Sequence[float]) -> float:
-    """Return the distance [m] of two points."""
+    """Return the distance [m] between two points."""
     return math.sqrt(sum((one - other) ** 2 for one, other in zip(first, second)))
 
 
@@ -45,10 +45,10 @@ def invalid(frames: Sequence[str], target: str, thresholds: Thresholds, rate: fl
         return 'target_frame is empty; it must be the name of a frame'
     if not all(frame.strip('/') for frame in frames):
         return 'source_frames has an empty name'
-    if len(frames) > MOST_FRAMES:
-        return f'source_frames has {len(frames)} names; {MOST_FRAMES} are allowed'
-    if not SLOWEST <= rate <= FASTEST:
-        return f'rate is {rate:g} Hz; it must be from {SLOWEST:g} to {FASTEST:g}'
+    if len(frames) > MAX_FRAMES:
+        return f'source_frames has {len(frames)} names; {MAX_FRAMES} are allowed'
+    if not MIN_RATE <= rate <= MAX_RATE:
+        return f'rate is {rate:g} Hz; it must be from {MIN_RATE:g} to {MAX_RATE:g}'
     if not (0.0 <= thresholds.linear < math.inf and 0.0 <= thresholds.angular < math.inf):
         return f'trans_thres is {thresholds.linear:g} and angular_thres {thresholds.angular:g}; they must be at least 0'
     return ''

@@ -5,7 +5,7 @@ import numpy as np
 
 from kinematic_core.worlds.camera import PinholeCamera
 from robotont_gazebo.core import textures
-from robotont_gazebo.core.compiled import Background
+from robotont_gazebo.core.native import Background
 
 SHARPNESS = 1.1  # pixels of the floor's image per pixel of the camera, in the geometric mean of its two directions
 LEVELS = 5  # images of the floor, each half as fine as the previous one; beyond the last one it is plain

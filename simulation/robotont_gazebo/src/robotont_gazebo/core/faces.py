@@ -7,7 +7,7 @@ import numpy as np
 
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan, Panel
 from robotont_gazebo.core import textures
-from robotont_gazebo.core.compiled import Light, Pattern, Solid
+from robotont_gazebo.core.native import Light, Pattern, Solid
 
 UPRIGHT, TOP_SHADE, UNDER_SHADE = 0.81, 1.0, 0.55  # brightness of upright faces on average, upper and lower ends
 LIGHT = (0.16, 0.10)  # additional brightness of faces towards +x and +y

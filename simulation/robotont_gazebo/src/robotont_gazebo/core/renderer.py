@@ -20,8 +20,8 @@ from kinematic_core.worlds.camera import (
 )
 from kinematic_core.worlds.floor_plan import FloorPlan
 from robotont_gazebo.core.backdrop import background
-from robotont_gazebo.core.compiled import Camera, Pose, Scene
 from robotont_gazebo.core.faces import Faces, light
+from robotont_gazebo.core.native import Camera, Pose, Scene
 
 
 class Renderer:

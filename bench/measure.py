@@ -11,6 +11,7 @@ import glob
 import importlib
 import json
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -24,21 +25,23 @@ from plain_support.processes import INTERRUPTED, make_interruptible
 from processes import BenchError, stop_all
 from session import Subject, find_node, split_command
 
-HERE = os.path.dirname(os.path.abspath(__file__))
+REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+FOLDERS = sorted(glob.glob(os.path.join(REPOSITORY, '*', 'bench')))  # each beside what it measures
+sys.path += FOLDERS
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3
 
 
 def suites():
-    """Return the names of the suites: NAME of each file suite_NAME.py in this folder."""
-    files = glob.glob(os.path.join(HERE, 'suite_*.py'))
-    return sorted(os.path.basename(file)[len('suite_'):-len('.py')] for file in files)
+    """Return the names of the suites: NAME of each file suite_NAME.py in FOLDERS."""
+    files = [name for folder in FOLDERS for name in os.listdir(folder)]
+    return sorted(found.group(1) for found in map(re.compile(r'suite_(\w+)\.py').fullmatch, files) if found)
 
 
 def default_json(suite):
     """Return the path of a suite's JSON, in output/ of the repository."""
     name = 'bench.json' if suite == DEFAULT_SUITE else f'bench_{suite}.json'
-    return os.path.join(os.path.dirname(HERE), 'output', name)
+    return os.path.join(REPOSITORY, 'output', name)
 
 
 def positive(text):

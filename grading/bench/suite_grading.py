@@ -23,7 +23,7 @@ from processes import BenchError, Child, tree_memory
 from session import Measurement
 
 NEEDS_NODE = False
-REPOSITORY = Path(__file__).resolve().parents[1]
+REPOSITORY = Path(__file__).resolve().parents[2]
 SAMPLES = REPOSITORY / 'test' / 'data' / 'submissions'
 GRADER = 'python3', str(REPOSITORY / 'grading' / 'course_grader' / 'scripts' / 'grade')
 EXERCISES = sorted(path.name for path in SAMPLES.iterdir() if path.is_dir())

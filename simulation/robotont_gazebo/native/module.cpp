@@ -1,4 +1,4 @@
-// The module robotont_gazebo._renderer; its names and types: src/robotont_gazebo/_renderer.pyi.
+// The module robotont_gazebo._native; its names and types: src/robotont_gazebo/_native.pyi.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -183,9 +183,9 @@ class Scene {
 }  // namespace
 }  // namespace robotont
 
-PYBIND11_MODULE(_renderer, module) {
+PYBIND11_MODULE(_native, module) {
     using namespace robotont;
-    module.doc() = "The compiled steps of the renderer; see _renderer.pyi";
+    module.doc() = "The compiled steps of the renderer; see _native.pyi";
     py::class_<Camera>(module, "Camera")
         .def(py::init(&make_camera), py::kw_only(), "width"_a, "height"_a, "focal"_a, "cx"_a, "cy"_a, "near"_a);
     py::class_<Pose>(module, "Pose")

@@ -22,8 +22,7 @@ from probing import say
 from robotont_gazebo.core.renderer import Renderer
 from robotont_gazebo.core.worlds import load_world
 
-WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'simulation', 'robotont_gazebo',
-                      'worlds')
+WORLDS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'robotont_gazebo', 'worlds')
 START = Pose2D(-2.0, 0.0, 0.0)
 COMMAND_STEPS, SCAN_STEPS, PICTURE_STEPS = 12, 3, 4
 MARKER_SIZE = 0.28  # [m]

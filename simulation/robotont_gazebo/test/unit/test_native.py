@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kinematic_core.worlds.floor_plan import Box, Cylinder, FloorPlan
-from robotont_gazebo.core import compiled
+from robotont_gazebo.core import native
 from robotont_gazebo.core.renderer import Renderer
 from unit_support import reference_camera as reference
 
@@ -40,7 +40,7 @@ def test_there_is_room_for_any_number_of_layers_and_runs(plan, z):
 
 def test_nothing_is_on_this_side_of_the_floor_for_a_camera_below_it():
     rendered, pose = Renderer(FloorPlan(), 64, 48), (0.0, 0.0, -1.0, 0.0)
-    assert np.isnan(rendered.depth(pose)).all() and rendered.render(pose)[-1].ptp(0).max() == 0
+    assert np.isnan(rendered.depth(pose)).all() and np.ptp(rendered.render(pose)[-1], axis=0).max() == 0
 
 
 @pytest.mark.parametrize('width, height, fov', [(16, 16, 2.8), (17, 33, 0.05), (1280, 720, 1.0)])
@@ -65,16 +65,16 @@ def test_blue_comes_first_if_asked_for():
 
 
 @pytest.mark.parametrize('make, right, wrong, words', [
-    (compiled.Camera, CAMERA, {'width': 0}, 'width, height, focal and near'),
-    (compiled.Solid.box, BOX, {'sides': TWO_COLOURS}, r'sides must be an array \(4, 3\)'),
-    (compiled.Solid.box, BOX, {'ends': ONE_COLOUR}, r'ends must be an array \(2, 3\)'),
-    (compiled.Solid.box, BOX, {'steps': 0}, 'steps'),
-    (compiled.Pattern, PATTERN, {'tones': np.zeros((9, 1), np.uint8)}, 'tones'),
-    (compiled.Pattern, PATTERN, {'tones': np.zeros((9, 9, 3), np.uint8)}, 'tones'),
-    (compiled.Pattern, PATTERN, {'colour': (1, 2, 256)}, 'colour must be 0 to 255'),
-    (compiled.Background, BACKGROUND, {'rows': np.zeros(16, np.uint8)}, 'rows'),
-    (compiled.Background, BACKGROUND, {'floor': [np.zeros((10, 10), np.uint8)]}, 'floor'),
-    (compiled.Background, BACKGROUND, {'floor': [np.zeros((9, 5), np.uint8)]}, 'floor'),
+    (native.Camera, CAMERA, {'width': 0}, 'width, height, focal and near'),
+    (native.Solid.box, BOX, {'sides': TWO_COLOURS}, r'sides must be an array \(4, 3\)'),
+    (native.Solid.box, BOX, {'ends': ONE_COLOUR}, r'ends must be an array \(2, 3\)'),
+    (native.Solid.box, BOX, {'steps': 0}, 'steps'),
+    (native.Pattern, PATTERN, {'tones': np.zeros((9, 1), np.uint8)}, 'tones'),
+    (native.Pattern, PATTERN, {'tones': np.zeros((9, 9, 3), np.uint8)}, 'tones'),
+    (native.Pattern, PATTERN, {'colour': (1, 2, 256)}, 'colour must be 0 to 255'),
+    (native.Background, BACKGROUND, {'rows': np.zeros(16, np.uint8)}, 'rows'),
+    (native.Background, BACKGROUND, {'floor': [np.zeros((10, 10), np.uint8)]}, 'floor'),
+    (native.Background, BACKGROUND, {'floor': [np.zeros((9, 5), np.uint8)]}, 'floor'),
 ])
 def test_an_array_of_another_shape_is_refused(make, right, wrong, words):
     make(**right)
@@ -84,22 +84,22 @@ def test_an_array_of_another_shape_is_refused(make, right, wrong, words):
 
 def test_arguments_are_given_by_name():
     with pytest.raises(TypeError, match='incompatible'):
-        compiled.Camera(*CAMERA.values())
+        native.Camera(*CAMERA.values())
     with pytest.raises(TypeError, match='incompatible'):
-        compiled.Camera(**CAMERA, colour=1)
+        native.Camera(**CAMERA, colour=1)
 
 
 def test_an_error_of_a_pattern_is_the_error_of_the_picture():
     def missing(**_):
         raise LookupError('no such pattern')
-    scene = compiled.Scene(camera=compiled.Camera(**CAMERA), solids=[compiled.Solid.box(**BOX)],
-                           background=compiled.Background(**BACKGROUND), pattern=missing,
-                           light=compiled.Light(upright=1.0, x=0.0, y=0.0))
+    scene = native.Scene(camera=native.Camera(**CAMERA), solids=[native.Solid.box(**BOX)],
+                           background=native.Background(**BACKGROUND), pattern=missing,
+                           light=native.Light(upright=1.0, x=0.0, y=0.0))
     with pytest.raises(LookupError, match='no such pattern'):
-        scene.picture(compiled.Pose(-2.0, 0.0, 0.5, 0.0), bgr=False)
+        scene.picture(native.Pose(-2.0, 0.0, 0.5, 0.0), bgr=False)
 
 
 def test_a_package_that_was_not_built_says_what_to_type():
-    program = 'import sys; sys.modules["robotont_gazebo._renderer"] = None; import robotont_gazebo.core.renderer'
+    program = 'import sys; sys.modules["robotont_gazebo._native"] = None; import robotont_gazebo.core.renderer'
     done = subprocess.run([sys.executable, '-c', program], stderr=subprocess.PIPE, text=True, check=False, timeout=60)
     assert done.returncode == 1 and 'build it with ./run build or catkin_make' in done.stderr.splitlines()[-1]

@@ -7,6 +7,7 @@ The frames are those of test/data/alvar, or of another folder with frames.json; 
 import json
 import math
 import os
+import pathlib
 import time
 
 import cv2
@@ -27,7 +28,7 @@ from sensitivity import report as sensitivity_report
 from session import Measurement
 
 NEEDS_NODE = False
-FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), 'test', 'data', 'alvar')
+FOLDER = str(pathlib.Path(__file__).resolve().parents[2] / 'test' / 'data' / 'alvar')
 DIFFICULTIES = ('easy', 'medium', 'hard')
 SIZES = {(640, 480): '640x480', (1280, 720): '1280x720'}
 STEP, STEPS = (2, 1), 6  # [px] how far a frame moves a step while tracking is measured; the first step is no sample

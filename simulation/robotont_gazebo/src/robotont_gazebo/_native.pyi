@@ -1,4 +1,4 @@
-"""The compiled steps of the renderer: native/bindings.cpp.
+"""The compiled steps of the renderer: native/module.cpp.
 
 Lengths in metres, angles in radians, colours 0 to 255 (red, green, blue). Raises ValueError for arrays of another shape
 and TypeError for arguments of another type.

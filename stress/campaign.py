@@ -1,0 +1,193 @@
+"""Attack the nodes of this project for a long time, and say what was lost.
+
+`./run stress [SUITE ...]` calls it in the built workspace. The same seed sends the same inputs. Exit code: 0 nothing
+was lost and every target was reached, 1 something was lost, missed or could not be tried, 2 usage error, 130
+interrupted.
+"""
+
+import argparse
+import importlib
+import random
+import resource
+import shutil
+import sys
+import tempfile
+import traceback
+from contextlib import ExitStack
+
+import report
+from figures import OURS, judge
+from plain_support.processes import INTERRUPTED, make_interruptible
+from processes import BenchError, stop_all
+from rostest_support.tcpros import TROUBLE
+from session import Subject
+from trial import Scale, tell
+
+SUITES = {  # minutes that the full form takes, about
+    'web': 3.0, 'interrupts': 12.0, 'soak': 60.0}
+DEFAULT = tuple(name for name in SUITES if name != 'soak')
+MANY_FILES = 16384
+LARGEST_SEED = 2 ** 31 - 1
+
+
+def parse(arguments):
+    """Return the options; exit with code 2 and a text on wrong usage."""
+    parser = argparse.ArgumentParser(prog='./run stress', description=__doc__.splitlines()[0])
+    parser.add_argument('suites', nargs='*', metavar='SUITE',
+                        help=f'one or more of {", ".join(SUITES)} (default: all but soak)')
+    parser.add_argument('--minutes', type=positive, metavar='N', help='approximate length of each suite (default: '
+                        + ', '.join(f'{name} {minutes:g}' for name, minutes in SUITES.items()) + ')')
+    parser.add_argument('--small', action='store_true', help='a little of everything, as in ./run test, without the '
+                        'targets that depend on the speed of the machine')
+    parser.add_argument('--seed', type=int, help='send the same inputs as the run that printed this seed')
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='only these attacks; --list shows their names')
+    parser.add_argument('--json', metavar='FILE', help='also write the figures to this file')
+    parser.add_argument('--list', action='store_true', help='list the attacks of the suites and exit')
+    options = parser.parse_args(arguments)
+    for name in options.suites:
+        if name not in SUITES:
+            parser.error(f'there is no suite {name!r}; the suites are {", ".join(SUITES)}')
+    if options.small and options.minutes:
+        parser.error('--small has a fixed length; leave out --minutes')
+    if options.seed is not None and not 0 <= options.seed <= LARGEST_SEED:
+        parser.error(f'--seed is {options.seed}; it must be 0 to {LARGEST_SEED}')
+    options.suites = options.suites or list(DEFAULT)
+    if options.seed is None:
+        options.seed = random.SystemRandom().randrange(LARGEST_SEED)
+    _check_only(parser, options)
+    return options
+
+
+def _check_only(parser, options):
+    known = [name for suite in options.suites for name in load(suite).ATTACKS]
+    for name in options.only or ():
+        if name not in known:
+            parser.error(f'--only {name}: it must be one of {", ".join(known)}')
+
+
+def positive(text):
+    """Return a finite number above 0, for argparse."""
+    value = float(text)
+    if not 0.0 < value < float('inf'):
+        raise ValueError(text)
+    return value
+
+
+def load(suite):
+    """Return the module of a suite: ATTACKS {name: Attack} and FIGURES."""
+    return importlib.import_module(f'stress_{suite}')
+
+
+def numbers(seed, suite, attack):
+    """Return the random numbers of an attack: the same whatever else runs."""
+    return random.Random(f'{seed}/{suite}/{attack}')
+
+
+def scale_of(options, suite):
+    """Return the Scale of a suite."""
+    return Scale(1.0 if options.minutes is None else options.minutes / SUITES[suite], options.small)
+
+
+def _new_master(subject):
+    """Start a new master, without parameters and registrations of the attack before."""
+    subject.master.kill()
+    subject.start_master()
+
+
+def _place(error):
+    """Return the functions in which an error was raised, the outermost last."""
+    return ' < '.join(frame.name for frame in reversed(traceback.extract_tb(error.__traceback__)[1:]))
+
+
+def attack_all(options, subject, pool, failures):
+    """Fill {key: samples} and [(suite, attack, text of what could not be tried)]."""
+    for suite in options.suites:
+        for name, attack in load(suite).ATTACKS.items():
+            if options.only and name not in options.only:
+                continue
+            tell(f'{suite}, {name}: {attack.about}')
+            try:
+                _new_master(subject)
+                found = attack.run(subject, scale_of(options, suite), numbers(options.seed, suite, name))
+            except (BenchError, *TROUBLE) as error:
+                failures.append((suite, name, f'{type(error).__name__} in {_place(error)}: {error}'))
+                tell(f'    FAILED in {_place(error)}: {error}')
+                continue
+            for key, values in found.items():
+                pool.setdefault(key, []).extend(values)
+
+
+def figures_of(options):
+    """Return the figures of all suites; in the small form times and rates have no target."""
+    for suite in options.suites:
+        for figure in load(suite).FIGURES:
+            timed = bool(figure.unit)
+            yield figure.__class__(figure.name, figure.key, figure.unit, figure.reduce,
+                                   None if options.small and timed else figure.target)
+
+
+def is_lost(rows, failures):
+    """Return whether a target was missed or something could not be tried."""
+    return bool(failures) or any(row.ok is False for row in rows)
+
+
+def hand_out(options, pool, failures, facts):
+    """Print the table and what failed, write the JSON; return the exit code."""
+    rows = [judge(figure, {OURS: pool}) for figure in figures_of(options)]
+    print(report.table(rows))
+    print(report.verdict([row for row in rows if row.ours is not None]))
+    for suite, name, text in failures:
+        print(f'Not tried: {suite}, {name}. {text}')
+    print(f'The seed was {options.seed}; --seed {options.seed} sends the same inputs.')
+    if options.json:
+        settings = {'seed': options.seed, 'small': options.small, 'minutes': options.minutes}
+        told = [{'suite': suite, 'attack': name, 'error': text.splitlines()[0]} for suite, name, text in failures]
+        try:
+            with open(options.json, 'w', encoding='utf-8') as file:
+                file.write(report.as_json(' '.join(options.suites), rows, told, settings, facts))
+        except OSError as error:
+            raise BenchError(f'The figures cannot be written: {error}. Choose another file with --json.') from error
+    return 1 if is_lost(rows, failures) else 0
+
+
+def run(options):
+    """Run the attacks, print and write the figures, also when interrupted; return the exit code."""
+    facts = report.machine()
+    tell(f'Seed: {options.seed}')
+    pool, failures = {}, []
+    try:
+        with ExitStack() as stack:
+            folder = tempfile.mkdtemp(prefix='turtle_robotont_stress_')
+            stack.callback(shutil.rmtree, folder, ignore_errors=True)
+            stack.callback(stop_all)
+            attack_all(options, Subject(OURS, ['unused'], folder), pool, failures)
+    except KeyboardInterrupt:
+        hand_out(options, pool, failures, facts)
+        raise
+    return hand_out(options, pool, failures, facts)
+
+
+def _allow_many_files():
+    """Raise the soft limit of open files, often 1,024, for hundreds of connections and clients."""
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
+def main():
+    options = parse(sys.argv[1:])
+    if options.list:
+        for suite in options.suites:
+            for name, attack in load(suite).ATTACKS.items():
+                print(f'{suite:<8} {name:<14} {attack.about}')
+        return 0
+    make_interruptible()
+    _allow_many_files()
+    try:
+        return run(options)
+    except BenchError as error:
+        tell(f'stress: {error}')
+        return 1
+    except KeyboardInterrupt:
+        tell('stress: interrupted; all its processes have ended')
+        return INTERRUPTED

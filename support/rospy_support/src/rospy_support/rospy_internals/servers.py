@@ -1,0 +1,51 @@
+"""Replacements of the servers that every rospy node has, and a limit for messages."""
+import struct
+
+import rosgraph.xmlrpc
+import rospy
+import rospy.impl.tcpros_base
+import rospy.impl.tcpros_service
+
+from rospy_support.rospy_internals.services import handle_request
+
+
+def replace_tcpros_server(start, stop):
+    """Replace the loop that accepts the TCPROS connections of this process. Call it before init_node.
+
+    rospy then calls ``start(listening socket, topic handler)`` and ``stop(listening socket)``. The topic handler takes
+    (socket, address, header) of a connection; it writes rospy's header and returns None, or returns why it refuses.
+    """
+    class Server(rospy.impl.tcpros_base.TCPServer):
+        def start(self):
+            start(self.server_sock, self.inbound_handler.__self__.topic_connection_handler)
+
+        def shutdown(self):
+            if not self.is_shutdown:
+                self.is_shutdown = True
+                stop(self.server_sock)
+    rospy.impl.tcpros_base.TCPServer = Server
+    rospy.impl.tcpros_service.ServiceImpl._handle_request = handle_request
+
+
+def replace_slave_server(make):
+    """Use ``make(address, log_requests)`` to create the XML-RPC server of this process. Call it before init_node."""
+    rosgraph.xmlrpc.ThreadingXMLRPCServer = make
+
+
+def limit_messages(largest, report):
+    """Close connections to publishers that announce more than ``largest`` [bytes]. Call it before init_node.
+
+    The fault: one publisher that announces 4 GB makes the node collect them. ``report(text)`` is called for each.
+    """
+    protocol = rospy.impl.tcpros_base.TCPROSTransportProtocol
+    read_messages = protocol.read_messages
+
+    def limited(self, buffer, queue, connection):
+        if buffer.tell() >= 4:
+            size, = struct.unpack_from('<I', buffer.getbuffer())
+            if size > largest:
+                report(f'{self.resolved_name}: the other side announces {size} bytes, at most {largest} are allowed; '
+                       'the connection is closed.')
+                raise rospy.exceptions.TransportTerminated(f'a length of {size} bytes')
+        return read_messages(self, buffer, queue, connection)
+    protocol.read_messages = limited

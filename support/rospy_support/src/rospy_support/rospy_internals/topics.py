@@ -1,0 +1,196 @@
+"""Topics: their connections and messages, and guards of the connections between publishers and subscribers."""
+import contextlib
+import errno
+import functools
+import io
+import threading
+
+import rospy
+import rospy.impl.masterslave
+import rospy.msg
+from rospy.impl.registration import RegManager, get_registration_listeners, get_topic_manager
+from rospy.topics import _TopicImpl
+
+
+def connections(publisher):
+    """Return the connections of a rospy.Publisher; none once it is unregistered. Do not change the sequence.
+
+    A connection has ``endpoint_id`` (the name of the subscribing node), ``socket`` (None once rospy has closed it)
+    and ``close()``.
+    """
+    impl = publisher.impl  # another thread may call unregister, which sets it to None
+    return impl.connections if impl else ()
+
+
+def publish_without_threads(publisher):
+    """Let the publishing thread write to the connections of a Publisher, instead of one rospy thread for each."""
+    publisher.impl.set_queue_size(None)
+
+
+def caller(message):
+    """Return the name of the node that sent a message or a service request; '' if rospy does not know it."""
+    return connection_header(message).get('callerid', '')
+
+
+def connection_header(message):
+    """Return the connection header {field: text} of the node that sent a message or a request: callerid, type, ..."""
+    return getattr(message, '_connection_header', None) or {}
+
+
+def take_over(subscriber, message, read):
+    """Let ``read(socket, bytes)`` take what comes after a message by the same connection of a rospy.Subscriber.
+
+    It is called in rospy's thread for the connection, with a socket of its own, which it closes, and what has been read
+    after the message; when it returns, rospy goes on, and notices when the connection is closed. Does nothing if rospy
+    does not know the connection yet.
+    """
+    header = getattr(message, '_connection_header', None)
+    for connection in connections(subscriber):
+        if connection.header is header and 'receive_once' not in vars(connection):
+            connection.receive_once = functools.partial(_taken_over, connection, read)
+
+
+def _taken_over(connection, read):
+    buffer, own = connection.read_buff, connection.socket.dup()
+    rest = buffer.getvalue()[:buffer.tell()]
+    buffer.seek(0)
+    buffer.truncate()
+    read(own, rest)
+    del connection.receive_once
+    return connection.receive_once()
+
+
+def to_message(data_class, args, kwds):
+    """Return the message that the arguments of publish() stand for: either a message, or the fields of one."""
+    return rospy.msg.args_kwds_to_message(data_class, args, kwds)
+
+
+def to_bytes(message):
+    """Return the bytes of a message."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    return buffer.getvalue()
+
+
+def frame(message, seq=0):
+    """Return the bytes of a message on a TCPROS connection: its length, then its fields, with header.seq ``seq``."""
+    buffer = io.BytesIO()
+    rospy.msg.serialize_message(buffer, seq, message)
+    return buffer.getvalue()
+
+
+def publications():
+    """Return [name, type] of each topic that this node publishes."""
+    return get_topic_manager().get_publications()
+
+
+def subscriptions():
+    """Return [name, type] of each topic that this node subscribes to."""
+    return get_topic_manager().get_subscriptions()
+
+
+def unconnected_publications():
+    """Return the names of the topics that this node publishes without a connected subscriber."""
+    manager = get_topic_manager()
+    return _unconnected(manager.get_publications(), manager.get_publisher_impl)
+
+
+def connected_publications():
+    """Return the names of the topics that this node publishes with a connected subscriber."""
+    return {name for name, _ in publications()} - unconnected_publications()
+
+
+def unconnected_subscriptions():
+    """Return the names of the topics that this node subscribes to without a connected publisher."""
+    manager = get_topic_manager()
+    return _unconnected(manager.get_subscriptions(), manager.get_subscriber_impl)
+
+
+def _unconnected(topics, implementation):
+    pairs = [(name, implementation(name)) for name, _ in topics]
+    return {name for name, topic in pairs if topic is not None and not topic.has_connections()}
+
+
+def new_publishers(topic, uris):
+    """Connect the subscribers of a topic to these publishers, given by the URIs of their nodes."""
+    for listener in get_registration_listeners().listeners:
+        if isinstance(listener, RegManager):
+            listener.publisher_update(topic, uris)
+
+
+def limit_publishers():
+    """Use one connecting thread per publisher of a topic, and end it when the master no longer lists the publisher.
+
+    The fault: rospy starts another thread for a publisher at every update from the master, and each one retries for
+    ever. Call it before init_node.
+    """
+    _Publishers().install()
+
+
+class _Publishers:
+    """Replacements for the functions of rospy that connect subscribers to publishers."""
+
+    def __init__(self):
+        self._named = {}  # topic: URIs of the publishers in the last update from the master
+        self._lock, self._trying = threading.Lock(), {}  # (topic, URI): whether it was listed again in the meantime
+        self._own = threading.local()  # topic: the topic that this thread connects
+
+    def install(self):
+        update, connect = RegManager.publisher_update, RegManager._connect_topic_thread
+        xmlrpcapi = rospy.impl.masterslave.xmlrpcapi
+        RegManager.publisher_update = lambda *arguments: self._update(update, *arguments)
+        RegManager._connect_topic_thread = lambda *arguments: self._connect(connect, *arguments)
+        rospy.impl.masterslave.xmlrpcapi = lambda uri, cache=True: self._proxy(xmlrpcapi, uri, cache)
+
+    def _update(self, update, manager, topic, uris):
+        subscribed = get_topic_manager().has_subscription
+        if subscribed(topic):
+            self._named = {name: named for name, named in self._named.items() if subscribed(name)}
+            self._named[topic] = frozenset(uris)
+            update(manager, topic, uris)
+
+    def _connect(self, connect, manager, topic, uri):
+        with self._lock:
+            once_more = (topic, uri) in self._trying
+            self._trying[topic, uri] = once_more
+        self._own.topic = topic
+        while not once_more:
+            connect(manager, topic, uri)
+            with self._lock:
+                if not self._trying[topic, uri]:
+                    del self._trying[topic, uri]
+                    return
+                self._trying[topic, uri] = False
+
+    def _proxy(self, xmlrpcapi, uri, cache):
+        if uri not in self._named.get(getattr(self._own, 'topic', None), (uri,)):
+            raise ConnectionRefusedError(errno.ECONNREFUSED, f'{uri} no longer publishes it')
+        return xmlrpcapi(uri, cache)
+
+
+def tell_connections_apart():
+    """Let the topics of this process remove a connection, not what now has its file descriptor's number.
+
+    rospy compares these numbers, and the system gives each one again at once. So a subscriber that came back while its
+    old connection was being removed (rospy.wait_for_message in a loop) lost the new one, too, and waited for ever.
+    """
+    _TopicImpl._remove_connection = _remove_connection
+    _TopicImpl.check = functools.partialmethod(_locked, _TopicImpl.check)
+
+
+def _remove_connection(self, connections, connection):
+    """Replace _TopicImpl._remove_connection: close a connection, and remove it or its queue from a list."""
+    with contextlib.suppress(Exception):
+        connection.close()
+    connections[:] = [kept for kept in connections
+                      if kept is not connection and getattr(kept, '_connection', None) is not connection]
+    number = connection.fileno()
+    if number is not None and all(kept.fileno() != number for kept in connections):
+        with contextlib.suppress(Exception):  # the system has removed it if its number was in no use in between
+            self.connection_poll.remove_fd(number)
+
+
+def _locked(self, check):
+    """Replace _TopicImpl.check, which looks for broken connections before it takes the lock."""
+    with self.c_lock:
+        check(self)

@@ -1,0 +1,14 @@
+"""The sample programs, graded: those of each exercise, and those that try to cheat."""
+import sys
+
+import pytest
+
+from collection.kinds import REPOSITORY
+
+EXERCISES = sorted(f'test/data/submissions/{path.name}' for path in (REPOSITORY / 'test/data/submissions').iterdir())
+OTHERS = 'same_ten_times', 'red_team_namespace', 'red_team_uid', 'red_team_none'
+
+
+@pytest.mark.parametrize('samples', ['course_nodes', *EXERCISES, *OTHERS])
+def test_grading(samples, run_case, case_folder):
+    run_case(sys.executable, REPOSITORY / 'test' / 'check_grading.py', samples, case_folder / 'files')

@@ -1,0 +1,160 @@
+"""The hooks of pytest: options, kinds, time limits, what is skipped here, and the end of left-over processes."""
+import os
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from collection import kinds, programs, ros, rostests
+
+NO_MODULE = re.compile(r"(?:ModuleNotFoundError|ImportError): (?:No module named '([\w.]+)'|cannot import name .*)")
+
+
+def pytest_addoption(parser):
+    """Add the options of ./run test."""
+    group = parser.getgroup('turtle_robotont')
+    group.addoption('--fast', action='store_true', help='only units that are not slow, lint and types')
+    group.addoption('--all', action='store_true', help='also what only a release needs')
+    group.addoption('--select', metavar='NAME', action='append', default=[], help='only tests whose KIND/PATH contains NAME')
+    group.addoption('--kinds', metavar='KIND,...', help=f'only these kinds: {", ".join(kinds.TIME_LIMITS)}')
+    group.addoption('--results', metavar='FOLDER', help='keep the output of rostests, gradings, ... here')
+
+
+def pytest_configure(config):
+    """Mark the processes of all tests, and choose the folder of the outputs."""
+    if not config.getoption('numprocesses', None):  # the workers of xdist are marked, not their controller
+        os.environ[programs.TESTS] = str(os.getpid())
+    if ros.run_workspace():
+        os.environ.setdefault('ws', str(ros.run_workspace()))
+    config.wanted_kinds = _wanted_kinds(config)
+    config.results = Path(config.getoption('results') or tempfile.mkdtemp(prefix='turtle_robotont_tests_')).absolute()
+    config.results.mkdir(parents=True, exist_ok=True)
+    config.case_folder = lambda item: config.results / kinds.name_of(item)
+    os.environ[programs.CASE] = f'{config.results}/'  # of units; each program has a folder of its own
+
+
+def _wanted_kinds(config):
+    if config.getoption('kinds'):
+        return config.getoption('kinds').split(',')
+    return kinds.FAST if config.getoption('fast') else list(kinds.TIME_LIMITS)
+
+
+def pytest_unconfigure(config):
+    """End what tests have left over; remove outputs that nobody asked for, unless a test failed."""
+    programs.end_leftovers(programs.TESTS, os.getpid())
+    if not config.getoption('results') and not getattr(config, 'has_failed', False):
+        shutil.rmtree(config.results, ignore_errors=True)
+
+
+def pytest_sessionfinish(session):
+    """Note whether a test failed."""
+    session.config.has_failed = session.testsfailed > 0
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Leave out files that hold nothing of what is wanted: importing them takes longest."""
+    if collection_path.suffix not in ('.py', '.test') or not collection_path.is_file():
+        return None
+    path = collection_path
+    if path.name.startswith('test_') or path.suffix == '.test':
+        if kinds.kind_of(path) not in config.wanted_kinds or not kinds.may_hold(path, config.getoption('select')):
+            return True
+    return None
+
+
+def pytest_collect_file(file_path, parent):
+    """Collect .test files."""
+    return rostests.RostestFile.from_parent(parent, path=file_path) if file_path.suffix == '.test' else None
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_make_collect_report(collector):
+    """Skip a module that needs ROS, or a Python package, which is not here."""
+    outcome = yield
+    report = outcome.get_result()
+    if report.failed and isinstance(collector, pytest.Module):
+        reason = _missing_import(str(report.longrepr))
+        if reason:
+            report.outcome, report.longrepr = 'skipped', (str(collector.path), 0, f'Skipped: {reason}')
+
+
+def _missing_import(text):
+    """Return what a failed import says is missing, where no workspace is sourced; else an empty text."""
+    found = NO_MODULE.search(text)
+    return f'needs a sourced workspace: {found.group()}' if found and not ros.workspace_packages() else ''
+
+
+def pytest_collection_modifyitems(config, items):
+    """Mark the items, take the selected ones, and put those first that take longest."""
+    names, kept, left = config.getoption('select'), [], []
+    for item in items:
+        item.kind = kinds.kind_of(item.path)
+        item.add_marker(item.kind)
+        item.add_marker(pytest.mark.timeout(kinds.TIME_LIMITS[item.kind]))
+        (kept if _is_wanted(item, names, config) else left).append(item)
+    config.hook.pytest_deselected(items=left)
+    items[:] = _longest_first(kept)
+
+
+def _is_wanted(item, names, config):
+    if not kinds.is_selected(kinds.name_of(item), names):
+        return False
+    if item.get_closest_marker('slow') and config.getoption('fast'):
+        return False
+    return bool(names) or config.getoption('all') or 'release' in (config.getoption('markexpr') or '') or not \
+        item.get_closest_marker('release')
+
+
+def _longest_first(items):
+    """Return the items in the order of their kinds, those of one kind as collected, dealt to the workers of xdist.
+
+    With ``--dist worksteal`` each worker begins with an equal part of the list.
+    """
+    order = list(reversed(list(kinds.TIME_LIMITS)))
+    waiting = [item for item in items if item.kind not in kinds.COMPUTING]
+    waiting.sort(key=lambda item: order.index(item.kind))
+    workers = int(os.environ.get('PYTEST_XDIST_WORKER_COUNT', 1))
+    dealt = [item for worker in range(workers) for item in waiting[worker::workers]]
+    return dealt + [item for item in items if item.kind in kinds.COMPUTING]
+
+
+def pytest_runtest_setup(item):
+    """Skip what cannot run here."""
+    reason = ros.missing(kinds.real(item.path))
+    if reason:
+        pytest.skip(reason)
+
+
+@pytest.fixture
+def run_case(request):
+    """Return a function that runs the program of this test, and fails with the end of its output."""
+    folder = request.config.case_folder(request.node)
+
+    def run(*command, **environment):
+        code, output = programs.run(command, folder, environment)
+        if code:
+            pytest.fail(f'exit code {code}\n{programs.last_lines(output)}\nThe output: {folder}/output.txt', pytrace=False)
+        return output
+    return run
+
+
+@pytest.fixture
+def case_folder(request):
+    """Return the folder for the files of this test."""
+    return request.config.case_folder(request.node)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say how many methods the rostests ran, and why some were skipped."""
+    found = [(name, value) for outcome in ('passed', 'failed', 'skipped')
+             for report in terminalreporter.getreports(outcome) if report.when == 'call'
+             for name, value in report.user_properties if name in rostests.OUTCOMES]
+    if found:
+        counts = {outcome: sum(name == outcome for name, _ in found) for outcome in rostests.OUTCOMES}
+        terminalreporter.section('methods of rostests')
+        for name, value in found:
+            if name == 'skipped':
+                terminalreporter.write_line(f'SKIPPED {value}')
+        terminalreporter.write_line(', '.join(f'{count} {outcome}' for outcome, count in counts.items() if count))

@@ -1,0 +1,109 @@
+"""Run the tests in the built workspace, as ./run test does: pytest twice at once.
+
+One run takes what only computes, at a lower priority, in the time in which the nodes of the other run wait.
+"""
+import argparse
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from collection import kinds
+
+FEW_FILES = 5  # which run faster in one process
+NICE = 10
+NOTHING_COLLECTED = 5  # exit code of pytest
+INTERRUPTED = 130
+WAITING = tuple(kind for kind in kinds.TIME_LIMITS if kind not in kinds.COMPUTING)
+
+
+def parse(arguments):
+    """Return the options; exit with code 2 and a text on wrong usage."""
+    parser = argparse.ArgumentParser(prog='./run test', description='Run the tests.', allow_abbrev=False)
+    parser.add_argument('names', nargs='*', metavar='NAME', help='only tests whose KIND/PATH contains a NAME')
+    amount = parser.add_mutually_exclusive_group()
+    amount.add_argument('--fast', action='store_true', help='only units that are not slow, lint and types')
+    amount.add_argument('--all', action='store_true', help='also what only a release needs')
+    parser.add_argument('--results', type=Path, required=True, help=argparse.SUPPRESS)
+    return parser.parse_args(arguments)
+
+
+def commands(options):
+    """Return {name of a run: its command}; the last one is the run that the terminal shows."""
+    few = options.names and len(files(options.names)) <= FEW_FILES
+    jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or 2 * os.cpu_count()
+    if few:
+        return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
+    computing = pytest(options, 'computing', kinds.COMPUTING, '-n', os.cpu_count(), '--dist', 'worksteal')
+    if options.fast:
+        return {'computing': computing}
+    return {'computing': ['nice', '-n', str(NICE), *computing],
+            'waiting': pytest(options, 'waiting', WAITING, '-v', '-n', jobs, '--dist', 'worksteal')}
+
+
+def files(names):
+    """Return the files of tests that may hold one with a part of its name in ``names``."""
+    found = (path for pattern in ('test_*.py', '*.test') for path in kinds.REPOSITORY.rglob(pattern))
+    return [path for path in found if '/.' not in str(path) and path.parent != kinds.CASES and kinds.may_hold(path, names)]
+
+
+def pytest(options, name, of_kinds, *more):
+    """Return the command of a run of pytest."""
+    return [sys.executable, '-m', 'pytest', '-q', '-rs', '--tb=short', f'--kinds={",".join(of_kinds)}',
+            f'--results={options.results}', f'--junitxml={options.results / name}.xml', *map(str, more),
+            *(['--fast'] if options.fast else []), *(['--all'] if options.all else []),
+            *(f'--select={name}' for name in options.names)]
+
+
+def start(name, command, results, shown):
+    """Start a run; only one that is shown prints into the terminal.
+
+    The tests start hundreds of nodes: these keep the compiled modules, outside the repository, whatever the shell says.
+    """
+    environment = {**os.environ, 'PYTHONPYCACHEPREFIX': str(results.parent / 'pycache')}
+    environment.pop('PYTHONDONTWRITEBYTECODE', None)
+    with open(results / f'{name}.txt', 'wb') as file:
+        return subprocess.Popen(command, cwd=kinds.REPOSITORY, stdin=subprocess.DEVNULL, env=environment,
+                                stdout=None if shown else file, stderr=None if shown else subprocess.STDOUT)
+
+
+def main(arguments):
+    """Run the tests; return the exit code."""
+    options = parse(arguments)
+    # Tests send these signals. Somebody who was started by nohup or in the background would let all nodes ignore them.
+    for number in (signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_DFL)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    chosen = commands(options)
+    options.results.mkdir(parents=True, exist_ok=True)
+    runs = {name: start(name, command, options.results, name == list(chosen)[-1]) for name, command in chosen.items()}
+    try:
+        codes = {name: process.wait() for name, process in reversed(list(runs.items()))}
+    except KeyboardInterrupt:
+        for process in runs.values():
+            process.send_signal(signal.SIGINT)
+        for process in runs.values():
+            process.wait()
+        return INTERRUPTED
+    for name in list(runs)[:-1]:
+        if codes[name] != NOTHING_COLLECTED:
+            print((options.results / f'{name}.txt').read_text(encoding='utf-8', errors='replace'))
+    return tell(codes, options)
+
+
+def tell(codes, options):
+    """Print how the runs ended; return the exit code."""
+    if set(codes.values()) == {NOTHING_COLLECTED}:
+        print(f'./run test: no test\'s name contains: {" ".join(options.names)}. Names look like '
+              'rostest/test/course/lesson_square.test or unit/test/unit/test_docs.py.', file=sys.stderr)
+        return 2
+    failed = [name for name, code in codes.items() if code not in (0, NOTHING_COLLECTED)]
+    print(f'Details: {options.results}')
+    print(f'./run test: FAILED ({", ".join(failed)})' if failed else './run test: passed')
+    return 1 if failed else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

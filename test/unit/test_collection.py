@@ -1,0 +1,144 @@
+"""What ./run test and pytest select, how the result of a rostest is read, and that nothing is left running."""
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+import run_tests
+from collection import kinds, programs, rostests
+
+RAN = '<testsuite tests="1" failures="0" errors="0"><testcase classname="RosTest" name="testx"/></testsuite>'
+DIED = RAN.replace('/></testsuite>', '><failure>test max time allotted</failure></testcase></testsuite>')
+PASSES = '<testsuite tests="1" failures="0" errors="0" name="s"><testcase classname="A" name="a"/></testsuite>'
+FAILS = """<testsuite tests="2" failures="1" errors="1" name="s"><testcase classname="A" name="a">
+  <failure type="AssertionError">1 != 2
+  File "/usr/lib/python3.11/unittest/case.py", line 57, in testPartExecutor
+    yield
+  File "/x/test.py", line 9, in a
+    self.fail()</failure></testcase><testcase classname="A" name="b"><error message="broke"/></testcase></testsuite>"""
+SUBTEST_FAILS = PASSES.replace('failures="0"', 'failures="2"')
+SKIPS = '<testsuite tests="1"><testcase classname="A" name="a"><skipped message="no data"/></testcase></testsuite>'
+NO_TESTS = '<testsuite tests="0" failures="0" errors="0" name="s"/>'
+ROSTEST = kinds.REPOSITORY / 'test/course/lesson_square.test'
+UNIT = kinds.REPOSITORY / 'test/unit/test_collection.py'
+
+
+def read(folder, *texts):
+    """Return the result of result files with these texts, beside that of rostest itself."""
+    for number, text in enumerate(texts):
+        name = 'rostest-x.xml' if text in (RAN, DIED) else f'{number}.xml'
+        (folder / name).write_text(text)
+    methods, problems = rostests.read_results(folder)
+    return {outcome: names for outcome, names in methods.items() if names}, problems
+
+
+@pytest.mark.parametrize('texts, methods, problems', [
+    ((), {}, []),
+    ((RAN, PASSES), {'passed': ['a']}, []),
+    ((RAN, SKIPS), {'skipped': ['a: no data']}, []),
+    ((RAN, FAILS), {'failed': ['a', 'b']}, ['1 != 2\n  File "/x/test.py", line 9, in a\n    self.fail()', 'broke']),
+    ((DIED, PASSES), {'passed': ['a']}, ['test max time allotted']),
+], ids=['nothing', 'passed', 'skipped', 'failed', 'died'])
+def test_result_files(tmp_path, texts, methods, problems):
+    assert read(tmp_path, *texts) == (methods, problems)
+
+
+@pytest.mark.parametrize('text, problem', [
+    (SUBTEST_FAILS, '2 failures without a case'), (NO_TESTS, 'holds no test'), ('<testsuite', 'cannot be read')])
+def test_what_a_result_file_only_counts_is_a_problem(tmp_path, text, problem):
+    _, problems = read(tmp_path, RAN, text)
+    assert len(problems) == 1 and problem in problems[0]
+
+
+@pytest.mark.parametrize('path, kind', [
+    (ROSTEST, 'rostest'), (UNIT, 'unit'), (kinds.CASES / 'test_page.py', 'page'),
+    (kinds.CASES / 'test_check.py', 'check')])
+def test_kinds(path, kind):
+    assert kinds.kind_of(path) == kind in kinds.TIME_LIMITS
+
+
+@pytest.mark.parametrize('path, name, holds', [
+    (ROSTEST, 'lesson_square.test', True), (ROSTEST, 'rostest/', True), (ROSTEST, 'course/', True),
+    (ROSTEST, 'rostest/test/course/lesson_square.test', True), (ROSTEST, 'lesson_set', False),
+    (ROSTEST, 'unit/', False),
+    (UNIT, 'test_collection', True), (UNIT, 'test_collection.py::test_kinds', True), (UNIT, 'test_kinds', True),
+    (UNIT, 'unit/test/unit/test_collection.py::test_kinds[x]', True), (UNIT, 'test_docs.py::test_kinds', False),
+    (UNIT, 'test_without_such_a_name', False)])
+def test_files_that_may_hold_a_selected_test(path, name, holds):
+    assert kinds.may_hold(path, [name]) is holds
+    assert kinds.may_hold(path, []) and kinds.may_hold(path, ['nothing', name]) is holds
+
+
+def collected(*options):
+    """Return what pytest collects, as `path::name` lines."""
+    done = subprocess.run([sys.executable, '-m', 'pytest', '--collect-only', '-q', *options], cwd=kinds.REPOSITORY,
+                          stdout=subprocess.PIPE, text=True, check=False)
+    return [line for line in done.stdout.splitlines() if '::' in line]
+
+
+@pytest.mark.parametrize('options, names', [
+    (['--select=test_an_interrupted_program_is_ended'],
+     ['test/unit/test_collection.py::test_an_interrupted_program_is_ended']),
+    (['--select=lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
+    (['--select=check/ruff', '--fast'], ['test/cases/test_check.py::test_style[ruff]']),
+    (['--select=lesson_square.test', '--fast'], []),
+    (['--select=page/docs/course.md'], ['test/cases/test_page.py::test_page[docs/course.md]']),
+    (['test/cases/test_page.py'], []),
+    (['-m', 'rostest', 'test/course/lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
+], ids=' '.join)
+def test_selection(options, names):
+    assert collected(*options) == names
+
+
+def test_all_of_a_release_is_more():
+    pages = collected('--all', 'test/cases/test_page.py')
+    assert len(pages) == 3 == len(collected('-m', 'release', 'test/cases/test_page.py'))
+
+
+def names_of_runs(*arguments):
+    return list(run_tests.commands(run_tests.parse(['--results', '/x', *arguments])))
+
+
+def test_what_computes_runs_beside_what_waits():
+    assert names_of_runs() == names_of_runs('--all') == names_of_runs('turtlesim') == ['computing', 'waiting']
+    assert names_of_runs('--fast') == ['computing']
+    assert names_of_runs('test_collection.py') == ['tests']
+
+
+def is_running(number):
+    return os.path.exists(f'/proc/{number}')
+
+
+def test_a_program_leaves_nothing_running(tmp_path):
+    code, output = programs.run(['bash', '-c', 'setsid sleep 97 & echo $!; exit 3'], tmp_path / 'case')
+    number = int(output.split()[0])
+    end = time.monotonic() + 20.0
+    while is_running(number) and open(f'/proc/{number}/stat').read().split()[2] != 'Z':
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert code == 3 and f'ended left-over process {number}' in output
+
+
+def test_an_interrupted_program_is_ended(tmp_path, monkeypatch):
+    waits = subprocess.Popen.wait
+
+    def interrupt(process, timeout=None):
+        if timeout is None and process.poll() is None:
+            raise KeyboardInterrupt
+        return waits(process, timeout)
+    monkeypatch.setattr(subprocess.Popen, 'wait', interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        programs.run(['bash', '-c', 'trap "echo interrupted; exit" INT; while :; do sleep 0.05; done'], tmp_path)
+    assert (tmp_path / 'output.txt').read_text() in ('interrupted\n', '')
+
+
+def test_without_ros_packages_are_found():
+    """Modules that need no ROS are tested without a sourced workspace, and others say what they lack."""
+    environment = {name: value for name, value in os.environ.items() if 'ROS' not in name and name != 'PYTHONPATH'}
+    done = subprocess.run([sys.executable, '-m', 'pytest', '-q', '-rs', 'test/course/lesson_square.test',
+                           'test/unit/turtle_robotont/test_shapes.py'], cwd=kinds.REPOSITORY, env=environment,
+                          stdout=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 0 and ' passed, 1 skipped' in done.stdout, done.stdout
+    assert 'no workspace with this repository is sourced' in done.stdout
