@@ -3,8 +3,7 @@
 # from 3.8 on. Needs uv (https://docs.astral.sh/uv). Packages that ./run installs from Debian are left out.
 set -eu
 cd "$(dirname "$0")/.."
-files=(requirements.txt test/requirements.txt grading/course_grader/dask_requirements.txt
-  test/notebook_requirements.txt)
+mapfile -t files < <(git ls-files '*requirements.txt')
 debian=(catkin-pkg docutils jinja2 markupsafe psutil pyparsing python-dateutil pyyaml setuptools six tornado)
 compile=(uv pip compile --quiet --universal --python-version 3.8 --no-annotate)
 left_out=("${debian[@]}" appnope cffi colorama pycparser pywin32)  # of other systems and Pythons
@@ -12,9 +11,10 @@ all=$(mktemp)
 trap 'rm "$all"' EXIT
 "${compile[@]}" "${files[@]}" --output-file "$all"  # versions that fit each other
 for file in "${files[@]}"; do
-  [ "$file" = requirements.txt ] || left_out+=(numpy)  # requirements.lock has it, and is always installed, too
+  present=("${left_out[@]}")
+  [ "$file" = requirements.txt ] || present+=(numpy)  # requirements.lock has it, and is always installed, too
   "${compile[@]}" --generate-hashes --custom-compile-command tools/lock.bash --constraint "$all" \
-    "${left_out[@]/#/--no-emit-package=}" "$file" --output-file "${file%.txt}.lock"
+    "${present[@]/#/--no-emit-package=}" "$file" --output-file "${file%.txt}.lock"
 done
 echo "pip; python_version < '3.9'" | "${compile[@]}" --generate-hashes --custom-compile-command tools/lock.bash - \
   --output-file tools/pip.lock

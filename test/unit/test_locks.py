@@ -28,8 +28,9 @@ def here(requirements, python):
          'implementation_name': 'cpython', 'platform_python_implementation': 'CPython'})]
 
 
-def test_files_were_found():
-    assert len(FILES) >= 4
+def test_each_file_has_a_lock_file():
+    locks = {*REPOSITORY.glob('*.lock'), *REPOSITORY.glob('[a-z]*/**/*.lock')} - {REPOSITORY / 'tools' / 'pip.lock'}
+    assert len(FILES) >= 4 and locks == {path.with_suffix('.lock') for path in FILES}, 'type: tools/lock.bash'
 
 
 @pytest.mark.parametrize('python', PYTHONS)
