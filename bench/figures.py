@@ -1,7 +1,7 @@
 """Figures of a bench: from raw samples to a judged table. No ROS, no clock, no processes.
 
-A measurement yields samples under keys (`{'tick_rate': [62.5]}`); those of all rounds are pooled, and a `Figure` says
-how the pool of one key becomes one number and what that number has to reach.
+A measurement returns samples under keys (`{'tick_rate': [62.5]}`). The samples of all rounds are pooled; a `Figure`
+reduces the pool of one key to one number and names the target of that number.
 """
 
 import statistics
@@ -109,7 +109,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Row:
-    """A judged figure; ``ours``, ``peer``, ``ratio`` and ``ok`` are None where nothing was measured."""
+    """A judged figure; ``ours``, ``peer``, ``ratio`` and ``ok`` are None if nothing was measured."""
 
     figure: Figure
     ours: Optional[float]

@@ -1,4 +1,4 @@
-"""What a bench hands out: the table for people and the JSON for machines. No ROS."""
+"""The results of a bench: a table for people, JSON for programs. No ROS."""
 
 import json
 import os
@@ -57,7 +57,7 @@ def verdict(rows):
 
 
 def cpu_model(cpuinfo):
-    """Return the processor's name in the text of /proc/cpuinfo; 'unknown' where it has none (some ARM boards)."""
+    """Return the processor's name in the text of /proc/cpuinfo; 'unknown' if it has none (some ARM boards)."""
     for line in cpuinfo.splitlines():
         key, _, value = line.partition(':')
         if key.strip() in ('model name', 'Model', 'Hardware'):

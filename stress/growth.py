@@ -1,7 +1,7 @@
 """Growth of a quantity over a long run, with its uncertainty. No ROS, no clock.
 
 Samples of a process's memory are correlated over minutes, so a plain regression would underestimate its error. The
-samples are therefore averaged in BLOCKS blocks, each longer than the correlation, and the regression uses these means.
+samples are therefore averaged in BLOCKS blocks, each longer than the correlation; the regression uses these means.
 """
 
 import math

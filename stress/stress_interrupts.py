@@ -1,7 +1,7 @@
 """Ctrl-C, at random moments, in rospy programs of the course's texts: which of them do not end?
 
-Many of them run at once, so the machine is loaded, which makes it likely that a program is interrupted inside publish
-or loginfo: there, rospy without the repair of rospy_support waits for a lock that it holds itself.
+Many of them run at once and load the machine, so a program is likely to be interrupted inside publish or loginfo.
+There, rospy without the repair of rospy_support waits for a lock that it holds itself.
 """
 import os
 import signal

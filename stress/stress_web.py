@@ -184,7 +184,7 @@ FRAMES = {  # what breaks the rules of a WebSocket
 
 
 def _said(client):
-    """Return whether the server's next word is an error with a text, or a close frame with a code and a text."""
+    """Return whether the server next sends an error with a text, or a close frame with a code and a text."""
     try:
         while True:
             for received in client.frames():

@@ -32,7 +32,7 @@ def parse(arguments):
 def commands(options):
     """Return {name of a run: its command}; the last one is the run that the terminal shows."""
     few = options.names and len(files(options.names)) <= FEW_FILES
-    jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or 2 * os.cpu_count()
+    jobs = os.environ.get('TURTLE_ROBOTONT_JOBS') or 2 * os.cpu_count() + 1
     if few:
         return {'tests': pytest(options, 'tests', kinds.TIME_LIMITS)}
     computing = pytest(options, 'computing', kinds.COMPUTING, '-n', os.cpu_count(), '--dist', 'worksteal')
@@ -45,7 +45,8 @@ def commands(options):
 def files(names):
     """Return the files of tests that may hold one with a part of its name in ``names``."""
     found = (path for pattern in ('test_*.py', '*.test') for path in kinds.REPOSITORY.rglob(pattern))
-    return [path for path in found if '/.' not in str(path) and path.parent != kinds.CASES and kinds.may_hold(path, names)]
+    return [path for path in found
+            if '/.' not in str(path) and path.parent != kinds.CASES and kinds.may_hold(path, names)]
 
 
 def pytest(options, name, of_kinds, *more):

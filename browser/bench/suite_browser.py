@@ -1,4 +1,4 @@
-"""The bench of the rosbridge server: how fast it answers pages, alone and with much to do, and whether it keeps up.
+"""The bench of the rosbridge server: how fast it answers pages, idle and under load, and whether it keeps up.
 
 The peer may be the original: --peer 'FOLDER/devel/env.sh rosrun rosbridge_server rosbridge_websocket' where it was
 built. A round trip is from a page to a topic and back to the same page.

@@ -1,7 +1,7 @@
 """The bench of the grader: what grading takes on the wall clock, and whether the same program gets the same verdict.
 
-The programs are the right ones of test/data/submissions that follow simulated time; the others take their exercise's
-time. No node is needed: a grading brings its own.
+The programs are the right ones of test/data/submissions that follow simulated time; the others take as long as their
+exercise. No node is needed: a grading brings its own.
 """
 
 import collections

@@ -3,9 +3,9 @@
 The programs of test/data/wrong_programs.yaml are right samples of test/data/submissions with one mistake each; they
 were written before any symptom was. Those of unseen_programs.yaml are whole programs in other styles, written from the
 tasks' texts alone; symptoms were written for them after they were counted. Those of held_out_programs.yaml were written
-and counted after that; docs/measurements.md says what was mended after their count. Those of developed_programs.yaml
-are whole programs by somebody who did not know the symptoms; kinds of mistakes that got no hint were mended. Those of
-untouched_programs.yaml are by the same author: nobody looked at them before they were counted.
+and counted after that; docs/measurements.md says what was fixed after their count. Those of developed_programs.yaml
+are whole programs by somebody who did not know the symptoms; kinds of mistakes that got no hint were fixed. Those of
+untouched_programs.yaml are by the same author: nobody read them before they were counted.
 """
 
 import json

@@ -46,11 +46,11 @@ def times_real_time(plan, seconds, every, sense):
         elapsed = time.process_time() - begun
         if elapsed >= seconds:
             if world.pose[:2] == START[:2]:
-                raise RuntimeError('the robot has not moved; the figures would be too good')
+                raise RuntimeError('the robot has not moved, so the figures would be too good')
             return steps * DT / elapsed
 
 
-def eye(pose):
+def camera_at(pose):
     """Return the (x, y, z, yaw) of the camera of a robot with this pose."""
     return (*ahead(pose, CAMERA_X), CAMERA_Z, pose.yaw)
 
@@ -63,26 +63,26 @@ def real_time(seconds):
     small, large = Renderer(plan, 640, 480), Renderer(plan)
     lens, tracker = Camera(small.camera.matrix()), Tracker(Detector(MARKER_SIZE))
 
-    def look(pose):
-        track(small.render(eye(pose)))
+    def track_every(pose):
+        track(small.render(camera_at(pose)))
 
-    def look_at_some(pose):
+    def track_some(pose):
         nonlocal pictures
-        picture, pictures = small.render(eye(pose)), pictures + 1
+        picture, pictures = small.render(camera_at(pose)), pictures + 1
         if pictures % TRACKED == 0:
             track(picture)
 
     def track(picture):
         tracker.update(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), lens)
     pictures = 0
-    look(START)
+    track_every(START)
     found = {
         'kinematics': times_real_time(plan, seconds, 1, None),
         'scanner': times_real_time(plan, seconds, SCAN_STEPS,
                                    lambda pose: scanner.scan(*ahead(pose, LIDAR_X), pose.yaw)),
-        'tracker': times_real_time(plan, seconds, PICTURE_STEPS, look_at_some),
-        'tracker_each': times_real_time(plan, seconds, PICTURE_STEPS, look),
+        'tracker': times_real_time(plan, seconds, PICTURE_STEPS, track_some),
+        'tracker_each': times_real_time(plan, seconds, PICTURE_STEPS, track_every),
     }
-    rendered = times_real_time(plan, seconds, PICTURE_STEPS, lambda pose: large.render(eye(pose)))
+    rendered = times_real_time(plan, seconds, PICTURE_STEPS, lambda pose: large.render(camera_at(pose)))
     found['picture'] = 1e3 * PICTURE_STEPS * DT * (1.0 / rendered - 1.0 / found['kinematics'])
     say(**found)

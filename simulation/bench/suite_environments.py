@@ -1,7 +1,7 @@
-"""The bench of the Gymnasium environments: steps a second of one core, many environments in one process, and one alone.
+"""The bench of the Gymnasium environments: steps per second of one core, for many in one process and for one alone.
 
 A step is one of the world (turtle 16 ms, Robotont 1/120 s) with command, observation and reward. Actions are random;
-episodes that end begin anew.
+an episode that ends is reset.
 """
 import time
 

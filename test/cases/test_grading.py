@@ -6,9 +6,10 @@ import pytest
 from collection.kinds import REPOSITORY
 
 EXERCISES = sorted(f'test/data/submissions/{path.name}' for path in (REPOSITORY / 'test/data/submissions').iterdir())
-OTHERS = 'same_ten_times', 'red_team_namespace', 'red_team_uid', 'red_team_none'
+USUAL = 'one_of_each', 'red_team_namespace'
+OF_A_RELEASE = 'course_nodes', *EXERCISES, 'same_ten_times', 'red_team_uid', 'red_team_none'
 
 
-@pytest.mark.parametrize('samples', ['course_nodes', *EXERCISES, *OTHERS])
+@pytest.mark.parametrize('samples', [*USUAL, *(pytest.param(name, marks=pytest.mark.release) for name in OF_A_RELEASE)])
 def test_grading(samples, run_case, case_folder):
     run_case(sys.executable, REPOSITORY / 'test' / 'check_grading.py', samples, case_folder / 'files')

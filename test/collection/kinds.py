@@ -10,6 +10,14 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 CASES = REPOSITORY / 'test' / 'cases'
 TIME_LIMITS = {  # [s] for a test of each kind
     'unit': 300, 'check': 600, 'rostest': 600, 'grading': 900, 'stress': 300, 'page': 900}
+SLOW = (  # unit tests that take seconds of processor time or of waiting: --fast leaves them out
+    'test_bench_markers.py', 'test_bent_paper.py', 'test_bundle_training.py', 'test_camera_patterns.py',
+    'test_class_grader.py', 'test_class_page.py', 'test_collection.py', 'test_collision.py', 'test_console.py',
+    'test_doctor.py', 'test_edge_refiner.py', 'test_environments.py', 'test_limits.py', 'test_marker_classes.py',
+    'test_native.py', 'test_nodes.py', 'test_notebooks.py', 'test_own_master.py', 'test_random_stimuli.py',
+    'test_remote.py', 'test_rendered_markers.py', 'test_renderer.py', 'test_robot_world.py', 'test_root_package.py',
+    'test_rospy_repair.py', 'test_run_link.py', 'test_sandbox.py', 'test_sensitivity.py', 'test_static_analysis.py',
+    'test_uneven_light.py', 'test_wheels.py', 'test_window.py')
 COMPUTING = 'unit', 'check'  # the others start nodes, and so mostly wait
 FAST = COMPUTING
 
@@ -26,6 +34,11 @@ def kind_of(path):
     if path.suffix == '.test':
         return 'rostest'
     return path.stem[len('test_'):] if path.parent == CASES else 'unit'
+
+
+def is_slow(path):
+    """Return whether --fast leaves out the tests of a file."""
+    return path.name in SLOW or real(path) == REPOSITORY / 'test' / 'unit' / 'test_launch_files.py'
 
 
 def name_of(item):
@@ -52,7 +65,7 @@ def may_hold(path, names):
 
 
 def _holds(path, wanted):
-    """Return whether ``wanted`` names a function of the file, such as test_corners or test_shapes.py::test_corners[4]."""
+    """Return whether ``wanted`` names a function of the file: test_corners, test_shapes.py::test_corners[4]."""
     file, _, function = wanted.rpartition('::')
     return file in f'unit/{relative(path)}' and f'def {function.partition("[")[0]}(' in path.read_text(encoding='utf-8')
 

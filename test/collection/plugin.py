@@ -17,7 +17,8 @@ def pytest_addoption(parser):
     group = parser.getgroup('turtle_robotont')
     group.addoption('--fast', action='store_true', help='only units that are not slow, lint and types')
     group.addoption('--all', action='store_true', help='also what only a release needs')
-    group.addoption('--select', metavar='NAME', action='append', default=[], help='only tests whose KIND/PATH contains NAME')
+    group.addoption('--select', metavar='NAME', action='append', default=[],
+                    help='only tests whose KIND/PATH contains NAME')
     group.addoption('--kinds', metavar='KIND,...', help=f'only these kinds: {", ".join(kinds.TIME_LIMITS)}')
     group.addoption('--results', metavar='FOLDER', help='keep the output of rostests, gradings, ... here')
 
@@ -59,8 +60,9 @@ def pytest_ignore_collect(collection_path, config):
         return None
     path = collection_path
     if path.name.startswith('test_') or path.suffix == '.test':
-        if kinds.kind_of(path) not in config.wanted_kinds or not kinds.may_hold(path, config.getoption('select')):
+        if kinds.kind_of(path) not in config.wanted_kinds or config.getoption('fast') and kinds.is_slow(path):
             return True
+        return not kinds.may_hold(path, config.getoption('select')) or None
     return None
 
 
@@ -92,6 +94,8 @@ def pytest_collection_modifyitems(config, items):
     for item in items:
         item.kind = kinds.kind_of(item.path)
         item.add_marker(item.kind)
+        if kinds.is_slow(item.path):
+            item.add_marker('slow')
         item.add_marker(pytest.mark.timeout(kinds.TIME_LIMITS[item.kind]))
         (kept if _is_wanted(item, names, config) else left).append(item)
     config.hook.pytest_deselected(items=left)
@@ -100,8 +104,6 @@ def pytest_collection_modifyitems(config, items):
 
 def _is_wanted(item, names, config):
     if not kinds.is_selected(kinds.name_of(item), names):
-        return False
-    if item.get_closest_marker('slow') and config.getoption('fast'):
         return False
     return bool(names) or config.getoption('all') or 'release' in (config.getoption('markexpr') or '') or not \
         item.get_closest_marker('release')
@@ -135,7 +137,8 @@ def run_case(request):
     def run(*command, **environment):
         code, output = programs.run(command, folder, environment)
         if code:
-            pytest.fail(f'exit code {code}\n{programs.last_lines(output)}\nThe output: {folder}/output.txt', pytrace=False)
+            pytest.fail(f'exit code {code}\n{programs.last_lines(output)}\nThe output: {folder}/output.txt',
+                        pytrace=False)
         return output
     return run
 

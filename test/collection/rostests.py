@@ -70,7 +70,7 @@ def read_results(folder):
         counted = sum(int(suite.get(key) or 0) for suite in suites for key in ('failures', 'errors'))
         problems += [_without_unittest(found.text or found.get('message') or '') for found in wrong]
         if counted > len(wrong):
-            problems.append(f'{counted - len(wrong)} failures without a case of their own (subTest, setUpClass): {path}')
+            problems.append(f'{counted - len(wrong)} failures without a case of their own (a subTest?): {path}')
         if path.name.startswith('rostest-'):
             continue
         if not cases:

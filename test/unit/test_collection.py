@@ -87,7 +87,7 @@ def collected(*options):
     (['--select=page/docs/course.md'], ['test/cases/test_page.py::test_page[docs/course.md]']),
     (['test/cases/test_page.py'], []),
     (['-m', 'rostest', 'test/course/lesson_square.test'], ['test/course/lesson_square.test::lesson_square']),
-], ids=' '.join)
+], ids=['function', 'rostest', 'check', 'rostests are not fast', 'page', 'pages are for a release', 'mark'])
 def test_selection(options, names):
     assert collected(*options) == names
 
@@ -95,6 +95,11 @@ def test_selection(options, names):
 def test_all_of_a_release_is_more():
     pages = collected('--all', 'test/cases/test_page.py')
     assert len(pages) == 3 == len(collected('-m', 'release', 'test/cases/test_page.py'))
+
+
+def test_slow_files_exist():
+    files = {path.name for path in kinds.REPOSITORY.glob('**/test_*.py')}
+    assert set(kinds.SLOW) <= files and not any(path.name in kinds.SLOW for path in kinds.CASES.iterdir())
 
 
 def names_of_runs(*arguments):

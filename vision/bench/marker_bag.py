@@ -1,8 +1,9 @@
 """What detectors find in the images of a rosbag: no ground truth, but how steady ids, corners and poses are.
 
-The bag holds one image topic and its camera_info. A marker counts as visible from the first image to the last in which
-a detector sees its id; recall is the share of these images in which it does. The scatter is that of three neighbouring
-images: how far the one in the middle is off the mean of the others. A moving camera adds its acceleration to it.
+The bag must hold one image topic and its camera_info. A marker counts as visible from the first image to the last in
+which a detector sees its id; recall is the share of these images in which it does. The scatter is that of three
+neighbouring images: how far the one in the middle is off the mean of the others. A moving camera adds its acceleration
+to it.
 """
 import numpy as np
 

@@ -1,7 +1,7 @@
 """Photos of markers by class: what light, paper and camera do to a marker, with ground truth, in two halves.
 
 ``photo(name, half, number)`` returns the same image every time. The detector is developed on the half DEVELOPMENT; the
-half TEST is looked at only for the figures in docs/measurements.md.
+half TEST is used only for the figures in docs/measurements.md.
 """
 import math
 import zlib
@@ -15,7 +15,7 @@ from alvar_core.camera import default_camera
 from photo import Creased, Cylinder, Photo, Sheet, band, gradient, shadow, spot, stripes
 
 DEVELOPMENT, TEST = 'development', 'test'
-HALVES = {DEVELOPMENT: 0, TEST: 5}  # seeds; the test half has a new one when its photos have been looked at
+HALVES = {DEVELOPMENT: 0, TEST: 5}  # seeds; the test half gets a new one once its photos have been seen
 WIDTH, HEIGHT = 640, 480
 SIZE = 0.05  # m
 STEEPEST = 80.0  # degrees between a marker's axis and the line of sight

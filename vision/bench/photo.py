@@ -103,7 +103,7 @@ class Creased(Flat):
 class Sheet:
     """A printed square on white paper.
 
-    ``white`` (n, n) bool: the cells of the square with its border; ``id``: None for what is no marker of ours;
+    ``white`` (n, n) bool: the cells of the square with its border; ``id``: None unless it is one of our markers;
     ``size`` [m]: width of the square; ``rotation`` (3, 3), ``position`` (3,) [m]: pose of the plane that touches the
     middle; ``paper``: white margin as a share of the size; ``greys``: of print and paper.
     """
@@ -136,7 +136,7 @@ class Sheet:
 
 @dataclass
 class Photo:
-    """What is photographed, and how.
+    """A scene, and how it is photographed.
 
     ``lights``: multiply the light; ``glare``: grey that is added, a function as a Light; ``covers``: dark or light
     discs (x, y, radius [px], grey); ``blur`` [px]: standard deviation; ``motion`` (2,) [px]: of the camera while the

@@ -16,7 +16,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Set, Tuple
 import numpy as np
 
 import marker_classes
-from alvar_core import bundles, drawing, rotations
+from alvar_core import bundles, drawing, native, rotations
 from alvar_core.camera import default_camera
 from alvar_core.detection import bundle_pose, thresholds
 from alvar_core.detection.detector import Detector
@@ -68,10 +68,11 @@ def _parts(threshold: str, path: Tuple[int, ...], name: str, value: Any) -> Iter
 
 
 def modules_using() -> Dict[str, Set[str]]:
-    """Return {threshold: names of the modules of alvar_core.detection that use it}."""
+    """Return {threshold: names of the modules and compiled steps of alvar_core that use it}."""
     used: Dict[str, Set[str]] = {}
-    for path in pathlib.Path(thresholds.__file__).parent.glob('*.py'):
-        for name in re.findall(r'\bthresholds\.([A-Z][A-Z0-9_]*)', path.read_text(encoding='utf-8')):
+    detection = pathlib.Path(thresholds.__file__).parent
+    for path in (*detection.glob('*.py'), *(detection.parents[2] / 'native').glob('*.cpp')):
+        for name in re.findall(r'\b(?:thresholds|limit)\.([A-Z][A-Z0-9_]*)', path.read_text(encoding='utf-8')):
             used.setdefault(name, set()).add(path.stem)
     return used
 
@@ -89,10 +90,12 @@ def set_to(part: Part, number: float) -> Iterator[None]:
     """Put another number into thresholds.py while the with statement lasts."""
     before = getattr(thresholds, part.threshold)
     setattr(thresholds, part.threshold, _with(before, part.path, number))
+    native.limit.read(thresholds)
     try:
         yield
     finally:
         setattr(thresholds, part.threshold, before)
+        native.limit.read(thresholds)
 
 
 def _with(value: Any, path: Tuple[int, ...], number: float) -> Any:

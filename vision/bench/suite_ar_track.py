@@ -1,7 +1,7 @@
-"""The bench of the marker tracker's node: from a picture to its message, rate and processor time.
+"""The bench of the marker tracker's node: time from an image to its message, rate and processor time.
 
-The time is that from the camera's publish() to the message at a subscriber: the transport of the picture, which a
-node cannot do anything about, is in it.
+The time is that from the camera's publish() to the message at a subscriber. It includes the transport of the image,
+which the node cannot influence.
 """
 
 import functools

@@ -125,7 +125,7 @@ def _all_frames(tool, detect):
     cv2.setNumThreads(1)
     samples, results = {}, {}
     for frame, image, camera in frames():
-        detect(frame, image, camera)  # what is needed once is no part of the time
+        detect(frame, image, camera)  # a first call does what is needed only once
         size = SIZES.get(image.shape[::-1], 'other')
         found = _timed(samples, f'{tool}_{size}', detect, frame, image, camera)
         results[frame['name']] = {'detections': found}
@@ -150,7 +150,7 @@ def aruco(_subject, _scale):
 
 
 def tracking(_subject, scale):
-    """Time of the tracker, and how many of the markers found singly it has, while each frame moves by some pixels."""
+    """Return the time of the tracker, and the share of the markers found singly that it finds while frames move."""
     cv2.setNumThreads(1)
     samples, seen, alone = {}, 0, 0
     chosen = [each for each in frames() if each[0]['markers']][::scale]

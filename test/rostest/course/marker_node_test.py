@@ -114,7 +114,7 @@ class FollowTest(RobotCase):
 
         def done():
             keep_on()
-            timer.look()
+            timer.elapsed()
             return velocities.messages[-1] == STOP
         until(done, 'a Twist of zeros')
         self.assertLess(timer.waited, 0.5 + LOST_TOLERANCE)

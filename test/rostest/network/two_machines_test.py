@@ -87,8 +87,8 @@ class TwoMachinesCase(unittest.TestCase):
         self.laptop.do('ip', 'link', 'set', 'cable', 'down')
         self.addCleanup(self.laptop.do, 'ip', 'link', 'set', 'cable', 'up')  # nodes that end look for their master
         timer = ActiveTimer()
-        until(lambda: (timer.look(), self.newest(self.speed))[1] == 0.0, 'a robot that stops')
-        self.assertLess(timer.look(), self.watchdog + MARGIN)
+        until(lambda: (timer.elapsed(), self.newest(self.speed))[1] == 0.0, 'a robot that stops')
+        self.assertLess(timer.elapsed(), self.watchdog + MARGIN)
 
     def drive_with_a_wrong_ros_ip(self, *node, topic):
         """rospy says nothing: the simulator, which cannot connect to the laptop's node, does, and the robot stands."""

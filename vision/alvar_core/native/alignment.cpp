@@ -1,17 +1,14 @@
-// Aligner.run of detection/alignment.py, one marker after the other. Names and formulas are those of that file.
+// alignment.Aligner: Gauss-Newton steps of one marker after the other
 #include <cstring>
-#include <vector>
 
 #include "algebra.h"
-#include "image.h"
 #include "steps.h"
 
 namespace {
 
 using namespace alvar;
 
-constexpr int kParameters = 15, kRows = kParameters + 1, kLane = 8, kBatch = 4;
-constexpr int kMostCells = 64;  // of a side: code.py allows fewer
+constexpr int kRows = kParameters + 1, kLane = 8, kBatch = 4;
 typedef float Lanes __attribute__((vector_size(kLane * sizeof(float))));
 
 ALVAR_INLINE Lanes load(const float* from) {
@@ -21,19 +18,6 @@ ALVAR_INLINE Lanes load(const float* from) {
 }
 
 ALVAR_INLINE void store(const Lanes& lanes, float* to) { std::memcpy(to, &lanes, sizeof lanes); }
-
-// The order of alignment.py's LIMITS
-struct Limits {
-    double first_outlier, outlier, min_start_gain, low_gain, high_gain, max_step, low_blur_step, high_blur_step,
-        low_blur, high_blur, min_noise, min_contrast, settled, steps_of_all;
-};
-
-// What alignment.py's Grid and Aligner know: `count` samples in each of as many rows.
-struct Grid {
-    int cells, count;
-    const float *line, *weight;  // (count,) [cells], (count, count)
-    int padded() const { return (count + kLane - 1) / kLane * kLane; }
-};
 
 // exp(x) for -87 < x < 87, to within 2e-7: 2^n times a polynomial (a minimax one of degree 6 on half a power of 2)
 ALVAR_INLINE float fast_exp(float x) {
@@ -51,7 +35,7 @@ ALVAR_INLINE float fast_exp(float x) {
 }
 
 struct Marker {
-    const Grid& grid;
+    const Aligner& grid;
     int n, wide, edges;                // samples per row, with padding; edges of cells
     std::vector<float> profile[2][3];  // [x, y][value, first, second derivative]: (cells, wide)
     std::vector<float> steps, rows;    // of profiles, of draw
@@ -60,7 +44,8 @@ struct Marker {
     std::vector<float> line, fixed_weight;  // the grid's, with padding of weight 0
     std::vector<int> noise_samples;         // a third of the places with weight
 
-    explicit Marker(const Grid& g) : grid(g), n(g.count), wide(g.padded()), edges(g.cells + 1) {
+    explicit Marker(const Aligner& g)
+        : grid(g), n(g.count), wide((g.count + kLane - 1) / kLane * kLane), edges(g.cells + 1) {
         for (auto& axis : profile)
             for (auto& part : axis) part.assign(grid.cells * wide, 0);
         steps.assign(3 * edges * wide, 0);
@@ -70,14 +55,14 @@ struct Marker {
             each->assign(n * wide, 0);
         basis.assign(kRows * kBatch * wide, 0);
         line.assign(wide, 0);
-        std::copy_n(grid.line, n, line.begin());
-        for (int j = 0; j < n; ++j) std::copy_n(grid.weight + j * n, n, &fixed_weight[j * wide]);
+        std::copy_n(grid.line.begin(), n, line.begin());
+        for (int j = 0; j < n; ++j) std::copy_n(&grid.weight[j * n], n, &fixed_weight[j * wide]);
         int place = 0;
         for (int i = 0; i < n * wide; ++i)
             if (fixed_weight[i] > 0 && place++ % 3 == 0) noise_samples.push_back(i);
     }
 
-    ALVAR_INLINE void profiles(std::vector<float>* out, float variance, const float* normal_step) {
+    ALVAR_INLINE void profiles(std::vector<float>* out, float variance) {
         const float s = 1 / std::sqrt(variance);
         float *value = &steps[0], *first = &steps[edges * wide], *second = &steps[2 * edges * wide];
         for (int e = 0; e < edges; ++e) {
@@ -85,7 +70,7 @@ struct Marker {
             for (int i = 0; i < wide; ++i) {
                 const float z = (line[i] - at) * s;
                 const float zz = z * z < 30 ? z * z : 30;
-                const float u = z * (normal_step[0] + zz * (normal_step[1] + zz * normal_step[2]));
+                const float u = z * (kNormalStep[0] + zz * (kNormalStep[1] + zz * kNormalStep[2]));
                 const float density = fast_exp(-0.5f * zz) * s * 0.3989423f;
                 value[e * wide + i] = 0.5f - 1 / (fast_exp(2 * within(u, -20, 20)) + 1);  // half of tanh
                 first[e * wide + i] = density;
@@ -116,11 +101,34 @@ struct Marker {
         }
     }
 
+    // Reads the values at a homography.
+    ALVAR_INLINE void sample(const Image& atlas, const Level& box, const Lens& lens, const double* h) {
+        const float f[9] = {float(h[0]), float(h[1]), float(h[2]), float(h[3]), float(h[4]),
+                            float(h[5]), float(h[6]), float(h[7]), float(h[8])};
+        for (int j = 0; j < n; ++j) {
+            const float v = line[j], px = f[1] * v + f[2], py = f[4] * v + f[5], pw = f[7] * v + f[8];
+            float *across = &x[j * wide], *down = &y[j * wide];
+            for (int i = 0; i < wide; ++i) {
+                const float u = line[i], w = 1 / (f[6] * u + pw);
+                across[i] = (f[0] * u + px) * w;
+                down[i] = (f[3] * u + py) * w;
+            }
+            lens.to_real(across, down, wide);
+            for (int i = 0; i < wide; ++i) {
+                across[i] = across[i] * box.scale + box.x_offset;
+                down[i] = down[i] * box.scale + box.y_offset;
+            }
+            for (int i = 0; i < n; i += kBlock)
+                atlas.read(across + i, down + i, std::min(kBlock, n - i), box.left, box.top, box.right, box.bottom,
+                           &values[j * wide + i]);
+        }
+    }
+
     // The drawing of black cells (cells, cells) with a blur of covariance xx, yy, xy [cells^2]
-    ALVAR_INLINE void draw(const std::uint8_t* black, float xx, float yy, float xy, const float* normal_step) {
+    ALVAR_INLINE void draw(const std::uint8_t* black, float xx, float yy, float xy) {
         const int cells = grid.cells;
-        profiles(profile[0], xx, normal_step);
-        profiles(profile[1], yy, normal_step);
+        profiles(profile[0], xx);
+        profiles(profile[1], yy);
         for (int part = 0; part < 3; ++part)
             for (int r = 0; r < cells; ++r) {
                 float* row = &rows[(part * cells + r) * wide];
@@ -155,52 +163,24 @@ struct Marker {
     }
 };
 
-struct State {  // the fields of an Alignment of one marker
-    double *h, *blur;
-    float *values, *templates, *model, *gain, *dark, *weights;
-    double *contrast, *noise, *normal, *moved;
-};
-
-struct Level {  // a row of Pyramid's table
-    float scale, x_offset, y_offset, left, top, right, bottom;
-};
-
-void align(Marker& m, const Image& atlas, const Level& box, double level_scale, const Lens& lens,
-                      const std::uint8_t* black, const float* normal_step, const Limits& limit, int steps,
-                      unsigned redraw, State s) {
-    const Grid& grid = m.grid;
+void align(Marker& m, const Pyramid& pyramid, const Lens& lens, int steps, unsigned redraw, const Thresholds& limit,
+           const AlignedMarker& s) {
+    const Aligner& grid = m.grid;
+    const Level& box = pyramid.levels[s.level];
+    const double level_scale = std::pow(4.0, s.level);
     const int n = m.n, wide = m.wide;
     const float* line = m.line.data();
     const float half = grid.cells * 0.5f, per_half = 1 / half;
     const double reach_of[8] = {1, half, half, 1, half, half, half * half, half * half};
     for (int step = 0; step < steps; ++step) {
-        if (step >= limit.steps_of_all && !(*s.moved > limit.settled)) break;
+        if (step >= limit.STEPS_OF_ALL && !(*s.moved > limit.SETTLED)) break;
         double* h = s.h;
         if (step == 0 || (redraw >> step & 1)) {
             double blur[3];
             blur_in_cells(h, *s.blur * level_scale, blur);
-            m.draw(black, blur[0], blur[1], blur[2], normal_step);
+            m.draw(s.black, blur[0], blur[1], blur[2]);
         }
-        // places and values
-        const float f[9] = {float(h[0]), float(h[1]), float(h[2]), float(h[3]), float(h[4]),
-                            float(h[5]), float(h[6]), float(h[7]), float(h[8])};
-        for (int j = 0; j < n; ++j) {
-            const float v = line[j], px = f[1] * v + f[2], py = f[4] * v + f[5], pw = f[7] * v + f[8];
-            float *x = &m.x[j * wide], *y = &m.y[j * wide];
-            for (int i = 0; i < wide; ++i) {
-                const float u = line[i], w = 1 / (f[6] * u + pw);
-                x[i] = (f[0] * u + px) * w;
-                y[i] = (f[3] * u + py) * w;
-            }
-            lens.to_real(x, y, wide);
-            for (int i = 0; i < wide; ++i) {
-                x[i] = x[i] * box.scale + box.x_offset;
-                y[i] = y[i] * box.scale + box.y_offset;
-            }
-            for (int i = 0; i < n; i += kBlock)
-                atlas.read(x + i, y + i, std::min(kBlock, n - i), box.left, box.top, box.right, box.bottom,
-                           &m.values[j * wide + i]);
-        }
+        m.sample(pyramid.atlas, box, lens, h);
         if (step == 0) {  // the first weights and gain
             float sum = 0, of_value = 0, of_shape = 0, both = 0, square = 0;
             for (int i = 0; i < n * wide; ++i) {
@@ -210,7 +190,7 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
             }
             of_value /= sum, of_shape /= sum;
             double gain = (both / sum - of_value * of_shape) / (square / sum - of_shape * of_shape + 1e-6);
-            gain = gain > limit.min_start_gain ? gain : limit.min_start_gain;
+            gain = gain > limit.MIN_START_GAIN ? gain : limit.MIN_START_GAIN;
             std::fill(m.gain.begin(), m.gain.end(), static_cast<float>(gain));
             m.weights = m.fixed_weight;
         }
@@ -254,7 +234,8 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
         float c[kParameters];
         for (int k = 0; k < kParameters; ++k) c[k] = theta[k];
         const double contrast = theta[8];
-        const float grey = contrast > 1 ? contrast : 1, low = limit.low_gain * grey, high = limit.high_gain * grey;
+        const float grey = contrast > 1 ? contrast : 1, low = limit.GAIN_LIMITS.low * grey,
+                    high = limit.GAIN_LIMITS.high * grey;
         for (int j = 0; j < n; ++j) {
             const float v = line[j];
             const float *t = &m.shape[j * wide], *tx = &m.by_x[j * wide], *ty = &m.by_y[j * wide];
@@ -272,12 +253,13 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
                 gain[i] = within(light, low, high);
             }
         }
-        const double blur = *s.blur * (1 + within(theta[14] / grey, limit.low_blur_step, limit.high_blur_step));
-        *s.blur = std::min(std::max(blur, limit.low_blur), limit.high_blur);
+        const Range& change_of_blur = limit.BLUR_STEP_LIMITS;
+        const double blur = *s.blur * (1 + within(theta[14] / grey, change_of_blur.low, change_of_blur.high));
+        *s.blur = std::min(std::max(blur, limit.BLUR_LIMITS.low), limit.BLUR_LIMITS.high);
         double move[8];
         *s.moved = 0;
         for (int k = 0; k < 8; ++k) {
-            move[k] = std::min(std::max(-theta[k], -limit.max_step), limit.max_step);
+            move[k] = std::min(std::max(-theta[k], -limit.MAX_STEP), limit.MAX_STEP);
             *s.moved = std::max(*s.moved, std::fabs(move[k]) * reach_of[k]);
         }
         change(h, move);
@@ -285,8 +267,8 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
         int counted = 0;
         for (const int place : m.noise_samples) m.robust[counted++] = std::fabs(m.residual[place]);
         *s.noise = 1.4826 * nth(m.robust.data(), counted, counted / 2);
-        const double least = limit.min_noise * std::max(contrast, limit.min_contrast);
-        const float per_limit = 1 / ((step ? limit.outlier : limit.first_outlier) * std::max(*s.noise, least));
+        const double least = limit.MIN_OUTLIER_NOISE * std::max(contrast, limit.MIN_OUTLIER_CONTRAST);
+        const float per_limit = 1 / ((step ? limit.OUTLIER : limit.FIRST_OUTLIER) * std::max(*s.noise, least));
         for (int i = 0; i < n * wide; ++i) {
             float part = m.residual[i] * per_limit;
             part = part * part < 1 ? 1 - part * part : 0;
@@ -295,7 +277,7 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
         *s.contrast = contrast;
     }
     const std::pair<const std::vector<float>*, float*> results[] = {
-        {&m.values, s.values}, {&m.shape, s.templates}, {&m.model, s.model},
+        {&m.values, s.values}, {&m.shape, s.drawing}, {&m.model, s.model},
         {&m.gain, s.gain},     {&m.dark, s.dark},       {&m.weights, s.weights}};
     for (const auto& each : results)
         for (int j = 0; j < n; ++j) std::copy_n(&(*each.first)[j * wide], n, each.second + j * n);
@@ -303,26 +285,15 @@ void align(Marker& m, const Image& atlas, const Level& box, double level_scale, 
 
 }  // namespace
 
-extern "C" void alvar_align(int markers, const std::uint8_t* atlas, std::int64_t stride, int width, int height,
-                            const float* table, const double* lens_numbers, int cells, int count, const float* line,
-                            const float* weight, const float* normal_step, const double* limits, int steps,
-                            unsigned redraw, const std::uint8_t* black, const std::int64_t* level, double* h,
-                            double* blur, float* samples, double* numbers, double* normal) {
-    const Grid grid = {cells, count, line, weight};
-    Marker marker(grid);
-    const Lens lens(lens_numbers);
-    const Image image = {atlas, stride, width, height};
-    Limits limit;
-    std::memcpy(&limit, limits, sizeof limit);
-    const std::int64_t each = std::int64_t(count) * count, all = each * markers;
-    for (int m = 0; m < markers; ++m) {
-        Level box;
-        std::memcpy(&box, table + 7 * level[m], sizeof box);
-        float* first = samples + m * each;
-        align(marker, image, box, std::pow(4.0, level[m]), lens, black + m * cells * cells, normal_step, limit, steps,
-              redraw,
-              {h + 9 * m, blur + m, first, first + all, first + 2 * all, first + 3 * all, first + 4 * all,
-               first + 5 * all, numbers + m, numbers + markers + m, normal + m * kParameters * kParameters,
-               numbers + 2 * markers + m});
-    }
+void Aligner::run(const Pyramid& pyramid, const Lens& lens, std::vector<AlignedMarker>& markers, int steps,
+                  unsigned redraw, const Thresholds& limit) const {
+    Marker marker(*this);
+    for (const AlignedMarker& each : markers) align(marker, pyramid, lens, steps, redraw, limit, each);
+}
+
+void Aligner::sample(const Pyramid& pyramid, const Lens& lens, const double* h, std::int64_t level,
+                     float* values) const {
+    Marker marker(*this);
+    marker.sample(pyramid.atlas, pyramid.levels[level], lens, h);
+    for (int j = 0; j < count; ++j) std::copy_n(&marker.values[j * marker.wide], count, values + j * count);
 }

@@ -1,8 +1,7 @@
-// candidates.refined of detection/candidates.py, one quad after the other. Names and formulas are those of that file.
+// candidates.refined and candidates.distinct
 #include <cstring>
 
 #include "algebra.h"
-#include "image.h"
 #include "steps.h"
 
 namespace {
@@ -10,11 +9,7 @@ namespace {
 using namespace alvar;
 
 constexpr int kAlong = 5, kAcross = 13, kRises = kAcross - 2;
-const float kPlaces[kAlong] = {0.12f, 0.31f, 0.5f, 0.69f, 0.88f};  // candidates.ALONG
-
-struct Limits {  // the order of candidates.py's limits
-    double reach, nearness, min_rise, outliers;
-};
+const float kPlaces[kAlong] = {0.12f, 0.31f, 0.5f, 0.69f, 0.88f};  // along a side, as shares of its length
 
 struct Side {
     float x, y, along_x, along_y, normal_x, normal_y;
@@ -69,18 +64,25 @@ void move(Side& side, float reach, float outliers) {
     side.along_x += slope * reach * side.normal_x, side.along_y += slope * reach * side.normal_y;
 }
 
+// Whether the corners of two quads are nearer than `reach` along both axes, whichever comes first.
+bool alike(const double* a, const double* b, double reach) {
+    for (int turn = 0; turn < 4; ++turn) {
+        bool near = true;
+        for (int k = 0; near && k < 4; ++k)
+            for (int axis = 0; axis < 2; ++axis)
+                near = near && std::fabs(a[2 * k + axis] - b[2 * ((k + turn) % 4) + axis]) < reach;
+        if (near) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
-// Changes quads (count, 4, 2) in place and moves those that are kept to the front; returns how many are.
-extern "C" int alvar_refine_sides(const std::uint8_t* greys, std::int64_t stride, int width, int height,
-                                  const double* limits, int count, double* quads) {
-    const Image smooth = {greys, stride, width, height};
-    Limits limit;
-    std::memcpy(&limit, limits, sizeof limit);
+int alvar::refine_sides(const Image& smooth, int count, double* quads, const Thresholds& limit) {
     int kept = 0;
     for (int m = 0; m < count; ++m) {
         const double* q = quads + 8 * m;
-        const float reach = limit.reach * std::sqrt(std::fabs(area(q)));
+        const float reach = limit.SIDE_REACH * std::sqrt(std::fabs(area(q)));
         Side sides[4];
         float typical[4];
         for (int k = 0; k < 4; ++k) {
@@ -90,11 +92,11 @@ extern "C" int alvar_refine_sides(const std::uint8_t* greys, std::int64_t stride
             side.along_x = q[2 * next] - q[2 * k], side.along_y = q[2 * next + 1] - q[2 * k + 1];
             const float length = std::sqrt(side.along_x * side.along_x + side.along_y * side.along_y);
             side.normal_x = side.along_y / length, side.normal_y = -side.along_x / length;
-            read_side(smooth, side, reach, limit.nearness);
+            read_side(smooth, side, reach, limit.SIDE_NEARNESS);
             typical[k] = side.typical;
         }
-        if (!(nth(typical, 4, 1) > limit.min_rise)) continue;
-        for (Side& side : sides) move(side, reach, limit.outliers);
+        if (!(nth(typical, 4, 1) > limit.MIN_SIDE_RISE)) continue;
+        for (Side& side : sides) move(side, reach, limit.SIDE_OUTLIERS);
         double* out = quads + 8 * kept++;
         for (int k = 0; k < 4; ++k) {  // where each side meets the one before it
             const Side &p = sides[(k + 3) % 4], &s = sides[k];
@@ -102,6 +104,22 @@ extern "C" int alvar_refine_sides(const std::uint8_t* greys, std::int64_t stride
             const float part = ((s.x - p.x) * s.along_y - (s.y - p.y) * s.along_x) / (std::fabs(cross) < 1e-9f ? 1e-9f : cross);
             out[2 * k] = p.x + part * p.along_x, out[2 * k + 1] = p.y + part * p.along_y;
         }
+    }
+    return kept;
+}
+
+std::vector<int> alvar::distinct(const double* quads, const double* score, std::vector<int> which,
+                                 const Thresholds& limit) {
+    std::stable_sort(which.begin(), which.end(), [&](int a, int b) { return score[a] > score[b]; });
+    std::vector<int> kept;
+    for (const int i : which) {
+        const double* quad = quads + 8 * i;
+        const double side = std::sqrt(std::fabs(area(quad)));
+        const bool known = std::any_of(kept.begin(), kept.end(), [&](int k) {
+            const double* other = quads + 8 * k;
+            return alike(quad, other, limit.SAME_QUAD * std::min(side, std::sqrt(std::fabs(area(other)))));
+        });
+        if (!known) kept.push_back(i);
     }
     return kept;
 }

@@ -1,33 +1,18 @@
-// CornerEstimator.measure of detection/corners.py, EdgeRefiner.refine and .bow of detection/edge_refiner.py, one marker
-// after the other. Names and formulas are those of these files.
+// corners.CornerEstimator and edge_refiner.EdgeRefiner
 #include <cstring>
-#include <vector>
 
 #include "algebra.h"
-#include "edge_fit.h"
-#include "image.h"
 #include "steps.h"
 
 namespace {
 
 using namespace alvar;
 
-constexpr int kAlong = 22, kAcross = 13, kSides = 4, kPlaces = kSides * kAlong, kParameters = 15;
+constexpr int kAlong = 22, kAcross = 13, kSides = 4, kPlaces = kSides * kAlong;
 const double kNormals[kSides][2] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
 
-// The order of edge_refiner.py's limits
-struct Limits {
-    double reach, blurs, max_reach, start, min_step, min_contrast, fits, outlier, min_outlier, min_noise, min_seen;
-    double bow_reach, bow_over_noise, bow_of_one;
-};
-
-// The order of corners.py's limits
-struct CornerLimits {
-    double samples_per_cell, min_side, max_move, model_error, aligned_error, misfit_error, coarse_error, noise_factor;
-    double cell_reach, max_cell_reach, cell_steps, min_seen, cell_variance;
-};
-
-double along(int i) { return -0.9 + 1.8 * i / (kAlong - 1); }  // edge_refiner.ALONG
+// Positions along a side, as shares of its half; without the blurred corners
+double along(int i) { return -0.9 + 1.8 * i / (kAlong - 1); }
 
 double side_of(const double* quad) { return std::sqrt(area(quad)); }
 
@@ -37,7 +22,7 @@ struct Offsets {
 };
 
 void measure_offsets(const Image& grey, const Lens& lens, const double* h, double half, const double* across,
-                                const Limits& limit, Offsets& out) {
+                     const Thresholds& limit, Offsets& out) {
     float step[kPlaces], rest[kPlaces], sorted[kPlaces];
     for (int side = 0; side < kSides; ++side) {
         const double *n = kNormals[side], reach = across[side];
@@ -61,7 +46,8 @@ void measure_offsets(const Image& grey, const Lens& lens, const double* h, doubl
         }
     }
     std::copy(step, step + kPlaces, sorted);
-    const double least = limit.min_step * std::max<double>(nth(sorted, kPlaces, kPlaces / 2), limit.min_contrast);
+    const double least = limit.MIN_EDGE_STEP
+                         * std::max<double>(nth(sorted, kPlaces, kPlaces / 2), limit.MIN_EDGE_CONTRAST);
     for (int i = 0; i < kPlaces; ++i) {
         const bool enough = step[i] > least;
         const double share = rest[i] / (enough ? step[i] : 1.0f);
@@ -71,11 +57,11 @@ void measure_offsets(const Image& grey, const Lens& lens, const double* h, doubl
 }
 
 // Robust lines through the offsets: offset and slope of each side, their covariance; whether all sides are visible.
-bool lines_of(const Offsets& seen, double half, const double* px, const Limits& limit, double (*lines)[2],
+bool lines_of(const Offsets& seen, double half, const double* px, const Thresholds& limit, double (*lines)[2],
               double (*spread)[4]) {
     double weight[kPlaces], residual[kPlaces], sorted[kPlaces], sums[kSides][3], det[kSides], noise = 0;
     std::copy(seen.enough, seen.enough + kPlaces, weight);
-    for (int again = 0; again < limit.fits; ++again) {
+    for (int again = 0; again < limit.EDGE_FITS; ++again) {
         for (int side = 0; side < kSides; ++side) {
             double s0 = 0, s1 = 0, s2 = 0, y0 = 0, y1 = 0;
             for (int i = 0; i < kAlong; ++i) {
@@ -91,8 +77,8 @@ bool lines_of(const Offsets& seen, double half, const double* px, const Limits& 
             }
         }
         std::copy(residual, residual + kPlaces, sorted);
-        noise = std::max(1.4826 * nth(sorted, kPlaces, kPlaces / 2), limit.min_noise);
-        const double scale = 1 / std::max(limit.outlier * noise, limit.min_outlier);
+        noise = std::max(1.4826 * nth(sorted, kPlaces, kPlaces / 2), limit.MIN_EDGE_NOISE);
+        const double scale = 1 / std::max(limit.EDGE_OUTLIER * noise, limit.MIN_EDGE_OUTLIER);
         for (int i = 0; i < kPlaces; ++i) {
             const double part = residual[i] * scale, left = std::max(1 - part * part, 0.0);
             weight[i] = seen.enough[i] * left * left;
@@ -102,7 +88,7 @@ bool lines_of(const Offsets& seen, double half, const double* px, const Limits& 
     for (int side = 0; side < kSides; ++side) {
         int counted = 0;
         for (int i = 0; i < kAlong; ++i) counted += weight[side * kAlong + i] > 0.2;
-        visible = visible && counted > limit.min_seen * kAlong;
+        visible = visible && counted > limit.MIN_EDGE_SEEN * kAlong;
         const double scale = noise * noise / (px[side] * px[side] * det[side]);
         spread[side][0] = sums[side][2] * scale, spread[side][3] = sums[side][0] * scale;
         spread[side][1] = spread[side][2] = -sums[side][1] * scale;
@@ -112,7 +98,7 @@ bool lines_of(const Offsets& seen, double half, const double* px, const Limits& 
 
 // Corners (4, 2) [ideal px] where the edges are, and their covariance (8, 8); whether all sides are visible.
 bool measure_edges(const Image& grey, const Lens& lens, const double* h, double half, const double* across,
-                   const double* px, const Limits& limit, double* corners, double* covariance) {
+                   const double* px, const Thresholds& limit, double* corners, double* covariance) {
     Offsets seen;
     double lines[kSides][2], spread[kSides][4];
     measure_offsets(grey, lens, h, half, across, limit, seen);
@@ -143,7 +129,8 @@ bool measure_edges(const Image& grey, const Lens& lens, const double* h, double 
     for (int i = 0; i < 8; ++i)
         for (int side = 0; side < kSides; ++side)
             for (int q = 0; q < 2; ++q)
-                half_way[i][2 * side + q] = jacobian[i][2 * side] * spread[side][q] + jacobian[i][2 * side + 1] * spread[side][2 + q];
+                half_way[i][2 * side + q] = jacobian[i][2 * side] * spread[side][q]
+                                            + jacobian[i][2 * side + 1] * spread[side][2 + q];
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
             double sum = 0;
@@ -151,30 +138,6 @@ bool measure_edges(const Image& grey, const Lens& lens, const double* h, double 
             covariance[8 * i + j] = sum;
         }
     return visible;
-}
-
-// EdgeRefiner.refine
-bool refine(const Image& grey, const Lens& lens, const double* h, double half, double sigma, const Limits& limit,
-            double* corners, double* covariance) {
-    double start[8], length[kSides], px[kSides], across[kSides], first[kSides], again[9];
-    corners_at(h, half, start);
-    for (int k = 0; k < kSides; ++k) {
-        const int next = (k + 1) % kSides;
-        length[k] = std::hypot(start[2 * next] - start[2 * k], start[2 * next + 1] - start[2 * k + 1]);
-    }
-    bool narrow = false, good = true;
-    for (int k = 0; k < kSides; ++k) {
-        px[k] = (length[(k + 1) % kSides] + length[(k + 3) % kSides]) / (4 * half);
-        across[k] = std::min((limit.reach + limit.blurs * sigma) / px[k], limit.max_reach);
-        first[k] = std::max(across[k], limit.start);
-        narrow = narrow || across[k] < limit.start;
-    }
-    if (narrow) {
-        good = measure_edges(grey, lens, h, half, first, px, limit, corners, covariance);
-        from_square(corners, half, again);
-        h = again;
-    }
-    return measure_edges(grey, lens, h, half, across, px, limit, corners, covariance) && good;
 }
 
 // The covariance (8, 8) of corners by that of small changes of h, the upper left part of a matrix with `wide` columns
@@ -230,49 +193,23 @@ bool combine(const double* sharp, const double* of_edges, double* corners, doubl
     return true;
 }
 
-// edge_alignment.edge_points of black cells (cells, cells) at edge_alignment.PLACES
-struct CellEdges {
-    std::vector<double> x, y, right, down;
-
-    CellEdges(const std::uint8_t* black, int cells) {
-        const auto is_white = [&](int row, int column) {
-            return row < 0 || column < 0 || row >= cells || column >= cells || !black[row * cells + column];
-        };
-        for (int line = 0; line < cells; ++line)
-            for (int edge = 0; edge <= cells; ++edge)
-                for (int axis = 0; axis < 2; ++axis) {
-                    const bool before = axis ? is_white(edge - 1, line) : is_white(line, edge - 1);
-                    const bool after = axis ? is_white(edge, line) : is_white(line, edge);
-                    if (before == after) continue;
-                    for (const double place : {-0.25, 0.25}) {
-                        const double along = line + 0.5 - 0.5 * cells + place, across = edge - 0.5 * cells;
-                        x.push_back(axis ? along : across), y.push_back(axis ? across : along);
-                        right.push_back(axis ? 0 : after - before), down.push_back(axis ? after - before : 0);
-                    }
-                }
-    }
-
-    EdgePoints points() const { return {int(x.size()), x.data(), y.data(), right.data(), down.data()}; }
-};
-
 // Corners (4, 2) by the edges of all cells, and their covariance (8, 8); false if too few are seen.
-bool measure_cells(const Image& grey, const Lens& lens, const double* start, double half, const EdgePoints& points,
-                   const double* scale, const EdgeLimits& edges, const CornerLimits& limit, double* corners,
-                   double* covariance) {
-    double h[9], theta[8], changes[64], numbers[2];
-    std::vector<std::uint8_t> agrees(points.count);
+bool measure_cells(const Image& grey, const Lens& lens, const double* start, int cells, const std::uint8_t* black,
+                   const double* scale, const Thresholds& limit, double* corners, double* covariance) {
+    const double half = 0.5 * cells;
+    const EdgePoints points = edge_points(black, cells, {-0.25, 0.25});  // edge_alignment.PLACES
+    double h[9];
     from_square(start, half, h);
-    const double reach = std::min(limit.cell_reach * side_of(start) / (2 * half), limit.max_cell_reach);
-    if (!fit_edges(grey, lens, h, points, scale, reach, reach, limit.cell_steps, edges, theta, changes, numbers,
-                   agrees.data()))
-        return false;
+    const double reach = std::min(limit.LOCAL_REACH * side_of(start) / (2 * half), limit.MAX_LOCAL_REACH);
+    const EdgeFit fit = fit_edges(grey, lens, h, points, scale, reach, reach, limit.CELL_STEPS, limit);
+    if (!fit.seen_enough) return false;
     int seen = 0;
-    for (const auto each : agrees) seen += each;
-    change(h, theta);
+    for (const auto each : fit.agrees) seen += each;
+    change(h, fit.parameters);
     corners_at(h, half, corners);
-    spread_of(h, half, changes, 8, covariance);
-    for (int i = 0; i < 64; ++i) covariance[i] *= limit.cell_variance;
-    return seen > limit.min_seen * points.count;
+    spread_of(h, half, fit.covariance, 8, covariance);
+    for (int i = 0; i < 64; ++i) covariance[i] *= limit.CELL_VARIANCE;
+    return seen > limit.MIN_SEEN_EDGES * fit.agrees.size();
 }
 
 bool near(const double* a, const double* b, double reach) {
@@ -283,90 +220,85 @@ bool near(const double* a, const double* b, double reach) {
 
 }  // namespace
 
-// Changes corners (markers, 4, 2) [ideal px] of markers at h; writes their information (markers, 8, 8). `normal`
-// (markers, 15, 15): that of the alignment; `kept` (markers,): share of the samples that agree;
-// `black` (markers, cells, cells). Where a matrix is singular, the information is 0.
-extern "C" void alvar_measure_corners(const std::uint8_t* greys, std::int64_t stride, int width, int height,
-                                      const double* lens_numbers, int markers, int cells, const double* h,
-                                      const double* blur, const std::int64_t* level, const double* noise,
-                                      const double* kept, const double* normal, const std::uint8_t* black,
-                                      const double* scale, const double* edge_limits, const double* cell_limits, const double* limits, double* corners,
-                                      double* information) {
-    const Image grey = {greys, stride, width, height};
-    const Lens lens(lens_numbers);
-    Limits of_edges;
-    EdgeLimits of_cells;
-    CornerLimits limit;
-    std::memcpy(&of_cells, cell_limits, sizeof of_cells);
-    std::memcpy(&of_edges, edge_limits, sizeof of_edges);
-    std::memcpy(&limit, limits, sizeof limit);
-    const double half = 0.5 * cells;
-    for (int m = 0; m < markers; ++m, h += 9, corners += 8, information += 64, normal += kParameters * kParameters) {
-        const double side = side_of(corners), size = std::pow(2.0, level[m]);
-        double covariance[64], sharp[8], sharp_covariance[64];
-        std::fill(information, information + 64, 0.0);
-        if (!aligned_spread(h, half, normal, covariance)) continue;
-        const double variance = limit.noise_factor * std::max(noise[m], 1.0) * std::max(noise[m], 1.0);
-        const double sampled = side / cells / limit.samples_per_cell;
-        const double misfit = std::max(limit.aligned_error, limit.misfit_error * (1 - kept[m]));
-        const double floor = std::max(misfit * size, limit.coarse_error * sampled * sampled);
-        for (double& each : covariance) each *= variance;
-        for (int i = 0; i < 8; ++i) covariance[9 * i] += floor * floor;
-        if (side > limit.min_side) {
-            const double reach = limit.max_move * side / cells;
-            const CellEdges of_marker(black + m * cells * cells, cells);
-            bool moved = refine(grey, lens, h, half, std::sqrt(blur[m]) * size, of_edges, sharp, sharp_covariance)
-                         && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
-            moved |= measure_cells(grey, lens, corners, half, of_marker.points(), scale, of_cells, limit, sharp, sharp_covariance)
-                     && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
-            for (int i = 0; moved && i < 8; ++i) covariance[9 * i] += limit.model_error * limit.model_error;
-        }
-        if (!invert(covariance, information, 8)) std::fill(information, information + 64, 0.0);
+bool alvar::refine_edges(const Image& grey, const Lens& lens, const double* h, double half, double sigma,
+                         const Thresholds& limit, double* corners, double* covariance) {
+    double start[8], length[kSides], px[kSides], across[kSides], first[kSides], again[9];
+    corners_at(h, half, start);
+    for (int k = 0; k < kSides; ++k) {
+        const int next = (k + 1) % kSides;
+        length[k] = std::hypot(start[2 * next] - start[2 * k], start[2 * next + 1] - start[2 * k + 1]);
     }
+    bool narrow = false, good = true;
+    for (int k = 0; k < kSides; ++k) {
+        px[k] = (length[(k + 1) % kSides] + length[(k + 3) % kSides]) / (4 * half);
+        across[k] = std::min((limit.EDGE_REACH + limit.EDGE_BLURS * sigma) / px[k], limit.MAX_EDGE_REACH);
+        first[k] = std::max(across[k], limit.EDGE_START);
+        narrow = narrow || across[k] < limit.EDGE_START;
+    }
+    if (narrow) {
+        good = measure_edges(grey, lens, h, half, first, px, limit, corners, covariance);
+        from_square(corners, half, again);
+        h = again;
+    }
+    return measure_edges(grey, lens, h, half, across, px, limit, corners, covariance) && good;
 }
 
-// Writes the bows (markers,) [px] of markers with corners (markers, 4, 2) [ideal px].
-extern "C" void alvar_bows(const std::uint8_t* greys, std::int64_t stride, int width, int height,
-                           const double* lens_numbers, int markers, int cells, const double* corners,
-                           const double* limits, double* bows) {
-    const Image grey = {greys, stride, width, height};
-    const Lens lens(lens_numbers);
-    Limits limit;
-    std::memcpy(&limit, limits, sizeof limit);
+void alvar::measure_corners(const Image& grey, const Lens& lens, const AlignedMarker& marker, int cells, double kept,
+                            const double* scale, const Thresholds& limit, double* corners, double* information) {
+    const double half = 0.5 * cells, side = side_of(corners), size = std::pow(2.0, marker.level);
+    double covariance[64], sharp[8], sharp_covariance[64];
+    std::fill(information, information + 64, 0.0);
+    if (!aligned_spread(marker.h, half, marker.normal, covariance)) return;
+    const double noise = std::max(*marker.noise, 1.0), variance = limit.CORNER_NOISE_FACTOR * noise * noise;
+    const double sampled = side / cells / limit.SAMPLES_PER_CELL;
+    const double misfit = std::max(limit.ALIGNED_ERROR, limit.MISFIT_ERROR * (1 - kept));
+    const double floor = std::max(misfit * size, limit.COARSE_CORNER_ERROR * sampled * sampled);
+    for (double& each : covariance) each *= variance;
+    for (int i = 0; i < 8; ++i) covariance[9 * i] += floor * floor;
+    if (side > limit.MIN_EDGE_SIDE) {
+        const double reach = limit.MAX_EDGE_MOVE * side / cells, sigma = std::sqrt(*marker.blur) * size;
+        bool moved = refine_edges(grey, lens, marker.h, half, sigma, limit, sharp, sharp_covariance)
+                     && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
+        moved |= measure_cells(grey, lens, corners, cells, marker.black, scale, limit, sharp, sharp_covariance)
+                 && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
+        for (int i = 0; moved && i < 8; ++i)
+            covariance[9 * i] += limit.CORNER_MODEL_ERROR * limit.CORNER_MODEL_ERROR;
+    }
+    if (!invert(covariance, information, 8)) std::fill(information, information + 64, 0.0);
+}
+
+double alvar::bow(const Image& grey, const Lens& lens, const double* corners, int cells, const Thresholds& limit) {
     const double half = 0.5 * cells;
     double mean = 0;
     for (int i = 0; i < kAlong; ++i) mean += along(i) * along(i) / kAlong;
-    for (int m = 0; m < markers; ++m, corners += 8) {
-        double h[9], basis[3][kAlong], residual[kPlaces], height[kSides], error[kSides], sizes[kSides];
-        from_square(corners, half, h);
-        const double px = side_of(corners) / cells, reach = std::min(limit.bow_reach / px, limit.max_reach);
-        const double across[kSides] = {reach, reach, reach, reach};
-        Offsets seen;
-        measure_offsets(grey, lens, h, half, across, limit, seen);
-        for (int i = 0; i < kAlong; ++i) basis[0][i] = 1, basis[1][i] = along(i), basis[2][i] = along(i) * along(i) - mean;
-        for (int side = 0; side < kSides; ++side) {
-            const double *enough = seen.enough + side * kAlong, *offset = seen.offset + side * kAlong;
-            double share[3], square[3];
-            for (int k = 0; k < 3; ++k) {
-                share[k] = square[k] = 0;
-                for (int i = 0; i < kAlong; ++i) {
-                    share[k] += enough[i] * offset[i] * basis[k][i];
-                    square[k] += enough[i] * basis[k][i] * basis[k][i];
-                }
-                square[k] = std::max(square[k], 1e-9), share[k] /= square[k];
-            }
-            for (int i = 0; i < kAlong; ++i)
-                residual[side * kAlong + i] = enough[i] * std::fabs(offset[i] - share[0] - share[1] * basis[1][i] - share[2] * basis[2][i]);
-            height[side] = std::fabs(share[2]), error[side] = 1 / std::sqrt(square[2]);
-        }
-        const double noise = 1.4826 * nth(residual, kPlaces, kPlaces / 2);
-        for (int k = 0; k < kSides; ++k) sizes[k] = height[k] > limit.bow_over_noise * noise * error[k] ? height[k] * px : 0;
-        std::sort(sizes, sizes + kSides);
-        bows[m] = std::max(sizes[2], limit.bow_of_one * sizes[3]);
+    double h[9], basis[3][kAlong], residual[kPlaces], height[kSides], error[kSides], sizes[kSides];
+    from_square(corners, half, h);
+    const double px = side_of(corners) / cells, reach = std::min(limit.BOW_REACH / px, limit.MAX_EDGE_REACH);
+    const double across[kSides] = {reach, reach, reach, reach};
+    Offsets seen;
+    measure_offsets(grey, lens, h, half, across, limit, seen);
+    for (int i = 0; i < kAlong; ++i) {
+        basis[0][i] = 1, basis[1][i] = along(i), basis[2][i] = along(i) * along(i) - mean;  // at right angles
     }
-}
-
-// homography.from_square of quads (count, 4, 2)
-extern "C" void alvar_from_squares(int count, const double* quads, double half, double* homographies) {
-    for (int i = 0; i < count; ++i) from_square(quads + 8 * i, half, homographies + 9 * i);
+    for (int side = 0; side < kSides; ++side) {
+        const double *enough = seen.enough + side * kAlong, *offset = seen.offset + side * kAlong;
+        double share[3], square[3];
+        for (int k = 0; k < 3; ++k) {
+            share[k] = square[k] = 0;
+            for (int i = 0; i < kAlong; ++i) {
+                share[k] += enough[i] * offset[i] * basis[k][i];
+                square[k] += enough[i] * basis[k][i] * basis[k][i];
+            }
+            square[k] = std::max(square[k], 1e-9), share[k] /= square[k];
+        }
+        for (int i = 0; i < kAlong; ++i)
+            residual[side * kAlong + i] = enough[i] * std::fabs(offset[i] - share[0] - share[1] * basis[1][i]
+                                                                - share[2] * basis[2][i]);
+        height[side] = std::fabs(share[2]), error[side] = 1 / std::sqrt(square[2]);
+    }
+    const double noise = 1.4826 * nth(residual, kPlaces, kPlaces / 2);
+    for (int k = 0; k < kSides; ++k)
+        sizes[k] = height[k] > limit.BOW_OVER_NOISE * noise * error[k] ? height[k] * px : 0;
+    std::sort(sizes, sizes + kSides);
+    return std::max(sizes[2], limit.BOW_OF_ONE * sizes[3]);
 }

@@ -1,11 +1,9 @@
-// EdgeAligner.fit of detection/edge_alignment.py with the model Plane. Names and formulas are those of that file.
+// edge_alignment.edge_points, and edge_alignment.fit_plane: the fit of a flat marker to the edges of its cells
 #include <cstring>
 #include <limits>
-#include <vector>
 
 #include "algebra.h"
-#include "edge_fit.h"
-#include "image.h"
+#include "steps.h"
 
 namespace {
 
@@ -23,10 +21,10 @@ struct Fit {
           good(count) {}
 
     // The typical size of a residual; sets the weights.
-    double weigh(int count, int middle, const EdgeLimits& limit) {
+    double weigh(int count, int middle, const Thresholds& limit) {
         for (int i = 0; i < count; ++i) sorted[i] = good[i] ? size[i] : std::numeric_limits<double>::infinity();
         const double error = 1.4826 * nth(sorted.data(), count, middle);
-        const double scale = 1 / (limit.outlier * std::max(error, limit.min_outlier / 3));
+        const double scale = 1 / (limit.EDGE_OUTLIER * std::max(error, limit.MIN_EDGE_OUTLIER / 3));
         for (int i = 0; i < count; ++i) {
             const double part = good[i] ? std::min(size[i] * scale, 1.0) : 1.0;
             weight[i] = (1 - part * part) * (1 - part * part);
@@ -36,14 +34,15 @@ struct Fit {
 };
 
 // Sets the Jacobian, offsets and which are edges, with parameters theta; returns the number of edges.
-int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, const double* theta,
-                    const EdgePoints& points, const double* scale, double reach, const EdgeLimits& limit) {
+int measure(Fit& fit, const Image& grey, const Lens& lens, const double* start, const double* theta,
+            const EdgePoints& points, const double* scale, double reach, const Thresholds& limit) {
+    const int count = points.x.size();
     double h[9];
     const double small[9] = {1 + theta[1], theta[2],  theta[0], theta[4], 1 + theta[5],
                              theta[3],     -theta[6], -theta[7], 1};
     multiply(start, small, h, 3, 3, 3);
     int visible = 0;
-    for (int i = 0; i < points.count; ++i) {
+    for (int i = 0; i < count; ++i) {
         const double x = points.x[i], y = points.y[i], right = points.right[i], down = points.down[i];
         const double w = h[6] * x + h[7] * y + h[8];
         const double u = (h[0] * x + h[1] * y + h[2]) / w, v = (h[3] * x + h[4] * y + h[5]) / w;
@@ -60,7 +59,7 @@ int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, con
         const double by_y = (start[1] * du + start[4] * dv + start[7] * dw) / w;
         const double by_w = (start[2] * du + start[5] * dv + start[8] * dw) / w;
         const double row[kFree] = {by_x, by_x * x, by_x * y, by_y, by_y * x, by_y * y, -by_w * x, -by_w * y};
-        for (int k = 0; k < kFree; ++k) fit.jacobian[k * points.count + i] = row[k] * scale[k];
+        for (int k = 0; k < kFree; ++k) fit.jacobian[k * count + i] = row[k] * scale[k];
 
         float px[kRead], py[kRead], read[kRead], sum = 0;
         for (int k = 0; k < kRead; ++k) {
@@ -73,7 +72,7 @@ int look(Fit& fit, const Image& grey, const Lens& lens, const double* start, con
         const float black = (read[0] + read[1] + read[2]) / kEnds;
         const float white = (read[kAcross - 3] + read[kAcross - 2] + read[kAcross - 1]) / kEnds;
         const float step = white - black, mean = sum / kAcross;
-        bool good = step > limit.min_contrast * (white + black + limit.dark_grey) && step > limit.min_step;
+        bool good = step > limit.MIN_LOCAL_CONTRAST * (white + black + limit.DARK_GREY) && step > limit.MIN_LOCAL_STEP;
         for (int k = 0; k < kAcross; k += kAcross - 1)
             good = good && px[k] > 0 && px[k] < grey.width - 1 && py[k] > 0 && py[k] < grey.height - 1;
         good = good && mean >= black && mean <= white;  // else the step lies beyond what is read
@@ -106,16 +105,37 @@ void normal_equations(Fit& fit, int count, double* normal, double* change) {
 
 }  // namespace
 
-bool alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points,
-                      const double* scale, double reach, double first_reach, int steps, const EdgeLimits& limit,
-                      double* theta, double* covariance, double* numbers, std::uint8_t* agrees) {
-    const int count = points.count;
+EdgePoints alvar::edge_points(const std::uint8_t* black, int cells, const std::vector<double>& places) {
+    EdgePoints points;
+    const auto is_white = [&](int row, int column) {
+        return row < 0 || column < 0 || row >= cells || column >= cells || !black[row * cells + column];
+    };
+    for (int line = 0; line < cells; ++line)
+        for (int edge = 0; edge <= cells; ++edge)
+            for (int axis = 0; axis < 2; ++axis) {
+                const bool before = axis ? is_white(edge - 1, line) : is_white(line, edge - 1);
+                const bool after = axis ? is_white(edge, line) : is_white(line, edge);
+                if (before == after) continue;
+                for (const double place : places) {
+                    const double along = line + 0.5 - 0.5 * cells + place, across = edge - 0.5 * cells;
+                    points.x.push_back(axis ? along : across), points.y.push_back(axis ? across : along);
+                    points.right.push_back(axis ? 0 : after - before);
+                    points.down.push_back(axis ? after - before : 0);
+                }
+            }
+    return points;
+}
+
+EdgeFit alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points,
+                         const double* scale, double reach, double first_reach, int steps, const Thresholds& limit) {
+    const int count = points.x.size();
+    EdgeFit result = {};
+    double *theta = result.parameters, *covariance = result.covariance;
     Fit fit(count);
     double normal[kFree * kFree], copy[kFree * kFree], change[kFree], error = 0;
-    std::fill(theta, theta + kFree, 0.0);
     for (int step = 0; step < steps; ++step) {
-        const int visible = look(fit, grey, lens, h, theta, points, scale, step ? reach : first_reach, limit);
-        if (visible < 3 * kFree) return false;
+        const int visible = measure(fit, grey, lens, h, theta, points, scale, step ? reach : first_reach, limit);
+        if (visible < 3 * kFree) return result;
         const int half = std::min(visible / 2, count - 1);
         for (int i = 0; i < count; ++i) fit.size[i] = std::fabs(fit.offset[i]);
         error = fit.weigh(count, half, limit);
@@ -123,7 +143,7 @@ bool alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, cons
         for (int again = 0; again < 3; ++again) {
             normal_equations(fit, count, normal, change);
             std::memcpy(copy, normal, sizeof copy);
-            if (!solve(copy, change, kFree, 1)) return false;
+            if (!solve(copy, change, kFree, 1)) return result;
             std::fill(fit.weighted.begin(), fit.weighted.end(), 0.0);
             for (int k = 0; k < kFree; ++k)
                 for (int i = 0; i < count; ++i) fit.weighted[i] += fit.jacobian[k * count + i] * change[k];
@@ -135,29 +155,18 @@ bool alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, cons
             error = fit.weigh(count, half, limit);
         }
         for (int k = 0; k < kFree; ++k) theta[k] += change[k] * scale[k];
-        if (step && furthest < limit.settled) break;
+        if (step && furthest < limit.EDGES_SETTLED) break;
     }
-    if (!invert(normal, covariance, kFree)) return false;
+    if (!invert(normal, covariance, kFree)) return result;
     const double square = std::max(error, 0.03) * std::max(error, 0.03);
     for (int k = 0; k < kFree; ++k)
         for (int l = 0; l < kFree; ++l) covariance[k * kFree + l] *= square * scale[k] * scale[l];
-    numbers[0] = error, numbers[1] = 0;
+    result.error = error;
+    result.agrees.resize(count);
     for (int i = 0; i < count; ++i) {
-        agrees[i] = fit.good[i] && fit.weight[i] > 0.1;
-        numbers[1] += fit.good[i] ? std::min(fit.size[i] * fit.size[i], 1.0) : 1.0;
+        result.agrees[i] = fit.good[i] && fit.weight[i] > 0.1;
+        result.cost += fit.good[i] ? std::min(fit.size[i] * fit.size[i], 1.0) : 1.0;
     }
-    return true;
-}
-
-// Returns whether enough edges are seen; `middle` (2, count), `outward` (2, count).
-extern "C" int alvar_fit_edges(const std::uint8_t* greys, std::int64_t stride, int width, int height,
-                               const double* lens_numbers, const double* h, int count, const double* middle,
-                               const double* outward, const double* scale, double reach, double first_reach, int steps,
-                               const double* limits, double* theta, double* covariance, double* numbers,
-                               std::uint8_t* agrees) {
-    EdgeLimits limit;
-    std::memcpy(&limit, limits, sizeof limit);
-    return fit_edges({greys, stride, width, height}, Lens(lens_numbers), h,
-                     {count, middle, middle + count, outward, outward + count}, scale, reach, first_reach, steps, limit,
-                     theta, covariance, numbers, agrees);
+    result.seen_enough = true;
+    return result;
 }

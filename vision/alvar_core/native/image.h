@@ -49,22 +49,31 @@ struct Image {
     }
 };
 
-// fx fy cx cy, then k1 k2 p1 p2 k3 k4 k5 k6 of Camera; all but the first four are 0 without distortion.
+// The lens of a Camera (camera.py): plumb_bob or rational distortion k1 k2 p1 p2 k3 k4 k5 k6; or that of a FisheyeCamera
+// (fisheye.py): k1 k2 k3 k4.
 struct Lens {
     double fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6;
-    bool distorted;
+    bool fisheye;
 
-    explicit Lens(const double* v)
-        : fx(v[0]), fy(v[1]), cx(v[2]), cy(v[3]), k1(v[4]), k2(v[5]), p1(v[6]), p2(v[7]), k3(v[8]), k4(v[9]),
-          k5(v[10]), k6(v[11]), distorted(false) {
-        for (int i = 4; i < 12; ++i) distorted = distorted || v[i] != 0;
+    bool distorted() const {
+        return fisheye || k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0 || k4 != 0 || k5 != 0 || k6 != 0;
     }
 
     // Turns `count` ideal places into real ones.
     ALVAR_INLINE void to_real(float* x, float* y, int count) const {
-        if (!distorted) return;
+        if (!distorted()) return;
         const float per_fx = 1 / fx, per_fy = 1 / fy, wide = fx, high = fy, left = cx, top = cy, p = p1, q = p2;
         const float a = k1, b = k2, c = k3, d = k4, e = k5, f = k6;
+        if (fisheye) {
+            for (int i = 0; i < count; ++i) {
+                const float u = (x[i] - left) * per_fx, v = (y[i] - top) * per_fy, radius = std::sqrt(u * u + v * v);
+                const float theta = std::atan(radius), t2 = theta * theta;
+                const float drawn = theta * (1 + t2 * (a + t2 * (b + t2 * (c + t2 * d))));
+                const float scale = radius > 1e-9f ? drawn / radius : 1;
+                x[i] = u * scale * wide + left, y[i] = v * scale * high + top;
+            }
+            return;
+        }
         for (int i = 0; i < count; ++i) {
             const float u = (x[i] - left) * per_fx, v = (y[i] - top) * per_fy;
             const float uu = u * u, vv = v * v, uv = u * v, r2 = uu + vv;
@@ -77,13 +86,31 @@ struct Lens {
     // The same for one place in doubles.
     void to_real(double x, double y, double* real_x, double* real_y) const {
         const double u = (x - cx) / fx, v = (y - cy) / fy, uu = u * u, vv = v * v, uv = u * v, r2 = uu + vv;
+        if (fisheye) {
+            const double radius = std::sqrt(r2), scale = radius > 1e-9 ? drawn_at(std::atan(radius)) / radius : 1;
+            *real_x = u * scale * fx + cx, *real_y = v * scale * fy + cy;
+            return;
+        }
         const double scale = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
         *real_x = (u * scale + 2 * p1 * uv + p2 * (r2 + 2 * uu)) * fx + cx;
         *real_y = (v * scale + p1 * (r2 + 2 * vv) + 2 * p2 * uv) * fy + cy;
     }
 
-    // Turns a real place into the ideal one, which is where the real one of it is: by repeated correction.
+    // Turns a real place into the ideal one, by repeated correction.
     void to_ideal(double x, double y, double* ideal_x, double* ideal_y) const {
+        if (fisheye) {
+            const double u = (x - cx) / fx, v = (y - cy) / fy, drawn = std::sqrt(u * u + v * v);
+            double theta = drawn;
+            for (int again = 0; again < 20; ++again) {  // Newton's method
+                const double step = 1e-6, slope = (drawn_at(theta + step) - drawn_at(theta)) / step;
+                const double change = (drawn - drawn_at(theta)) / slope;
+                theta += change;
+                if (std::fabs(change) < 1e-9) break;
+            }
+            const double scale = drawn > 1e-9 ? std::tan(theta) / drawn : 1;
+            *ideal_x = u * scale * fx + cx, *ideal_y = v * scale * fy + cy;
+            return;
+        }
         *ideal_x = x, *ideal_y = y;
         for (int again = 0; again < 20; ++again) {
             double real_x, real_y;
@@ -92,6 +119,24 @@ struct Lens {
             if (std::fabs(x - real_x) + std::fabs(y - real_y) < 1e-3) break;
         }
     }
+
+private:
+    // The radius, in focal lengths, at which a fisheye lens shows a ray at an angle [rad] to the optical axis
+    double drawn_at(double theta) const {
+        const double t2 = theta * theta;
+        return theta * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))));
+    }
+};
+
+// A level of a Pyramid (pyramid.py): a row of its table
+struct Level {
+    float scale, x_offset, y_offset, left, top, right, bottom;
+};
+
+// An image at three sizes in one: `atlas`
+struct Pyramid {
+    Image atlas;
+    const Level* levels;
 };
 
 }  // namespace alvar

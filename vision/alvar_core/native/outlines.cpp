@@ -1,11 +1,8 @@
-// The outlines of a binary image, the quads around them and their straight parts: what candidates._one_pass and
-// broken_outlines.straight_parts make of cv2.findContours.
-#include <cstdint>
+// candidates.outlines: the outlines of a binary image, the quads around them and their straight parts
 #include <cstring>
-#include <vector>
 
 #include "algebra.h"
-#include "image.h"
+#include "steps.h"
 
 namespace {
 
@@ -13,11 +10,6 @@ using namespace alvar;
 
 struct Point {
     double x, y;
-};
-
-// The order of candidates.py's limits
-struct Limits {
-    double smallest, min_filled, tolerance, max_corners, max_aspect, min_broken, part_tolerance, min_part;
 };
 
 constexpr int kHullPoints = 80;  // longer outlines are thinned before their hull is taken
@@ -48,7 +40,7 @@ void count(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c, 
 }
 
 // Follows the borders of the dark pixels, each once, as Suzuki and Abe do (1985). Dark are those of which five of the
-// nine around them are darker than the mean by at least `offset`: candidates.binary.
+// nine around them are darker than the mean by at least `offset`.
 class Borders {
 public:
     Borders(const Image& smooth, const Image& mean, int offset)
@@ -260,7 +252,8 @@ private:
     }
 };
 
-// candidates.four_sides: false if the neighbours of no side meet
+// Removes sides of a convex polygon until four are left: each time that for which extending its neighbours until they
+// meet adds the least area. False if the neighbours of no side meet.
 bool four_sides(std::vector<Point>& p) {
     while (p.size() > 4) {
         const int n = p.size();
@@ -282,39 +275,34 @@ bool four_sides(std::vector<Point>& p) {
     return true;
 }
 
-// Where found quads and parts are put, as far as there is room for them.
-struct Results {
-    double shrink;
-    double* out;
-    int room, each, count;
-
-    void add(const Point* points) {
-        if (count++ >= room) return;
-        double* to = out + (count - 1) * 2 * each;
-        for (int i = 0; i < each; ++i) {
-            to[2 * i] = (points[i].x + 0.5) * shrink - 0.5;
-            to[2 * i + 1] = (points[i].y + 0.5) * shrink - 0.5;
-        }
+// Adds points of the shrunk image as those of the full one.
+void add_points(const Point* points, int count, double shrink, std::vector<double>& out) {
+    for (int i = 0; i < count; ++i) {
+        out.push_back((points[i].x + 0.5) * shrink - 0.5);
+        out.push_back((points[i].y + 0.5) * shrink - 0.5);
     }
-};
+}
 
 // Adds a quad, clockwise, if it is large and square enough.
-void add_quad(Results& quads, const Point* p, const Limits& limit) {
+void add_quad(const Point* p, double shrink, const Thresholds& limit, std::vector<double>& quads) {
     const double area = 0.5 * ((p[0].x - p[2].x) * (p[1].y - p[3].y) - (p[0].y - p[2].y) * (p[1].x - p[3].x));
     double shortest = 1e18, longest = 0;
     for (int i = 0; i < 4; ++i) {
         const double x = p[(i + 1) % 4].x - p[i].x, y = p[(i + 1) % 4].y - p[i].y, square = x * x + y * y;
         shortest = std::min(shortest, square), longest = std::max(longest, square);
     }
-    const double smallest = limit.smallest / quads.shrink;
-    if (!(std::fabs(area) >= smallest * smallest) || !(shortest * limit.max_aspect * limit.max_aspect > longest)) return;
+    const double smallest = limit.MIN_OUTLINE_SIDE / shrink;
+    if (!(std::fabs(area) >= smallest * smallest)
+        || !(shortest * limit.MAX_ASPECT * limit.MAX_ASPECT > longest))
+        return;
     const Point turned[4] = {p[3], p[2], p[1], p[0]};
-    quads.add(area < 0 ? turned : p);
+    add_points(area < 0 ? turned : p, 4, shrink, quads);
 }
 
 class QuadFinder {
 public:
-    void operator()(const std::vector<Point>& outline, const Limits& limit, Results& quads) {
+    void operator()(const std::vector<Point>& outline, double shrink, const Thresholds& limit,
+                    std::vector<double>& quads) {
         double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9, area = 0;
         const Point* before = &outline.back();
         for (const Point& p : outline) {
@@ -324,19 +312,19 @@ public:
             before = &p;
         }
         const double width = right - left + 1, height = bottom - top + 1, smaller = std::min(width, height);
-        if (smaller < limit.smallest || 0.5 * std::fabs(area) < limit.min_filled * width * height) return;
+        if (smaller < limit.MIN_OUTLINE_SIDE || 0.5 * std::fabs(area) < limit.MIN_FILLED * width * height) return;
         const int stride = std::max<int>(1, outline.size() / kHullPoints);
         const auto& shape = hull(outline, stride, int(top), int(height));
-        polygon = simplified(shape, std::max(1.0, limit.tolerance * (width + height)));
+        polygon = simplified(shape, std::max(1.0, limit.POLYGON_TOLERANCE * (width + height)));
         const int count = polygon.size();
-        if (count < 4 || count > limit.max_corners) return;
+        if (count < 4 || count > limit.MAX_POLYGON_CORNERS) return;
         quad = polygon;
-        if (four_sides(quad)) add_quad(quads, quad.data(), limit);
-        if (count > 4 && count < 7 && smaller > 2 * limit.smallest)
+        if (four_sides(quad)) add_quad(quad.data(), shrink, limit, quads);
+        if (count > 4 && count < 7 && smaller > 2 * limit.MIN_OUTLINE_SIDE)
             for (int i = 0; i < count; ++i) {
                 const Point &a = polygon[(i + count - 2) % count], &b = polygon[(i + count - 1) % count], &c = polygon[i];
                 const Point corners[4] = {a, b, c, {a.x + c.x - b.x, a.y + c.y - b.y}};
-                add_quad(quads, corners, limit);
+                add_quad(corners, shrink, limit, quads);
             }
     }
 
@@ -348,27 +336,21 @@ private:
 
 }  // namespace
 
-// Writes quads (quad_room, 4, 2), and straight parts (part_room, 2, 2) unless part_room is negative, of the outlines of
-// what is darker than the mean; sets found (2,): how many quads and parts there are, also beyond the room.
-extern "C" void alvar_outlines(const std::uint8_t* greys, std::int64_t stride, int width, int height,
-                               const std::uint8_t* mean, std::int64_t mean_stride, int, int, int offset, double shrink,
-                               const double* limits, int quad_room, double* quads, int part_room, double* parts,
-                               int* found) {
-    Limits limit;
-    std::memcpy(&limit, limits, sizeof limit);
-    Results all_quads = {shrink, quads, quad_room, 4, 0}, all_parts = {shrink, parts, part_room, 2, 0};
+Outlines alvar::outlines_of(const Image& smooth, const Image& mean, int offset, double shrink, bool parted,
+                            const Thresholds& limit) {
+    Outlines found;
     QuadFinder find_quads;
     Simplifier simplified;
-    Borders({greys, stride, width, height}, {mean, mean_stride, width, height}, offset).each([&](const std::vector<Point>& outline, bool outer) {
-        if (part_room >= 0 && outline.size() >= limit.min_broken) {
-            const auto& polygon = simplified(outline, limit.part_tolerance);
+    Borders(smooth, mean, offset).each([&](const std::vector<Point>& outline, bool outer) {
+        if (parted && outline.size() >= limit.MIN_BROKEN_OUTLINE) {
+            const auto& polygon = simplified(outline, limit.PART_TOLERANCE);
             for (std::size_t i = 0; i < polygon.size(); ++i) {
                 const Point ends[2] = {polygon[(i + 1) % polygon.size()], polygon[i]};
                 const double x = ends[0].x - ends[1].x, y = ends[0].y - ends[1].y;
-                if (x * x + y * y >= limit.min_part * limit.min_part) all_parts.add(ends);
+                if (x * x + y * y >= limit.MIN_PART * limit.MIN_PART) add_points(ends, 2, shrink, found.parts);
             }
         }
-        if (outer && outline.size() >= 4 * limit.smallest) find_quads(outline, limit, all_quads);
+        if (outer && outline.size() >= 4 * limit.MIN_OUTLINE_SIDE) find_quads(outline, shrink, limit, found.quads);
     });
-    found[0] = all_quads.count, found[1] = all_parts.count;
+    return found;
 }

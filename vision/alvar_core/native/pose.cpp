@@ -1,7 +1,6 @@
-// pose.solve of detection/pose.py: both poses of each square, as "Infinitesimal Plane-Based Pose Estimation" has them
+// pose.solve: both poses of a square, as "Infinitesimal Plane-Based Pose Estimation" has them
 // (Collins and Bartoli, 2014; the method of OpenCV's SOLVEPNP_IPPE_SQUARE), then one Gauss-Newton step.
 #include <algorithm>
-#include <cstring>
 
 #include "algebra.h"
 #include "steps.h"
@@ -11,14 +10,6 @@ namespace {
 using namespace alvar;
 
 const double kUnitCorners[4][2] = {{-0.5, 0.5}, {0.5, 0.5}, {0.5, -0.5}, {-0.5, -0.5}};  // drawing.UNIT_CORNERS
-
-struct Lens {  // ideal pixels
-    double fx, fy, cx, cy;
-};
-
-struct Solution {  // the order of pose.py's rows
-    double rotation[9], position[3], error, chi2;
-};
 
 // The position [widths] of a square with a rotation that fits rays (4, 2) best. False if there is none.
 bool place(const double* rays, const double* r, double* position) {
@@ -89,7 +80,7 @@ void judge(const double* corners, const Lens& lens, const double* information, d
            double* residual, double (*jacobian)[6]) {
     double squares = 0;
     for (int k = 0; k < 4; ++k) {
-        const double x = kUnitCorners[k][0] * size, y = kUnitCorners[k][1] * size, *r = s.rotation;
+        const double x = kUnitCorners[k][0] * size, y = kUnitCorners[k][1] * size, *r = s.rotation[0];
         const double p[3] = {r[0] * x + r[1] * y, r[3] * x + r[4] * y, r[6] * x + r[7] * y};
         const double z = p[2] + s.position[2], u = (p[0] + s.position[0]) / z, v = (p[1] + s.position[1]) / z;
         residual[2 * k] = u * lens.fx + lens.cx - corners[2 * k];
@@ -132,7 +123,7 @@ void refine(const double* corners, const Lens& lens, const double* information, 
     Solution after;
     double turn[9];
     turn_matrix(step, turn);
-    multiply(turn, s.rotation, after.rotation, 3, 3, 3);
+    multiply(turn, s.rotation[0], after.rotation[0], 3, 3, 3);
     for (int i = 0; i < 3; ++i) after.position[i] = s.position[i] + step[3 + i];
     judge(corners, lens, information, size, after, residual, nullptr);
     if (after.position[2] > 0 && after.chi2 <= s.chi2) s = after;
@@ -140,31 +131,23 @@ void refine(const double* corners, const Lens& lens, const double* information, 
 
 }  // namespace
 
-// Writes up to two poses (markers, 2, 14), best first, of squares with corners (markers, 4, 2) [ideal px], and how many
-// (markers,). `lens`: fx fy cx cy.
-extern "C" void alvar_poses(int markers, const double* corners, const double* sizes, const double* lens_numbers,
-                            const double* information, double* rows, int* found) {
-    Lens lens;
-    std::memcpy(&lens, lens_numbers, sizeof lens);
-    for (int m = 0; m < markers; ++m, corners += 8, information += 64) {
-        double rays[8], rotations[2][9];
-        for (int k = 0; k < 4; ++k) {
-            rays[2 * k] = (corners[2 * k] - lens.cx) / lens.fx;
-            rays[2 * k + 1] = (corners[2 * k + 1] - lens.cy) / lens.fy;
-        }
-        Solution solutions[2];
-        int count = 0;
-        if (rotations_of(rays, rotations))
-            for (const double* rotation : rotations) {
-                Solution& s = solutions[count];
-                std::copy(rotation, rotation + 9, s.rotation);
-                if (!place(rays, rotation, s.position) || !(s.position[2] > 0)) continue;
-                for (double& each : s.position) each *= sizes[m];
-                refine(corners, lens, information, sizes[m], s);
-                count += std::isfinite(s.chi2) && std::isfinite(s.rotation[0]);
-            }
-        if (count == 2 && solutions[1].chi2 < solutions[0].chi2) std::swap(solutions[0], solutions[1]);
-        std::memcpy(rows + 28 * m, solutions, count * sizeof(Solution));
-        found[m] = count;
+int alvar::solve_pose(const double* corners, double size, const Lens& lens, const double* information,
+                      Solution* solutions) {
+    double rays[8], rotations[2][9];
+    for (int k = 0; k < 4; ++k) {
+        rays[2 * k] = (corners[2 * k] - lens.cx) / lens.fx;
+        rays[2 * k + 1] = (corners[2 * k + 1] - lens.cy) / lens.fy;
     }
+    int count = 0;
+    if (rotations_of(rays, rotations))
+        for (const double* rotation : rotations) {
+            Solution& s = solutions[count];
+            std::copy(rotation, rotation + 9, s.rotation[0]);
+            if (!place(rays, rotation, s.position) || !(s.position[2] > 0)) continue;
+            for (double& each : s.position) each *= size;
+            refine(corners, lens, information, size, s);
+            count += std::isfinite(s.chi2) && std::isfinite(s.rotation[0][0]);
+        }
+    if (count == 2 && solutions[1].chi2 < solutions[0].chi2) std::swap(solutions[0], solutions[1]);
+    return count;
 }

@@ -1,43 +1,228 @@
-// The steps of the detector, as detector.cpp and Python call them; each .cpp file says what it writes.
+// The steps of the detector. Each is named, and works on the arrays, as the Python class or function that calls it; those
+// say what the numbers mean. Corners and places are x, y one after the other; matrices are row by row.
 #pragma once
 #include <cstdint>
+#include <vector>
 
-extern "C" {
+#include "image.h"
+#include "thresholds.h"
 
-int alvar_refine_sides(const std::uint8_t* greys, std::int64_t stride, int width, int height, const double* limits,
-                       int count, double* quads);
+namespace alvar {
 
-int alvar_match_coarse(const std::uint8_t* greys, std::int64_t stride, int width, int height, int count,
-                       const double* quads, const double* limits, const float* rim, int cells, const float* cell_points,
-                       int all_words, const float* words, std::int64_t* kept, double* homographies, double* fits,
-                       std::int64_t* best);
+constexpr int kParameters = 15;  // of an alignment: alignment.py
+constexpr int kMostCells = 64;   // of a side: code.py allows fewer
+// tanh(a z + b z^3 + c z^5) is 2 F(z) - 1 for the normal distribution F, to within 4e-5 (the form is that of Page, 1977)
+constexpr float kNormalStep[3] = {0.7977178f, 0.03679826f, -0.000315808f};
 
-double alvar_coarse_fit(const std::uint8_t* greys, std::int64_t stride, int width, int height, const double* quad,
-                        double half, double spread, int cells, const float* cell_points, int all_words,
-                        const float* words);
+// prepared_image.noise_of
+double noise_of(const Image& grey);
 
-void alvar_align(int markers, const std::uint8_t* atlas, std::int64_t stride, int width, int height, const float* table,
-                 const double* lens_numbers, int cells, int count, const float* line, const float* weight,
-                 const float* normal_step, const double* limits, int steps, unsigned redraw, const std::uint8_t* black,
-                 const std::int64_t* level, double* h, double* blur, float* samples, double* numbers, double* normal);
+// candidates.outlines: quads (N, 4, 2) around the outlines of what is darker than the mean by `offset`, and the straight
+// parts (K, 2, 2) of all outlines, if `parted`.
+struct Outlines {
+    std::vector<double> quads, parts;
+};
+Outlines outlines_of(const Image& smooth, const Image& mean, int offset, double shrink, bool parted,
+                     const Thresholds& limit);
 
-void alvar_features(int markers, int samples, const float* values, const float* drawing, const float* model,
-                    const float* gain, const float* weights, const float* share, double all_weight, const double* noise,
-                    int data_count, const std::int64_t* data, const float* smooth, int cells, const std::int32_t* group,
-                    const std::uint8_t* is_data, double max_noise_share, double bad_cell, double* out);
+// candidates.refined: changes quads (count, 4, 2) in place, moves those that are kept to the front; returns how many are.
+int refine_sides(const Image& smooth, int count, double* quads, const Thresholds& limit);
 
-void alvar_read(int markers, int side, const float* values, const float* line, int resolution, const float* light,
-                const float* normal_step, const double* variance, const double* noise, int all_words,
-                const float* words, double max_noise_share, double* out, std::int64_t* best);
+// candidates.distinct: those of `which` whose corners are not near those of one with a higher score, best first
+std::vector<int> distinct(const double* quads, const double* score, std::vector<int> which, const Thresholds& limit);
 
-void alvar_measure_corners(const std::uint8_t* greys, std::int64_t stride, int width, int height,
-                           const double* lens_numbers, int markers, int cells, const double* h, const double* blur,
-                           const std::int64_t* level, const double* noise, const double* kept,
-                           const double* normal, const std::uint8_t* black, const double* scale,
-                           const double* edge_limits, const double* cell_limits, const double* limits, double* corners,
-                           double* information);
+// broken_outlines.distinct_parts: moves parts (count, 2, 2) that are dark on their right to the front; returns how many.
+int distinct_parts(const Image& smooth, int count, double* parts, const Thresholds& limit);
 
-void alvar_poses(int markers, const double* corners, const double* sizes, const double* lens_numbers,
-                 const double* information, double* rows, int* found);
+// broken_outlines.squares: quads (N, 4, 2), those with most of their rim first
+std::vector<double> squares(int count, const double* parts, const Thresholds& limit);
 
-}
+// reading.CoarseMatch
+struct CoarseMatch {
+    std::vector<std::int64_t> kept, word;
+    std::vector<double> h, fit, gap;
+};
+
+// reading.CoarseDecoder: `rim` (3, 40) and `cells` (3, P) are homogeneous points, `words` (P, W); `known` (1 or W, P)
+struct CoarseDecoder {
+    double half;
+    int points, all_words;
+    std::vector<float> rim, cells, words, known;
+
+    CoarseMatch match(const Image& smooth, int count, const double* quads, const Thresholds& limit) const;
+    bool has_other_margin(const Image& smooth, const double* real_corners) const;
+
+private:
+    double fit(const Image& smooth, const double* quad, double spread) const;
+    void scale(const float* grey, float* of_words) const;
+};
+
+// How much each of `count` places [cells] of a line is covered by each of `cells` cells around its origin, with a blur:
+// out (count, cells)
+void coverage(const float* line, int count, int cells, double variance, float* out);
+
+// reading.Reader for markers of resolution 5: `line` (S,) [cells], `light` (S^2, 4), `words` (25, W)
+struct Reader {
+    int side, all_words;
+    std::vector<float> line, light, words;
+
+    struct Read {
+        std::int64_t word;
+        double fit, gap;
+    };
+    // values (S, S) [greys]; xx, yy [cells^2]: of the blur
+    Read read(const float* values, double xx, double yy, double noise, const Thresholds& limit) const;
+};
+
+// The state of the alignment of one marker: fields of alignment.Alignment
+struct AlignedMarker {
+    double *h, *blur;
+    std::int64_t level;
+    const std::uint8_t* black;  // (cells, cells)
+    float *values, *drawing, *model, *gain, *dark, *weights;  // (count^2,)
+    double *contrast, *noise, *moved, *normal;
+};
+
+// alignment.Aligner: `line` (count,) [cells], `weight` (count^2,)
+struct Aligner {
+    int cells, count;
+    std::vector<float> line, weight;
+
+    // `redraw`: a bit for each step before which the drawing is computed again
+    void run(const Pyramid& pyramid, const Lens& lens, std::vector<AlignedMarker>& markers, int steps, unsigned redraw,
+             const Thresholds& limit) const;
+    // The greys (count^2,) at the samples of a marker
+    void sample(const Pyramid& pyramid, const Lens& lens, const double* h, std::int64_t level, float* values) const;
+};
+
+// acceptance.Features
+struct Features {
+    double likeness, outside, detail;
+    std::int64_t bad_inside, bad_rim;
+    double kept, contrast, noise, blur, fit, gap;
+};
+
+// acceptance.Appearance: `share` (P,), `weight`: sum of the weights; `data` (D,): samples of the data cells; `smooth`
+// (D, 6); `group` (P,): the cell that a sample is in, cells^2 and more for the strips around the marker, or -1;
+// `is_data` (cells^2,)
+struct Appearance {
+    int cells;
+    double weight;
+    std::vector<float> share, smooth;
+    std::vector<std::int64_t> data;
+    std::vector<std::int32_t> group;
+    std::vector<std::uint8_t> is_data;
+
+    // The Features without fit and gap
+    Features features(const AlignedMarker& marker, double noise, const Thresholds& limit) const;
+};
+
+// The first threshold that a candidate misses, its value and the one that it needs; `threshold` is null for a marker.
+struct Shortfall {
+    const char* threshold;
+    double value, needed;
+};
+Shortfall shortfall(const Features& f, const Thresholds& limit);
+bool may_be_covered(const Features& f, const Thresholds& limit);
+// What an aligned candidate misses before its cells are read
+Shortfall unpromising(const double* h, double blur, std::int64_t level, double likeness, int cells,
+                      const Thresholds& limit);
+
+// edge_alignment.EdgePoints, the places one after the other: `x`, `y` [cells], direction from black to white
+struct EdgePoints {
+    std::vector<double> x, y, right, down;
+};
+EdgePoints edge_points(const std::uint8_t* black, int cells, const std::vector<double>& places);
+
+// edge_alignment.EdgeFit
+struct EdgeFit {
+    bool seen_enough;
+    double parameters[8], covariance[64], error, cost;
+    std::vector<std::uint8_t> agrees;
+};
+EdgeFit fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points, const double* scale,
+                  double reach, double first_reach, int steps, const Thresholds& limit);
+
+// edge_refiner.EdgeRefiner.refine: corners (4, 2) and their covariance (8, 8); whether all sides are visible
+bool refine_edges(const Image& grey, const Lens& lens, const double* h, double half, double sigma,
+                  const Thresholds& limit, double* corners, double* covariance);
+// edge_refiner.EdgeRefiner.bow [px], of a marker with corners (4, 2)
+double bow(const Image& grey, const Lens& lens, const double* corners, int cells, const Thresholds& limit);
+
+// corners.CornerEstimator.measure: changes corners (4, 2), sets their information (8, 8), which is 0 if a matrix is
+// singular. `scale` (8,): edge_alignment.scale_of
+void measure_corners(const Image& grey, const Lens& lens, const AlignedMarker& marker, int cells, double kept,
+                     const double* scale, const Thresholds& limit, double* corners, double* information);
+
+// pose.Solution
+struct Solution {
+    double rotation[3][3], position[3], error, chi2;
+};
+// pose.solve for a square with corners (4, 2) [ideal px]: up to two Solutions, best first; returns how many.
+int solve_pose(const double* corners, double size, const Lens& lens, const double* information, Solution* solutions);
+
+// local_contrast.LocalMatch of one marker
+struct LocalMatch {
+    double rim, contrast, plain, fit, gap;
+    std::int64_t word;
+};
+
+// local_contrast.LocalDecoder: `rim` and `points` are homogeneous points (3, 2 * pairs), three pairs for each edge;
+// `of_code` (edges,): which edges are those of the code; `costs` (3 * those, W): 1 where it counts
+struct LocalDecoder {
+    int edges, all_words;
+    std::vector<float> rim, points;
+    std::vector<std::uint8_t> of_code, costs;
+
+    LocalMatch match(const Image& smooth, const double* h, const Thresholds& limit) const;
+    // The share of the rim that is an edge, and its typical contrast; both 0 if the share is below MIN_LOCAL_RIM
+    void rim_of(const Image& smooth, const double* h, const Thresholds& limit, double* share, double* contrast) const;
+};
+// local_contrast.LocalDecoder.contrasts of one marker: seen (pairs,)
+void contrasts(const Image& smooth, const double* h, const float* points, int pairs, const Thresholds& limit,
+               float* seen);
+
+// A marker that the search has found: its number, corners (4, 2) [real px] as drawn, their information (8, 8)
+struct FoundMarker {
+    std::int64_t number;
+    double corners[4][2], information[8][8];
+    std::int64_t poses;
+    Solution solutions[2];
+    Features features;
+};
+
+// A candidate that needs a closer look: where its alignment starts, and its coarse decoding
+struct Start {
+    double h[3][3], blur;
+    std::int64_t level, word;
+    double fit, gap;
+};
+
+// A candidate whose cells were well read
+struct WellRead {
+    double quad[4][2];
+    std::int64_t word;
+};
+
+struct SearchResult {
+    std::vector<FoundMarker> markers;
+    std::vector<Start> unsure;
+    std::vector<WellRead> well_read;
+    std::vector<double> refined;  // quads (N, 4, 2)
+};
+
+// search.Search: finds markers of resolution 5 whose greys fit their drawing. `black_words` (W, cells, cells)
+struct Search {
+    const CoarseDecoder& decoder;
+    const Aligner& aligner;
+    const Appearance& appearance;
+    const Reader& reader;
+    std::vector<double> scale;  // of edges: edge_alignment.scale_of
+    std::vector<std::uint8_t> black_words;
+
+    // `sizes` (256,) [m]: of the marker with each number
+    SearchResult find(const Image& smooth, const Pyramid& pyramid, const Image& full, const Lens& lens, double noise,
+                      std::vector<double> quads, const double* sizes, const Thresholds& limit) const;
+};
+
+}  // namespace alvar

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from kinematic_core.worlds.turtle_world import ARENA_SIZE, TurtleWorld
-from plain_support.validation import InvalidInput
+from plain_support import InvalidInput
 
 NAMES = st.sampled_from(['turtle1', 'turtle2', 'turtle3', 'anna', 'bert'])
 NUMBERS = st.floats(-1e6, 1e6, width=32)

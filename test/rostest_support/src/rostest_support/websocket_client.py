@@ -1,6 +1,6 @@
-"""A WebSocket client on a plain socket: it costs less time than what a bench measures, and can break the rules.
+"""A WebSocket client on a plain socket: fast enough to measure a server with, and able to break the rules.
 
-No ROS. What the server closes or refuses is an ``Ended`` with its code and reason.
+No ROS. If the server closes or refuses a connection, ``Ended`` is raised with its code and reason.
 """
 
 import base64
@@ -22,7 +22,7 @@ class Ended(ConnectionError):
 
 
 class WebSocket:
-    """A connection to the server at ``place`` (host, port), what a browser sends and receives, without the browser."""
+    """A connection to the server at ``place`` (host, port), which sends and receives what a browser does."""
 
     def __init__(self, place, timeout, headers=()):
         """``timeout`` [s] of each wait; ``headers`` (name, value) replace those of the handshake or are added."""
@@ -72,7 +72,7 @@ class WebSocket:
         self.send(op='advertise', topic=topic, type=kind)
 
     def frames(self):
-        """Read what is there; yield the payload of each frame that is complete."""
+        """Read the available data; yield the payload of each complete frame."""
         self._read()
         begin = 0
         while len(self._data) - begin >= 2:
@@ -95,7 +95,7 @@ class WebSocket:
         del self._data[:begin]
 
     def close(self):
-        """Close the connection without a word; twice is harmless."""
+        """Close the connection without a close frame; twice is harmless."""
         self.socket.close()
 
 
@@ -115,7 +115,7 @@ def masked(operation):
 def frame(opcode, payload, first=FINAL, length=None):
     """Return a client's frame, whose mask is zero: XOR changes nothing.
 
-    ``first``: the other bits of its first byte; ``length``: what it says about its payload, if that is not true.
+    ``first``: the other bits of its first byte; ``length``: the length that it claims, if not the true one.
     """
     length = len(payload) if length is None else length
     if length < 126:

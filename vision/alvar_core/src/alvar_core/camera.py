@@ -5,9 +5,13 @@ centre of the top left pixel.
 """
 from __future__ import annotations
 
+from functools import cached_property
+from typing import Any
+
 import cv2
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import ArrayLike, Floats
 
 
@@ -29,6 +33,13 @@ class Camera:
         self.distorted = bool(np.any(self.distortion))
         self.fx, self.fy, self.cx, self.cy = self.matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
         self.focal, self.centre = self.matrix[[0, 1], [0, 1]], self.matrix[:2, 2]
+
+    @cached_property
+    def lens(self) -> Any:
+        """Return the lens for the compiled steps; to them, ``to_real`` is no method of this class."""
+        k1, k2, p1, p2, k3, k4, k5, k6 = self.distortion
+        return native.steps.Lens(fx=self.fx, fy=self.fy, cx=self.cx, cy=self.cy,
+                                 k1=k1, k2=k2, p1=p1, p2=p2, k3=k3, k4=k4, k5=k5, k6=k6)
 
     def to_real(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Return the real pixel coordinates of ideal ones; ``x`` and ``y`` are two arrays of one shape."""

@@ -5,9 +5,13 @@ k4 theta^8) focal lengths. Ideal pixels exist only in front of the camera, for a
 """
 from __future__ import annotations
 
+from functools import cached_property
+from typing import Any
+
 import cv2
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import ArrayLike, Floats
 from alvar_core.camera import Camera, CameraError
 
@@ -21,6 +25,13 @@ class FisheyeCamera(Camera):
         if values.size != 4 or not np.all(np.isfinite(values)):
             raise CameraError(f'fisheye distortion D is {values.tolist()}: 4 finite numbers (k1 k2 k3 k4) are needed')
         self.distortion, self.distorted = values, True
+
+    @cached_property
+    def lens(self) -> Any:
+        """Return the lens for the compiled steps."""
+        k1, k2, k3, k4 = self.distortion
+        return native.steps.Lens(fx=self.fx, fy=self.fy, cx=self.cx, cy=self.cy, k1=k1, k2=k2, k3=k3, k4=k4,
+                                 fisheye=True)
 
     def to_real(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Return the real pixel coordinates of ideal ones; ``x`` and ``y`` are two arrays of one shape."""

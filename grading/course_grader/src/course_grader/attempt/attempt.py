@@ -303,13 +303,13 @@ class Attempt:
         """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
         waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (not self._student_is_there() and student.exit_code() is None and idle.poll() < IDLE_START
-               and waiting.look() < MAX_START):
+               and waiting.elapsed() < MAX_START):
             step(1)  # for nodes that wait until time begins
             reader.read()
             time.sleep(POLL)
         waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (self._policy.lockstep and student.has_children() and student.exit_code() is None
-               and idle.poll() < IDLE_STARTED and waiting.look() < MAX_COMPLETION):
+               and idle.poll() < IDLE_STARTED and waiting.elapsed() < MAX_COMPLETION):
             time.sleep(POLL)
 
     def _watch(self, reader, student, simulator, stimuli, step):
@@ -326,7 +326,7 @@ class Attempt:
             reader.read()
             if self._has_ended(student, reader.now) > AFTER_END and stimuli.done():
                 break
-            if watching.look() > limit or self.busy:
+            if watching.elapsed() > limit or self.busy:
                 self.observed.kept_up = False
                 break
             if reader.now >= self._polled_at + PERIOD:
@@ -335,7 +335,7 @@ class Attempt:
                 if self._settled(stimuli):
                     break
         self._state.read()
-        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.look(),
+        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.elapsed(),
                                 _cpu_time(simulator.pid) - before_used)
         self.observed.timed_out = reader.now >= self.exercise.time
         if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands
@@ -343,7 +343,7 @@ class Attempt:
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
-        self._note_hog(student.cpu() - used, watching.look() + watching.lost)
+        self._note_hog(student.cpu() - used, watching.elapsed() + watching.lost)
 
     def _poll(self, student):
         """Record the state, and the names if the master has logged any since the last poll."""
@@ -358,7 +358,7 @@ class Attempt:
     def _wait_for_the_end(self, student):
         """Wait for a program whose nodes have just ended: rospy's shutdown joins its threads in wall time."""
         waiting = ActiveTimer()
-        while student.exit_code() is None and not self._following and waiting.look() < SHUTDOWN_TIMEOUT:
+        while student.exit_code() is None and not self._following and waiting.elapsed() < SHUTDOWN_TIMEOUT:
             time.sleep(POLL)
             self._read_names()
 
@@ -370,7 +370,7 @@ class Attempt:
 
     def _note_pace(self, watching, stood, now):
         """Record whether a run of ``now`` [s] kept real time, without a gap."""
-        missing = watching.look() + watching.lost - now
+        missing = watching.elapsed() + watching.lost - now
         if missing > (1.0 - self._policy.slowest_pace) * now + LAG:
             self.observed.kept_up = False
         elif stood > MAX_STALL and scoring.decide(self.exercise, self.observed).score < 100.0:

@@ -367,9 +367,9 @@ class ProgramIdleTimer:
             self._idle = ActiveTimer()
         else:
             ran = sum(total - before.get(process, 0) for process, total in polled.items())  # [ns]
-            if ran > POLLING_SHARE * 1e9 * max(self._idle.look() - past, SHORTEST_POLL):
+            if ran > POLLING_SHARE * 1e9 * max(self._idle.elapsed() - past, SHORTEST_POLL):
                 self._idle = ActiveTimer()
-        return self._idle.look()
+        return self._idle.elapsed()
 
 
 def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:

@@ -11,6 +11,7 @@ from typing import Iterator, NamedTuple
 import cv2
 import numpy as np
 
+from alvar_core import native
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import thresholds
 from alvar_core.detection.alignment import Covariance, Grid
@@ -36,7 +37,7 @@ class CoveredReader:
     def __init__(self, grid: Grid, margin: int) -> None:
         self._grid, half = grid, grid.cells / 2
         self._inside = np.abs(grid.line) < half - margin + 1
-        self._columns = slice(margin - 1, grid.cells - margin + 1)  # the data cells and one of the border on each side
+        self._cells = grid.cells - 2 * margin + 2  # of the data, and one of the border on each side
         self._words = words_of_numbers().reshape(-1, 25).astype(np.float32)
 
     def read(self, shares: Floats, noise: float, blur: Covariance) -> CoveredReading | None:
@@ -47,7 +48,8 @@ class CoveredReader:
         """
         side = self._grid.count
         grey = shares.reshape(side, side)[self._inside][:, self._inside]
-        profiles = self._grid.profiles(np.array([blur.yy, blur.xx]))[:, 0, self._inside, self._columns]
+        profiles = native.steps.coverage(line=self._grid.line[self._inside], cells=self._cells,
+                                         variance=[blur.yy, blur.xx])
         by_row, by_column = (_pseudo_inverse(each) for each in profiles)
         cells = by_row @ grey @ by_column.T
         low, high = thresholds.ODD_CELL

@@ -23,19 +23,19 @@ from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
 
-from alvar_core import code, native
+from alvar_core import code
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import candidates, homography, pose, striped_light, thresholds
-from alvar_core.detection.acceptance import Appearance, Features, accepted, may_be_covered
+from alvar_core.detection.acceptance import Appearance, Features, accepted, may_be_covered, unpromising
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
-from alvar_core.detection.compiled_search import CompiledSearch
 from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.covered_cells import CoveredReader
 from alvar_core.detection.detection import Detection, best_of_overlapping
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
-from alvar_core.detection.reading import CoarseDecoder, CoarseMatch, Reader, Reading, black_cells
+from alvar_core.detection.reading import CoarseDecoder, Reader, Reading, black_cells
+from alvar_core.detection.search import Search
 from alvar_core.detection.uneven_light import Found, UnevenLight, free_of
 
 MARGINS = range(1, 11)  # [cells]
@@ -100,12 +100,11 @@ class Detector:
         self._covered = CoveredReader(self._aligner.grid, self.margin) if self._decoder.words is not None else None
         self._corners, self._paper = CornerEstimator(self.cells), BentPaper(self.cells)
         self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
-        self._compiled = None
+        self._search = None
         if self._decoder.words is not None:
             self._black_words = black_cells(self._decoder.words, self.margin)
-            if native.library:
-                self._compiled = CompiledSearch(native.library, self._decoder, self._aligner, self._appearance,
-                                                self._reader, self._corners, self._black_words)
+            self._search = Search(self._decoder, self._aligner, self._appearance, self._reader, self._corners,
+                                  self._black_words)
 
     @property
     def size(self) -> float:
@@ -169,14 +168,23 @@ class Detector:
         """Return the Detections among quads (N, 4, 2) whose greys fit a drawing, and the refined quads (K, 4, 2)."""
         if not len(quads):
             return [], quads
-        compiled = native.library_for(image.camera)
-        if compiled and self._compiled:
-            return self._in_one_step(self._compiled, compiled[1], image, quads)
-        quads = candidates.refined(image.smooth, quads)
-        return self._in_steps(image, quads) if len(quads) else [], quads
+        if self._search is None:
+            quads = candidates.refined(image.smooth, quads)
+            return self._cell_by_cell(image, quads), quads
+        seen, unsure, well_read, refined = self._search.find(image, quads, self.size, self.sizes)
+        found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
+                 for each in seen]
+        if len(unsure):
+            drawn = unsure['word']
+            words = list(zip(drawn, unsure['fit'], unsure['gap']))
+            found += self._finish(image, _Start(unsure['h'], self._black_words[drawn], unsure['blur'], unsure['level'],
+                                                words))
+        found = best_of_overlapping(found)
+        found += self._well_read(image, well_read['quad'], well_read['word'], found)
+        return found, refined
 
-    def _in_steps(self, image: PreparedImage, quads: Floats) -> list[Detection]:
-        """Return the Detections among refined quads."""
+    def _cell_by_cell(self, image: PreparedImage, quads: Floats) -> list[Detection]:
+        """Return the Detections among refined quads of a resolution that is not read by code words."""
         match = self._decoder.match(image.smooth, quads)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
@@ -184,25 +192,11 @@ class Detector:
         chosen = candidates.distinct(quads, rank, near)[:thresholds.MAX_ALIGNED]
         if not chosen:
             return []
-        found = best_of_overlapping(self._align(image, quads[chosen], match, chosen))
-        well = (match.fit[chosen] > thresholds.WELL_READ_FIT) & (match.gap[chosen] > thresholds.WELL_READ_GAP)
-        which = np.array(chosen)[well]
-        return found + self._well_read(image, quads[which], match.word[which], found)
-
-    def _in_one_step(self, search: CompiledSearch, lens: Floats, image: PreparedImage,
-                     quads: Floats) -> tuple[list[Detection], Floats]:
-        """Do the same as ``_in_even_light`` with the compiled step; look closer at what that is unsure of."""
-        seen, unsure, well_read, refined = search.find(image, lens, quads, self.size, self.sizes)
-        found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
-                 for each in seen]
-        if len(unsure):
-            drawn = unsure['word'].astype(int)
-            words = list(zip(drawn, unsure['fit'], unsure['gap']))
-            found += self._finish(image, _Start(unsure['h'], self._black_words[drawn], unsure['blur'],
-                                                unsure['level'].astype(int), words))
-        found = best_of_overlapping(found)
-        found += self._well_read(image, well_read['quad'], well_read['word'].astype(int), found)
-        return found, refined
+        quads = quads[chosen]
+        cell = homography.mean_side(quads) / self.cells
+        h = homography.from_square(image.camera.to_ideal(quads), self.cells / 2)
+        start = self._by_rim(image, h, np.searchsorted(thresholds.NEXT_LEVEL, cell), cell)
+        return best_of_overlapping(self._finish(image, start))
 
     def _well_read(self, image: PreparedImage, quads: Floats, words: Integers,
                    known: Sequence[Detection]) -> list[Detection]:
@@ -273,18 +267,6 @@ class Detector:
         return Detection(content.value, real, best.rotation, best.position, found.fit, share, ambiguous, best.error,
                          solutions, None, information, thin_margin=found.thin)
 
-    def _align(self, image: PreparedImage, quads: Floats, match: CoarseMatch, chosen: list[int]) -> list[Detection]:
-        cell = homography.mean_side(quads) / self.cells
-        h = match.h[chosen]
-        if image.camera.distorted:
-            h = homography.from_square(image.camera.to_ideal(quads), self.cells / 2)
-        level = np.searchsorted(thresholds.NEXT_LEVEL, cell)
-        if self._decoder.words is None:
-            return self._finish(image, self._by_rim(image, h, level, cell))
-        words = list(zip(match.word[chosen], match.fit[chosen], match.gap[chosen]))
-        blur = _start_blur(thresholds.START_BLUR, cell, level)
-        return self._finish(image, _Start(h, self._black_words[match.word[chosen]], blur, level, words))
-
     def _by_rim(self, image: PreparedImage, h: Floats, level: Integers, cell: Floats) -> _Start:
         """Align the black border alone and read the cells; leave out markers that could not be read."""
         all_black = np.ones((len(h), self.cells, self.cells), bool)
@@ -293,7 +275,7 @@ class Detector:
                                     thresholds.RIM_ALIGNMENT_STEPS, redraw=(1, 3, 5))
         both, twice = np.concatenate([rim.h, h]), np.concatenate([level, level])
         blur = np.concatenate([rim.blur, _start_blur(thresholds.START_BLUR, cell, level)])
-        values = image.pyramid.read(*self._aligner.grid.places(both, image.camera), twice)
+        values = self._aligner.values(image.pyramid, image.camera, both, twice)
         readings = self._reader.read_cells(self._shares(values), covariance(both, blur * 4.0 ** twice))
         fits = [reading.fit if reading else 0.0 for reading in readings]
         read, black = [], []
@@ -321,10 +303,10 @@ class Detector:
         noise = np.minimum(state.noise, thresholds.SAMPLED_NOISE * image.noise / 2.0 ** state.level)
         features, corners = self._appearance.features(state, noise), self._corners.start(state)
         likeness = np.array([each.likeness for each in features])
-        blur = covariance(state.h, state.blur * 4.0 ** state.level)
-        good = self._promising(likeness, corners, blur)
-        if not len(good):
+        good = [m for m, each in enumerate(likeness) if unpromising(state, m, each, self.cells) is None]
+        if not good:
             return []
+        blur = covariance(state.h, state.blur * 4.0 ** state.level)
         state, black, corners = state.take(good), start.black[good], corners[good]
         likeness, noise, blur = likeness[good], noise[good], blur.take(good)
         words = [start.words[m] for m in good] if start.words else None
@@ -338,14 +320,6 @@ class Detector:
             which = [m for m, _ in changed]
             out += self._finish(image, _Start(state.h[which], again, state.blur[which], state.level[which]))
         return out
-
-    def _promising(self, likeness: Floats, corners: Floats, blur: Covariance) -> Integers:
-        """Return the indices of the aligned candidates that may be markers."""
-        with np.errstate(invalid='ignore'):
-            good = (np.isfinite(corners).all((1, 2)) & (homography.area(corners) > thresholds.MIN_MARKER_AREA)
-                    & (likeness > thresholds.MIN_LIKENESS)
-                    & (np.sqrt((blur.xx + blur.yy) / 2) < thresholds.MAX_BLUR))
-        return np.flatnonzero(good)
 
     def _read(self, state: Alignment, blur: Covariance, likeness: Floats, noise: Floats,
               words: Sequence[tuple[int, float, float]] | None) -> list[Reading | None]:
@@ -415,9 +389,7 @@ class Detector:
         if detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
             return False
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
-        fit, narrower, wider = (self._decoder.fit(image.smooth, real, self.cells / (self.cells + more))
-                                for more in (0, -2, 2))
-        return max(narrower, wider) > fit
+        return self._decoder.has_other_margin(image.smooth, real)
 
     def _detections(self, image: PreparedImage, state: Alignment, corners: Floats,
                     found: Sequence[_Accepted]) -> list[Detection]:

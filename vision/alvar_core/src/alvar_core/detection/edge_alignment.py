@@ -6,7 +6,6 @@ disturbs is an outlier of the fit. Coordinates are in cells as in alignment.py.
 """
 from __future__ import annotations
 
-import ctypes
 import functools
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -30,8 +29,6 @@ class EdgePoints:
     outward: Floats
 
     def __post_init__(self) -> None:
-        self.homogeneous: Floats = np.ascontiguousarray(
-            np.concatenate([self.middle, np.ones((len(self.middle), 1))], 1).T)
         self.across: Floats = np.ascontiguousarray(self.outward.T)
         self.along: Floats = self.across[::-1] * [[1], [-1]]
 
@@ -49,7 +46,7 @@ class SeenEdges(NamedTuple):
 
 
 def scale_of(half: float) -> Floats:
-    """Return small changes (8,) of a Plane that move the corners, at +-``half`` cells, equally far."""
+    """Return small changes (8,) of a homography that move the corners, at +-``half`` cells, equally far."""
     return 1e-3 / np.array([1 / half, 1, 1, 1 / half, 1, 1, half, half])
 
 
@@ -84,20 +81,7 @@ class EdgeFit:
 
 def edge_points(black: Bools, places: Floats) -> EdgePoints:
     """Return the points on the edges of a marker's cells (n, n), bool; ``places`` along each edge, -0.5 to 0.5."""
-    n = len(black)
-    white = np.pad(~black, 1, constant_values=True).astype(np.int8)
-    sideways, down = np.diff(white, axis=1)[1:-1], np.diff(white, axis=0)[:, 1:-1]
-    row, column = np.nonzero(sideways)
-    upright = np.stack([column - n / 2, row - n / 2 + 0.5], 1), sideways[row, column]
-    row, column = np.nonzero(down)
-    level = np.stack([column - n / 2 + 0.5, row - n / 2], 1), down[row, column]
-    middle, outward = [], []
-    for (at, sign), axis in ((upright, 0), (level, 1)):
-        along, across = np.zeros(2), np.zeros(2)
-        along[1 - axis], across[axis] = 1, 1
-        middle.append((at[:, None] + np.asarray(places)[:, None] * along).reshape(-1, 2))
-        outward.append(np.repeat(sign[:, None] * across, len(places), 0))
-    return EdgePoints(np.concatenate(middle), np.concatenate(outward))
+    return EdgePoints(*native.steps.edge_points(black=black, places=places))
 
 
 def edges_of_cells(black: Bools) -> EdgePoints:
@@ -130,9 +114,6 @@ class EdgeAligner:
         """
         if first_reach is None:
             first_reach = thresholds.FIRST_LOCAL_REACH * reach
-        compiled = native.library_for(camera)
-        if compiled and isinstance(model, Plane) and len(starts) == 1 and not starts.any():
-            return [_fit_compiled(*compiled, grey, model.h, points, scale, reach, first_reach, steps)]
         theta = starts.astype(np.float64)
         count, free = len(theta), len(scale)
         seen_enough = np.ones(count, bool)
@@ -215,46 +196,17 @@ def directions(along: Floats, outward: Floats) -> Floats:
     return out
 
 
-class Plane(Model):
-    """Small changes (K, 8) of a homography (3, 3), applied before it (homography.small)."""
+def fit_plane(grey: Image, camera: Camera, h: Floats, points: EdgePoints, scale: Floats, reach: float,
+              steps: int) -> EdgeFit | None:
+    """Return the EdgeFit of a flat marker, from a homography ``h`` (3, 3) on; None if too few edges are seen.
 
-    def __init__(self, h: Floats) -> None:
-        self.h = h
-
-    def edges(self, theta: Floats, points: EdgePoints) -> SeenEdges:
-        """Return the SeenEdges with parameters ``theta`` (K, 8)."""
-        h = self.h @ homography.small(theta)
-        p = h @ points.homogeneous
-        w = p[:, 2:]
-        at = p[:, :2] / w
-        along, outward = (h[:, :2, :2] @ way - at * (h[:, 2:, :2] @ way) for way in (points.along, points.across))
-        direction = directions(along, outward)
-        # of the derivative of a place by a small change, the part along the direction
-        towards = np.concatenate([direction, -(direction * at).sum(1, keepdims=True)], 1) / w
-        by_x, by_y, by_w = (self.h.T @ towards).transpose(1, 0, 2)
-        x, y, _ = points.homogeneous
-        jacobian = np.stack([by_x, by_x * x, by_x * y, by_y, by_y * x, by_y * y, -by_w * x, -by_w * y], 1)
-        return SeenEdges(at, direction, jacobian)
-
-
-def _fit_compiled(library: ctypes.CDLL, lens: Floats, grey: Image, h: Floats, points: EdgePoints, scale: Floats,
-                  reach: float, first_reach: float, steps: int) -> EdgeFit | None:
-    """Do the same as EdgeAligner.fit of an unchanged Plane with the compiled step of native/edge_alignment.cpp."""
-    count, place = len(points.middle), native.address
-    theta, covariance, numbers = np.empty(8), np.empty((8, 8)), np.empty(2)
-    agrees, h = np.empty(count, bool), np.ascontiguousarray(h, np.float64)
-    limits = compiled_limits()
-    seen = library.alvar_fit_edges(
-        *native.image(grey), place(lens), place(h), count, place(points.homogeneous), place(points.across),
-        place(scale), ctypes.c_double(reach), ctypes.c_double(first_reach), steps, place(limits), place(theta),
-        place(covariance), place(numbers), place(agrees))
-    return EdgeFit(theta, covariance, float(numbers[0]), agrees, float(numbers[1])) if seen else None
-
-
-def compiled_limits() -> Floats:
-    """Return the thresholds that native/edge_fit.h needs."""
-    return np.array([thresholds.MIN_LOCAL_CONTRAST, thresholds.MIN_LOCAL_STEP, thresholds.DARK_GREY,
-                     thresholds.EDGE_OUTLIER, thresholds.MIN_EDGE_OUTLIER, thresholds.EDGES_SETTLED])
+    Its parameters (8,) are small changes of ``h`` (homography.small). ``scale`` and ``reach`` are those of
+    EdgeAligner.fit.
+    """
+    found = native.steps.fit_plane(grey=grey, lens=camera.lens, h=h, middle=points.middle, outward=points.outward,
+                                   scale=scale, reach=reach, first_reach=thresholds.FIRST_LOCAL_REACH * reach,
+                                   steps=steps, limit=native.limit)
+    return None if found is None else EdgeFit(**found)
 
 
 def changed(h: Floats, theta: Floats) -> Floats:

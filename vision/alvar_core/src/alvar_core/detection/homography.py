@@ -1,7 +1,6 @@
 """Homographies in batches of M: compute them from four corners, apply them to points, change them slightly."""
 from __future__ import annotations
 
-import ctypes
 import functools
 
 import numpy as np
@@ -19,25 +18,8 @@ def from_square(quads: ArrayLike, half: float) -> Floats:
 
     The corners of a quad are top left, then clockwise in the image.
     """
-    q = np.asarray(quads, np.float64)
-    if native.library:
-        q, m = np.ascontiguousarray(q), np.empty((len(q), 3, 3))
-        native.library.alvar_from_squares(len(q), native.address(q), ctypes.c_double(half), native.address(m))
-        return m
-    first, ends = q[:, :1], q[:, 1::2]
-    to_ends, rest = ends - q[:, 2:3], q[:, 0] - q[:, 1] + q[:, 2] - q[:, 3]
-    (ax, ay), (bx, by) = to_ends.transpose(1, 2, 0)
-    cx, cy = rest.T
-    den = ax * by - bx * ay
-    den[np.abs(den) < 1e-12] = 1e-12
-    m = np.empty((len(q), 3, 3))
-    m[:, 2, 0], m[:, 2, 1], m[:, 2, 2] = (cx * by - bx * cy) / den, (ax * cy - cx * ay) / den, 1
-    m[:, :2, :2] = (ends - first + m[:, 2, :2, None] * ends).transpose(0, 2, 1)
-    m[:, :2, 2] = q[:, 0]
-    m[:, :, 2] += 0.5 * (m[:, :, 0] + m[:, :, 1])  # from the corner to the centre
-    m[:, :, :2] *= 0.5 / half
-    m /= m[:, 2:, 2:].copy()
-    return m
+    found: Floats = native.steps.from_square(quads, half)
+    return found
 
 
 def apply(h: Floats, points: ArrayLike) -> Floats:

@@ -88,9 +88,4 @@ class PreparedImage:
 
 def noise_of(grey: Image) -> float:
     """Return the standard deviation of a grey image's noise, from second differences along some rows."""
-    if native.library:
-        return float(native.library.alvar_noise(*native.image(grey)))
-    rows = grey[4::max(1, len(grey) // 12)].astype(np.int16)
-    second = np.abs(2 * rows[:, 1:-1] - rows[:, :-2] - rows[:, 2:]).ravel()
-    share = np.bincount(second).cumsum() / second.size
-    return float(np.interp(0.5, share, np.arange(len(share)) + 0.5) / (0.6745 * np.sqrt(6)))
+    return float(native.steps.noise_of(grey))

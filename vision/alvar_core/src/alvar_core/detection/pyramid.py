@@ -1,18 +1,19 @@
-"""A grey image in three sizes, with interpolation between pixels."""
+"""A grey image in three sizes."""
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import cv2
 import numpy as np
 
-from alvar_core.arrays import Floats, Image, Integers
+from alvar_core.arrays import Floats, Image
 
 LEVELS = range(3)  # full, half and quarter size
 
 
 class Pyramid:
-    """A grey image (uint8) at full, half and quarter size, in one array, so that one remap reads all of them.
+    """A grey image (uint8) at full, half and quarter size, in one array.
 
     ``buffer`` (height + height // 2, width) uint8 is used for that array; without it, a new one is allocated.
     """
@@ -33,22 +34,9 @@ class Pyramid:
         return self._atlas[:self._height]
 
     @property
-    def memory(self) -> tuple[Image, Floats]:
-        """Return the array of all sizes and the table of where each is, for compiled steps."""
-        return self._atlas, self._table
-
-    def read(self, x: Floats, y: Floats, level: Integers) -> Floats:
-        """Return the grey values (M, P), float32, at real pixels ``x``, ``y`` (M, P), float32, of the full image.
-
-        ``level`` (M,) selects the size to read from.
-        """
-        scale, x_offset, y_offset, left, top, right, bottom = self._table[level].T[:, :, None]
-        x, y = x * scale, y * scale
-        for along, offset, low, high in (x, x_offset, left, right), (y, y_offset, top, bottom):
-            along += offset
-            np.maximum(along, low, out=along)
-            np.minimum(along, high, out=along)
-        return cv2.remap(self._atlas, x, y, cv2.INTER_LINEAR).astype(np.float32)
+    def memory(self) -> dict[str, Any]:
+        """Return the array of all sizes, and the table of where each is, as arguments of compiled steps."""
+        return {'atlas': self._atlas, 'table': self._table}
 
 
 @functools.lru_cache(maxsize=8)

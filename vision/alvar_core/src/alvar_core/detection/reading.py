@@ -1,17 +1,15 @@
 """Read the cells of a marker: compare them with all code words of ALVAR's 5x5 numbers, or read them one by one."""
 from __future__ import annotations
 
-import ctypes
 import functools
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from alvar_core import code, native
 from alvar_core.arrays import ArrayLike, Bools, Floats, Image, Integers
-from alvar_core.detection import homography, thresholds
-from alvar_core.detection.alignment import NORMAL_STEP, Covariance, Grid
+from alvar_core.detection import thresholds
+from alvar_core.detection.alignment import Covariance, Grid
 
 
 def black_cells(white: ArrayLike, margin: int) -> Bools:
@@ -33,19 +31,6 @@ def words_of_numbers() -> Bools:
     words = np.array([np.rot90(cells, -turns) for turns in range(4) for cells in upright])
     words.flags.writeable = False  # all callers share it
     return words
-
-
-def in_chunks(a: Floats, b: Floats, limit: int = 250000) -> Floats:
-    """Return a @ b, computed in parts that are too small for OpenBLAS to start threads, whose start takes longer."""
-    rows = max(1, limit // (b.shape[0] * b.shape[1]))
-    if len(a) <= rows:
-        return a @ b
-    return np.concatenate([a[i:i + rows] @ b for i in range(0, len(a), rows)])
-
-
-def without_noise(energy: Floats | float, noise: Floats | float) -> Floats:
-    """Return energy minus noise, which counts for at most the share MAX_NOISE_SHARE of it; arrays or numbers."""
-    return energy - np.minimum(noise, thresholds.MAX_NOISE_SHARE * energy)
 
 
 @dataclass(frozen=True)
@@ -93,10 +78,10 @@ class CoarseDecoder:
         n = resolution + 2
         line = np.arange(n) - (n - 1) / 2
         cells = np.stack([np.tile(line, n), np.repeat(line, n)], 1)
-        self._rim, self._cells = (np.ascontiguousarray(np.concatenate([p, np.ones((len(p), 1))], 1).T, np.float32)
-                                  for p in (self._rim_points(), cells))
+        rim, points = (np.concatenate([p, np.ones((len(p), 1))], 1).T for p in (self._rim_points(), cells))
         self.words = words_of_numbers() if resolution == 5 else None
-        self._known, self._words_t = self._centred_words(resolution)
+        known, words = self._centred_words(resolution)
+        self.steps = native.steps.CoarseDecoder(half=self.half, rim=rim, cells=points, words=words, known=known)
 
     def _rim_points(self) -> Floats:
         points = []
@@ -121,70 +106,18 @@ class CoarseDecoder:
         flat = known.reshape(len(known), -1).astype(np.float32)
         centred = words.reshape(len(words), -1).astype(np.float32)
         centred = (centred - (centred * flat).sum(1, keepdims=True) / flat.sum(1, keepdims=True)) * flat
-        return flat, np.ascontiguousarray((centred / np.linalg.norm(centred, axis=1, keepdims=True)).T)
+        return flat, (centred / np.linalg.norm(centred, axis=1, keepdims=True)).T
 
     def match(self, smooth: Image, quads: Floats) -> CoarseMatch:
         """Return the CoarseMatch of quads (N, 4, 2) [real px] in a lightly smoothed image."""
-        if native.library and self.words is not None:
-            return self._match_compiled(native.library, smooth, quads)
-        h = homography.from_square(quads, self.half)
-        rim = self._grey(smooth, h, self._rim).reshape(-1, 2, 4, len(self.ALONG))
-        step = rim[:, 0] - rim[:, 1]
-        contrast = np.sort(np.sort(step, 2)[:, :, len(self.ALONG) // 2], 1)[:, 1]
-        step = step.reshape(len(step), -1)
-        least = np.maximum(thresholds.MIN_RIM_STEP_SHARE * contrast, thresholds.MIN_RIM_STEP)
-        dark = (step > least[:, None]).sum(1)
-        kept = np.flatnonzero((contrast > thresholds.MIN_RIM_CONTRAST)
-                              & (dark > thresholds.MIN_DARK_RIM * step.shape[1]))
-        if not len(kept):
-            return CoarseMatch(kept, h[kept], np.zeros(0), np.zeros(0), np.zeros(0, int))
-        return CoarseMatch(kept, h[kept], *self._match(self._grey(smooth, h[kept], self._cells)))
+        return CoarseMatch(**self.steps.match(smooth=smooth, quads=quads, limit=native.limit))
 
-    def _match_compiled(self, library: ctypes.CDLL, smooth: Image, quads: Floats) -> CoarseMatch:
-        """Do the same as ``match`` with the compiled step of native/decoding.cpp."""
-        quads, place, count = np.ascontiguousarray(quads, np.float64), native.address, len(quads)
-        limits, rim, points, word_table = self.compiled_arrays()
-        kept, words = np.empty((2, count), np.int64)
-        h, fits = np.empty((count, 3, 3)), np.empty((2, count))
-        n = library.alvar_match_coarse(
-            *native.image(smooth), count, place(quads), place(limits), place(rim), points.shape[1], place(points),
-            word_table.shape[1], place(word_table), place(kept), place(h), place(fits),
-            place(words))
-        return CoarseMatch(kept[:n], h[:n], fits[0, :n], fits[1, :n], words[:n])
+    def has_other_margin(self, smooth: Image, corners: Floats) -> bool:
+        """Return whether the cells match a code word better with a margin one cell narrower or wider.
 
-    def compiled_arrays(self) -> tuple[Floats, ...]:
-        """Return what native/decoding.cpp needs: limits, points of the rim and of the cells, words."""
-        limits = np.array([self.half, thresholds.MIN_RIM_STEP_SHARE, thresholds.MIN_RIM_STEP,
-                           thresholds.MIN_RIM_CONTRAST, thresholds.MIN_DARK_RIM])
-        return limits, self._rim, self._cells, self._words_t
-
-    def fit(self, smooth: Image, quad: Floats, spread: float) -> float:
-        """Return the fit of the best code word to the cells of one quad (4, 2), ``spread`` times as far apart."""
-        if native.library and self.words is not None:
-            quad, place = np.ascontiguousarray(quad, np.float64), native.address
-            _, _, points, words = self.compiled_arrays()
-            return float(native.library.alvar_coarse_fit(
-                *native.image(smooth), place(quad), ctypes.c_double(self.half), ctypes.c_double(spread),
-                points.shape[1], place(points), words.shape[1], place(words)))
-        h = homography.from_square(quad[None], self.half)
-        cells = self._cells * np.array([[spread], [spread], [1]], np.float32)
-        return float(self._match(self._grey(smooth, h, cells))[0][0])
-
-    def _grey(self, smooth: Image, h: Floats, points: Floats) -> Floats:
-        p = h.astype(np.float32) @ points
-        inverse = 1 / p[:, 2]
-        x, y = p[:, 0] * inverse, p[:, 1] * inverse
-        return cv2.remap(smooth, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
-
-    def _match(self, grey: Floats) -> tuple[Floats, Floats, Integers]:
-        """Return, for greys (N, P), the fit of the best word, its gap to the second best and its index, each (N,)."""
-        spread = (grey * grey) @ self._known.T - (grey @ self._known.T) ** 2 / self._known.sum(1)
-        fit = in_chunks(grey, self._words_t) / np.sqrt(np.maximum(spread, 1.0))
-        word = fit.argmax(1)
-        rows = np.arange(len(fit))
-        best = fit[rows, word]
-        fit[rows, word] = -1
-        return best, best - fit.max(1), word
+        ``corners`` (4, 2) [real px] are those of the marker.
+        """
+        return bool(self.steps.has_other_margin(smooth=smooth, corners=corners))
 
 
 class Reader:
@@ -194,14 +127,11 @@ class Reader:
         self.resolution, self.margin, self.grid = resolution, margin, grid
         reach = self.resolution / 2 + min(0.5, margin / 2)
         self._inside = np.abs(self.grid.line) < reach
-        x, y = (v.ravel() for v in np.meshgrid(grid.line[self._inside], grid.line[self._inside]))
-        light = np.stack([np.ones_like(x), x, y, x * y], 1)
-        self._light = np.ascontiguousarray(np.linalg.qr(light)[0], np.float32)
+        self._line = grid.line[self._inside]
         self._seen = words_of_numbers() if resolution == 5 else np.zeros((0, 5, 5), bool)
-        self._words = self._seen.reshape(-1, 25).astype(np.float32)
-        self._words_t = np.ascontiguousarray(self._words.T)
-        self._inside_line = grid.line[self._inside].astype(np.float32)
-        self.region = int(self._inside.argmax()), int(self._inside.sum())  # first and number of the samples in a row
+        x, y = (v.ravel() for v in np.meshgrid(self._line, self._line))
+        light = np.linalg.qr(np.stack([np.ones_like(x), x, y, x * y], 1))[0]
+        self.steps = native.steps.Reader(line=self._line, light=light, words=self._seen.reshape(-1, 25).T)
 
     def read(self, values: Floats, covariance: Covariance, noise: Floats) -> list[Reading]:
         """Return the best Reading of each marker of resolution 5.
@@ -209,56 +139,18 @@ class Reader:
         ``values`` (M, P) [greys] are those on the grid, ``covariance`` is the blur in cells. ``noise`` (M,) [greys] is
         the standard deviation of the values' noise, which does not reduce the fit.
         """
-        if native.library:
-            return self._read_compiled(native.library, values, covariance, noise)
-        ex, ey = self._coverage(covariance)
-        flat = self._region(values).reshape(len(values), -1)
-        grey = (flat - (flat @ self._light) @ self._light.T).reshape(len(values), ey.shape[1], ex.shape[1])
-        matched = (ey.transpose(0, 2, 1) @ grey @ ex).reshape(len(values), -1)
-        return [self._number(*each) for each in zip(matched, grey, ex, ey, noise)]
-
-    def _read_compiled(self, library: ctypes.CDLL, values: Floats, covariance: Covariance,
-                       noise: Floats) -> list[Reading]:
-        """Do the same as ``read`` with the compiled step of native/appearance.cpp."""
-        grey, place = np.ascontiguousarray(self._region(values), np.float32), native.address
-        variance, noise = np.array([covariance.xx, covariance.yy], np.float64), np.ascontiguousarray(noise, np.float64)
-        out, words = np.empty((2, len(grey))), np.empty(len(grey), np.int64)
-        library.alvar_read(len(grey), grey.shape[1], place(grey), place(self._inside_line), self.resolution,
-                           place(self._light), place(NORMAL_STEP), place(variance), place(noise), len(self._words),
-                           place(self._words_t), ctypes.c_double(thresholds.MAX_NOISE_SHARE), place(out), place(words))
-        return [self.of_word(*each) for each in zip(words.tolist(), *out.tolist())]
-
-    def compiled_arrays(self) -> tuple[Floats, ...]:
-        """Return what native/appearance.cpp needs: the samples in a row [cells], light, words."""
-        return self._inside_line, self._light, self._words_t
+        return [self.of_word(*self.steps.read(values=each, xx=xx, yy=yy, noise=sigma, limit=native.limit))
+                for each, xx, yy, sigma in zip(self._region(values), covariance.xx, covariance.yy, noise)]
 
     def _coverage(self, covariance: Covariance) -> tuple[Floats, Floats]:
         """Return how much columns and rows of data cells cover each column and row of samples; each (M, S, n)."""
-        inner = slice(self.margin, self.margin + self.resolution)
-        both = np.concatenate([covariance.xx, covariance.yy])
-        coverage = self.grid.profiles(both)[:, 0, self._inside, inner]
-        return coverage[:len(covariance.xx)], coverage[len(covariance.xx):]
+        ex, ey = (native.steps.coverage(line=self._line, cells=self.resolution, variance=each)
+                  for each in (covariance.xx, covariance.yy))
+        return ex, ey
 
     def _region(self, values: Floats) -> Floats:
         side = self.grid.count
         return values.reshape(-1, side, side)[:, self._inside][:, :, self._inside]
-
-    def _gram(self, ex: Floats, ey: Floats) -> Floats:
-        n = self.resolution ** 2
-        side = len(ex)
-        rows = ey.T @ self._light.reshape(side, -1)
-        light = (ex.T @ rows.reshape(-1, side, self._light.shape[1])).reshape(n, -1)
-        product = ((ey.T @ ey)[:, None, :, None] * (ex.T @ ex)[None, :, None, :]).reshape(n, n)
-        return product - light @ light.T
-
-    def _number(self, matched: Floats, grey: Floats, ex: Floats, ey: Floats, noise: float) -> Reading:
-        power = np.einsum('ij,ij->i', in_chunks(self._words, self._gram(ex, ey)), self._words)
-        energy = without_noise(float((grey * grey).sum()), grey.size * float(noise) ** 2)
-        fit = self._words @ matched / np.sqrt(np.maximum(power, 1e-6) * (energy + 1e-6))
-        second, best = np.argpartition(fit, -2)[-2:]
-        if fit[second] > fit[best]:
-            second, best = best, second
-        return self.of_word(best, fit[best], fit[best] - fit[second])
 
     def of_word(self, word: int, fit: float, gap: float) -> Reading:
         """Return the Reading of a code word (index turns * 256 + number)."""

@@ -9,7 +9,7 @@ from alvar_core import code
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
 from alvar_core.detection.detection import Detection
-from alvar_core.detection.edge_alignment import EdgeAligner, EdgeFit, EdgePoints
+from alvar_core.detection.edge_alignment import EdgeFit, EdgePoints
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import black_cells
@@ -34,7 +34,7 @@ class UnevenLight:
     """Finds markers of resolution 5 and ``margin`` cells."""
 
     def __init__(self, margin: int) -> None:
-        self.decoder, self.aligner = LocalDecoder(margin), EdgeAligner()
+        self.decoder = LocalDecoder(margin)
         self.half = self.decoder.half
         self.margin, half = margin, self.half
         self._scale = edge_alignment.scale_of(half)
@@ -196,9 +196,8 @@ class UnevenLight:
         corners = homography.apply(h[None], self._square)
         longest = float(np.linalg.norm(np.roll(corners, -1, 1) - corners, axis=2).max())
         cell = float(homography.mean_side(corners)[0]) ** 2 / longest / (2 * self.half)  # its smaller width, if tilted
-        result = self.aligner.fit(image.grey, image.camera, edge_alignment.Plane(h), np.zeros((1, 8)),
-                                  self._edges(word, which), self._scale,
-                                  min(reach * cell, thresholds.MAX_LOCAL_REACH), thresholds.LOCAL_STEPS)[0]
+        result = edge_alignment.fit_plane(image.grey, image.camera, h, self._edges(word, which), self._scale,
+                                          min(reach * cell, thresholds.MAX_LOCAL_REACH), thresholds.LOCAL_STEPS)
         if result is None:
             return None
         return edge_alignment.changed(h, result.parameters), result

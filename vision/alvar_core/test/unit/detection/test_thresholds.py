@@ -15,10 +15,8 @@ NO_THRESHOLDS = {
     'prepared_image.MIN_IMAGE_SIDE': 'smaller images are refused',
     'prepared_image.MOST': 'images kept for reuse',
     'alignment.DISTANCES': 'of the table of sample weights', 'alignment.WEIGHTS': 'of the table of sample weights',
-    'alignment.BLUR': 'index of a parameter', 'alignment.PARAMETERS': 'their number',
     'local_contrast.ALONG': 'where contrasts are read', 'local_contrast.ACROSS': 'where contrasts are read',
     'bent_paper.STEP': 'difference for a derivative',
-    'candidates.NEXT': 'order of corners',
     'pose.DEGREES_OF_FREEDOM': 'eight coordinates less six of a pose',
     'reading.DEPTHS': 'where the coarse decoding reads',
 }

@@ -1,0 +1,20 @@
+// prepared_image.noise_of
+#include <algorithm>
+#include <cmath>
+
+#include "steps.h"
+
+double alvar::noise_of(const Image& grey) {
+    std::vector<std::int64_t> counts(4 * 255 + 1, 0);
+    std::int64_t all = 0;
+    for (int y = 4; y < grey.height; y += std::max(1, grey.height / 12)) {
+        const std::uint8_t* row = grey.greys + y * grey.stride;
+        for (int x = 1; x < grey.width - 1; ++x) ++counts[std::abs(2 * row[x] - row[x - 1] - row[x + 1])];
+        all += std::max(0, grey.width - 2);
+    }
+    std::int64_t before = 0;
+    std::size_t k = 0;
+    while (k + 1 < counts.size() && 2 * (before + counts[k]) < all) before += counts[k++];
+    const double middle = k ? k - 0.5 + (0.5 * all - before) / std::max<std::int64_t>(counts[k], 1) : 0.5;
+    return middle / (0.6745 * std::sqrt(6.0));
+}

@@ -1,0 +1,59 @@
+"""The search for markers of resolution 5 in even light: all steps on all candidates in one call of native/search.cpp.
+
+What needs a closer look (cells that may be covered) is only named; the Detector looks closer.
+"""
+from __future__ import annotations
+
+from typing import Any, Mapping, NamedTuple
+
+import numpy as np
+
+from alvar_core import native
+from alvar_core.arrays import Bools, Floats
+from alvar_core.detection.acceptance import Appearance, Features
+from alvar_core.detection.alignment import Aligner
+from alvar_core.detection.corners import CornerEstimator
+from alvar_core.detection.pose import Solution
+from alvar_core.detection.prepared_image import PreparedImage
+from alvar_core.detection.reading import CoarseDecoder, Reader
+
+NUMBERS = range(256)  # of markers of resolution 5
+
+
+class Seen(NamedTuple):
+    """A marker: its number, corners (4, 2) [real px] as drawn, their information (8, 8), its poses and Features."""
+
+    number: int
+    corners: Floats
+    information: Floats
+    solutions: list[Solution]
+    features: Features
+
+
+class Search:
+    """Finds markers with the parts of a Detector; ``black_words`` (1024, n, n): the black cells of all code words."""
+
+    def __init__(self, decoder: CoarseDecoder, aligner: Aligner, appearance: Appearance, reader: Reader,
+                 corners: CornerEstimator, black_words: Bools) -> None:
+        self._steps = native.steps.Search(decoder=decoder.steps, aligner=aligner.steps, appearance=appearance.steps,
+                                          reader=reader.steps, scale=corners.scale, black_words=black_words)
+
+    def find(self, image: PreparedImage, quads: Floats, size: float,
+             sizes: Mapping[int | str, float]) -> tuple[list[Seen], Any, Any, Floats]:
+        """Return what is Seen among quads (N, 4, 2) [real px], what is unsure, what is well read, and refined quads.
+
+        ``size`` [m] is that of markers not in ``sizes``. Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are
+        where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding; ``quad`` (4, 2) and ``word`` are
+        those of what is well read.
+        """
+        found = self._steps.find(
+            smooth=image.smooth, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,
+            noise=image.noise, quads=quads, sizes=np.array([sizes.get(number, size) for number in NUMBERS]),
+            limit=native.limit)
+        return ([_seen(each) for each in found['markers']], found['unsure'], found['well_read'], found['refined'])
+
+
+def _seen(marker: Any) -> Seen:
+    return Seen(int(marker['number']), marker['corners'], marker['information'],
+                [Solution.of_row(each) for each in marker['solutions'][:marker['poses']]],
+                Features.of_row(marker['features']))
