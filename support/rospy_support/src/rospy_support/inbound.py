@@ -79,7 +79,7 @@ async def _receive(connection: Socket, size: int) -> bytes:
     """Return up to ``size`` bytes."""
     try:
         data = await asyncio.get_running_loop().sock_recv(connection, size)
-    except (OSError, ValueError) as error:  # ValueError: it is closed
+    except OSError as error:
         raise Ended(str(error)) from None
     if not data:
         raise Ended('closed')
