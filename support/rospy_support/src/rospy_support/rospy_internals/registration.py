@@ -19,7 +19,7 @@ REGISTRATION_POLL = 0.005  # [s]; a master answers in 3 ms
 
 
 def poll_for_registration():
-    """Let init_node look every REGISTRATION_POLL whether the master has answered; rospy does every 0.1 s."""
+    """Let init_node poll for the answer of the master every REGISTRATION_POLL; rospy polls every 0.1 s."""
     rospy.impl.init.time = types.SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, REGISTRATION_POLL)))
 
 
@@ -30,7 +30,10 @@ def command_line_parameters(argv=None):
 
 
 class _ConnectionPoll:
-    """Replaces rospy's poller of broken connections, which takes a file descriptor for each topic."""
+    """Replaces rospy's poller of broken connections.
+
+    The fault: rospy takes a file descriptor for each topic, 3,020 for a thousand turtles.
+    """
 
     def __init__(self):
         self._lock = threading.Lock()  # two threads cannot use select.poll at the same time
@@ -61,6 +64,8 @@ _collecting = threading.local()  # calls: the list that this thread collects, el
 @contextlib.contextmanager
 def collected_registrations():
     """Collect the registrations that this thread makes as a list of calls; none is sent to the master.
+
+    The fault: with one request for each, to spawn a turtle takes 55 ms among a thousand.
 
     A call is a tuple: a method of the master's XML-RPC interface, then its arguments after the caller's name.
     """
@@ -93,7 +98,10 @@ def registered(calls, values):
 
 @contextlib.contextmanager
 def collected_unregistrations():
-    """Collect what this thread unregisters, as collected_registrations does; many topics take no longer than one."""
+    """Collect what this thread unregisters, as collected_registrations does.
+
+    The fault: rospy goes through all topics for each one that it removes; a reset of 1,000 turtles took 17 s.
+    """
     _divert(get_registration_listeners())
     manager = get_topic_manager()
     _collecting.calls = calls = []
