@@ -18,7 +18,7 @@ from turtlesim.srv import SpawnRequest
 
 from rospy_support import rospy_internals
 from rospy_support.rospy_internals import compatibility, topics
-from rospy_support.rospy_internals.services import handle_request
+from rospy_support.rospy_internals import services as service_module
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 
@@ -223,7 +223,7 @@ def test_a_caller_that_has_gone_is_no_error_of_the_service(peers):
                                     error_handler=lambda *_: pytest.fail('an error of the handler'))
     peers[1].close()
     with pytest.raises(OSError):
-        handle_request(service, peers[0], SetBoolRequest())
+        service_module.handle_request(service, peers[0], SetBoolRequest())
 
 
 @pytest.mark.parametrize('size, closed', [(1000, False), (1001, True), (0xffffffff, True)])
@@ -239,3 +239,42 @@ def test_a_publisher_of_endless_messages_is_left(monkeypatch, size, closed):
     else:
         assert protocol('/chatter', String).read_messages(buffer, [], None) == 'read'
     assert len(reports) == closed and all('/chatter' in said and str(size) in said for said in reports)
+
+
+ENDLESS = String('x' * 10_000_000)  # more than the buffers of a connection hold
+
+
+def test_an_answer_does_not_wait_for_a_client_that_does_not_read(peers):
+    transport, client = peers
+    transport.socket.settimeout(DEADLINE)
+    call = rospy_internals.ServiceCall(None, transport, None)
+    begin = time.monotonic()
+    call.answer(ENDLESS)
+    assert time.monotonic() - begin < DEADLINE / 2.0
+    thread = threading.Thread(target=call.finish)
+    thread.start()
+    expected, received = b'\1' + rospy_internals.frame(ENDLESS), 0
+    while received < len(expected):
+        received += len(client.recv(1 << 20))
+    thread.join(DEADLINE)
+    assert received == len(expected) and not thread.is_alive()
+
+
+@pytest.mark.parametrize('closed', [True, False])
+def test_an_answer_to_a_client_that_has_gone_is_dropped(peers, closed):
+    transport, client = peers
+    client.close()
+    if closed:  # as rospy leaves it
+        transport.socket = None
+    call = rospy_internals.ServiceCall(None, transport, None)
+    call.fail('too late')
+    call.finish()
+
+
+def test_a_call_that_is_not_answered_ends_with_the_node(monkeypatch):
+    monkeypatch.setattr(service_module, 'SHUTDOWN_POLL', 0.01)
+    monkeypatch.setattr(rospy, 'is_shutdown', lambda: True)
+    thread = threading.Thread(target=rospy_internals.ServiceCall(None, None, None).finish, daemon=True)
+    thread.start()
+    thread.join(DEADLINE)
+    assert not thread.is_alive()
