@@ -8,6 +8,8 @@ import types
 
 import pytest
 import rospy
+import rospy.impl.init
+import rospy.impl.paramserver
 import rospy.impl.tcpros_base
 import rospy.impl.tcpros_pubsub
 import rospy.rostime
@@ -278,3 +280,26 @@ def test_a_call_that_is_not_answered_ends_with_the_node(monkeypatch):
     thread.start()
     thread.join(DEADLINE)
     assert not thread.is_alive()
+
+
+def test_a_node_polls_often_for_the_answer_of_the_master(monkeypatch):
+    slept = []
+    monkeypatch.setattr(rospy.impl.init, 'time', rospy.impl.init.time)  # restored after the test
+    monkeypatch.setattr(time, 'sleep', slept.append)
+    rospy_internals.poll_for_registration()
+    for seconds in (0.1, 0.00001):
+        rospy.impl.init.time.sleep(seconds)
+    assert slept == [0.005, 0.00001]
+
+
+@pytest.mark.parametrize('answer', [True, False, ConnectionRefusedError()])
+def test_log_lines_do_not_ask_the_master(monkeypatch, answer):
+    def get_param(name, default):
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+    cache = rospy.impl.paramserver.ParamServerCache()
+    monkeypatch.setattr(rospy.impl.paramserver, 'get_param_server_cache', lambda: cache)
+    monkeypatch.setattr(rospy, 'get_param', get_param)
+    rospy_internals.log_without_asking()
+    assert cache.get(rospy_internals.LOG_PARAMETER) is (answer is True)  # rospy asks if this raises KeyError
