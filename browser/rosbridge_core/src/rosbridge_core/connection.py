@@ -1,6 +1,6 @@
 """The WebSocket of one client: tornado's, which also tells a client that breaks the rules why it is disconnected.
 
-``_abort`` is a private method of tornado's WebSocketProtocol13, the same in versions 6.2 to 6.5; test_connection.py
+``_abort`` is a private method of tornado's WebSocketProtocol13, the same in versions 6.1 to 6.5; test_connection.py
 holds it. Tornado's own pings are not used: 6.5 gives a client no more time to answer than the interval.
 
 Threading contract: everything runs in the thread of one asyncio loop.

@@ -1,11 +1,11 @@
-"""What programs of every kind stand on, without ROS.
+"""The common basis of all programs, without ROS.
 
-* The names below: refuse values that make no sense for a robot, write whole files, find images that are cut off.
+* The names below check values from outside, write files completely or not at all, and detect truncated images.
 * ``documents`` reads untrusted YAML and XML; it needs PyYAML.
-* ``processes`` starts, finds and ends processes; it needs psutil. ``sockets`` finds who is at the other end.
-* ``doctor`` says what is wrong on a machine with ROS, and what to do about it.
+* ``processes`` starts, finds and ends processes; it needs psutil. ``sockets`` finds the process at the other end.
+* ``doctor`` finds problems of a machine with ROS, and says how to fix them.
 
-All the rest needs only the standard library.
+Unless a library is named, a module needs only the standard library.
 """
 from plain_support.encoded_images import is_truncated
 from plain_support.files import create_numbered, create_whole, write_whole

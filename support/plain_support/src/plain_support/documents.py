@@ -1,4 +1,4 @@
-"""Read untrusted YAML and XML files: every malformed file raises the same kind of error, and none takes long.
+"""Read untrusted YAML and XML files: every malformed file raises a DocumentError, and none takes long.
 
 Size, depth and the entries that aliases or entities multiply are limited; tags in a file never create Python objects.
 """

@@ -1,4 +1,4 @@
-"""Detect encoded images that are cut off, by their first and last bytes."""
+"""Detect truncated encoded images, by their first and last bytes."""
 
 TRAILER = 1024  # [bytes] that a camera may add after the end mark
 END_MARKS = {b'\xff\xd8': b'\xff\xd9', b'\x89PNG': b'IEND'}  # first bytes of JPEG and PNG: end mark

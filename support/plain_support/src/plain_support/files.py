@@ -1,7 +1,7 @@
 """Write files completely or not at all, whatever happens to the disk or to the writing process.
 
 A new file is written next to the final one, with an unpredictable name, and renamed when it is complete. So no program
-reads half a file, and an existing file stays until then.
+reads half a file, and an existing file stays until the new one is complete.
 """
 import contextlib
 import errno

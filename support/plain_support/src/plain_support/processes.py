@@ -123,7 +123,7 @@ def related(mark: str, root: psutil.Process, kept: Collection[int] = ()) -> Set[
 
 
 def runs(process: psutil.Process) -> bool:
-    """Return whether a process has not ended; a zombie has, though nobody has taken its exit code yet."""
+    """Return whether a process is running; a zombie is not, even if its exit code was not collected yet."""
     with contextlib.suppress(psutil.Error):
         return bool(process.is_running() and process.status() != psutil.STATUS_ZOMBIE)
     return False
@@ -157,7 +157,7 @@ def end(find: Callable[[], Set[psutil.Process]], stages: Stages = END_STAGES) ->
                 with contextlib.suppress(psutil.Error):
                     process.send_signal(number)  # not sent if another process has the number now
             signalled |= alive
-            time.sleep(POLL)  # psutil.wait_procs would take exit codes that a Popen waits for
+            time.sleep(POLL)  # psutil.wait_procs would collect exit codes that a Popen waits for
 
 
 def cpu_time(pid: int) -> float:

@@ -1,6 +1,6 @@
 """Find the process at the other end of a TCP connection of this machine. Linux.
 
-What a peer says of itself, such as its process number, is its number in its own namespace, or a lie.
+A process number that a peer sends is not reliable: it may belong to another namespace, or be a lie.
 """
 import glob
 import os

@@ -1,4 +1,4 @@
-"""Refuse values that make no sense for a robot; every value from outside is checked here before it reaches a world."""
+"""Refuse values that make no sense for a robot; every value from outside passes here before it reaches a world."""
 import math
 import reprlib
 

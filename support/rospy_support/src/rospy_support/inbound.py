@@ -14,7 +14,7 @@ import re
 import struct
 import threading
 from socket import socket as Socket
-from typing import Any, Awaitable, Callable, Coroutine, Dict
+from typing import Any, Awaitable, Callable, Coroutine, Dict, List
 
 BACKLOG = 1024  # connections that may wait to be accepted
 CHUNK = 1 << 16  # [bytes] of one recv
@@ -23,6 +23,7 @@ RETRY = 0.2  # [s] before the next accept after one that failed
 HEADER_END = b'\r\n\r\n'
 HEADER_LIMIT = 1 << 16  # [bytes] of HTTP
 _CONTENT_LENGTH = re.compile(rb'^content-length:[ \t]*([^\r\n]*?)[ \t]*\r?$', re.IGNORECASE | re.MULTILINE)
+Serve = Callable[[Socket, Any], Coroutine[Any, Any, None]]  # (connection, address)
 OUT_OF_FILES = errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM
 
 
@@ -79,7 +80,7 @@ async def _receive(connection: Socket, size: int) -> bytes:
     """Return up to ``size`` bytes."""
     try:
         data = await asyncio.get_running_loop().sock_recv(connection, size)
-    except (OSError, ValueError) as error:  # ValueError: it is closed
+    except OSError as error:
         raise Ended(str(error)) from None
     if not data:
         raise Ended('closed')
@@ -96,13 +97,13 @@ class SocketWatch:
         self._waiting: Dict[Any, None] = {}  # tasks that read with a deadline, the longest waiting first
         threading.Thread(target=self._loop.run_forever, name='connections', daemon=True).start()
 
-    def listen(self, listening: Socket, serve: Callable[[Socket, Any], Coroutine]) -> None:
+    def listen(self, listening: Socket, serve: Serve) -> None:
         """Listen, and run ``serve(socket, address)`` for each connection; its socket is non-blocking."""
         listening.listen(BACKLOG)
         listening.setblocking(False)
         self._loop.call_soon_threadsafe(self._listen, listening, serve)
 
-    def _listen(self, listening: Socket, serve: Callable[[Socket, Any], Coroutine]) -> None:
+    def _listen(self, listening: Socket, serve: Serve) -> None:
         if listening.fileno() >= 0:  # else it was closed
             self._loop.add_reader(listening, self._accept, listening, serve)
 
@@ -113,17 +114,19 @@ class SocketWatch:
             listening.close()
         self._loop.call_soon_threadsafe(end)
 
-    def run(self, coroutine: Coroutine) -> None:
+    def run(self, coroutine: Coroutine[Any, Any, None]) -> None:
         """Run a coroutine in the watch's thread."""
         self._loop.call_soon_threadsafe(self._loop.create_task, coroutine)
 
-    async def read(self, reading: Awaitable, deadline: float) -> bytes:
+    async def read(self, reading: Awaitable[bytes], deadline: float) -> bytes:
         """Return what ``reading`` returns; raise Ended if that takes longer than ``deadline`` [s].
 
         The deadline has two halves, so that a process that was stopped (Ctrl-Z, fg) still reads what came meanwhile.
         """
-        half, task = deadline / 2.0, asyncio.current_task()
-        timers = [self._loop.call_later(half, lambda: timers.append(self._loop.call_later(half, task.cancel)))]
+        half = deadline / 2.0
+        task: Any = asyncio.current_task()
+        timers: List[asyncio.TimerHandle] = []
+        timers.append(self._loop.call_later(half, lambda: timers.append(self._loop.call_later(half, task.cancel))))
         self._waiting[task] = None
         try:
             return await reading
@@ -133,7 +136,7 @@ class SocketWatch:
             timers[-1].cancel()
             del self._waiting[task]
 
-    def _accept(self, listening: Socket, serve: Callable[[Socket, Any], Coroutine]) -> None:
+    def _accept(self, listening: Socket, serve: Serve) -> None:
         try:
             connection, address = listening.accept()
         except OSError as error:  # others, such as ECONNABORTED: the connection had ended before it was accepted

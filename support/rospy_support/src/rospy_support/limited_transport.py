@@ -1,4 +1,7 @@
-"""XML-RPC with a time limit, which xmlrpc.client does not have: a master or node that hangs would be waited for."""
+"""XML-RPC with a time limit.
+
+The fault: xmlrpc.client has none, so a node waits for a master that hangs, for example one that is stopped, for ever.
+"""
 import http.client
 import xmlrpc.client
 from typing import Any

@@ -2,7 +2,7 @@
 import contextlib
 import time
 import xmlrpc.client
-from typing import Callable, Iterator, List, NamedTuple, Optional
+from typing import Any, Callable, Iterator, List, NamedTuple, Optional
 
 from plain_support.processes import BackgroundProcess, end_with_parent
 from rospy_support.limited_transport import LimitedTransport
@@ -40,8 +40,8 @@ def start_master(start: Callable[[List[str]], BackgroundProcess], port: Optional
         process, uri = start(['rosmaster', '--core', '-p', str(number)]), f'http://localhost:{number}'
         while time.monotonic() < deadline and process.runs() and TAKEN not in process.output():
             with contextlib.suppress(OSError, xmlrpc.client.Error):
-                proxy = xmlrpc.client.ServerProxy(uri, LimitedTransport(ANSWER_TIME))
-                if proxy.getPid('/own_master')[2] == process.pid:
+                answer: Any = xmlrpc.client.ServerProxy(uri, LimitedTransport(ANSWER_TIME)).getPid('/own_master')
+                if answer[2] == process.pid:
                     return OwnMaster(uri, process)
             time.sleep(POLL)
         said = process.last_line()

@@ -5,7 +5,7 @@ import socket
 PORTS = range(20000, 32000)  # below the ports that Linux assigns to clients
 
 
-def free_port():
+def free_port() -> int:
     """Return a free port of this machine; raise OSError if there is none."""
     for _ in range(200):
         port = random.SystemRandom().choice(PORTS)

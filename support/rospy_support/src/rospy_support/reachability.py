@@ -32,7 +32,7 @@ def watch(period=PERIOD):
     ended, reminders = threading.Event(), WallThrottle(REMINDER)
     rospy.on_shutdown(ended.set)
 
-    def look():
+    def check():
         before, pause = set(), period
         while not ended.wait(pause):
             start = time.monotonic()
@@ -45,7 +45,7 @@ def watch(period=PERIOD):
             for topic, others in sorted(now & before):  # twice in a row, so it is not just connecting
                 reminders.warn((topic, others), '%s', _silence(topic, others))
             before = now
-    return threads.keep_running('reachability', look)
+    return threads.keep_running('reachability', check)
 
 
 def pause_after(took, period):

@@ -23,7 +23,7 @@ from rospy_support.master import TIMEOUT, Master, NoMaster
 PERIOD = 1.0  # [s] between two checks of the master
 SIGN = '~get_loggers'  # a node is registered if the master knows this service
 LAST_CALL = 2.0  # [s] in which the master must answer a node that ends
-REST = 1.0  # [s] the same when the node has shut down
+REST = 1.0  # [s] the same for a node that has shut down
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 _hooks = []  # called after each repeated registration
@@ -95,7 +95,7 @@ class _Watch:
         """Check every ``period`` [s] until the node ends."""
         while not self._ended.wait(period):
             try:
-                self._look()
+                self._check()
             except Exception as error:  # one of TROUBLES, or an answer that is not XML: from another program
                 if not self._away and not self._ended.is_set():
                     self._away = True
@@ -114,7 +114,7 @@ class _Watch:
             with contextlib.suppress(*TROUBLES):
                 _delete(self._parameters)
 
-    def _look(self):
+    def _check(self):
         self._lost = self._lost or not _known()
         if self._lost:
             with self._registering:

@@ -1,7 +1,6 @@
 """Protect the servers of a node, so that one peer cannot block the others; for callers of rospy.init_node.
 
-rospy accepts connections and reads their headers in one thread, so a peer that connects and sends nothing blocks all
-others. Here a SocketWatch reads them (inbound.py).
+Each module that is used here names the fault that it is for.
 """
 import functools
 import resource
@@ -23,7 +22,10 @@ REMINDER = 600.0  # [s] between two lines about file descriptors
 
 
 def allow_many_files():
-    """Raise the soft limit of open files: each connection takes one, and the limit is often only 1024."""
+    """Raise the soft limit of open files, which is often only 1024.
+
+    The fault: a thousand turtles take 3,000, and a node without a free one answers nobody.
+    """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
     if soft != resource.RLIM_INFINITY and soft < wanted:

@@ -1,5 +1,7 @@
 """A connection to a service of this node: a SocketWatch reads each request, and a thread answers it.
 
+The fault: rospy keeps a thread for each caller, and never answers a request that is too short.
+
 Threading contract: the thread of a connection exists from a complete request to its answer, and LINGER longer if the
 connection is persistent. A connection without a request has no thread.
 """
@@ -46,7 +48,6 @@ class ServiceConnection:
                 if wrong:
                     self._report(f'sent {wrong}')
                 if not self._persistent:
-                    connection.shutdown(socket.SHUT_RDWR)
                     connection.close()
                     return
                 request = self._complete_request()

@@ -1,4 +1,8 @@
-"""A node's TCPROS server: a SocketWatch reads the headers; rospy handles topics, ServiceConnection services."""
+"""A node's TCPROS server: a SocketWatch reads the headers; rospy handles topics, ServiceConnection services.
+
+The fault: rospy reads the header in the thread that accepts. One peer that connects and sends nothing, or a slow or
+endless header, blocks all new subscribers and callers until it closes the connection.
+"""
 import struct
 import threading
 

@@ -1,4 +1,5 @@
 """rospy_support.inbound: connections that say nothing, little or too much, and a process without file descriptors."""
+import asyncio
 import contextlib
 import errno
 import queue
@@ -95,6 +96,14 @@ def test_the_end_of_a_connection(listening):
     assert listening.failure(Ended) == 'closed'
 
 
+def test_a_connection_that_is_reset(listening):
+    connection = listening.connect(b'\1')
+    until(lambda: listening.watch._waiting)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))
+    connection.close()
+    assert 'reset' in listening.failure(Ended)
+
+
 @pytest.mark.parametrize('request_text', [
     b'POST / HTTP/1.1\r\nContent-Length: 3\r\n\r\nabc', b'POST / HTTP/1.0\r\ncontent-length:3\r\nX: y\r\n\r\nabc',
     b'GET / HTTP/1.1\r\n\r\n'])
@@ -131,6 +140,18 @@ def test_a_slow_peer_is_dropped_at_its_deadline(listening):
     assert listening.failure(Ended) == 'too slow'
 
 
+def test_a_deadline_ends_with_its_block(watched):
+    """What the coroutine does after that takes longer."""
+    async def serve(connection, address):
+        block = await watched.watch.read(read_block(connection, LIMIT), 0.05)
+        await asyncio.sleep(0.1)
+        watched.blocks.put(block)
+    watched.serve = serve
+    watched.listen()
+    watched.connect(struct.pack('<I', 2) + b'ok')
+    assert watched.block() == b'ok'
+
+
 def test_a_standstill_of_the_process_is_not_the_peers_fault(listening):
     """The process is stopped for ten seconds; what comes after that is read."""
     stopped_for = [0.0]
@@ -165,6 +186,24 @@ def test_an_accept_that_fails_is_tried_again(watched, monkeypatch, number):
     watched.listen()
     watched.connect(struct.pack('<I', 2) + b'ok')
     assert watched.block() == b'ok'
+
+
+def test_a_listening_socket_that_is_closed_while_it_waits_for_files(watched, monkeypatch, caplog):
+    monkeypatch.setattr(inbound, 'RETRY', 0.01)
+    watched.listening = Listening(watched.listening, [1])
+    watched.listen()
+    watched.connect()
+    watched.reports.get(timeout=DEADLINE)
+    watched.watch.close(watched.listening)
+    watched.listening = socket.create_server(('127.0.0.1', 0))
+    turns = threading.Event()
+    watched.watch.run(wait_and_set(2 * inbound.RETRY, turns))
+    assert turns.wait(DEADLINE) and not caplog.records  # asyncio logs errors of its callbacks
+
+
+async def wait_and_set(seconds, event):
+    await asyncio.sleep(seconds)
+    event.set()
 
 
 class Listening:

@@ -2,6 +2,7 @@
 import os
 import socket
 import threading
+import types
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
@@ -112,6 +113,31 @@ def test_many_leave_no_file_descriptor_and_take_none(fake, master):
     master.register(calls)
     remove(made)
     assert files() <= before + 2  # the connection to the master, both ends
+
+
+def test_the_poller_of_a_topic_is_replaced_while_rospy_cannot_use_it():
+    manager, taken = collecting.get_topic_manager(), []
+
+    def close():
+        thread = threading.Thread(target=lambda: taken.append(manager.lock.acquire(blocking=False)))
+        thread.start()
+        thread.join()
+
+    def make():
+        publisher = rospy.Publisher('d/out', String, queue_size=1)
+        publisher.impl.connection_poll = types.SimpleNamespace(poller=types.SimpleNamespace(close=close))
+        return [publisher]
+    remove(collected(make)[0])
+    assert taken == [False]
+
+
+def test_topics_that_are_removed_together_are_gone_through_once(monkeypatch):
+    manager, calls = type(collecting.get_topic_manager()), []
+    monkeypatch.setattr(manager, '_recalculate_topics', lambda _: calls.append(None))
+    made, _ = collected(lambda: [each for number in range(5) for each in things(f'e{number}')])
+    del calls[:]
+    remove(made)
+    assert len(calls) == 1
 
 
 def test_topics_may_come_and_go_while_rospy_looks_at_all_of_them():

@@ -1,19 +1,26 @@
 """rospy_support.rospy_internals: whether the installed rospy has what this package uses, and its guards of topics."""
+import io
 import socket
+import struct
 import threading
 import time
 import types
 
 import pytest
 import rospy
+import rospy.impl.init
+import rospy.impl.paramserver
 import rospy.impl.tcpros_base
 import rospy.impl.tcpros_pubsub
 import rospy.rostime
 from rospy.topics import _PublisherImpl, _TopicImpl
 from std_msgs.msg import String
+from std_srvs.srv import EmptyRequest, SetBoolRequest, SetBoolResponse
+from turtlesim.srv import SpawnRequest
 
 from rospy_support import rospy_internals
 from rospy_support.rospy_internals import compatibility, topics
+from rospy_support.rospy_internals import services as service_module
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 
@@ -186,3 +193,113 @@ def test_publishers_of_topics_that_nobody_subscribes_to_are_not_kept(monkeypatch
     connecting = Connecting(monkeypatch)
     connecting.update('/other', 'http://a/')
     assert connecting.updates == [] and connecting.publishers._named == {}
+
+
+@pytest.fixture
+def peers():
+    ours, theirs = socket.socketpair()
+    theirs.settimeout(DEADLINE)
+    with ours, theirs:
+        yield types.SimpleNamespace(socket=ours, header={'callerid': '/caller'}), theirs
+
+
+@pytest.mark.parametrize('request_class, data, size', [
+    (SetBoolRequest, b'\1', None), (SetBoolRequest, b'', '0 bytes'), (SetBoolRequest, b'\1\0', '2 bytes'),
+    (SpawnRequest, b'\0' * 12 + b'\3\0\0\0bob', None), (SpawnRequest, b'...', '3 bytes'),
+    (SpawnRequest, b'\0' * 12 + b'\3\0\0\0bo', '18 bytes'), (SpawnRequest, b'\0' * 12 + b'\2\0\0\0bob', '19 bytes'),
+    (SpawnRequest, b'\0' * 12 + b'\xff\xff\xff\xffbob', '19 bytes'), (EmptyRequest, b'...', '3 bytes'),
+])
+def test_a_request_of_wrong_length_gets_an_answer(peers, request_class, data, size):
+    handled = []
+    service = types.SimpleNamespace(request_class=request_class, _handle_request=lambda *each: handled.append(each))
+    wrong = rospy_internals.respond(service, peers[0], data)
+    if size is None:
+        assert wrong == '' and len(handled) == 1 and rospy_internals.caller(handled[0][1]) == '/caller'
+    else:
+        answer = peers[1].recv(1000)
+        assert answer[:1] == b'\0' and size.encode() in answer and size in wrong and not handled
+
+
+def test_a_caller_that_has_gone_is_no_error_of_the_service(peers):
+    service = types.SimpleNamespace(handler=lambda _: SetBoolResponse(), response_class=SetBoolResponse, seq=0,
+                                    error_handler=lambda *_: pytest.fail('an error of the handler'))
+    peers[1].close()
+    with pytest.raises(OSError):
+        service_module.handle_request(service, peers[0], SetBoolRequest())
+
+
+@pytest.mark.parametrize('size, closed', [(1000, False), (1001, True), (0xffffffff, True)])
+def test_a_publisher_of_endless_messages_is_left(monkeypatch, size, closed):
+    protocol, reports = rospy.impl.tcpros_base.TCPROSTransportProtocol, []
+    monkeypatch.setattr(protocol, 'read_messages', lambda *_: 'read')
+    rospy_internals.limit_messages(1000, reports.append)
+    buffer = io.BytesIO()
+    buffer.write(struct.pack('<I', size))
+    if closed:
+        with pytest.raises(rospy.exceptions.TransportTerminated):
+            protocol('/chatter', String).read_messages(buffer, [], None)
+    else:
+        assert protocol('/chatter', String).read_messages(buffer, [], None) == 'read'
+    assert len(reports) == closed and all('/chatter' in said and str(size) in said for said in reports)
+
+
+ENDLESS = String('x' * 10_000_000)  # more than the buffers of a connection hold
+
+
+def test_an_answer_does_not_wait_for_a_client_that_does_not_read(peers):
+    transport, client = peers
+    transport.socket.settimeout(DEADLINE)
+    call = rospy_internals.ServiceCall(None, transport, None)
+    begin = time.monotonic()
+    call.answer(ENDLESS)
+    assert time.monotonic() - begin < DEADLINE / 2.0
+    thread = threading.Thread(target=call.finish)
+    thread.start()
+    expected, received = b'\1' + rospy_internals.frame(ENDLESS), 0
+    while received < len(expected):
+        received += len(client.recv(1 << 20))
+    thread.join(DEADLINE)
+    assert received == len(expected) and not thread.is_alive()
+
+
+@pytest.mark.parametrize('closed', [True, False])
+def test_an_answer_to_a_client_that_has_gone_is_dropped(peers, closed):
+    transport, client = peers
+    client.close()
+    if closed:  # as rospy leaves it
+        transport.socket = None
+    call = rospy_internals.ServiceCall(None, transport, None)
+    call.fail('too late')
+    call.finish()
+
+
+def test_a_call_that_is_not_answered_ends_with_the_node(monkeypatch):
+    monkeypatch.setattr(service_module, 'SHUTDOWN_POLL', 0.01)
+    monkeypatch.setattr(rospy, 'is_shutdown', lambda: True)
+    thread = threading.Thread(target=rospy_internals.ServiceCall(None, None, None).finish, daemon=True)
+    thread.start()
+    thread.join(DEADLINE)
+    assert not thread.is_alive()
+
+
+def test_a_node_polls_often_for_the_answer_of_the_master(monkeypatch):
+    slept = []
+    monkeypatch.setattr(rospy.impl.init, 'time', rospy.impl.init.time)  # restored after the test
+    monkeypatch.setattr(time, 'sleep', slept.append)
+    rospy_internals.poll_for_registration()
+    for seconds in (0.1, 0.00001):
+        rospy.impl.init.time.sleep(seconds)
+    assert slept == [0.005, 0.00001]
+
+
+@pytest.mark.parametrize('answer', [True, False, ConnectionRefusedError()])
+def test_log_lines_do_not_ask_the_master(monkeypatch, answer):
+    def get_param(name, default):
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+    cache = rospy.impl.paramserver.ParamServerCache()
+    monkeypatch.setattr(rospy.impl.paramserver, 'get_param_server_cache', lambda: cache)
+    monkeypatch.setattr(rospy, 'get_param', get_param)
+    rospy_internals.log_without_asking()
+    assert cache.get(rospy_internals.LOG_PARAMETER) is (answer is True)  # rospy asks if this raises KeyError

@@ -77,6 +77,17 @@ def test_a_body_that_is_too_long_is_refused_before_it_comes(server, size):
     assert kind == 'refused' and str(size) in said
 
 
+def test_a_call_that_takes_long_keeps_nobody_out(server):
+    done, waited = threading.Event(), []
+    server.register_function(lambda: waited.append(done.wait(DEADLINE)) or True, 'wait')
+    body = xmlrpc.client.dumps((), 'wait').encode()
+    with connect(server, b'POST / HTTP/1.0\r\nContent-Length: %d\r\n\r\n%s' % (len(body), body)) as waiting:
+        assert xmlrpc.client.ServerProxy('http://{}:{}/'.format(*server.server_address)).echo()[0] == 1
+        assert not waited
+        done.set()
+        assert b'200 OK' in waiting.recv(100)
+
+
 def test_idle_and_slow_connections_cost_no_thread_and_are_closed(server, monkeypatch):
     monkeypatch.setattr(slave_server, 'DEADLINE', 1.5)
     threads = threading.active_count()

@@ -1,4 +1,4 @@
-"""The address under which this machine's nodes announce themselves to a ROS master, and why it cannot be right."""
+"""The address that this machine's nodes announce to a ROS master, and why it may be wrong."""
 import os
 import socket
 from typing import Mapping, NamedTuple, Optional
@@ -13,7 +13,7 @@ LOOPBACK = '127.'
 
 
 class MasterAddress(NamedTuple):
-    """Where a master is."""
+    """The address of a master."""
 
     uri: str
     host: str
@@ -21,7 +21,7 @@ class MasterAddress(NamedTuple):
 
 
 def master_address(environment: Mapping[str, str] = os.environ) -> Optional[MasterAddress]:
-    """Return where the master is to be; None where ROS_MASTER_URI cannot be read."""
+    """Return the address of the master; None if ROS_MASTER_URI is not a valid URI."""
     uri = environment.get(MASTER_URI) or DEFAULT_MASTER
     try:
         parts = urlsplit(uri)
@@ -34,7 +34,7 @@ def master_address(environment: Mapping[str, str] = os.environ) -> Optional[Mast
 
 
 def announced(environment: Mapping[str, str] = os.environ) -> str:
-    """Return the address or name by which other nodes are told to reach nodes of this machine."""
+    """Return the address or name that other nodes use to reach the nodes of this machine."""
     return environment.get(HOSTNAME) or environment.get(IP) or socket.gethostname()
 
 
@@ -44,7 +44,7 @@ def source(environment: Mapping[str, str] = os.environ) -> str:
 
 
 def is_here(host: str) -> bool:
-    """Return whether a host is this machine: an address can be bound only where it is."""
+    """Return whether a host is this machine: only its own addresses can be bound."""
     try:
         address = socket.gethostbyname(host or ' ')
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -55,11 +55,11 @@ def is_here(host: str) -> bool:
 
 
 def remedy(master: str, environment: Mapping[str, str] = os.environ) -> str:
-    """Return what to type: the address of this machine on the way to the master's host."""
+    """Return the line to type: it announces the address of this machine that the master's host can reach."""
     unset = f'unset {HOSTNAME}; ' if HOSTNAME in environment else ''
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.connect((master, 9))  # sends nothing, but chooses the way
+            probe.connect((master, 9))  # sends nothing, but chooses the route
             address = probe.getsockname()[0]
     except OSError:
         address = 'ADDRESS (hostname -I shows those of this machine)'
@@ -67,7 +67,7 @@ def remedy(master: str, environment: Mapping[str, str] = os.environ) -> str:
 
 
 def wrong_address(environment: Mapping[str, str] = os.environ) -> Optional[Finding]:
-    """Return why no node on another machine can reach one of this machine; None if there is no reason."""
+    """Return the finding that nodes on other machines cannot reach those of this one; None if they can."""
     master = master_address(environment)
     host, name = master.host if master else 'localhost', announced(environment)
     said, cure = source(environment), remedy(host, environment)

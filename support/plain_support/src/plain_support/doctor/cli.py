@@ -1,4 +1,4 @@
-"""``./run doctor``: what is wrong on this machine, one line a finding with its cure. It looks and changes nothing.
+"""``./run doctor``: print each problem of this machine on one line, with its remedy. It changes nothing.
 
 Exit codes: 0 nothing will fail, 1 something will, 2 usage error.
 """
@@ -17,7 +17,7 @@ WILL_FAIL, NOTE = 'FAILS', 'note'
 
 
 def examine(machine: Machine) -> List[Finding]:
-    """Return all findings, what will fail first."""
+    """Return all findings, those that will fail first."""
     found = [finding for check in CHECKS for finding in check(machine)]
     return sorted(found, key=lambda finding: not finding.fails)
 

@@ -14,7 +14,7 @@ SOCKET = '/tmp/.X11-unix/X'
 
 
 def display(machine: Machine) -> Iterator[Finding]:
-    """The X server that DISPLAY names; a machine without one is no problem."""
+    """The X server that DISPLAY names; DISPLAY need not be set."""
     name = machine.environment.get('DISPLAY', '')
     if name and not _answers(name):
         yield findings.dead_display(name)
@@ -40,7 +40,7 @@ def _answers(display: str) -> bool:
 
 
 def cameras(_: Machine) -> Iterator[Finding]:
-    """Cameras that this user may not open, or that another program than one of ROS has open."""
+    """Cameras that this user may not open, or that a program other than a ROS node has open."""
     ours = {process.pid for process in processes.all_processes() if addresses.MASTER_URI in process.environment}
     for path, _name in devices.devices():
         said = devices.trouble(path)

@@ -39,7 +39,7 @@ def explain(path: str, proc: str = '/proc') -> str:
 
 
 def trouble(path: str, proc: str = '/proc') -> str:
-    """Return what is seen to be wrong with a camera, and what to do about it; '' for one that can be opened."""
+    """Return why a camera cannot be opened, and what to do about it; '' if it can."""
     try:
         state = os.stat(path)
         if stat.S_ISCHR(state.st_mode) and os.major(state.st_rdev) != VIDEO4LINUX:
@@ -61,7 +61,7 @@ def trouble(path: str, proc: str = '/proc') -> str:
 def users(path: str, proc: str = '/proc') -> List[Tuple[int, str]]:
     """Return [(pid, name)] of the other processes that have the device open, as far as this user may see.
 
-    From /proc, because psutil's open_files() leaves out devices.
+    /proc is read directly, because psutil's open_files() omits devices.
     """
     found = set()
     target = os.path.realpath(path)
@@ -76,7 +76,7 @@ def users(path: str, proc: str = '/proc') -> List[Tuple[int, str]]:
 
 
 def is_device(path: str) -> bool:
-    """Return whether a path is that of a device, or would be if it existed."""
+    """Return whether a path is a device, or would be one if it existed."""
     try:
         return stat.S_ISCHR(os.stat(path).st_mode)
     except OSError:

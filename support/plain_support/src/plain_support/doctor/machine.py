@@ -1,4 +1,4 @@
-"""What the checks look at: the places of this checkout, and the environment of whoever asks."""
+"""The folders and the environment that the checks examine."""
 import os
 from typing import Callable, Iterator, List, Mapping, NamedTuple
 
@@ -6,12 +6,12 @@ from plain_support.doctor.findings import Finding
 
 
 class Machine(NamedTuple):
-    """Where to look.
+    """The machine to examine.
 
-    environment  variables of the terminal in which the question is asked
+    environment  variables of the terminal
     repository   folder of this checkout
-    workspace    folder of its workspace, which need not exist
-    ros          folder of a ROS 1 beside the system's, or ''
+    workspace    folder of its workspace, which may not exist
+    ros          folder of a ROS 1 other than the system's, or ''
     missing      Debian packages that ./run would install
     """
 

@@ -1,4 +1,4 @@
-"""What a ROS master knows, asked by XML-RPC with a time limit and without ROS."""
+"""Ask a ROS master for its registrations, by XML-RPC with a time limit and without ROS."""
 import http.client
 import xmlrpc.client
 from typing import Any, Container, Dict, List, NamedTuple, Tuple
@@ -11,11 +11,11 @@ class NoAnswer(Exception):
 
 
 class NoMaster(Exception):
-    """What answers is no ROS master."""
+    """The program that answers is not a ROS master."""
 
 
 class Graph(NamedTuple):
-    """What is registered with a master.
+    """The registrations of a master.
 
     pid         the master's process number
     nodes       {name: XML-RPC address}
@@ -35,7 +35,7 @@ class Graph(NamedTuple):
     types: Dict[str, str] = {}
 
     def of(self, nodes: Container[str]) -> 'Graph':
-        """Return the graph with the topics of these nodes alone."""
+        """Return the graph with only the topics of these nodes."""
         publishers, subscribers = ({topic: kept for topic, users in topics.items()
                                     if (kept := [node for node in users if node in nodes])}
                                    for topics in (self.publishers, self.subscribers))
@@ -50,7 +50,7 @@ def ask(uri: str, timeout: float) -> Graph:
         raise NoAnswer(str(error)) from None
     except (xmlrpc.client.Error, http.client.HTTPException, ValueError, TypeError, LookupError) as error:
         raise NoMaster(str(error)) from None
-    except Exception as error:  # what an XML parser raises is its own
+    except Exception as error:  # XML parsers have exceptions of their own
         raise NoMaster(str(error)) from None
 
 
@@ -65,7 +65,7 @@ def _ask(master: xmlrpc.client.ServerProxy) -> Graph:
 
 
 def types_of_node(uri: str, timeout: float) -> Dict[str, str]:
-    """Return {topic: type} of what the node at ``uri`` publishes or subscribes to; empty if it does not answer."""
+    """Return {topic: type} of all topics of the node at ``uri``; empty if it does not answer."""
     node = xmlrpc.client.ServerProxy(uri, transport=_Transport(timeout))
     try:
         return {**dict(_value(node.getSubscriptions(CALLER))), **dict(_value(node.getPublications(CALLER)))}
@@ -74,7 +74,7 @@ def types_of_node(uri: str, timeout: float) -> Dict[str, str]:
 
 
 def _look_up(master: xmlrpc.client.ServerProxy, method: str, names: List[str]) -> Dict[str, str]:
-    """Return {name: address}, without those that have gone meanwhile."""
+    """Return {name: address}, without those that have ended meanwhile."""
     if not names:
         return {}
     calls = xmlrpc.client.MultiCall(master)
@@ -92,7 +92,7 @@ def _value(answer: Any) -> Any:
 
 
 class _Transport(xmlrpc.client.Transport):
-    """HTTP with a time limit [s], at most one try."""
+    """HTTP with a time limit [s]; it does not retry."""
 
     def __init__(self, timeout: float) -> None:
         super().__init__()

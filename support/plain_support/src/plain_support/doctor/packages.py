@@ -5,12 +5,12 @@ from typing import Iterator, List, Mapping, NamedTuple, Set
 
 PACKAGE_PATH, PREFIX_PATH = 'ROS_PACKAGE_PATH', 'CMAKE_PREFIX_PATH'
 OF_THE_SYSTEM = '/usr/', '/opt/ros/'
-DEEPEST = 6  # folders below one of ROS_PACKAGE_PATH
-IGNORED = 'CATKIN_IGNORE', 'rospack_nosubdirs'  # files that say: not below here
+DEEPEST = 6  # levels below a folder of ROS_PACKAGE_PATH
+IGNORED = 'CATKIN_IGNORE', 'rospack_nosubdirs'  # files that exclude the folders below theirs
 
 
 class Package(NamedTuple):
-    """A package, and the folder in which it is."""
+    """A package and its folder."""
 
     name: str
     folder: str
@@ -23,7 +23,7 @@ def parts(environment: Mapping[str, str], variable: str) -> List[str]:
 
 
 def found(environment: Mapping[str, str]) -> List[Package]:
-    """Return the packages that rosrun finds, but for those of the system."""
+    """Return the packages that rosrun finds, except those of the system."""
     seen: Set[str] = set()
     return [package for folder in parts(environment, PACKAGE_PATH) for package in _below(folder, DEEPEST, seen)]
 
@@ -56,7 +56,7 @@ def _name(folder: str) -> str:
 
 
 def workspace_of(folder: str) -> str:
-    """Return the built catkin workspace that a folder lies in, or ''."""
+    """Return the built catkin workspace that contains a folder, or ''."""
     while folder != os.path.dirname(folder):
         if os.path.isfile(os.path.join(folder, 'devel', 'setup.bash')) and os.path.isdir(os.path.join(folder, 'src')):
             return folder

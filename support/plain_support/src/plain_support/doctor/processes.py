@@ -1,4 +1,4 @@
-"""Processes and the TCP ports at which they listen, as /proc shows them. Linux; nothing has to be installed for it."""
+"""Processes and the TCP ports on which they listen, from /proc. Linux; needs only Python."""
 import contextlib
 import glob
 import ipaddress
@@ -12,7 +12,7 @@ LISTENING = '0A'  # state in /proc/net/tcp
 
 
 class Process(NamedTuple):
-    """A process; ``environment`` is empty where this user may not read it."""
+    """A process; ``environment`` is empty if this user may not read it."""
 
     pid: int
     user: int
@@ -27,7 +27,7 @@ class Process(NamedTuple):
 
 
 class Listener(NamedTuple):
-    """A listening TCP socket; ``process`` is None where this user may not see whose it is."""
+    """A listening TCP socket; ``process`` is None if this user may not see it."""
 
     address: str
     port: int
@@ -36,7 +36,7 @@ class Listener(NamedTuple):
 
     @property
     def holder(self) -> str:
-        """Return who it is, in words."""
+        """Return a description of its process, for texts."""
         return str(self.process) if self.process else f'a process of the user {user_name(self.user)}'
 
     @property
@@ -46,7 +46,7 @@ class Listener(NamedTuple):
 
 
 def user_name(user: int) -> str:
-    """Return the name of a user, else the number."""
+    """Return the name of a user, or the number if there is none."""
     try:
         return pwd.getpwuid(user).pw_name
     except KeyError:

@@ -7,12 +7,12 @@ from typing import Iterator, Mapping
 from plain_support.doctor import findings
 from plain_support.doctor.findings import Finding
 
-BYTE_ORDER_MARK = b'\xef\xbb\xbf'  # at the start of what some editors of Windows save
+BYTE_ORDER_MARK = b'\xef\xbb\xbf'  # some editors of Windows write it at the start of a file
 PYTHON2 = re.compile(r'python2(\.\d+)?$')
 
 
 def faults(path: str, content: bytes, environment: Mapping[str, str] = os.environ) -> Iterator[Finding]:
-    """Yield why rosrun cannot start a Python program, of which ``content`` is all or the start."""
+    """Yield why rosrun cannot start a Python program; ``content`` is the start of the file, or all of it."""
     marked = content.startswith(BYTE_ORDER_MARK)
     first = content[len(BYTE_ORDER_MARK) * marked:].split(b'\n', 1)[0].decode(errors='replace').rstrip('\r')
     if marked:
@@ -30,7 +30,7 @@ def faults(path: str, content: bytes, environment: Mapping[str, str] = os.enviro
 
 
 def _unusable(interpreter: str, environment: Mapping[str, str]) -> str:
-    """Return why the interpreter of a first line does not run a program of Python 3, or ''."""
+    """Return why the interpreter of a first line cannot run a Python 3 program, or ''."""
     command, _, argument = interpreter.partition(' ')
     name = re.sub(r'^-S\s+(\S+).*', r'\1', argument.strip()) if os.path.basename(command) == 'env' else command
     found = shutil.which(name, path=environment.get('PATH', os.defpath)) if name else None

@@ -1,7 +1,7 @@
-"""Whether a node that a ROS master has registered still lives; asked over TCP and XML-RPC, without ROS.
+"""Find out whether a registered node is still running, over TCP and without ROS.
 
-Another node may have got its port: that answers, too, so the answer has to come from the node itself. Every node
-offers the service ~get_loggers; a provider of a service says in its handshake whether it is one, and of which name.
+An open port is not enough, because another node may have it now. But every node offers the service ~get_loggers, and
+in its handshake a node says whether it offers a service of this name.
 """
 import socket
 import struct

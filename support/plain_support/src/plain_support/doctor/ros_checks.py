@@ -1,4 +1,4 @@
-"""The address of this machine, its master's port, what the master knows, and processes that were left over."""
+"""The address of this machine, its master's port, the registrations of the master, and left-over processes."""
 import concurrent.futures
 import os
 import socket
@@ -12,14 +12,14 @@ from plain_support.doctor.machine import Check, Machine
 from plain_support.doctor.master import Graph
 
 ANSWER_TIME = 2.0  # [s] for a master or a node
-AT_A_TIME = 16  # nodes that are asked
+AT_A_TIME = 16  # nodes that are asked at the same time
 OF_ROS_ITSELF = {'roslaunch', 'rosdistro', 'rosversion', 'run_id', 'rosout'}  # parameters that belong to no node
 LEFT_ON_PURPOSE = {'turtlesim': {'background_r': 69, 'background_g': 86, 'background_b': 255}}  # its own defaults
 PROGRAMS = 'roscore', 'rosmaster', 'roslaunch', 'rosout', 'rostest'
 
 
 def address(machine: Machine) -> Iterator[Finding]:
-    """What this machine announces."""
+    """The address that this machine announces."""
     if addresses.master_address(machine.environment) is None:
         yield findings.bad_master_uri(machine.environment.get(addresses.MASTER_URI, ''))
     wrong = addresses.wrong_address(machine.environment)
@@ -28,7 +28,7 @@ def address(machine: Machine) -> Iterator[Finding]:
 
 
 def master_and_graph(machine: Machine) -> Iterator[Finding]:
-    """The master, and what is registered with it."""
+    """The master and its registrations."""
     place = addresses.master_address(machine.environment)
     if place is None:
         return
@@ -71,7 +71,7 @@ def _silent(place: MasterAddress, holder: Optional[processes.Listener], said: st
 
 
 def graph_findings(graph: Graph) -> Iterator[Finding]:
-    """What is wrong with what a master knows."""
+    """Yield what is wrong with the registrations of a master."""
     with concurrent.futures.ThreadPoolExecutor(AT_A_TIME) as pool:
         alive = dict(zip(graph.nodes, pool.map(lambda node: _alive(graph, node), graph.nodes)))
     for node, uri in graph.nodes.items():
@@ -108,7 +108,7 @@ def _alive(graph: Graph, node: str) -> bool:
 
 
 def _private(parameters: Mapping[str, Any], running: Set[str]) -> Dict[str, Mapping[str, Any]]:
-    """Return {node: its parameters} of those in the tree whose node does not run, and that are no namespace of one."""
+    """Return {node: its parameters} for nodes that do not run; a namespace of a running node is not one of them."""
     found: Dict[str, Mapping[str, Any]] = {}
     for name, values in parameters.items():
         node = f'/{name}'
@@ -124,7 +124,7 @@ def _private(parameters: Mapping[str, Any], running: Set[str]) -> Dict[str, Mapp
 
 
 def exposed(_: Machine) -> Iterator[Finding]:
-    """Processes of ROS that other machines can reach although nobody has asked for it."""
+    """Processes of ROS that other machines can reach although ROS_IP and ROS_HOSTNAME do not ask for it."""
     told = set()
     for one in processes.listeners():
         environment = one.process.environment if one.process else {}
@@ -136,7 +136,7 @@ def exposed(_: Machine) -> Iterator[Finding]:
 
 
 def left_over(machine: Machine) -> Iterator[Finding]:
-    """Processes of ROS of this user whose terminal or launcher has gone."""
+    """Processes of ROS of this user whose terminal or launcher has ended."""
     found = {process.pid: process for process in processes.all_processes()}
     for process in found.values():
         reaper = process.parent == 1 or getattr(found.get(process.parent), 'name', '') == 'systemd'

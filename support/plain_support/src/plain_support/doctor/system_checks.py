@@ -1,4 +1,4 @@
-"""Packages, disk, Python, OpenCV, variables, the clock, and what keeps a graded program apart."""
+"""Packages, disk, Python, OpenCV, variables, the clock, and the isolation of graded programs."""
 import glob
 import os
 import re
@@ -16,8 +16,8 @@ from plain_support.doctor.processes import user_name
 BUILT_NEEDS, UNBUILT_NEEDS = 20.0, 1100.0  # [MB] of disk: for logs and temporary files; for all that ./run installs
 OLDEST_OPENCV = (4, 6)
 FUTURE = 60.0  # [s] that a file may be newer than now: folders of other machines
-SAMPLE = 0.25  # [s] in which the clock is compared with the time that passes
-LOOKS = 10  # at both clocks, one after the other
+SAMPLE = 0.25  # [s] over which the wall clock is compared with elapsed time
+READINGS = 10  # of both clocks
 JUMP = 0.2  # [s/s] by which the clock may gain: programs that set the time smoothly gain less than a tenth of it
 PATIENCE = 20.0  # [s] for a command that takes well under one
 PATHS = 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'CMAKE_PREFIX_PATH', 'LD_LIBRARY_PATH'
@@ -39,7 +39,7 @@ def packages(machine: Machine) -> Iterator[Finding]:
 
 
 def disk(machine: Machine) -> Iterator[Finding]:
-    """Room for the workspace."""
+    """Free disk space for the workspace."""
     folder = machine.workspace
     while not os.path.exists(folder):
         folder = os.path.dirname(folder)
@@ -49,7 +49,7 @@ def disk(machine: Machine) -> Iterator[Finding]:
 
 
 def folders(machine: Machine) -> Iterator[Finding]:
-    """Folders that belong to root since a sudo."""
+    """Folders that belong to root, usually because a command ran with sudo."""
     home = machine.environment.get('HOME', '')
     logs = machine.environment.get('ROS_HOME') or os.path.join(home, '.ros')
     for folder in (machine.workspace, logs, os.path.join(logs, 'log')):
@@ -82,7 +82,7 @@ def _has_ros(python: str, machine: Machine) -> bool:
 
 
 def _trap(found: str, environment: str) -> Tuple[str, str]:
-    """Return which tool has put a Python first in the PATH, and how to undo it."""
+    """Return which tool put a Python first in the PATH, and how to undo it."""
     if re.search(r'conda|mamba', found):
         return ' (conda)', 'type conda deactivate'
     if '/.pyenv/' in found or '/pyenv/' in found:
@@ -129,7 +129,7 @@ def opencv(machine: Machine) -> Iterator[Finding]:
 
 
 def clock(machine: Machine) -> Iterator[Finding]:
-    """A clock that was set back, or is being moved just now."""
+    """A clock that was set back, or runs faster or slower than elapsed time."""
     files = [os.path.join(machine.repository, 'run'), *glob.glob(os.path.join(machine.workspace, '.[bc]*'))]
     ahead: Dict[str, float] = {path: os.stat(path).st_mtime - time.time() for path in files if os.path.isfile(path)}
     late = max(ahead, key=lambda path: ahead[path], default='')
@@ -143,17 +143,17 @@ def clock(machine: Machine) -> Iterator[Finding]:
 
 
 def _gain() -> float:
-    """Return how far [s] the wall clock is ahead of the time that passes, from some moment on.
+    """Return how far [s] the wall clock is ahead of the monotonic clock.
 
-    Of several looks, the one counts in which the machine let the least time pass between the two clocks.
+    Of several readings, the one counts in which the least time passed between the two clocks.
     """
-    looks = [(time.monotonic(), time.time(), time.monotonic()) for _ in range(LOOKS)]
-    start, wall, end = min(looks, key=lambda look: look[2] - look[0])
+    readings = [(time.monotonic(), time.time(), time.monotonic()) for _ in range(READINGS)]
+    start, wall, end = min(readings, key=lambda reading: reading[2] - reading[0])
     return wall - (start + end) / 2.0
 
 
 def isolation(_: Machine) -> Iterator[Finding]:
-    """What can keep a graded program apart: bubblewrap, or namespaces."""
+    """The isolation of graded programs: bubblewrap, or namespaces."""
     root = [] if os.geteuid() == 0 else ['-r']
     said = 'neither bwrap nor unshare is installed'
     for command in (['bwrap', '--ro-bind', '/', '/', '--dev', '/dev', '--unshare-net', 'true'],
@@ -169,7 +169,7 @@ def isolation(_: Machine) -> Iterator[Finding]:
 
 
 def _offered(names: List[str]) -> List[str]:
-    """Return those packages for which apt has a candidate."""
+    """Return the packages for which apt has a candidate."""
     try:
         done = subprocess.run(['apt-cache', 'policy', *names], capture_output=True, text=True, check=False,
                               env={**os.environ, 'LC_ALL': 'C'}, timeout=PATIENCE)

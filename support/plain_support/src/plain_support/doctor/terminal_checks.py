@@ -1,4 +1,4 @@
-"""The terminal in which the question is asked, and the programs of whoever asks."""
+"""The terminal, and the programs of its user."""
 import glob
 import os
 import re
@@ -11,9 +11,9 @@ from plain_support.doctor.machine import Check, Machine
 from plain_support.doctor.processes import Process
 
 OURS = 'turtle_robotont'
-LONGEST = 1 << 20  # [bytes] of a program that are read
-MOST = 2000  # files of one package that are looked at
-SHORT = 64 << 10  # [bytes] at the end of a log
+PROGRAM_START = 1 << 20  # [bytes] of a program that are read
+MAX_FILES = 2000  # of one package that are examined
+LOG_END = 64 << 10  # [bytes] of a log that are read
 ENDING = 10.0  # [s] that a node may take to end
 RESOLUTION = 1.0  # [s] of the times that are read in a log
 STARTS_A_NODE = re.compile(rb'\brospy\s*\.\s*init_node\b|^\s*if __name__ ?==', re.MULTILINE)
@@ -53,7 +53,7 @@ def student_programs(machine: Machine) -> Iterator[Finding]:
 
 
 def _installed(prefixes: Iterable[str]) -> Set[Tuple[str, str]]:
-    """Return (package, name) of the programs that catkin_install_python has made, which start whatever their source."""
+    """Return (package, name) of the programs that catkin_install_python made; these start whatever their source."""
     return {(os.path.basename(os.path.dirname(path)), os.path.basename(path))
             for prefix in prefixes for path in glob.glob(os.path.join(glob.escape(prefix), 'lib', '*', '*'))}
 
@@ -63,7 +63,7 @@ def _is_ours(folder: str, machine: Machine) -> bool:
 
 
 def _files(folder: str) -> Iterator[str]:
-    """Yield the files of a package that may be programs: modules lie beside an __init__.py."""
+    """Yield the files of a package that may be programs; files beside an __init__.py are modules."""
     count = 0
     for parent, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if name not in NO_PROGRAMS and not name.startswith('.'))
@@ -71,7 +71,7 @@ def _files(folder: str) -> Iterator[str]:
             continue
         for name in sorted(names):
             count += 1
-            if count > MOST:
+            if count > MAX_FILES:
                 return
             if name != 'setup.py' and not name.startswith('.'):
                 yield os.path.join(parent, name)
@@ -95,16 +95,16 @@ def _program(path: str, machine: Machine) -> Iterator[Finding]:
 def _start(path: str) -> bytes:
     try:
         with open(path, 'rb') as file:
-            return file.read(LONGEST) if os.path.isfile(path) else b''
+            return file.read(PROGRAM_START) if os.path.isfile(path) else b''
     except OSError:
         return b''
 
 
 def hanging(_: Machine) -> Iterator[Finding]:
-    """Nodes of rospy that live on after Ctrl-C or kill: their own log says that they were told to end.
+    """Nodes of rospy that keep running after Ctrl-C or kill: according to their log, they were told to end.
 
-    A log that two processes have open, as those of two nodes with the same name, does not tell which one it was. What
-    stands in it from before a process started was said to an earlier node of that name.
+    A log that two processes have open, such as two nodes with the same name, does not show which one was told. Lines
+    from before the start of a process are those of an earlier node of that name.
     """
     logs: Dict[str, List[Process]] = {}
     for process in processes.all_processes():
@@ -141,10 +141,10 @@ def _logs(pid: int) -> List[str]:
 
 
 def _told(path: str) -> Iterator[float]:
-    """Yield when [s] a node was told to end, as the end of its log says."""
+    """Yield the times [s] at which a node was told to end, according to the end of its log."""
     try:
         with open(path, 'rb') as file:
-            file.seek(max(0, os.path.getsize(path) - SHORT))
+            file.seek(max(0, os.path.getsize(path) - LOG_END))
             text = file.read().decode(errors='replace')
     except OSError:
         return

@@ -1,7 +1,7 @@
-"""Topics that two nodes meant to share, but do not: another name, or another type. Without ROS.
+"""Find topics that two nodes were meant to share, but do not, because of their name or type. Without ROS.
 
-A robot may wait for commands, and a simulator may publish what nobody reads. So a misspelled name shows at its other
-end: where commands go to nobody, or where somebody waits for what nobody sends.
+A robot may wait for commands, and a simulator may publish poses that nobody reads; both are normal. So a misspelled
+name shows at the other end: nobody reads the commands, or nobody publishes the poses that a node waits for.
 """
 import re
 from typing import Callable, Dict, Iterable, Iterator, List, Mapping, Set
@@ -14,8 +14,8 @@ COMMAND = 'geometry_msgs/Twist'
 WAITED_FOR = {COMMAND, 'actionlib_msgs/GoalID'}  # types that a node may wait for in vain: a command, ...
 GOAL = 'ActionGoal'  # ... and the end of the types of goals
 SENSED = {'turtlesim/Pose', 'nav_msgs/Odometry', 'ar_track_alvar_msgs/AlvarMarkers', 'sensor_msgs/Image',
-          'sensor_msgs/LaserScan'}  # types of what a simulator or a sensor sends all the time
-TOOLS = re.compile(r'/(rostopic|record|rosbag)_\d+.*')  # they read what is there
+          'sensor_msgs/LaserScan'}  # types that a simulator or a sensor publishes all the time
+TOOLS = re.compile(r'/(rostopic|record|rosbag)_\d+.*')  # they read any topic
 
 
 def misnamed(graph: Graph) -> Iterator[Finding]:
@@ -38,7 +38,7 @@ def _is_optional(topic: str, kind: str) -> bool:
 
 
 def _in_vain(graph: Graph, node: str, topic: str, published: Iterable[str]) -> Iterator[Finding]:
-    """Yield what a node waits for in vain; what is below its own name are inputs that nobody has to use."""
+    """Yield why a node waits in vain; topics below its own name are optional inputs."""
     if topic.startswith(f'{node}/'):
         return
     kind = graph.types.get(topic, '')
@@ -55,7 +55,7 @@ def _of_type(graph: Graph, kind: str, topics: Iterable[str]) -> Set[str]:
 
 
 def two_types(graph: Graph, types_of: Callable[[List[str]], Mapping[str, Mapping[str, str]]]) -> Iterator[Finding]:
-    """Yield topics on whose type their nodes do not agree; ``types_of(nodes)`` asks them: {node: {topic: type}}."""
+    """Yield topics whose nodes use different types; ``types_of(nodes)`` asks them: {node: {topic: type}}."""
     users: Dict[str, Set[str]] = {}
     for each in (graph.publishers, graph.subscribers):
         for topic, nodes in each.items():

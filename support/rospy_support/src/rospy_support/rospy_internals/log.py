@@ -13,9 +13,9 @@ LOG_PARAMETER = '/rosout_disable_topics_generation'  # true: messages on /rosout
 def log_without_asking():
     """Keep log calls from asking the master for LOG_PARAMETER; ask for it once. Call it after init_node.
 
-    While LOG_PARAMETER is not set, rospy asks for it at each log line and subscribes to it. That has four drawbacks: it
-    takes time; a master that hangs blocks the node; a restarted master seems to know the node; and a master still
-    lists the node after its end, and would send a shutdown request to the next owner of its port.
+    The fault: while LOG_PARAMETER is not set, rospy asks for it at each log line and subscribes to it. That takes time;
+    a master that hangs blocks the node; a restarted master seems to know the node, which never registers again; and a
+    master that lists the node after its end sends a shutdown request to the next owner of its port.
     """
     try:
         value = rospy.get_param(LOG_PARAMETER, False)

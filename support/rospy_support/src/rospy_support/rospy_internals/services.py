@@ -73,7 +73,10 @@ def respond(found, transport, data):
 
 
 def handle_request(self, transport, request):
-    """Replace ServiceImpl._handle_request, which reports a caller that has gone as an error of the handler."""
+    """Replace ServiceImpl._handle_request.
+
+    The fault: rospy reports a caller that has gone as an error of the handler, with a traceback.
+    """
     try:
         response = rospy.impl.tcpros_service.convert_return_to_response(self.handler(request), self.response_class)
         self.seq += 1
@@ -102,7 +105,10 @@ class ServiceCall:
         self._answered = threading.Event()
 
     def answer(self, response):
-        """Send a response without waiting for a client that does not read."""
+        """Send a response without waiting.
+
+        The fault: a client that does not read stops the thread of the simulator that answers.
+        """
         self._write(b'\x01' + frame(response))
 
     def fail(self, reason):

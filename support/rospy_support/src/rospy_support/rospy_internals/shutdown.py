@@ -20,14 +20,14 @@ def shutting_down():
 def limit_calls_of_master(seconds):
     """Limit the time [s] that rospy waits for the master. Call it at the shutdown, which unregisters the node.
 
-    The shutdown then has a connection of its own, so that it does not wait for another thread's call of the master.
+    The fault: a node does not end while the master hangs, or while another thread calls it on the same connection.
     """
     uri = rosgraph.get_master_uri()
     rospy.core._xmlrpc_cache[uri] = xmlrpc.client.ServerProxy(uri, transport=_ShutdownTransport(seconds))
 
 
 class _ShutdownTransport(LimitedTransport):
-    """A connection for each call; raises ProtocolError for the OSErrors that rospy's shutdown does not handle."""
+    """A connection for each call; raises ProtocolError for OSErrors, which rospy's shutdown would print."""
 
     def request(self, host, *arguments, **options):
         try:
@@ -40,7 +40,7 @@ class _ShutdownTransport(LimitedTransport):
 def end_registering(timeout):
     """End a registration that has not succeeded after ``timeout`` [s], because the shutdown needs its lock.
 
-    While no master answers, rospy retries until it shuts down, and holds that lock all the time.
+    The fault: while no master answers, rospy retries until it shuts down, and holds that lock all the time.
     """
     for manager in (get_topic_manager(), get_service_manager()):
         if manager.lock.acquire(timeout=timeout):
@@ -58,8 +58,8 @@ def wait_for_shutdown():
 def shut_down_by(function):
     """Call ``function(reason)`` when the master or another node (rosnode kill) requests a shutdown, and answer them.
 
-    A request for another node is ignored: a master that does not know of that node's end sends it to the present
-    owner of the port.
+    The fault: a master that does not know of a node's end sends the request to the present owner of the port. So a
+    request for another node is ignored.
     """
     def shutdown(self, caller_id, msg=''):
         print(f'shutdown request: {msg}')

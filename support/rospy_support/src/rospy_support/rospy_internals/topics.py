@@ -13,7 +13,7 @@ from rospy.topics import _TopicImpl
 
 
 def connections(publisher):
-    """Return the connections of a rospy.Publisher; none once it is unregistered. Do not change the sequence.
+    """Return the connections of a rospy.Publisher, empty once it is unregistered. Do not change the sequence.
 
     A connection has ``endpoint_id`` (the name of the subscribing node), ``socket`` (None once rospy has closed it)
     and ``close()``.
@@ -38,11 +38,11 @@ def connection_header(message):
 
 
 def take_over(subscriber, message, read):
-    """Let ``read(socket, bytes)`` take what comes after a message by the same connection of a rospy.Subscriber.
+    """Let ``read(socket, bytes)`` read what follows a message on its connection to a rospy.Subscriber.
 
-    It is called in rospy's thread for the connection, with a socket of its own, which it closes, and what has been read
-    after the message; when it returns, rospy goes on, and notices when the connection is closed. Does nothing if rospy
-    does not know the connection yet.
+    rospy's thread for the connection calls it with a duplicate of the socket, which it closes, and the bytes that were
+    already read after the message. When it returns, rospy continues, and notices when the connection is closed. Does
+    nothing if rospy does not know the connection yet.
     """
     header = getattr(message, '_connection_header', None)
     for connection in connections(subscriber):
@@ -169,10 +169,10 @@ class _Publishers:
 
 
 def tell_connections_apart():
-    """Let the topics of this process remove a connection, not what now has its file descriptor's number.
+    """Let the topics of this process identify a connection by itself, not by the number of its file descriptor.
 
-    rospy compares these numbers, and the system gives each one again at once. So a subscriber that came back while its
-    old connection was being removed (rospy.wait_for_message in a loop) lost the new one, too, and waited for ever.
+    The fault: the system reuses a number at once. A subscriber that returns while its old connection is being removed
+    (rospy.wait_for_message in a loop) loses the new one, too, and waits for ever.
     """
     _TopicImpl._remove_connection = _remove_connection
     _TopicImpl.check = functools.partialmethod(_locked, _TopicImpl.check)
@@ -191,6 +191,6 @@ def _remove_connection(self, connections, connection):
 
 
 def _locked(self, check):
-    """Replace _TopicImpl.check, which looks for broken connections before it takes the lock."""
+    """Replace _TopicImpl.check, which searches for broken connections before it takes the lock."""
     with self.c_lock:
         check(self)
