@@ -9,7 +9,7 @@ import pytest
 
 from collection import kinds, programs, ros, rostests
 
-NO_MODULE = re.compile(r'^E +((?:ModuleNotFoundError|ImportError): .*)', re.MULTILINE)
+NO_MODULE = re.compile(r'((?:ModuleNotFoundError|ImportError): [^\n]*)')  # also in the quoted output of a program
 
 
 def pytest_addoption(parser):
