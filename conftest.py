@@ -1,4 +1,5 @@
 """Settings of all tests; test/collection says what pytest collects beside test_*.py."""
+import os
 import sys
 from pathlib import Path
 
@@ -6,7 +7,10 @@ REPOSITORY = Path(__file__).resolve().parent
 pytest_plugins = ['collection.plugin']
 
 # Without a sourced workspace the modules are found here; in one they are found where it has them.
-sys.path += [str(folder) for folder in (REPOSITORY / 'src', *sorted(REPOSITORY.glob('*/*/src')))]
+folders = [str(folder) for folder in (REPOSITORY / 'src', *sorted(REPOSITORY.glob('*/*/src')))]
+sys.path += folders
+if 'ROS_PACKAGE_PATH' not in os.environ:  # programs that tests start find them, too
+    os.environ['PYTHONPATH'] = os.pathsep.join(folders)
 
 try:
     import hypothesis

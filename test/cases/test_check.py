@@ -37,7 +37,8 @@ def test_packages(room, run_case):
     _require('catkin_lint')
     # The root package holds the stand-ins' scripts too, which the stand-ins install themselves.
     more = ['--ignore', 'uninstalled_script'] if room == '.' else []
-    run_case('catkin_lint', '-q', '-W1', '--strict', *more, REPOSITORY / room)
+    folders = [REPOSITORY] if room == '.' else [path.parent for path in REPOSITORY.glob(f'{room}/*/package.xml')]
+    run_case('catkin_lint', '-q', '-W1', '--strict', *more, *folders)
 
 
 @pytest.mark.parametrize('_name', ['mypy'])

@@ -9,7 +9,7 @@ import pytest
 
 from collection import kinds, programs, ros, rostests
 
-NO_MODULE = re.compile(r"(?:ModuleNotFoundError|ImportError): (?:No module named '([\w.]+)'|cannot import name .*)")
+NO_MODULE = re.compile(r'((?:ModuleNotFoundError|ImportError): [^\n]*)')  # also in the quoted output of a program
 
 
 def pytest_addoption(parser):
@@ -82,10 +82,20 @@ def pytest_make_collect_report(collector):
             report.outcome, report.longrepr = 'skipped', (str(collector.path), 0, f'Skipped: {reason}')
 
 
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item):
+    """Skip a test that imports, while it runs, what is not here."""
+    outcome = yield
+    report = outcome.get_result()
+    reason = _missing_import(str(report.longrepr)) if report.failed else ''
+    if reason:
+        report.outcome, report.longrepr = 'skipped', (str(item.path), 0, f'Skipped: {reason}')
+
+
 def _missing_import(text):
     """Return what a failed import says is missing, where no workspace is sourced; else an empty text."""
     found = NO_MODULE.search(text)
-    return f'needs a sourced workspace: {found.group()}' if found and not ros.workspace_packages() else ''
+    return f'needs a sourced workspace: {found.group(1)}' if found and not ros.workspace_packages() else ''
 
 
 def pytest_collection_modifyitems(config, items):

@@ -268,6 +268,8 @@ def test_a_command_installs_what_its_modules_import(folder):
     distribution_of, requires = distributions()
     required = names_in(line for file in REQUIREMENTS[folder]
                         for line in (REPOSITORY / file).read_text().splitlines())
+    if not required <= requires.keys():
+        pytest.skip(f'not installed: {", ".join(sorted(required - requires.keys()))}')
     required |= set().union(*(requires[name] for name in required))
     names = {top(name) for path in MODULES if path.relative_to(REPOSITORY).parts[0] == folder
              and path.name != 'setup.py' and 'test' not in parts_of(path) for name in imports_of(path)}
