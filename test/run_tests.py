@@ -11,6 +11,7 @@ from pathlib import Path
 
 from collection import kinds
 
+MAX_REPEATED = 10  # tests; if more fail, load is not the cause
 FEW_FILES = 5  # which run faster in one process
 NICE = 10
 NOTHING_COLLECTED = 5  # exit code of pytest
@@ -91,7 +92,19 @@ def main(arguments):
     for name in list(runs)[:-1]:
         if codes[name] != NOTHING_COLLECTED:
             print((options.results / f'{name}.txt').read_text(encoding='utf-8', errors='replace'))
+    if repeat(options.results):
+        codes = dict.fromkeys(codes, 0)
     return tell(codes, options)
+
+
+def repeat(results):
+    """Run the few tests that failed beside others again, alone, and name them; return whether they pass now."""
+    failed = (results / 'failed').read_text(encoding='utf-8').splitlines() if (results / 'failed').exists() else []
+    if not 0 < len(failed) <= MAX_REPEATED:
+        return False
+    print('REPEATED alone, as they failed beside others:', *failed, sep='\n  ', flush=True)
+    command = [sys.executable, '-m', 'pytest', '-q', '--tb=short', '--all', f'--results={results / "repeated"}', *failed]
+    return subprocess.run(command, cwd=kinds.REPOSITORY, stdin=subprocess.DEVNULL).returncode == 0
 
 
 def tell(codes, options):

@@ -160,7 +160,10 @@ def case_folder(request):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """Say how many methods the rostests ran, and why some were skipped."""
+    """Say how many methods the rostests ran, and why some were skipped; add the failed tests to the file failed."""
+    failed = {report.nodeid for outcome in ('failed', 'error') for report in terminalreporter.getreports(outcome)}
+    with open(terminalreporter.config.results / 'failed', 'a', encoding='utf-8') as file:
+        file.writelines(f'{name}\n' for name in sorted(failed))
     found = [(name, value) for outcome in ('passed', 'failed', 'skipped')
              for report in terminalreporter.getreports(outcome) if report.when == 'call'
              for name, value in report.user_properties if name in rostests.OUTCOMES]
