@@ -339,7 +339,8 @@ class Detector:
         self._uncover(image, state, blur, black, corners, readings, features, found, changed)
         settled = {each.place for each in found} | {m for m, _ in changed if words}
         for m in set(range(len(good) if self._ended is not None else 0)) - settled:
-            self._end_at(image, state.h[m], self._missed(image, black[m], corners[m], readings[m], features[m]))
+            missed = self._missed(image, black[m], corners[m], readings[m], features[m])
+            self._end_at(image, state.h[m], missed, readings[m])
         out = self._detections(image, state, corners, found)
         if changed and words:
             again = np.array([black_cells(reading.white, self.margin) for _, reading in changed])
@@ -434,11 +435,12 @@ class Detector:
             self._end(np.stack(image.camera.to_real(*found.corners.T), -1), missed, found.word)
         return missed is not None
 
-    def _end_at(self, image: PreparedImage, h: Floats, missed: Shortfall | None) -> None:
+    def _end_at(self, image: PreparedImage, h: Floats, missed: Shortfall | None, reading: Reading | None = None) -> None:
         """Tell explain() that the search for a candidate at ``h`` (3, 3) ended here."""
         if self._ended is not None:
             corners = homography.apply(h[None], self._corners.square)[0]
-            self._end(np.stack(image.camera.to_real(*corners.T), -1), missed)
+            word = int(reading.content.value) if reading is not None and self._search is not None else -1
+            self._end(np.stack(image.camera.to_real(*corners.T), -1), missed, word)
 
     def _end(self, quad: Floats, missed: Shortfall | None, word: int = -1) -> None:
         """Tell explain() that the search for a candidate quad (4, 2) [real px] ended here."""

@@ -4,10 +4,11 @@
 """
 from __future__ import annotations
 
+import functools
 import math
 import textwrap
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import cv2
@@ -53,7 +54,7 @@ STAGES = (
         'MAX_ALIGNED': 'it is number {value:.0f} of the candidates, best first; only {needed:.0f} are looked at in one '
                        'image'}),
     Stage('alignment', (0, 220, 255), {
-        'MIN_MARKER_AREA': 'it is too small: {value:.0f} square pixels, more than {needed:.0f} are needed',
+        'MIN_MARKER_AREA': 'it is too small: {area:.0f} square pixels, more than {needed:.0f} are needed',
         'MIN_LIKENESS': 'it does not look like the marker that it resembles most: likeness {value:.2f}, more than '
                         '{needed:.2f} is needed',
         'MAX_BLUR': 'it is blurred over {value:.2f} cells, less than {needed:.2f} is needed'}),
@@ -88,14 +89,16 @@ STAGES = (
            for name in DEMANDS}}),
     Stage('margin', (255, 120, 120), {
         'NARROWER_MARGIN': 'its black border is narrower than the detector expects: with one cell less the cells fit '
-                           '{needed:.2f}, as expected {value:.2f}: set marker_margin',
+                           '{needed:.2f}, as expected {value:.2f}',
         'WIDER_MARGIN': 'its black border is wider than the detector expects: with one cell more the cells fit '
-                        '{needed:.2f}, as expected {value:.2f}: set marker_margin'}),
+                        '{needed:.2f}, as expected {value:.2f}'}),
     Stage('pose', (120, 120, 255), {
         'MAX_POSE_ERROR': 'its corners are those of no flat square: they are off by {value:.1%} of the side, less than '
                           '{needed:.0%} is needed'}))
 RANKS = {threshold: rank for rank, stage in enumerate(STAGES) for threshold in stage.sentences}
 FOUND_COLOUR = (60, 220, 60)
+READ = {'edges', 'acceptance', 'margin', 'pose'}  # the code word is more than a guess
+LAYOUTS = (5, 1), (5, 2), (5, 3), (7, 2), (9, 2)  # resolution and margin of other markers that are often printed
 OTHER_COLOUR = (90, 90, 90)
 MOST_UNREAD, MOST_EARLY = 5, 5  # candidates that end at the code, the best, and before, the largest: others are counted
 
@@ -173,7 +176,7 @@ class Explanation:
                           3 if each.stage == FOUND else 2, cv2.LINE_AA)
             left, bottom = each.corners[:, 0].min(), each.corners[:, 1].max()
             _write(picture, str(number), left, bottom + LINE - 4, each.colour)
-        columns = int(picture.shape[1] / (19 * TEXT)) - 2
+        columns = int(picture.shape[1] / (17 * TEXT)) - 2
         rows = [(row, colour) for line, colour in zip(self.lines, self._colours())
                 for row in textwrap.wrap(line, columns, subsequent_indent='    ')]
         panel = np.zeros((LINE * (len(rows) + 1), picture.shape[1], 3), np.uint8)
@@ -195,20 +198,40 @@ def explain(detector: Detector, image: Image, camera: Camera) -> Explanation:
     found, ended = detector.explain(image, camera)
     candidates = [Candidate(each.corners, FOUND, f'found as marker {each.id}', FOUND_COLOUR, id=each.id)
                   for each in found]
+    elsewhere = _of_other_layouts(detector, image, camera)
     places: list[Candidate] = []
     for each in sorted(ended, key=_how_far, reverse=True):
         other = _candidate(each)
         centre = other.corners.mean(0)
         if any(known.covers((centre[0], centre[1])) for known in found) or any(_alike(other, known) for known in places):
             continue
-        places.append(other)
+        said = next((said for there, said in elsewhere if _alike(other, there)), '')
+        places.append(replace(other, sentence=other.sentence + said))
     code = next(rank for rank, stage in enumerate(STAGES) if stage.name == 'code')
     ranks = [RANKS[each.threshold] for each in places]
     late, unread, early = ([each for each, rank in zip(places, ranks) if which(rank)]
                            for which in (code.__lt__, code.__eq__, code.__gt__))
-    early.sort(key=lambda each: -each.side)
+    early.sort(key=lambda each: (-RANKS[each.threshold], -each.side))
     return Explanation(detector.cells, candidates + late + unread[:MOST_UNREAD] + early[:MOST_EARLY],
                        unread[MOST_UNREAD:] + early[MOST_EARLY:])
+
+
+@functools.lru_cache(maxsize=len(LAYOUTS))
+def _detector_of(resolution: int, margin: int) -> Detector:
+    return Detector(1.0, resolution, margin)
+
+
+def _of_other_layouts(detector: Detector, image: Image, camera: Camera) -> list[tuple[Candidate, str]]:
+    """Return the markers that a detector of another resolution or margin finds, each with what to say about it."""
+    found = []
+    for resolution, margin in LAYOUTS:
+        names = [f'marker_resolution {resolution}'] * (resolution != detector.resolution)
+        names += [f'marker_margin {margin}'] * (margin != detector.margin)
+        if names:
+            found += [(Candidate(each.corners, FOUND, '', FOUND_COLOUR),
+                       f'. With {" and ".join(names)} it is marker {each.id}')
+                      for each in _detector_of(resolution, margin).detect(image, camera)]
+    return found
 
 
 def _how_far(ended: Ended) -> tuple[int, float]:
@@ -221,8 +244,8 @@ def _how_far(ended: Ended) -> tuple[int, float]:
 def _candidate(ended: Ended) -> Candidate:
     quad, threshold, value, needed, word = ended
     stage = STAGES[RANKS[threshold]]
-    sentence = stage.sentences[threshold].format(value=value, needed=needed, darker=-value, allowed=-needed)
-    if word >= 0 and stage.name not in ('code', 'uneven light'):
+    sentence = stage.sentences[threshold].format(value=value, needed=needed, darker=-value, allowed=-needed, area=max(value, 0.0))
+    if word >= 0 and stage.name in READ:
         sentence = f'perhaps marker {word % 256}, but {sentence}'
     return Candidate(np.asarray(quad), stage.name, sentence, stage.colour, threshold)
 
