@@ -118,7 +118,10 @@ def main(arguments=None):
 
 def _point(text):
     """Return (x, y) of 'X,Y'."""
-    x, y = map(float, text.split(','))
+    try:
+        x, y = map(float, text.split(','))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'{text!r}: two numbers are needed, such as 320,240') from None
     return x, y
 
 

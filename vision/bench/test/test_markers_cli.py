@@ -57,4 +57,4 @@ def test_explain_says_and_draws_what_is_there(tmp_path, capsys):
 def test_wrong_point_is_refused(tmp_path, capsys, point):
     with pytest.raises(SystemExit):
         markers_cli.main([str(tmp_path), '--json', 'out.json', '--explain', '--at', point])
-    assert f"argument --at: invalid X,Y value: '{point}'" in capsys.readouterr().err
+    assert f"argument --at: '{point}': two numbers are needed, such as 320,240" in capsys.readouterr().err

@@ -174,7 +174,8 @@ class MarkerNode:
     def _turn(self):
         """Wait for something to do, and do it."""
         with self._condition:
-            if self._image is None and not self._reconfigured and not (self._questions and self._last):
+            asked = self._questions and self._last is not None and self._info is not None
+            if self._image is None and not self._reconfigured and not asked:
                 rest = self._reported + REPORT - time.monotonic()
                 self._condition.wait(max(0.0, self._report.retry or rest))
             image, self._image, info = self._image, None, self._info
