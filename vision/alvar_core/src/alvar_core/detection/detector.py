@@ -26,9 +26,8 @@ import numpy as np
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
-from alvar_core.detection import candidates, homography, pose, striped_light, thresholds
-from alvar_core.detection.acceptance import (Appearance, Ended, Features, Shortfall, may_be_covered, shortfall,
-                                             unpromising)
+from alvar_core.detection import acceptance, candidates, homography, pose, striped_light, thresholds
+from alvar_core.detection.acceptance import Appearance, Ended, Features, Shortfall, may_be_covered, unpromising
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
 from alvar_core.detection.corners import CornerEstimator
@@ -126,7 +125,8 @@ class Detector:
 
     def explain(self, image: Image, camera: Camera) -> tuple[list[Detection], list[Ended]]:
         """Return the Detections in an image, and where the search for each other candidate ended; as ``detect``."""
-        self._ended = ended = []
+        ended: list[Ended] = []
+        self._ended = ended
         try:
             return self.detect(image, camera), ended
         finally:
@@ -339,8 +339,8 @@ class Detector:
         self._uncover(image, state, blur, black, corners, readings, features, found, changed)
         settled = {each.place for each in found} | {m for m, _ in changed if words}
         for m in set(range(len(good) if self._ended is not None else 0)) - settled:
-            missed = self._missed(image, black[m], corners[m], readings[m], features[m])
-            self._end_at(image, state.h[m], missed, readings[m])
+            why = self._missed(image, black[m], corners[m], readings[m], features[m])
+            self._end_at(image, state.h[m], why, readings[m])
         out = self._detections(image, state, corners, found)
         if changed and words:
             again = np.array([black_cells(reading.white, self.margin) for _, reading in changed])
@@ -390,7 +390,7 @@ class Detector:
             sure = reading.fit > thresholds.CHANGED_FIT
             return ('SAME_WORD', 0.0, 0.0) if sure else ('CHANGED_FIT', reading.fit, thresholds.CHANGED_FIT)
         seen = features._replace(fit=reading.fit, gap=reading.gap)
-        return shortfall(seen) or self._other_margin(image, corners, seen.detail)
+        return acceptance.shortfall(seen) or self._other_margin(image, corners, seen.detail)
 
     def _uncover(self, image: PreparedImage, state: Alignment, blur: Covariance, black: Bools, corners: Floats,
                  readings: Sequence[Reading | None], features: Sequence[Features], found: list[_Accepted],
@@ -435,7 +435,8 @@ class Detector:
             self._end(np.stack(image.camera.to_real(*found.corners.T), -1), missed, found.word)
         return missed is not None
 
-    def _end_at(self, image: PreparedImage, h: Floats, missed: Shortfall | None, reading: Reading | None = None) -> None:
+    def _end_at(self, image: PreparedImage, h: Floats, missed: Shortfall | None,
+                reading: Reading | None = None) -> None:
         """Tell explain() that the search for a candidate at ``h`` (3, 3) ended here."""
         if self._ended is not None:
             corners = homography.apply(h[None], self._corners.square)[0]

@@ -1,6 +1,6 @@
 """Say why a marker is not found: where the search for each candidate ended, in words and in a picture.
 
-``explain`` runs the Detector itself, which notes the first threshold that each candidate misses; nothing is decided here.
+``explain`` runs the Detector itself, which notes the first threshold that each candidate misses; it decides nothing.
 """
 from __future__ import annotations
 
@@ -31,6 +31,8 @@ class Stage(NamedTuple):
     sentences: dict[str, str]
 
 
+UNLIKE_ANY_WORD = ('its cells differ from every code word: the best fit is {value:.2f}, more than {needed:.2f} is '
+                   'needed')
 DEMANDS = 'CLEAR', 'UNLIKE', 'COVERED', 'CODE_COVERED'
 # From the first stage to the last: of several candidates in one place, that which got furthest counts.
 STAGES = (
@@ -49,8 +51,7 @@ STAGES = (
         'MIN_DARK_RIM': 'the border is black with white beside it on only {value:.0%} of its length, more than '
                         '{needed:.0%} is needed'}),
     Stage('code', (0, 140, 255), {
-        'MIN_COARSE_FIT': 'its cells differ from every code word: the best fit is {value:.2f}, more than {needed:.2f} is '
-                          'needed',
+        'MIN_COARSE_FIT': UNLIKE_ANY_WORD,
         'MAX_ALIGNED': 'it is number {value:.0f} of the candidates, best first; only {needed:.0f} are looked at in one '
                        'image'}),
     Stage('alignment', (0, 220, 255), {
@@ -64,7 +65,8 @@ STAGES = (
         'THIN_MARGIN_RIM': 'the white margin is narrow, and {value:.0%} of the edges of the black border are seen; '
                            '{needed:.0%} are needed then',
         'LOCAL_PLAIN': 'its border is not plain: {value:.0%} of it, more than {needed:.0%} is needed',
-        'LOCAL_RIM': 'white follows its black border on only {value:.0%} of its length, more than {needed:.0%} is needed',
+        'LOCAL_RIM': 'white follows its black border on only {value:.0%} of its length, more than {needed:.0%} is '
+                     'needed',
         'LOCAL_FIT': 'the edges of its cells differ from every code word: the best fit is {value:.2f}, more than '
                      '{needed:.2f} is needed',
         'LOCAL_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, more than '
@@ -81,8 +83,7 @@ STAGES = (
         'MAX_BAD_RIM': '{value:.0f} cells of the black border are not black; at most {needed:.0f} may be covered',
         **dict.fromkeys(('MIN_OUTSIDE', 'SURE_OUTSIDE'), 'along one side there is no white margin: the paper there is '
                         'darker than white by {darker:.0%} of the contrast, less than {allowed:.0%} is needed'),
-        **{f'{name}.fit': 'its cells differ from every code word: the best fit is {value:.2f}, more than {needed:.2f} is '
-                          'needed' for name in DEMANDS},
+        **{f'{name}.fit': UNLIKE_ANY_WORD for name in DEMANDS},
         **{f'{name}.surplus': 'the best code word is hardly better than the next: by {value:.2f} of what it leaves '
                               'unexplained, more than {needed:.2f} is needed' for name in DEMANDS},
         **{f'{name}.detail': 'its cells do not look as drawn: likeness {value:.2f}, more than {needed:.2f} is needed'
@@ -149,8 +150,8 @@ class Explanation:
             lines.append(f'{len(self.others)} others are even less like a marker; they end at '
                          + ', '.join(f'{stage.name} ({counts[stage.name]})' for stage in STAGES if counts[stage.name]))
         if not self.candidates:
-            lines.append('There is no dark quadrilateral on something brighter. A marker needs a white margin, at least '
-                         'as wide as a cell, and must lie wholly in the image.')
+            lines.append('There is no dark quadrilateral on something brighter. A marker needs a white margin, at '
+                         'least as wide as a cell, and must lie wholly in the image.')
         return lines
 
     def at(self, point: tuple[float, float]) -> str:
@@ -202,8 +203,8 @@ def explain(detector: Detector, image: Image, camera: Camera) -> Explanation:
     places: list[Candidate] = []
     for each in sorted(ended, key=_how_far, reverse=True):
         other = _candidate(each)
-        centre = other.corners.mean(0)
-        if any(known.covers((centre[0], centre[1])) for known in found) or any(_alike(other, known) for known in places):
+        x, y = other.corners.mean(0)
+        if any(known.covers((x, y)) for known in found) or any(_alike(other, known) for known in places):
             continue
         said = next((said for there, said in elsewhere if _alike(other, there)), '')
         places.append(replace(other, sentence=other.sentence + said))
@@ -244,7 +245,8 @@ def _how_far(ended: Ended) -> tuple[int, float]:
 def _candidate(ended: Ended) -> Candidate:
     quad, threshold, value, needed, word = ended
     stage = STAGES[RANKS[threshold]]
-    sentence = stage.sentences[threshold].format(value=value, needed=needed, darker=-value, allowed=-needed, area=max(value, 0.0))
+    sentence = stage.sentences[threshold].format(value=value, needed=needed, darker=-value, allowed=-needed,
+                                                 area=max(value, 0.0))
     if word >= 0 and stage.name in READ:
         sentence = f'perhaps marker {word % 256}, but {sentence}'
     return Candidate(np.asarray(quad), stage.name, sentence, stage.colour, threshold)

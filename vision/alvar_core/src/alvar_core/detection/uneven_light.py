@@ -71,16 +71,16 @@ class UnevenLight:
             return []
         quads, h = quads[chosen], h[chosen]
         match = self.decoder.match(image.smooth, h)
-        likely = []
+        promising = []
         for m, (fit, gap, plain) in enumerate(zip(match.fit, match.gap, match.plain)):
             missed = above(('MIN_FIRST_PLAIN', plain, thresholds.MIN_FIRST_PLAIN),
                            ('MIN_FIRST_FIT', fit, thresholds.MIN_FIRST_FIT),
                            ('MIN_FIRST_GAP', gap, thresholds.MIN_FIRST_GAP))
             if missed is None:
-                likely.append(m)
+                promising.append(m)
             elif ended is not None:
                 ended.append((quads[m], *missed, int(match.word[m])))
-        order = candidates.distinct(quads, match.fit, np.array(likely, int))[:thresholds.MAX_LOCAL]
+        order = candidates.distinct(quads, match.fit, np.array(promising, int))[:thresholds.MAX_LOCAL]
         found: list[Found] = []
         for m in order:
             centre = quads[m].mean(0)

@@ -31,7 +31,7 @@ def picture(value=42, side=90, margin=2, white=20, blur=0.7, ground=GROUND):
     return cv2.GaussianBlur(image, (0, 0), blur)
 
 
-def covered(*cover, grey=120):
+def covered(cover, grey=120):
     """Return the image of a marker with something grey over rows and columns."""
     image = picture()
     image[cover] = grey
@@ -44,7 +44,7 @@ MADE = {  # image, resolution and margin of the detector: the threshold it misse
                   'it is too small: 121 square pixels, more than 140 are needed (11 px wide, 1.2 px per cell'),
     'blurred': (picture(side=20, blur=2.1), (5, 2), 'MAX_BLUR', 'it is blurred over'),
     'blurred and large': (picture(blur=15), (5, 2), 'MIN_COARSE_FIT', 'its cells differ from every code word'),
-    'covered border': (covered(*BAR), (5, 2), 'UNLIKE.surplus', 'perhaps marker 42, but the best code word is hardly'),
+    'covered border': (covered(BAR), (5, 2), 'UNLIKE.surplus', 'perhaps marker 42, but the best code word is hardly'),
     'no white margin': (picture(white=0, ground=25), (5, 2), 'MIN_SEEN_EDGES', 'of the edges of its cells are seen'),
     'wider border': (picture(side=60, margin=3), (5, 2), 'WIDER_MARGIN', 'its black border is wider'),
     'narrower border': (picture(margin=1), (5, 2), 'MIN_GAP', 'With marker_margin 1 it is marker 42'),
