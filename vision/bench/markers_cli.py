@@ -3,8 +3,11 @@
 Every frame is searched on its own. DIR/frames.json names the frames with file, camera and marker_size_m, and the
 cameras with K and D; OUT gets
 {"tool", "frames": {name: {"detections": [{"id", "position", "orientation", ...}], "detect_ms"}}}.
+
+--explain prints for each candidate of each frame why it is a marker or not, and draws that into FOLDER/NAME.png.
 """
 import argparse
+import functools
 import json
 import os
 import statistics
@@ -14,6 +17,7 @@ import time
 import cv2
 
 from alvar_core.camera import Camera
+from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector
 from plain_support import write_whole
 
@@ -37,8 +41,26 @@ def _milliseconds(detector, image, camera, repeats):
     return found, sorted(times)[len(times) // 2]
 
 
-def run(folder, repeats=1):
-    """Return the results of all frames in a folder; raise OSError or ValueError that says what is wrong."""
+def explain(detector, image, camera, name, pictures=None, point=None):
+    """Print where the search for each candidate of a frame ended; draw it into a folder ``pictures``.
+
+    Of a ``point`` (x, y) [px], say what is there.
+    """
+    explained = explanation.explain(detector, image, camera)
+    print(f'{name}:', *explained.lines, *([explained.at(point)] if point else []), sep='\n  ')
+    if pictures is not None:
+        os.makedirs(pictures, exist_ok=True)
+        path = os.path.join(pictures, f'{os.path.basename(name)}.png')
+        if not cv2.imwrite(path, explained.draw(image)):
+            raise OSError(0, 'cannot be written', path)
+        print(f'  drawn in {path}')
+
+
+def run(folder, repeats=1, look=None):
+    """Return the results of all frames in a folder; raise OSError or ValueError that says what is wrong.
+
+    ``look(detector, image, camera, name)`` is called for each frame.
+    """
     with open(os.path.join(folder, 'frames.json')) as file:
         truth = json.load(file)
     if not isinstance(truth, dict):
@@ -55,6 +77,8 @@ def run(folder, repeats=1):
         detector.size = float(frame.get('marker_size_m') or 1.0)
         found, ms = _milliseconds(detector, image, cameras[frame['camera']], repeats)
         frames[frame['name']] = {'detections': [detection_record(d) for d in found], 'detect_ms': round(ms, 3)}
+        if look is not None:
+            look(detector, image, cameras[frame['camera']], frame['name'])
     return {'tool': f'alvar_core, single frames, {cv2.getNumThreads()} thread', 'set': truth.get('set'),
             'frames': frames}
 
@@ -66,10 +90,18 @@ def main(arguments=None):
     parser.add_argument('--json', required=True, help='write the results here')
     parser.add_argument('--repeat', type=int, default=1, help='runs per frame; the median time counts')
     parser.add_argument('--threads', type=int, default=1, help="OpenCV's threads")
+    parser.add_argument('--explain', nargs='?', const='', metavar='FOLDER',
+                        help='print why each candidate is a marker or not, and draw it into pictures in FOLDER')
+    parser.add_argument('--at', type=_point, metavar='X,Y', help='with --explain: say what is at this pixel')
     options = parser.parse_args(arguments)
+    if options.at and options.explain is None:
+        parser.error('--at needs --explain')
+    look = None
+    if options.explain is not None:
+        look = functools.partial(explain, pictures=options.explain or None, point=options.at)
     cv2.setNumThreads(options.threads)
     try:
-        results = run(options.folder, max(1, options.repeat))
+        results = run(options.folder, max(1, options.repeat), look)
         write_whole(options.json, json.dumps(results, indent=1))
     except KeyError as error:
         return _fail(f'{options.folder}/frames.json: {error} is missing')
@@ -82,6 +114,15 @@ def main(arguments=None):
         [frame['detect_ms'] for frame in frames] or [0.0])
     print(f'{found} markers in {len(frames)} frames, {median:.1f} ms per frame (median): {options.json}')
     return 0
+
+
+def _point(text):
+    """Return (x, y) of 'X,Y'."""
+    try:
+        x, y = map(float, text.split(','))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'{text!r}: two numbers are needed, such as 320,240') from None
+    return x, y
 
 
 def _fail(text):

@@ -78,7 +78,7 @@ bool alike(const double* a, const double* b, double reach) {
 
 }  // namespace
 
-int alvar::refine_sides(const Image& smooth, int count, double* quads, const Thresholds& limit) {
+int alvar::refine_sides(const Image& smooth, int count, double* quads, const Thresholds& limit, Trail* trail) {
     int kept = 0;
     for (int m = 0; m < count; ++m) {
         const double* q = quads + 8 * m;
@@ -95,7 +95,11 @@ int alvar::refine_sides(const Image& smooth, int count, double* quads, const Thr
             read_side(smooth, side, reach, limit.SIDE_NEARNESS);
             typical[k] = side.typical;
         }
-        if (!(nth(typical, 4, 1) > limit.MIN_SIDE_RISE)) continue;
+        const float rise = nth(typical, 4, 1);
+        if (!(rise > limit.MIN_SIDE_RISE)) {
+            end_at(trail, q, {"MIN_SIDE_RISE", rise, limit.MIN_SIDE_RISE});
+            continue;
+        }
         for (Side& side : sides) move(side, reach, limit.SIDE_OUTLIERS);
         double* out = quads + 8 * kept++;
         for (int k = 0; k < 4; ++k) {  // where each side meets the one before it

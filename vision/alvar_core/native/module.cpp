@@ -201,6 +201,16 @@ py::object shortfall_of(const Shortfall& found) {
     return py::make_tuple(found.threshold, found.value, found.needed);
 }
 
+// Appends where candidates ended to a list of Python, or nothing to None: (quad (4, 2), threshold, value, needed, word)
+void extend(const py::object& ended, const Trail& trail) {
+    if (ended.is_none()) return;
+    for (const Ended& each : trail) {
+        const std::vector<double> quad(each.quad, each.quad + 8);
+        ended.attr("append")(py::make_tuple(array_of(quad, {py::ssize_t(4), py::ssize_t(2)}), each.missed.threshold,
+                                            each.missed.value, each.missed.needed, each.word));
+    }
+}
+
 }  // namespace
 
 #ifndef ALVAR_MODULE
@@ -254,12 +264,15 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
 
     m.def(
         "refined",
-        [](const py::array_t<std::uint8_t>& smooth, const Doubles& quads, const Thresholds& limit) {
+        [](const py::array_t<std::uint8_t>& smooth, const Doubles& quads, const Thresholds& limit, const py::object& ended) {
             check(quads, {kAny, 4, 2}, "quads");
             Doubles out = copy_of(quads);
-            return first_rows(out, refine_sides(image_of(smooth), out.shape(0), out.mutable_data(), limit));
+            Trail trail;
+            const int kept = refine_sides(image_of(smooth), out.shape(0), out.mutable_data(), limit, &trail);
+            extend(ended, trail);
+            return first_rows(out, kept);
         },
-        py::kw_only(), "smooth"_a, "quads"_a, "limit"_a);
+        py::kw_only(), "smooth"_a, "quads"_a, "limit"_a, "ended"_a = py::none());
 
     m.def(
         "distinct",
@@ -316,20 +329,22 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         .def(
             "match",
             [](const CoarseDecoder& self, const py::array_t<std::uint8_t>& smooth, const Doubles& quads,
-               const Thresholds& limit) {
+               const Thresholds& limit, const py::object& ended) {
                 check(quads, {kAny, 4, 2}, "quads");
-                const CoarseMatch found = self.match(image_of(smooth), quads.shape(0), quads.data(), limit);
+                Trail trail;
+                const CoarseMatch found = self.match(image_of(smooth), quads.shape(0), quads.data(), limit, &trail);
+                extend(ended, trail);
                 return py::dict("kept"_a = array_of(found.kept),
                                 "h"_a = array_of(found.h, {py::ssize_t(found.kept.size()), 3, 3}),
                                 "fit"_a = array_of(found.fit), "gap"_a = array_of(found.gap),
                                 "word"_a = array_of(found.word));
             },
-            py::kw_only(), "smooth"_a, "quads"_a, "limit"_a)
+            py::kw_only(), "smooth"_a, "quads"_a, "limit"_a, "ended"_a = py::none())
         .def(
-            "has_other_margin",
+            "other_margin",
             [](const CoarseDecoder& self, const py::array_t<std::uint8_t>& smooth, const Doubles& corners) {
                 check(corners, {4, 2}, "corners");
-                return self.has_other_margin(image_of(smooth), corners.data());
+                return shortfall_of(self.other_margin(image_of(smooth), corners.data()));
             },
             py::kw_only(), "smooth"_a, "corners"_a);
 
@@ -583,19 +598,22 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
             "find",
             [](const Search& self, const py::array_t<std::uint8_t>& smooth, const py::array_t<std::uint8_t>& atlas,
                const Floats& table, const py::array_t<std::uint8_t>& full, const Lens& lens, double noise,
-               const Doubles& quads, const Doubles& sizes, const Thresholds& limit) {
+               const Doubles& quads, const Doubles& sizes, const Thresholds& limit, const py::object& ended) {
                 check(quads, {kAny, 4, 2}, "quads"), check(sizes, {256}, "sizes");
                 const Image image = image_of(smooth), full_image = image_of(full);
                 const Pyramid pyramid = pyramid_of(atlas, table);
                 SearchResult found;
                 {
+                    const bool explain = !ended.is_none();
                     Unlocked unlocked;
-                    found = self.find(image, pyramid, full_image, lens, noise, vector_of(quads), sizes.data(), limit);
+                    found = self.find(image, pyramid, full_image, lens, noise, vector_of(quads), sizes.data(), limit,
+                                      explain);
                 }
+                extend(ended, found.ended);
                 return py::dict("markers"_a = array_of(found.markers), "unsure"_a = array_of(found.unsure),
                                 "well_read"_a = array_of(found.well_read),
                                 "refined"_a = array_of(found.refined, {py::ssize_t(found.refined.size()) / 8, 4, 2}));
             },
             py::kw_only(), "smooth"_a, "atlas"_a, "table"_a, "full"_a, "lens"_a, "noise"_a, "quads"_a, "sizes"_a,
-            "limit"_a);
+            "limit"_a, "ended"_a = py::none());
 }

@@ -24,7 +24,8 @@ void times(const float* values, const float* matrix, int rows, int columns, floa
 
 constexpr int kAlong = 5, kSides = 4, kPlaces = kAlong * kSides;  // as CoarseDecoder.ALONG
 
-bool has_dark_rim(const Image& smooth, const float* h, const float* rim, const Thresholds& limit) {
+// What the border misses: a contrast with what is outside it, or that it is dark everywhere
+Shortfall missed_by_rim(const Image& smooth, const float* h, const float* rim, const Thresholds& limit) {
     float grey[2 * kPlaces], step[kPlaces], sorted[kPlaces], sides[kSides];
     read(smooth, h, rim, 2 * kPlaces, 0, 2 * kPlaces, grey);
     for (int i = 0; i < kPlaces; ++i) sorted[i] = step[i] = grey[i] - grey[kPlaces + i];
@@ -33,7 +34,9 @@ bool has_dark_rim(const Image& smooth, const float* h, const float* rim, const T
     const float least = std::max<float>(limit.MIN_RIM_STEP_SHARE * contrast, limit.MIN_RIM_STEP);
     int dark = 0;
     for (const float each : step) dark += each > least;
-    return contrast > limit.MIN_RIM_CONTRAST && dark > limit.MIN_DARK_RIM * kPlaces;
+    if (!(contrast > limit.MIN_RIM_CONTRAST)) return {"MIN_RIM_CONTRAST", contrast, limit.MIN_RIM_CONTRAST};
+    if (!(dark > limit.MIN_DARK_RIM * kPlaces)) return {"MIN_DARK_RIM", double(dark) / kPlaces, limit.MIN_DARK_RIM};
+    return {nullptr, 0, 0};
 }
 
 constexpr int kResolution = 5, kLight = 4;  // functions that are removed from the region that is read
@@ -91,14 +94,19 @@ void CoarseDecoder::scale(const float* grey, float* of_words) const {
     }
 }
 
-CoarseMatch CoarseDecoder::match(const Image& smooth, int count, const double* quads, const Thresholds& limit) const {
+CoarseMatch CoarseDecoder::match(const Image& smooth, int count, const double* quads, const Thresholds& limit,
+                                 Trail* trail) const {
     CoarseMatch found;
     for (int m = 0; m < count; ++m) {
         double h[9];
         float single[9];
         from_square(quads + 8 * m, half, h);
         std::copy(h, h + 9, single);
-        if (!has_dark_rim(smooth, single, rim.data(), limit)) continue;
+        const Shortfall missed = missed_by_rim(smooth, single, rim.data(), limit);
+        if (missed.threshold) {
+            end_at(trail, quads + 8 * m, missed);
+            continue;
+        }
         found.kept.push_back(m);
         found.h.insert(found.h.end(), h, h + 9);
     }
@@ -135,10 +143,12 @@ double CoarseDecoder::fit(const Image& smooth, const double* quad, double spread
     return *std::max_element(of_words.begin(), of_words.begin() + all_words);
 }
 
-// Whether the cells of a marker match a word better with a margin one cell narrower or wider
-bool CoarseDecoder::has_other_margin(const Image& smooth, const double* real_corners) const {
-    const double own = fit(smooth, real_corners, 1);
-    return fit(smooth, real_corners, half / (half - 1)) > own || fit(smooth, real_corners, half / (half + 1)) > own;
+Shortfall CoarseDecoder::other_margin(const Image& smooth, const double* real_corners) const {
+    const double own = fit(smooth, real_corners, 1), narrower = fit(smooth, real_corners, half / (half - 1));
+    if (narrower > own) return {"NARROWER_MARGIN", own, narrower};
+    const double wider = fit(smooth, real_corners, half / (half + 1));
+    if (wider > own) return {"WIDER_MARGIN", own, wider};
+    return {nullptr, 0, 0};
 }
 
 void alvar::coverage(const float* line, int count, int cells, double variance, float* out) {

@@ -48,22 +48,26 @@ struct State {
 class ImageSearch {
 public:
     ImageSearch(const Search& search, const Image& smooth, const Pyramid& pyramid, const Image& full, const Lens& lens,
-                 double noise, const double* sizes, const Thresholds& limit)
+                 double noise, const double* sizes, const Thresholds& limit, bool explain)
         : is(search), smooth(smooth), pyramid(pyramid), full(full), lens(lens), image_noise(noise), sizes(sizes),
-          limit(limit), cells(search.aligner.cells), half(0.5 * search.aligner.cells) {}
+          limit(limit), cells(search.aligner.cells), half(0.5 * search.aligner.cells),
+          trail(explain ? &result.ended : nullptr) {}
 
     SearchResult run(std::vector<double> quads) {
-        const int count = refine_sides(smooth, quads.size() / 8, quads.data(), limit);
+        const int count = refine_sides(smooth, quads.size() / 8, quads.data(), limit, trail);
         quads.resize(8 * count);
-        const CoarseMatch match = is.decoder.match(smooth, count, quads.data(), limit);
+        const CoarseMatch match = is.decoder.match(smooth, count, quads.data(), limit, trail);
         std::vector<double> dark(8 * match.kept.size()), rank;
         std::vector<int> near;
         for (std::size_t i = 0; i < match.kept.size(); ++i) {
             std::copy_n(&quads[8 * match.kept[i]], 8, &dark[8 * i]);
             rank.push_back(match.fit[i] + limit.COARSE_GAP_WEIGHT * match.gap[i]);
             if (match.fit[i] > limit.MIN_COARSE_FIT) near.push_back(i);
+            else end_at(trail, &dark[8 * i], {"MIN_COARSE_FIT", match.fit[i], limit.MIN_COARSE_FIT}, match.word[i]);
         }
         std::vector<int> chosen = distinct(dark.data(), rank.data(), near, limit);
+        for (std::size_t k = limit.MAX_ALIGNED; k < chosen.size(); ++k)
+            end_at(trail, &dark[8 * chosen[k]], {"MAX_ALIGNED", k + 1.0, limit.MAX_ALIGNED}, match.word[chosen[k]]);
         if (chosen.size() > limit.MAX_ALIGNED) chosen.resize(limit.MAX_ALIGNED);
         result.refined = std::move(quads);
         std::vector<Start> starts;
@@ -101,6 +105,7 @@ private:
     const int cells;
     const double half;
     SearchResult result;
+    Trail* const trail;
     std::vector<Start> unsure;
     std::vector<Place> places, unsure_places;  // of the markers, of what is unsure
 
@@ -132,18 +137,28 @@ private:
             const double sampled = limit.SAMPLED_NOISE * image_noise / std::pow(2.0, marker.level);
             const double noise = std::min(*marker.noise, sampled);
             Features f = is.appearance.features(marker, noise, limit);
-            if (unpromising(marker.h, *marker.blur, marker.level, f.likeness, cells, limit).threshold) continue;
             double corners[8];
             corners_at(marker.h, half, corners);
             std::int64_t word = starts[m].word;
+            Shortfall missed = unpromising(marker.h, *marker.blur, marker.level, f.likeness, cells, limit);
+            if (missed.threshold) {
+                end(corners, missed, word);
+                continue;
+            }
             f.fit = starts[m].fit, f.gap = starts[m].gap;
             if (!changed || !(f.fit > limit.SURE_FIT && f.gap > limit.SURE_GAP && f.likeness > limit.SURE_FIT))
                 word = read(marker, noise, f);
             const Place place = {(corners[0] + corners[2] + corners[4] + corners[6]) / 4,
                                  (corners[1] + corners[3] + corners[5] + corners[7]) / 4, std::sqrt(area(corners))};
             const bool drawn = word == starts[m].word;
-            if (drawn && !shortfall(f, limit).threshold && !has_other_margin(corners, f)) {
-                if (add(marker, word, corners, f)) places.push_back(place);
+            missed = drawn                       ? shortfall(f, limit)
+                     : f.fit > limit.CHANGED_FIT ? Shortfall{"SAME_WORD", 0, 0}
+                                                   : Shortfall{"CHANGED_FIT", f.fit, limit.CHANGED_FIT};
+            if (drawn && !missed.threshold) missed = other_margin(corners, f);
+            if (!missed.threshold) {
+                missed = add(marker, word, corners, f);
+                if (!missed.threshold) places.push_back(place);
+                else end(corners, missed, word);
             } else if (may_be_covered(f, limit)) {
                 unsure.push_back(origins[m]), unsure_places.push_back(place);
             } else if (!drawn && changed && f.fit > limit.CHANGED_FIT) {
@@ -151,6 +166,8 @@ private:
                 std::copy_n(marker.h, 9, start.h[0]);
                 start.word = word, start.blur = *marker.blur, start.level = marker.level;
                 changed->now.push_back(start), changed->before.push_back(origins[m]);
+            } else {
+                end(corners, missed, word);
             }
         }
     }
@@ -178,15 +195,22 @@ private:
         return found.word;
     }
 
-    bool has_other_margin(const double* corners, const Features& f) const {
-        if (f.detail > limit.SURE_MARGIN_DETAIL) return false;
+    Shortfall other_margin(const double* corners, const Features& f) const {
+        if (f.detail > limit.SURE_MARGIN_DETAIL) return {nullptr, 0, 0};
         double real[8];
         to_real(corners, real);
-        return is.decoder.has_other_margin(smooth, real);
+        return is.decoder.other_margin(smooth, real);
     }
 
-    // Measures a marker, and adds it if a pose fits its corners; returns whether one does.
-    bool add(const AlignedMarker& aligned, std::int64_t word, double* corners, const Features& f) {
+    void end(const double* corners, const Shortfall& missed, std::int64_t word) const {
+        if (!trail) return;
+        double real[8];
+        to_real(corners, real);
+        end_at(trail, real, missed, word);
+    }
+
+    // Measures a marker, and adds it if a pose fits its corners; returns what the pose misses.
+    Shortfall add(const AlignedMarker& aligned, std::int64_t word, double* corners, const Features& f) {
         double information[64], turned[8];
         measure_corners(full, lens, aligned, cells, f.kept, is.scale.data(), limit, corners, information);
         FoundMarker marker = {};
@@ -199,17 +223,18 @@ private:
         marker.number = number, marker.features = f;
         marker.poses = solve_pose(turned, sizes[number], lens, marker.information[0], marker.solutions);
         to_real(turned, marker.corners[0]);
-        if (!marker.poses
-            || !(marker.solutions[0].error < limit.MAX_POSE_ERROR * std::sqrt(area(marker.corners[0]))))
-            return false;
+        const double side = std::sqrt(area(marker.corners[0]));
+        if (!marker.poses) return {"MAX_POSE_ERROR", HUGE_VAL, limit.MAX_POSE_ERROR};
+        if (!(marker.solutions[0].error < limit.MAX_POSE_ERROR * side))
+            return {"MAX_POSE_ERROR", marker.solutions[0].error / side, limit.MAX_POSE_ERROR};
         result.markers.push_back(marker);
-        return true;
+        return {nullptr, 0, 0};
     }
 };
 
 }  // namespace
 
 SearchResult Search::find(const Image& smooth, const Pyramid& pyramid, const Image& full, const Lens& lens, double noise,
-                          std::vector<double> quads, const double* sizes, const Thresholds& limit) const {
-    return ImageSearch(*this, smooth, pyramid, full, lens, noise, sizes, limit).run(std::move(quads));
+                          std::vector<double> quads, const double* sizes, const Thresholds& limit, bool explain) const {
+    return ImageSearch(*this, smooth, pyramid, full, lens, noise, sizes, limit, explain).run(std::move(quads));
 }

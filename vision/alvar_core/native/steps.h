@@ -25,8 +25,29 @@ struct Outlines {
 Outlines outlines_of(const Image& smooth, const Image& mean, int offset, double shrink, bool parted,
                      const Thresholds& limit);
 
+// The first threshold that a candidate misses, its value and the one that it needs; `threshold` is null if there is none.
+struct Shortfall {
+    const char* threshold;
+    double value, needed;
+};
+
+// Where the search for a candidate ended: its corners (4, 2) [real px], what it missed, and the code word it resembles,
+// or -1. Functions add to a Trail only if they get one.
+struct Ended {
+    double quad[8];
+    Shortfall missed;
+    std::int64_t word;
+};
+using Trail = std::vector<Ended>;
+inline void end_at(Trail* trail, const double* quad, const Shortfall& missed, std::int64_t word = -1) {
+    if (!trail) return;
+    Ended ended = {{}, missed, word};
+    for (int k = 0; k < 8; ++k) ended.quad[k] = quad[k];
+    trail->push_back(ended);
+}
+
 // candidates.refined: changes quads (count, 4, 2) in place, moves those that are kept to the front; returns how many are.
-int refine_sides(const Image& smooth, int count, double* quads, const Thresholds& limit);
+int refine_sides(const Image& smooth, int count, double* quads, const Thresholds& limit, Trail* trail);
 
 // candidates.distinct: those of `which` whose corners are not near those of one with a higher score, best first
 std::vector<int> distinct(const double* quads, const double* score, std::vector<int> which, const Thresholds& limit);
@@ -49,8 +70,9 @@ struct CoarseDecoder {
     int points, all_words;
     std::vector<float> rim, cells, words, known;
 
-    CoarseMatch match(const Image& smooth, int count, const double* quads, const Thresholds& limit) const;
-    bool has_other_margin(const Image& smooth, const double* real_corners) const;
+    CoarseMatch match(const Image& smooth, int count, const double* quads, const Thresholds& limit, Trail* trail) const;
+    // NARROWER_MARGIN or WIDER_MARGIN with the fit of its word and the higher one with that margin
+    Shortfall other_margin(const Image& smooth, const double* real_corners) const;
 
 private:
     double fit(const Image& smooth, const double* quad, double spread) const;
@@ -117,11 +139,7 @@ struct Appearance {
     Features features(const AlignedMarker& marker, double noise, const Thresholds& limit) const;
 };
 
-// The first threshold that a candidate misses, its value and the one that it needs; `threshold` is null for a marker.
-struct Shortfall {
-    const char* threshold;
-    double value, needed;
-};
+// What a candidate misses; nothing for a marker
 Shortfall shortfall(const Features& f, const Thresholds& limit);
 bool may_be_covered(const Features& f, const Thresholds& limit);
 // What an aligned candidate misses before its cells are read
@@ -209,6 +227,7 @@ struct SearchResult {
     std::vector<Start> unsure;
     std::vector<WellRead> well_read;
     std::vector<double> refined;  // quads (N, 4, 2)
+    Trail ended;                  // only if it is asked for
 };
 
 // search.Search: finds markers of resolution 5 whose greys fit their drawing. `black_words` (W, cells, cells)
@@ -222,7 +241,7 @@ struct Search {
 
     // `sizes` (256,) [m]: of the marker with each number
     SearchResult find(const Image& smooth, const Pyramid& pyramid, const Image& full, const Lens& lens, double noise,
-                      std::vector<double> quads, const double* sizes, const Thresholds& limit) const;
+                      std::vector<double> quads, const double* sizes, const Thresholds& limit, bool explain) const;
 };
 
 }  // namespace alvar

@@ -1,6 +1,8 @@
 """./run markers: folders that cannot be used are named with what is wrong."""
 import json
 
+import cv2
+import numpy as np
 import pytest
 
 import markers_cli
@@ -32,3 +34,27 @@ def test_what_was_found_is_said(tmp_path, capsys):
     (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': []}))
     assert markers_cli.main([str(tmp_path), '--json', str(tmp_path / 'out.json')]) == 0
     assert capsys.readouterr().out == f'0 markers in 0 frames, 0.0 ms per frame (median): {tmp_path}/out.json\n'
+
+
+def test_explain_says_and_draws_what_is_there(tmp_path, capsys):
+    image = np.full((480, 640), 220, np.uint8)
+    image[100:200, 100:200] = 20
+    cv2.imwrite(str(tmp_path / 'a.png'), image)
+    frames = [{'name': 'square', 'file': 'a.png', 'camera': 'c'}]
+    (tmp_path / 'frames.json').write_text(json.dumps({'cameras': CAMERAS, 'frames': frames}))
+    command = [str(tmp_path), '--json', str(tmp_path / 'out.json'), '--explain']
+    assert markers_cli.main(command) == 0
+    said = 'square:\n  1: its cells differ from every code word: the best fit is 0.00, more than 0.64 is needed ('
+    assert capsys.readouterr().out.startswith(said)
+    assert markers_cli.main([*command, str(tmp_path / 'pictures'), '--at', '600,400']) == 0
+    out = capsys.readouterr().out
+    assert out.startswith(said) and 'At 600, 400: there is no dark quadrilateral' in out
+    assert cv2.imread(str(tmp_path / 'pictures' / 'square.png')).shape[0] > 480
+    assert json.loads((tmp_path / 'out.json').read_text())['frames']['square']['detections'] == []
+
+
+@pytest.mark.parametrize('point', ['5', 'x,y', '1,2,3'])
+def test_wrong_point_is_refused(tmp_path, capsys, point):
+    with pytest.raises(SystemExit):
+        markers_cli.main([str(tmp_path), '--json', 'out.json', '--explain', '--at', point])
+    assert f"argument --at: '{point}': two numbers are needed, such as 320,240" in capsys.readouterr().err

@@ -4,6 +4,7 @@ Threading contract: rospy's threads only store the newest image, camera_info and
 ``_condition``; one worker thread does everything else: it searches, publishes and sends diagnostics.
 """
 import math
+import queue
 import threading
 import time
 import traceback
@@ -12,8 +13,10 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Bool
+from std_srvs.srv import Trigger, TriggerResponse
 
 from alvar_core.camera import CameraError
+from alvar_core.detection import explanation
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.prepared_image import ImageError
 from alvar_core.detection.tracker import Tracker
@@ -37,6 +40,7 @@ WARNING_PERIOD = 10.0  # [s] between two warnings of a kind
 CHANGED_PERIOD = 1.0  # [s] the same, if the second one names another fault of the input
 REPORT = 1.0  # [s] between two reports on /diagnostics
 SLOW = 0.05  # [s] from this time between images on, each is searched completely, partly after its poses are published
+EXPLAINED = 5.0  # [s] that a call of ~explain waits for an image
 JUMP_BACK = 1.0  # [s] a stamp that is older than the last one by more than this means that time has jumped back
 
 
@@ -53,6 +57,8 @@ class MarkerNode:
         self._condition = threading.Condition()
         self.camera = None  # Camera of the image that is being searched
         self._image = None  # (arrival [s, monotonic], message): the newest one, until it is searched
+        self._last = None  # the message of the image that was searched last
+        self._questions = []  # queues, one for each call of ~explain; each gets a TriggerResponse
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateLimiter(settings.max_frequency), ErrorFilter()
         self._simulated = not rospy_internals.is_wall_time()
@@ -64,6 +70,8 @@ class MarkerNode:
         self._report = Report(settings.output_frame, settings.transform_tolerance, self._statistics, self.complain)
         self._debug = LatestPublisher('~debug_image', Image)
         self._diagnostics = Publisher('/diagnostics', DiagnosticArray, queue_size=1)
+        self._explained = Publisher('~explained_image', Image, queue_size=1, latch=True)
+        rospy.Service('~explain', Trigger, self._answer)
         self._live = LiveSettings(settings, self._settings_changed)
         self._info_subscriber = rospy.Subscriber('camera_info', CameraInfo, self._take_info, queue_size=1,
                                                  tcp_nodelay=True)
@@ -130,6 +138,21 @@ class MarkerNode:
         with self._condition:
             self._info, self._info_came = message, time.monotonic()
 
+    def _answer(self, _request):
+        """Serve ~explain: let the worker thread explain the last image, or the next if there was none."""
+        answer = queue.Queue(1)
+        with self._condition:
+            self._questions.append(answer)
+            self._condition.notify()
+        try:
+            return answer.get(timeout=EXPLAINED)
+        except queue.Empty:
+            with self._condition:
+                self._questions = [each for each in self._questions if each is not answer]
+            what = 'image' if self._info is not None else 'camera_info'
+            return TriggerResponse(False, f'There was no image to explain within {EXPLAINED:.0f} s: no {what} came' +
+                                   (', because ~enabled is false' if not self.settings.enabled else ''))
+
     def _settings_changed(self):
         with self._condition:
             self._rate.rate = self.settings.max_frequency
@@ -151,7 +174,8 @@ class MarkerNode:
     def _turn(self):
         """Wait for something to do, and do it."""
         with self._condition:
-            if self._image is None and not self._reconfigured:
+            asked = self._questions and self._last is not None and self._info is not None
+            if self._image is None and not self._reconfigured and not asked:
                 rest = self._reported + REPORT - time.monotonic()
                 self._condition.wait(max(0.0, self._report.retry or rest))
             image, self._image, info = self._image, None, self._info
@@ -159,7 +183,10 @@ class MarkerNode:
         if reconfigured:
             self._apply_settings()
         if image is not None and self._subscriber is not None:
+            self._last = image[1]
             self._search(*image, info)
+        if self._questions and self._last is not None and info is not None:
+            self._explain(self._last, info)
         self._report.flush()
         if time.monotonic() >= self._reported + REPORT:
             self._look_after()
@@ -214,6 +241,24 @@ class MarkerNode:
         if self._debug.wanted():
             drawn = debug_image.draw(self.bgr_of(message), camera, found, detections, self.size_of)
             self._debug.publish(images.to_image(drawn, header=message.header))
+
+    def _explain(self, message, info):
+        """Answer the calls of ~explain: say where the search for each candidate of an image ended, and show it."""
+        with self._condition:
+            questions, self._questions = self._questions, []
+        try:
+            grey = self.grey_of(message)
+            detector = Detector(self.settings.marker_size / 100.0, self.settings.marker_resolution,
+                                self.settings.marker_margin, self._sizes)  # that of the tracker still has an image
+            explained = explanation.explain(detector, grey, self._camera_for(info, grey))
+            drawn = explained.draw(self.bgr_of(message))
+            self._explained.publish(images.to_image(drawn, header=message.header))
+            response = TriggerResponse(True, '\n'.join(
+                [*explained.lines, f'Drawn in {rospy.resolve_name("~explained_image")}']))
+        except (CameraError, ImageError, images.ImageError) as error:
+            response = TriggerResponse(False, f'The last image cannot be searched: {error}')
+        for each in questions:
+            each.put(response)
 
     def _use_spare_time(self, arrival):
         """Search the rest of the image that arrived at ``arrival`` [s] if images are rare and none waits."""

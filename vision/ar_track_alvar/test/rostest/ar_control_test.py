@@ -8,6 +8,7 @@ import rospy
 import rostopic
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
+from std_srvs.srv import Trigger
 
 from rospy_support import images
 from rostest_support.common import registered_names, run, until
@@ -18,7 +19,7 @@ PUBLISHED = {'/ar_pose_marker': 'ar_track_alvar_msgs/AlvarMarkers',
              '/visualization_marker': 'visualization_msgs/Marker', '/tf': 'tf2_msgs/TFMessage',
              '/tracker/parameter_updates': 'dynamic_reconfigure/Config',
              '/tracker/parameter_descriptions': 'dynamic_reconfigure/ConfigDescription'}
-OURS = {'/diagnostics', '/tracker/debug_image', '/rosout'}  # beside the original's
+OURS = {'/diagnostics', '/tracker/debug_image', '/tracker/explained_image', '/rosout'}  # beside the original's
 MD5 = {'AlvarMarker': 'ef2b6ad42bcb18e16b22fefb5c0fb85f', 'AlvarMarkers': '943fe17bfb0b4ea7890368d0b25ad0ad'}
 DEFAULTS = {'enabled': True, 'max_frequency': 8.0, 'marker_size': 10.0, 'max_new_marker_error': 0.08,
             'max_track_error': 0.2}
@@ -41,6 +42,7 @@ class ControlTest(TrackerCase):
         self.assertEqual(set(PUBLISHED), published - OURS)
         self.assertEqual({'/camera_image', '/camera_info', '/tracker/enable_detection'}, subscribed)
         self.assertIn('/tracker/set_parameters', services)
+        self.assertIn('/tracker/explain', services)
         for topic, name in PUBLISHED.items():
             self.assertEqual(name, rostopic.get_topic_type(topic)[0])
         from ar_track_alvar_msgs import msg
@@ -130,6 +132,20 @@ class ControlTest(TrackerCase):
             x, y = (320 + 525 * place.x / place.z, 240 + 525 * place.y / place.z)
             self.assertGreater(changed[int(y) - 40:int(y) + 40, int(x) - 40:int(x) + 40].sum(), 200)
         self.assertLess(changed.sum(), 0.1 * changed.size)
+
+    def test_ar_explain(self):
+        """The service says what became of each candidate, and shows it."""
+        explain = rospy.ServiceProxy(f'{TRACKER}/explain', Trigger)
+        explain.wait_for_service(20)
+        camera, poses = self.camera().show(*PLACED.values()), self.collected()
+        self.next_with(poses, *PLACED)
+        answer = explain()
+        self.assertTrue(answer.success)
+        for number in PLACED:
+            self.assertIn(f'found as marker {number} (', answer.message)
+        self.assertIn(f'Drawn in {TRACKER}/explained_image', answer.message)
+        drawn = images.bgr(self.collected(f'{TRACKER}/explained_image', Image).next())
+        self.assertGreater(len(drawn), len(images.grey(camera.image)))
 
     def test_ar_diagnostics(self):
         """Once a second: rate, times, markers."""

@@ -3,12 +3,14 @@
 import copy
 
 import numpy as np
+import rospy
 from rosgraph_msgs.msg import Log
+from std_srvs.srv import Trigger
 
 from alvar_core.camera import Camera
 from rospy_support import images
 from rostest_support.common import run, until
-from rostest_support.markers import CAMERA, PLACED, TrackerCase, camera_info, picture, stays_away
+from rostest_support.markers import CAMERA, PLACED, TRACKER, TrackerCase, camera_info, picture, stays_away
 
 NAN = float('nan')
 
@@ -30,6 +32,9 @@ class InputTest(TrackerCase):
         info, camera.info = camera.info, None
         log.wait(Log.WARN, r'no camera_info received for \d+ s\. /camera_info: .*')
         self.assertEqual([], poses.messages)
+        answer = rospy.ServiceProxy(f'{TRACKER}/explain', Trigger)()
+        self.assertEqual((False, 'There was no image to explain within 5 s: no camera_info came'),
+                         (answer.success, answer.message))
         camera.info = info
         self.assert_poses(self.next_with(poses, *PLACED))
 

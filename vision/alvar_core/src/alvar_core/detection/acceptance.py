@@ -1,7 +1,7 @@
 """Measure features of aligned candidates, and decide which candidates are markers."""
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
@@ -9,6 +9,10 @@ from alvar_core import native
 from alvar_core.arrays import Floats
 from alvar_core.detection import thresholds
 from alvar_core.detection.alignment import Aligner, Alignment
+
+Shortfall = Tuple[str, float, float]  # the first threshold that a candidate misses, its value, what is needed
+# Where the search for a candidate ended: its corners (4, 2) [real px], its Shortfall, the code word it resembles, or -1
+Ended = Tuple[Floats, str, float, float, int]
 
 
 class Features(NamedTuple):
@@ -41,15 +45,10 @@ class Features(NamedTuple):
         return cls(**dict(zip(row.dtype.names, row.tolist())))
 
 
-def shortfall(f: Features) -> tuple[str, float, float] | None:
-    """Return the first threshold that a candidate misses, its value and what is needed; None for a marker."""
-    found: tuple[str, float, float] | None = native.steps.shortfall(features=_compiled(f), limit=native.limit)
+def shortfall(f: Features) -> Shortfall | None:
+    """Return what a candidate misses; None for a marker."""
+    found: Shortfall | None = native.steps.shortfall(features=_compiled(f), limit=native.limit)
     return found
-
-
-def accepted(f: Features) -> bool:
-    """Return whether a candidate with these features is a marker."""
-    return shortfall(f) is None
 
 
 def may_be_covered(f: Features, fit: float) -> bool:
@@ -60,11 +59,16 @@ def may_be_covered(f: Features, fit: float) -> bool:
     return bool(native.steps.may_be_covered(features=_compiled(f._replace(fit=fit)), limit=native.limit))
 
 
-def unpromising(state: Alignment, m: int, likeness: float, cells: int) -> tuple[str, float, float] | None:
+def unpromising(state: Alignment, m: int, likeness: float, cells: int) -> Shortfall | None:
     """Return the first threshold that aligned marker ``m`` misses before its cells are read, as ``shortfall`` does."""
-    found: tuple[str, float, float] | None = native.steps.unpromising(
+    found: Shortfall | None = native.steps.unpromising(
         h=state.h[m], blur=state.blur[m], level=state.level[m], likeness=likeness, cells=cells, limit=native.limit)
     return found
+
+
+def above(*checks: Shortfall) -> Shortfall | None:
+    """Return the first of (threshold, value, what it must exceed) that does not hold; None if all do."""
+    return next((each for each in checks if not each[1] > each[2]), None)
 
 
 def _compiled(f: Features) -> Any:

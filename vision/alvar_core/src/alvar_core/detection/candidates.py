@@ -13,6 +13,7 @@ import numpy as np
 from alvar_core import native
 from alvar_core.arrays import Floats, Image, Integers
 from alvar_core.detection import thresholds
+from alvar_core.detection.acceptance import Ended
 from alvar_core.detection.prepared_image import ImageBuffers
 from alvar_core.detection.thresholds import Pass
 
@@ -59,13 +60,13 @@ def _one_pass(images: dict[float, Image], buffers: ImageBuffers, parts: list[Flo
     return quads
 
 
-def refined(smooth: Image, quads: Floats) -> Floats:
+def refined(smooth: Image, quads: Floats, ended: list[Ended] | None = None) -> Floats:
     """Move the sides of quads to where the grey rises most from inside to outside; return the quads (K, 4, 2).
 
     Quads without such a rise nearby are left out. Corners of outlines are rough: blur, noise and things that touch the
-    square shift them by up to a cell.
+    square shift them by up to a cell. ``ended`` gets those that are left out.
     """
-    found: Floats = native.steps.refined(smooth=smooth, quads=quads, limit=native.limit)
+    found: Floats = native.steps.refined(smooth=smooth, quads=quads, limit=native.limit, ended=ended)
     return found
 
 

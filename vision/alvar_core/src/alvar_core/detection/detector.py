@@ -26,8 +26,8 @@ import numpy as np
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
-from alvar_core.detection import candidates, homography, pose, striped_light, thresholds
-from alvar_core.detection.acceptance import Appearance, Features, accepted, may_be_covered, unpromising
+from alvar_core.detection import acceptance, candidates, homography, pose, striped_light, thresholds
+from alvar_core.detection.acceptance import Appearance, Ended, Features, Shortfall, may_be_covered, unpromising
 from alvar_core.detection.alignment import Aligner, Alignment, Covariance, covariance
 from alvar_core.detection.bent_paper import BentPaper, Sheet
 from alvar_core.detection.corners import CornerEstimator
@@ -101,6 +101,7 @@ class Detector:
         self._corners, self._paper = CornerEstimator(self.cells), BentPaper(self.cells)
         self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
         self._search = None
+        self._ended: list[Ended] | None = None  # gets the candidates that are no markers, while explain() runs
         if self._decoder.words is not None:
             self._black_words = black_cells(self._decoder.words, self.margin)
             self._search = Search(self._decoder, self._aligner, self._appearance, self._reader, self._corners,
@@ -122,6 +123,15 @@ class Detector:
         quads = candidates.candidates(prepared.smooth, buffers=self.buffers, parts=parts)
         return self.examine(prepared, quads, parts)
 
+    def explain(self, image: Image, camera: Camera) -> tuple[list[Detection], list[Ended]]:
+        """Return the Detections in an image, and where the search for each other candidate ended; as ``detect``."""
+        ended: list[Ended] = []
+        self._ended = ended
+        try:
+            return self.detect(image, camera), ended
+        finally:
+            self._ended = None
+
     def prepare(self, image: Image, camera: Camera) -> PreparedImage:
         """Return the image prepared for ``examine``; it is valid until the next call."""
         return PreparedImage(image, camera, self.buffers)
@@ -141,8 +151,8 @@ class Detector:
             free = self._uneven.free_parts(image, parts, found)
             striped = self._between_stripes(image, free, found)
             found = best_of_overlapping(found + striped)
-            more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found)
-                    if not self._has_other_margin(image, each.corners)]
+            more = [self._of_edges(image, each) for each in self._uneven.find(image, refined, free, found, self._ended)
+                    if not self._has_other_margin(image, each)]
             found = best_of_overlapping(found + [each for each in more if each is not None])
         self._measure_bent(image, [each for each in found if not any(each is other for other in striped)])
         return found
@@ -169,9 +179,9 @@ class Detector:
         if not len(quads):
             return [], quads
         if self._search is None:
-            quads = candidates.refined(image.smooth, quads)
+            quads = candidates.refined(image.smooth, quads, self._ended)
             return self._cell_by_cell(image, quads), quads
-        seen, unsure, well_read, refined = self._search.find(image, quads, self.size, self.sizes)
+        seen, unsure, well_read, refined = self._search.find(image, quads, self.size, self.sizes, self._ended)
         found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
                  for each in seen]
         if len(unsure):
@@ -185,11 +195,16 @@ class Detector:
 
     def _cell_by_cell(self, image: PreparedImage, quads: Floats) -> list[Detection]:
         """Return the Detections among refined quads of a resolution that is not read by code words."""
-        match = self._decoder.match(image.smooth, quads)
+        match = self._decoder.match(image.smooth, quads, self._ended)
         quads = quads[match.kept]
         near = np.flatnonzero(match.fit > thresholds.MIN_COARSE_FIT)
+        for m in np.setdiff1d(np.arange(len(quads)), near):
+            self._end(quads[m], ('MIN_COARSE_FIT', float(match.fit[m]), thresholds.MIN_COARSE_FIT))
         rank = match.fit + thresholds.COARSE_GAP_WEIGHT * match.gap
-        chosen = candidates.distinct(quads, rank, near)[:thresholds.MAX_ALIGNED]
+        distinct = candidates.distinct(quads, rank, near)
+        chosen = distinct[:thresholds.MAX_ALIGNED]
+        for place, m in enumerate(distinct[len(chosen):], len(chosen) + 1):
+            self._end(quads[m], ('MAX_ALIGNED', place, thresholds.MAX_ALIGNED))
         if not chosen:
             return []
         quads = quads[chosen]
@@ -210,7 +225,7 @@ class Detector:
             one = self._uneven.aligned(image, quad, word)
             least = thresholds.AGAIN_THIN_FIT if one is not None and one.thin else thresholds.AGAIN_FIT
             if one is None or one.word != word or one.fit < least \
-                    or self._has_other_margin(image, one.corners):
+                    or self._has_other_margin(image, one):
                 continue
             more = self._of_edges(image, one)
             found += [more] if more else []
@@ -260,7 +275,9 @@ class Detector:
         size = self.sizes.get(content.value, self.size)
         solutions = pose.solve(corners[None], [size], image.camera, information[None])[0]
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
-        if not solutions or solutions[0].error > thresholds.MAX_POSE_ERROR * float(homography.mean_side(real[None])[0]):
+        side = float(homography.mean_side(real[None])[0])
+        if not solutions or solutions[0].error > thresholds.MAX_POSE_ERROR * side:
+            self._end(real, _missed_by_pose(solutions, side), found.word)
             return None
         share, ambiguous = pose.ambiguity(solutions)
         best = solutions[0]
@@ -285,6 +302,8 @@ class Detector:
             if reading is not None and reading.fit > thresholds.CHANGED_FIT:
                 read.append(better)
                 black.append(black_cells(reading.white, self.margin))
+            else:
+                self._end_at(image, h[m], ('CHANGED_FIT', fits[better], thresholds.CHANGED_FIT))
         return _Start(both[read], np.array(black, bool), blur[read], twice[read])
 
     def _shares(self, values: Floats) -> Floats:
@@ -303,7 +322,11 @@ class Detector:
         noise = np.minimum(state.noise, thresholds.SAMPLED_NOISE * image.noise / 2.0 ** state.level)
         features, corners = self._appearance.features(state, noise), self._corners.start(state)
         likeness = np.array([each.likeness for each in features])
-        good = [m for m, each in enumerate(likeness) if unpromising(state, m, each, self.cells) is None]
+        missed = [unpromising(state, m, each, self.cells) for m, each in enumerate(likeness)]
+        good = [m for m, each in enumerate(missed) if each is None]
+        for m, each in enumerate(missed):
+            if each is not None:
+                self._end_at(image, state.h[m], each)
         if not good:
             return []
         blur = covariance(state.h, state.blur * 4.0 ** state.level)
@@ -314,6 +337,10 @@ class Detector:
         features = [features[m] for m in good]
         found, changed = self._judged(image, black, corners, readings, features)
         self._uncover(image, state, blur, black, corners, readings, features, found, changed)
+        settled = {each.place for each in found} | {m for m, _ in changed if words}
+        for m in set(range(len(good) if self._ended is not None else 0)) - settled:
+            why = self._missed(image, black[m], corners[m], readings[m], features[m])
+            self._end_at(image, state.h[m], why, readings[m])
         out = self._detections(image, state, corners, found)
         if changed and words:
             again = np.array([black_cells(reading.white, self.margin) for _, reading in changed])
@@ -342,18 +369,28 @@ class Detector:
     def _judged(self, image: PreparedImage, black: Bools, corners: Floats, readings: Sequence[Reading | None],
                 features: Sequence[Features]) -> tuple[list[_Accepted], list[tuple[int, Reading]]]:
         """Return the markers, and (index, Reading) of the candidates whose reading differs from the drawing."""
-        inner = slice(self.margin, self.margin + self.resolution)
         found, changed = [], []
         for m, reading in enumerate(readings):
+            missed = self._missed(image, black[m], corners[m], reading, features[m])
             if reading is None:
                 continue
-            if (black[m, inner, inner] != reading.white).all():
-                seen = features[m]._replace(fit=reading.fit, gap=reading.gap)
-                if accepted(seen) and not self._has_other_margin(image, corners[m], seen.detail):
-                    found.append(_Accepted(m, reading, seen))
-            elif reading.fit > thresholds.CHANGED_FIT:
+            if missed is None:
+                found.append(_Accepted(m, reading, features[m]._replace(fit=reading.fit, gap=reading.gap)))
+            elif missed[0] == 'SAME_WORD':
                 changed.append((m, reading))
         return found, changed
+
+    def _missed(self, image: PreparedImage, black: Bools, corners: Floats, reading: Reading | None,
+                features: Features) -> Shortfall | None:
+        """Return what an aligned candidate misses after it was read: to be read as it was drawn, or a threshold."""
+        inner = slice(self.margin, self.margin + self.resolution)
+        if reading is None:
+            return 'CHANGED_FIT', 0.0, thresholds.CHANGED_FIT
+        if (black[inner, inner] == reading.white).any():
+            sure = reading.fit > thresholds.CHANGED_FIT
+            return ('SAME_WORD', 0.0, 0.0) if sure else ('CHANGED_FIT', reading.fit, thresholds.CHANGED_FIT)
+        seen = features._replace(fit=reading.fit, gap=reading.gap)
+        return acceptance.shortfall(seen) or self._other_margin(image, corners, seen.detail)
 
     def _uncover(self, image: PreparedImage, state: Alignment, blur: Covariance, black: Bools, corners: Floats,
                  readings: Sequence[Reading | None], features: Sequence[Features], found: list[_Accepted],
@@ -378,18 +415,38 @@ class Detector:
                 changed[:] = [each for each in changed if each[0] != m] + [(m, reading)]
             elif again.gap > thresholds.COVERED_GAP + thresholds.COVERED_GAP_BY_ERROR * again.error \
                     and seen.likeness > thresholds.COVERED_LIKENESS \
-                    and not self._has_other_margin(image, corners[m], seen.detail):
+                    and self._other_margin(image, corners[m], seen.detail) is None:
                 found.append(_Accepted(m, reading, seen._replace(fit=reading.fit, gap=reading.gap)))
 
-    def _has_other_margin(self, image: PreparedImage, corners: Floats, detail: float = 0.0) -> bool:
-        """Return whether the cells match a code word better with a margin one cell narrower or wider.
+    def _other_margin(self, image: PreparedImage, corners: Floats, detail: float = 0.0) -> Shortfall | None:
+        """Return the margin with which the cells match a code word better, if it is one cell narrower or wider.
 
         Where the ``detail`` is sure, it is not asked.
         """
         if detail > thresholds.SURE_MARGIN_DETAIL or self._decoder.words is None:
-            return False
+            return None
         real = np.stack(image.camera.to_real(corners[:, 0], corners[:, 1]), -1)
-        return self._decoder.has_other_margin(image.smooth, real)
+        return self._decoder.other_margin(image.smooth, real)
+
+    def _has_other_margin(self, image: PreparedImage, found: Found) -> bool:
+        """Return whether a marker of uneven light has another margin."""
+        missed = self._other_margin(image, found.corners)
+        if missed is not None:
+            self._end(np.stack(image.camera.to_real(*found.corners.T), -1), missed, found.word)
+        return missed is not None
+
+    def _end_at(self, image: PreparedImage, h: Floats, missed: Shortfall | None,
+                reading: Reading | None = None) -> None:
+        """Tell explain() that the search for a candidate at ``h`` (3, 3) ended here."""
+        if self._ended is not None:
+            corners = homography.apply(h[None], self._corners.square)[0]
+            word = int(reading.content.value) if reading is not None and self._search is not None else -1
+            self._end(np.stack(image.camera.to_real(*corners.T), -1), missed, word)
+
+    def _end(self, quad: Floats, missed: Shortfall | None, word: int = -1) -> None:
+        """Tell explain() that the search for a candidate quad (4, 2) [real px] ended here."""
+        if self._ended is not None and missed is not None:
+            self._ended.append((quad, *missed, word))
 
     def _detections(self, image: PreparedImage, state: Alignment, corners: Floats,
                     found: Sequence[_Accepted]) -> list[Detection]:
@@ -413,7 +470,13 @@ class Detector:
             if solutions and solutions[0].error < thresholds.MAX_POSE_ERROR * sides[m]:
                 out.append(_detection(found[m].reading.content.value, real[m], solutions, found[m].features,
                                       information[m]))
+            else:
+                self._end(real[m], _missed_by_pose(solutions, float(sides[m])))
         return out
+
+
+def _missed_by_pose(solutions: Sequence[pose.Solution], side: float) -> Shortfall:
+    return 'MAX_POSE_ERROR', solutions[0].error / side if solutions else math.inf, thresholds.MAX_POSE_ERROR
 
 
 def _detection(value: int | str, corners: Floats, solutions: list[pose.Solution], features: Features,

@@ -9,6 +9,7 @@ import numpy as np
 from alvar_core import code, native
 from alvar_core.arrays import ArrayLike, Bools, Floats, Image, Integers
 from alvar_core.detection import thresholds
+from alvar_core.detection.acceptance import Ended, Shortfall
 from alvar_core.detection.alignment import Covariance, Grid
 
 
@@ -108,16 +109,21 @@ class CoarseDecoder:
         centred = (centred - (centred * flat).sum(1, keepdims=True) / flat.sum(1, keepdims=True)) * flat
         return flat, (centred / np.linalg.norm(centred, axis=1, keepdims=True)).T
 
-    def match(self, smooth: Image, quads: Floats) -> CoarseMatch:
-        """Return the CoarseMatch of quads (N, 4, 2) [real px] in a lightly smoothed image."""
-        return CoarseMatch(**self.steps.match(smooth=smooth, quads=quads, limit=native.limit))
+    def match(self, smooth: Image, quads: Floats, ended: list[Ended] | None = None) -> CoarseMatch:
+        """Return the CoarseMatch of quads (N, 4, 2) [real px] in a lightly smoothed image.
 
-    def has_other_margin(self, smooth: Image, corners: Floats) -> bool:
-        """Return whether the cells match a code word better with a margin one cell narrower or wider.
-
-        ``corners`` (4, 2) [real px] are those of the marker.
+        ``ended`` gets those without a dark border.
         """
-        return bool(self.steps.has_other_margin(smooth=smooth, corners=corners))
+        return CoarseMatch(**self.steps.match(smooth=smooth, quads=quads, limit=native.limit, ended=ended))
+
+    def other_margin(self, smooth: Image, corners: Floats) -> Shortfall | None:
+        """Return the margin, one cell narrower or wider, with which the cells match a code word better; None if none.
+
+        ``corners`` (4, 2) [real px] are those of the marker. The Shortfall is (NARROWER_MARGIN or WIDER_MARGIN, fit,
+        fit with that margin).
+        """
+        found: Shortfall | None = self.steps.other_margin(smooth=smooth, corners=corners)
+        return found
 
 
 class Reader:

@@ -10,7 +10,7 @@ import numpy as np
 
 from alvar_core import native
 from alvar_core.arrays import Bools, Floats
-from alvar_core.detection.acceptance import Appearance, Features
+from alvar_core.detection.acceptance import Appearance, Ended, Features
 from alvar_core.detection.alignment import Aligner
 from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.pose import Solution
@@ -38,18 +38,18 @@ class Search:
         self._steps = native.steps.Search(decoder=decoder.steps, aligner=aligner.steps, appearance=appearance.steps,
                                           reader=reader.steps, scale=corners.scale, black_words=black_words)
 
-    def find(self, image: PreparedImage, quads: Floats, size: float,
-             sizes: Mapping[int | str, float]) -> tuple[list[Seen], Any, Any, Floats]:
+    def find(self, image: PreparedImage, quads: Floats, size: float, sizes: Mapping[int | str, float],
+             ended: list[Ended] | None = None) -> tuple[list[Seen], Any, Any, Floats]:
         """Return what is Seen among quads (N, 4, 2) [real px], what is unsure, what is well read, and refined quads.
 
         ``size`` [m] is that of markers not in ``sizes``. Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are
         where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding; ``quad`` (4, 2) and ``word`` are
-        those of what is well read.
+        those of what is well read. ``ended`` gets all others.
         """
         found = self._steps.find(
             smooth=image.smooth, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,
             noise=image.noise, quads=quads, sizes=np.array([sizes.get(number, size) for number in NUMBERS]),
-            limit=native.limit)
+            limit=native.limit, ended=ended)
         return ([_seen(each) for each in found['markers']], found['unsure'], found['well_read'], found['refined'])
 
 

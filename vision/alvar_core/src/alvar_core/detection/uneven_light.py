@@ -8,11 +8,14 @@ import numpy as np
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
+from alvar_core.detection.acceptance import Ended, Shortfall, above
 from alvar_core.detection.detection import Detection
 from alvar_core.detection.edge_alignment import EdgeFit, EdgePoints
 from alvar_core.detection.local_contrast import LocalDecoder
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import black_cells
+
+_UNSEEN, _UNSURE = ('EDGES_SEEN', 0.0, thresholds.MIN_SEEN_EDGES), ('SAME_WORD', 0.0, 0.0)  # Shortfalls
 
 
 class Found(NamedTuple):
@@ -48,11 +51,12 @@ class UnevenLight:
         free = [each[free_of(known, each.mean(1))] for each in parts]
         return [broken_outlines.distinct_parts(image.smooth, each) if len(each) else each for each in free]
 
-    def find(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats],
-             known: Sequence[Detection] = ()) -> list[Found]:
+    def find(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats], known: Sequence[Detection] = (),
+             ended: list[Ended] | None = None) -> list[Found]:
         """Return the markers among quads (N, 4, 2) [real px] and in the straight ``parts`` that are free.
 
-        Markers that are ``known`` are not searched for again.
+        Markers that are ``known`` are not searched for again. ``ended`` gets those whose rim is worth reading, but that
+        are none.
         """
         for each in parts:
             quads = np.concatenate([quads, broken_outlines.squares(each)])
@@ -67,55 +71,76 @@ class UnevenLight:
             return []
         quads, h = quads[chosen], h[chosen]
         match = self.decoder.match(image.smooth, h)
-        likely = np.flatnonzero((match.fit > thresholds.MIN_FIRST_FIT) & (match.gap > thresholds.MIN_FIRST_GAP)
-                                & (match.plain > thresholds.MIN_FIRST_PLAIN))
-        order = candidates.distinct(quads, match.fit, likely)[:thresholds.MAX_LOCAL]
+        promising = []
+        for m, (fit, gap, plain) in enumerate(zip(match.fit, match.gap, match.plain)):
+            missed = above(('MIN_FIRST_PLAIN', plain, thresholds.MIN_FIRST_PLAIN),
+                           ('MIN_FIRST_FIT', fit, thresholds.MIN_FIRST_FIT),
+                           ('MIN_FIRST_GAP', gap, thresholds.MIN_FIRST_GAP))
+            if missed is None:
+                promising.append(m)
+            elif ended is not None:
+                ended.append((quads[m], *missed, int(match.word[m])))
+        order = candidates.distinct(quads, match.fit, np.array(promising, int))[:thresholds.MAX_LOCAL]
         found: list[Found] = []
         for m in order:
             centre = quads[m].mean(0)
             if any(np.abs(each.corners.mean(0) - centre).max() < 0.4 * np.ptp(quads[m], 0).max() for each in found):
                 continue
-            one = self.aligned(image, quads[m], int(match.word[m]))
+            one = self.aligned(image, quads[m], int(match.word[m]), ended=ended)
             if one is not None:
                 found.append(one)
         return found
 
-    def aligned(self, image: PreparedImage, quad: Floats, word: int, known: bool = False) -> Found | None:
+    def aligned(self, image: PreparedImage, quad: Floats, word: int, known: bool = False,
+                ended: list[Ended] | None = None) -> Found | None:
         """Return the marker with a code word at a quad (4, 2) [real px]; None if its edges are not there.
 
-        The word is not read again if it is ``known``.
+        The word is not read again if it is ``known``. ``ended`` gets a quad that is no marker.
         """
+        found = self._aligned(image, quad, word, known)
+        if isinstance(found, Found):
+            return found
+        if ended is not None:
+            ended.append((quad, *found, word))
+        return None
+
+    def _aligned(self, image: PreparedImage, quad: Floats, word: int, known: bool) -> Found | Shortfall:
         h = homography.from_square(image.camera.to_ideal(quad)[None], self.half)[0]
         for _ in range(3):
             fit = self._fit(image, h, word)
             if fit is None:
-                return None
+                return _UNSEEN
             h, result = fit
             again = self.decoder.match(image.smooth, self._real(image, h))
             if known or int(again.word[0]) == word:
                 break
             word = int(again.word[0])
         else:
-            return None
+            return _UNSURE
         rim, thin = again.rim[0], self._is_thin(image, h)
         if thin:
             fitted = self._without_paper(image, h, word)
             if fitted is None:
-                return None
+                return _UNSEEN
             h, result, covariance = fitted
             again = self.decoder.match(image.smooth, self._real(image, h))
-            if not known and int(again.word[0]) != word or result.seen < thresholds.THIN_MARGIN_RIM:
-                return None
+            if not known and int(again.word[0]) != word:
+                return _UNSURE
+            if result.seen < thresholds.THIN_MARGIN_RIM:
+                return 'THIN_MARGIN_RIM', float(result.seen), thresholds.THIN_MARGIN_RIM
             rim = self._thin_rim(image, h)
         else:
             covariance = self._of_corners(h, result.covariance)
         surplus = again.gap[0] / (thresholds.BEST_FIT - again.fit[0])
-        shown = (again.plain[0] > thresholds.LOCAL_PLAIN and rim > thresholds.LOCAL_RIM
-                 and result.seen > thresholds.MIN_SEEN_EDGES)
-        read = (again.fit[0] > thresholds.LOCAL_FIT and again.gap[0] > thresholds.LOCAL_GAP
-                and surplus > thresholds.LOCAL_SURPLUS)
-        if not (shown and (known or read)):
-            return None
+        missed = above(('LOCAL_PLAIN', again.plain[0], thresholds.LOCAL_PLAIN),
+                       ('LOCAL_RIM', rim, thresholds.LOCAL_RIM),
+                       ('MIN_SEEN_EDGES', result.seen, thresholds.MIN_SEEN_EDGES))
+        if missed is None and not known:
+            missed = above(('LOCAL_FIT', again.fit[0], thresholds.LOCAL_FIT),
+                           ('LOCAL_GAP', again.gap[0], thresholds.LOCAL_GAP),
+                           ('LOCAL_SURPLUS', surplus, thresholds.LOCAL_SURPLUS))
+        if missed is not None:
+            return missed
         corners = homography.apply(h[None], self._square)[0]
         covariance = covariance + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
         return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance, thin)

@@ -1,7 +1,7 @@
 """What makes a marker of a candidate: a clear one, and what each weakness of it costs."""
 import pytest
 
-from alvar_core.detection.acceptance import Features, accepted
+from alvar_core.detection.acceptance import Features, shortfall
 
 CLEAR = Features(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, kept=0.85, bad_inside=0, bad_rim=0,
                  contrast=150.0, noise=1.5, blur=1.0)
@@ -25,4 +25,4 @@ CLEAR = Features(likeness=0.97, outside=-0.02, detail=0.97, fit=0.97, gap=0.15, 
     ({'fit': 1.04}, True),
 ])
 def test_candidate_is_accepted(features, expected):
-    assert bool(accepted(CLEAR._replace(**features))) is expected
+    assert (shortfall(CLEAR._replace(**features)) is None) is expected
