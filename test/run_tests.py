@@ -99,11 +99,13 @@ def main(arguments):
 
 def repeat(results):
     """Run the few tests that failed beside others again, alone, and name them; return whether they pass now."""
-    failed = (results / 'failed').read_text(encoding='utf-8').splitlines() if (results / 'failed').exists() else []
+    file = results / 'failed'
+    failed = sorted(set(file.read_text(encoding='utf-8').splitlines())) if file.exists() else []
     if not 0 < len(failed) <= MAX_REPEATED:
         return False
     print('REPEATED alone, as they failed beside others:', *failed, sep='\n  ', flush=True)
-    command = [sys.executable, '-m', 'pytest', '-q', '--tb=short', '--all', f'--results={results / "repeated"}', *failed]
+    command = [sys.executable, '-m', 'pytest', '-q', '--tb=short', '--all', f'--results={results / "repeated"}',
+               *failed]
     return subprocess.run(command, cwd=kinds.REPOSITORY, stdin=subprocess.DEVNULL).returncode == 0
 
 
