@@ -10,7 +10,7 @@ from collection.kinds import REPOSITORY
 
 numpy = pytest.importorskip('numpy')
 
-ROOMS = sorted({path.parents[1].name for path in REPOSITORY.glob('*/*/package.xml')} - {'test'}) + ['test/rostest_support']
+ROOMS = sorted({path.parents[1].name for path in REPOSITORY.glob('*/*/package.xml')})
 COMPLETE_TYPES = 2, 3  # the version of numpy; the types of earlier ones, as in Debian 13, are incomplete
 NUMPY_TYPES = 'numpy==2.4.*'
 

@@ -117,7 +117,8 @@ def is_running(number):
 
 
 def test_a_program_leaves_nothing_running(tmp_path):
-    code, output = programs.run(['bash', '-c', 'setsid sleep 97 & echo $!; until grep -q sleep /proc/$!/comm; do :; done; exit 3'], tmp_path / 'case')
+    script = 'setsid sleep 97 & echo $!; until grep -q sleep /proc/$!/comm; do :; done; exit 3'
+    code, output = programs.run(['bash', '-c', script], tmp_path / 'case')
     number = int(output.split()[0])
     end = time.monotonic() + 20.0
     while is_running(number) and open(f'/proc/{number}/stat').read().split()[2] != 'Z':
