@@ -48,7 +48,7 @@ REPAIR = 'support/rospy_support/python_path/rospy_repair.py'  # too: it is loade
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
 PRIVATE_ATTRIBUTES = {'impl', '_connection_header', '_set_rostime'}
 REQUIREMENTS = dict.fromkeys(('bench', 'stress', 'scripts', 'src', *ROOMS[:-1]), ('requirements.txt',))  # of commands
-EXTRAS = {'gymnasium'}  # of kinematic_core; ./run bench environments installs it, too
+EXTRAS = {'gymnasium', 'Jinja2'}  # of kinematic_core; Debian's python3-jinja2 is there where the tests' one is not
 OLDEST_PYTHON = (3, 8)  # that of Ubuntu 20.04, where ROS Noetic comes from
 
 TESTING = {'test', 'bench', 'rostest_support'}  # folders without nodes that users start

@@ -9,6 +9,17 @@
 #include "algebra.h"
 #include "steps.h"
 
+// pybind11 before 2.6, as Ubuntu 20.04 has it, cannot ask for keywords; it takes them.
+#if PYBIND11_VERSION_MAJOR == 2 && PYBIND11_VERSION_MINOR < 6
+namespace pybind11 {
+struct kw_only {};
+namespace detail {
+template <>
+struct process_attribute<kw_only> : process_attribute_default<kw_only> {};
+}  // namespace detail
+}  // namespace pybind11
+#endif
+
 namespace py = pybind11;
 using namespace py::literals;
 using namespace alvar;

@@ -35,7 +35,7 @@ class Pattern:
     along, up: its resolution [px/m]; top: z of its upper edge; column 0 is on the left of a viewer in front of it.
     """
     def __init__(self, *, tones: np.ndarray, along: float, up: float, top: float, pad: float,
-                 colour: Sequence[float]) -> None: ...
+                 colour: np.ndarray) -> None: ...
 
 class Background:
     """Sky and floor: rows (height, 3): the colour of each row of the picture without the floor's pattern.
@@ -43,7 +43,7 @@ class Background:
     floor: images of its tones, each half as fine as the previous one: one ``period`` of 2**n px, and one row and column
     more; sharpness: their pixels per pixel of the camera.
     """
-    def __init__(self, *, rows: np.ndarray, floor: Sequence[np.ndarray], colour: Sequence[float], period: float,
+    def __init__(self, *, rows: np.ndarray, floor: Sequence[np.ndarray], colour: np.ndarray, period: float,
                  sharpness: float) -> None: ...
 
 class Light:

@@ -5,10 +5,14 @@ import struct
 import threading
 import time
 import types
+import xmlrpc.client
 
 import pytest
+import rosgraph
 import rospy
+import rospy.core
 import rospy.impl.init
+import rospy.impl.masterslave
 import rospy.impl.paramserver
 import rospy.impl.tcpros_base
 import rospy.impl.tcpros_pubsub
@@ -21,6 +25,7 @@ from turtlesim.srv import SpawnRequest
 from rospy_support import rospy_internals
 from rospy_support.rospy_internals import compatibility, topics
 from rospy_support.rospy_internals import services as service_module
+from rospy_support.rospy_internals import shutdown as shutdown_module
 
 DEADLINE = 10.0  # [s] for what takes milliseconds
 
@@ -303,3 +308,46 @@ def test_log_lines_do_not_ask_the_master(monkeypatch, answer):
     monkeypatch.setattr(rospy, 'get_param', get_param)
     rospy_internals.log_without_asking()
     assert cache.get(rospy_internals.LOG_PARAMETER) is (answer is True)  # rospy asks if this raises KeyError
+
+
+@pytest.mark.parametrize('message, obeyed', [
+    ('user request', True), ('[/me] Reason: new node registered with same name', True),
+    ('[/other] Reason: new node registered with same name', False)])
+def test_a_request_to_shut_down_is_for_the_node_that_it_names(monkeypatch, message, obeyed):
+    handler, reasons = rospy.impl.masterslave.ROSHandler, []
+    monkeypatch.setattr(handler, 'shutdown', handler.shutdown)  # restored after the test
+    rospy_internals.shut_down_by(reasons.append)
+    code, _, _ = handler.shutdown(types.SimpleNamespace(name='/me'), '/master', message)
+    assert code == obeyed and len(reasons) == obeyed and all(message in reason for reason in reasons)
+
+
+def test_a_shutdown_does_not_wait_for_a_master_that_hangs(monkeypatch):
+    """rospy's shutdown handles xmlrpc.client.Error, and prints other errors."""
+    monkeypatch.setattr(rospy.core, '_xmlrpc_cache', {})
+    with socket.create_server(('127.0.0.1', 0)) as hanging:
+        monkeypatch.setenv('ROS_MASTER_URI', f'http://127.0.0.1:{hanging.getsockname()[1]}')
+        rospy_internals.limit_calls_of_master(0.1)
+        call = threading.Thread(target=lambda: ended.append(raised_by(rospy.core.xmlrpcapi(rosgraph.get_master_uri()))),
+                                daemon=True)
+        ended = []
+        call.start()
+        call.join(DEADLINE)
+    assert ended == [xmlrpc.client.ProtocolError]
+
+
+def raised_by(master):
+    try:
+        return master.getPid('/me')
+    except Exception as error:
+        return type(error)
+
+
+@pytest.mark.parametrize('held', [True, False])
+def test_a_shutdown_ends_a_registration_that_holds_its_lock(monkeypatch, held):
+    monkeypatch.setattr(rospy.core, '_shutdown_flag', False)
+    lock = threading.Lock()
+    monkeypatch.setattr(shutdown_module, 'get_topic_manager', lambda: types.SimpleNamespace(lock=lock))
+    if held:
+        lock.acquire()
+    rospy_internals.end_registering(0.01)
+    assert rospy.core._shutdown_flag == held
