@@ -66,8 +66,8 @@ STAGES = (
         'LOCAL_PLAIN': 'its border is not plain: {value:.0%} of it, more than {needed:.0%} is needed',
         'LOCAL_RIM': 'white follows its black border on only {value:.0%} of its length, more than {needed:.0%} is '
                      'needed',
-        'LOCAL_FIT': 'the edges of its cells differ from that code word: the fit is {value:.2f}, more than {needed:.2f} '
-                     'is needed',
+        'LOCAL_FIT': 'the edges of its cells differ from that code word: the fit is {value:.2f}, more than '
+                     '{needed:.2f} is needed',
         'LOCAL_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, more than '
                      '{needed:.3f} is needed',
         'LOCAL_SURPLUS': 'the best code word is hardly better than the next: by {value:.2f} of what it leaves '
@@ -82,8 +82,8 @@ STAGES = (
         'MAX_BAD_RIM': '{value:.0f} cells of the black border are not black; at most {needed:.0f} may be covered',
         **dict.fromkeys(('MIN_OUTSIDE', 'SURE_OUTSIDE'), 'along one side there is no white margin: the paper there is '
                         'darker than white by {darker:.0%} of the contrast, less than {allowed:.0%} is needed'),
-        **{f'{name}.fit': 'its cells differ from that code word: the fit is {value:.2f}, more than {needed:.2f} is needed'
-           for name in DEMANDS},
+        **{f'{name}.fit': 'its cells differ from that code word: the fit is {value:.2f}, more than {needed:.2f} is '
+                          'needed' for name in DEMANDS},
         **{f'{name}.surplus': 'the best code word is hardly better than the next: by {value:.2f} of what it leaves '
                               'unexplained, more than {needed:.2f} is needed' for name in DEMANDS},
         **{f'{name}.detail': 'its cells do not look as drawn: likeness {value:.2f}, more than {needed:.2f} is needed'
