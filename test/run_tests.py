@@ -14,7 +14,7 @@ from collection import kinds
 MAX_REPEATED = 10  # tests; if more fail, load is not the cause
 FEW_FILES = 5  # which run faster in one process
 NICE = 10
-NOTHING_COLLECTED = 5  # exit code of pytest
+TESTS_FAILED, NOTHING_COLLECTED = 1, 5  # exit codes of pytest
 INTERRUPTED = 130
 WAITING = tuple(kind for kind in kinds.TIME_LIMITS if kind not in kinds.COMPUTING)
 
@@ -94,7 +94,7 @@ def main(arguments):
         if codes[name] != NOTHING_COLLECTED:
             print((options.results / f'{name}.txt').read_text(encoding='utf-8', errors='replace'))
     if repeat(options.results):
-        codes = dict.fromkeys(codes, 0)
+        codes = {name: 0 if code == TESTS_FAILED else code for name, code in codes.items()}
     return tell(codes, options)
 
 
@@ -107,7 +107,7 @@ def repeat(results):
     print('REPEATED alone, as they failed beside others:', *failed, sep='\n  ', flush=True)
     command = [sys.executable, '-m', 'pytest', '-q', '--tb=short', '--all', f'--results={results / "repeated"}',
                *failed]
-    return subprocess.run(command, cwd=kinds.REPOSITORY, stdin=subprocess.DEVNULL).returncode == 0
+    return start('repeated', command, results, shown=True).wait() == 0
 
 
 def tell(codes, options):
