@@ -359,6 +359,48 @@ def test_who_calls_init_node_has_servers_that_idle_connections_do_not_block(name
         'call nodes.init_node, or servers.protect() before it'
 
 
+# ------------------------------------------------------------------------------------------------------- classes
+
+def set_in_init(definition):
+    """Return the private attributes of self that ``__init__`` of a class sets itself."""
+    return {target.attr for node in definition.body if getattr(node, 'name', '') == '__init__'
+            for target in ast.walk(node) if isinstance(target, ast.Attribute) and isinstance(target.ctx, ast.Store)
+            and dotted(target) == f'self.{target.attr}' and target.attr.startswith('_')}
+
+
+def set_twice(trees):
+    """Return (class, base, attributes) of each class whose ``__init__`` sets private attributes that a base sets, too.
+
+    Each then overwrites the state of the other. ``trees`` are parsed modules; a base is looked for in the same module,
+    then by its name everywhere.
+    """
+    classes = {}
+    for tree in trees:
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef):
+                classes.setdefault(node.name, []).append((tree, node))
+
+    def bases_of(tree, node):
+        for base in node.bases:
+            named = classes.get(dotted(base).rpartition('.')[2], [])
+            for found in [(place, one) for place, one in named if place is tree] or named:
+                if found[1] is not node:
+                    yield found[1]
+                    yield from bases_of(*found)
+    return [(name, base.name, sorted(both)) for name, found in classes.items() for tree, node in found
+            for base in bases_of(tree, node) if (both := set_in_init(node) & set_in_init(base))]
+
+
+def test_attributes_set_twice_are_found():
+    source = '\n'.join(f'class {name}:\n def __init__(self):\n  {body}' for name, body in (
+        ('A', 'self._x = self._y = None'), ('B(A)', 'self.x = self._z = 1'), ('C(B)', 'self._x, self._z = 1, 2')))
+    assert set_twice([ast.parse(source)]) == [('C', 'B', ['_z']), ('C', 'A', ['_x'])]
+
+
+def test_no_class_overwrites_the_state_of_its_base():
+    assert set_twice([tree_of(path) for path in MODULES]) == [], 'rename them in one of the classes'
+
+
 def test_root_holds_no_pictures():
     assert not list(REPOSITORY.glob('*.png')), 'pictures of the docs are in docs/images'
 

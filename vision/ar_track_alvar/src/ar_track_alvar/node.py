@@ -57,7 +57,7 @@ class MarkerNode:
         self._condition = threading.Condition()
         self.camera = None  # Camera of the image that is being searched
         self._image = None  # (arrival [s, monotonic], message): the newest one, until it is searched
-        self._last = None  # the message of the image that was searched last
+        self._searched_image = None  # the message of the image that was searched last
         self._questions = []  # queues, one for each call of ~explain; each gets a TriggerResponse
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
         self._statistics, self._rate, self._errors = Statistics(), RateLimiter(settings.max_frequency), ErrorFilter()
@@ -174,7 +174,7 @@ class MarkerNode:
     def _turn(self):
         """Wait for something to do, and do it."""
         with self._condition:
-            asked = self._questions and self._last is not None and self._info is not None
+            asked = self._questions and self._searched_image is not None and self._info is not None
             if self._image is None and not self._reconfigured and not asked:
                 rest = self._reported + REPORT - time.monotonic()
                 self._condition.wait(max(0.0, self._report.retry or rest))
@@ -183,10 +183,10 @@ class MarkerNode:
         if reconfigured:
             self._apply_settings()
         if image is not None and self._subscriber is not None:
-            self._last = image[1]
+            self._searched_image = image[1]
             self._search(*image, info)
-        if self._questions and self._last is not None and info is not None:
-            self._explain(self._last, info)
+        if self._questions and self._searched_image is not None and info is not None:
+            self._explain(self._searched_image, info)
         self._report.flush()
         if time.monotonic() >= self._reported + REPORT:
             self._look_after()

@@ -55,7 +55,7 @@ class TrainingNode(MarkerNode):
         self._lock, self._optimizing = threading.Lock(), threading.Lock()
         self._training = Training(ids, read.marker_size / 100.0)
         self._learnt, self._tracker_of_bundle, self._auto = None, None, []
-        self._last = None  # (time [s, monotonic], detections, camera) of the last image
+        self._learnable = None  # (time [s, monotonic], detections, camera) of the last image
         super().__init__(read)
         self.commands = {'p': self.capture, 'a': self.capture_some, 'o': self.optimize, 's': self.save, 'l': self.load,
                          'r': self.reset}
@@ -66,7 +66,7 @@ class TrainingNode(MarkerNode):
         """Return the MarkerPoses of all markers that are seen and, once it is learnt, of the bundle."""
         now = time.monotonic()
         with self._lock:
-            self._last = now, detections, self.camera
+            self._learnable = now, detections, self.camera
             tracker, due = self._tracker_of_bundle, bool(self._auto) and now >= self._auto[0]
             if due:
                 self._auto.pop(0)
@@ -106,12 +106,12 @@ class TrainingNode(MarkerNode):
     def capture(self):
         """Keep the last image; return (whether it is of use, text)."""
         with self._lock:
-            if self._last is None or time.monotonic() - self._last[0] > FRESH:
+            if self._learnable is None or time.monotonic() - self._learnable[0] > FRESH:
                 return _said(False, f'No image has been searched within the last {FRESH:g} s; is the camera running?')
             if self._training.size != self.size_of(self._ids[0]):  # it was changed by dynamic_reconfigure
                 self._training = Training(self._ids, self.size_of(self._ids[0]))
             try:
-                view = self._training.add(*self._last[1:])
+                view = self._training.add(*self._learnable[1:])
             except TrainingError as error:
                 return _said(False, f'This image is not kept: {error}.')
             count, missing = len(self._training.views), self._training.missing()
