@@ -169,10 +169,11 @@ class TimeTest(SimulatorCase):
         """Let a node steer that takes so long [s] for each pose; return a status and the rows from its command on."""
         path = os.path.join(self.temporary_directory(), 'run.csv')
         simulator = self.start('_rate:=max', f'_lockstep_wait:={patience}', f'_record:={path}')
-        self.run_node(sys.executable, '-c', THINKER.format(seconds=seconds))
+        thinker = self.run_node(sys.executable, '-c', THINKER.format(seconds=seconds))
         status = self.status(lambda status: status.time > 3.0 or (status.late_steps > 1 and status.busy == '/thinker'))
         proxy('/turtlesim/pause', Trigger)()
         simulator.stop()
+        thinker.stop()  # it would steer in the next simulator, until it is replaced there
         with open(path, newline='', encoding='utf-8') as file:
             rows = [list(row.values())[1:-1] for row in csv.DictReader(file)]
         return status, rows[next((number for number, row in enumerate(rows) if row[0]), 0):]
