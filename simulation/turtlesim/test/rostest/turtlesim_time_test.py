@@ -204,8 +204,10 @@ class TimeTest(SimulatorCase):
     def test_turtlesim_node_behind(self):
         """Without lockstep a node that gets no processor time is named and counted."""
         simulator = self.start('_rate:=10')
+        commands = Collected('turtle1/cmd_vel', Twist)
+        self.addCleanup(commands.subscriber.unregister)
         node = self.run_node(DRIVE)
-        node.wait_for_output('Publish turtle velocity')
+        commands.more(3)  # between them it sleeps by /clock, and so follows it
         node.process.send_signal(signal.SIGSTOP)
         status = self.status(lambda status: '/velocity_publisher' in status.busy)
         node.process.send_signal(signal.SIGCONT)
