@@ -26,21 +26,21 @@ from browser_servers.rosapi_answers import Answers
 from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
-from course_page.panels import open_page, running_address
+from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from rosapi import srv
 from rosbridge_core import web
 from rosbridge_core.session import Settings
-from rospy_support import nodes
+from rospy_support import nodes, registration
 from rospy_support.master import Master, NoMaster
 from rospy_support.servers import Report
 
-PORT = 8000
 POLL_INTERVAL = 0.5  # [s] between two requests to a master
 ANSWER_TIMEOUT = 1.0  # [s] of such a request
 MAX_CLIENTS = MAX_STREAMS = 100
 UNREGISTER = 10.0  # [s] that a topic stays advertised after its last client
 RATE = 5000.0  # [1/s] messages of a page
 PING, PONG = 2.0, 6.0  # [s] between two pings, and in which a page must answer
+ADDRESS = 'TURTLE_ROBOTONT_ADDRESS'  # of the environment: where to listen in a container, whose port is published
 NOT_YET = 'no ROS master answers at {uri}; type roscore in a terminal'
 
 
@@ -70,8 +70,9 @@ class Status(web.Guarded):
             answers = await asyncio.get_event_loop().run_in_executor(None, master_answers)
             self.set_header('Content-Type', 'application/json')
             self.set_header('Cache-Control', 'no-store')
-            self.finish(json.dumps({'master': answers, 'ready': self.settings['ready'].is_set(),
-                                    'uri': rosgraph.get_master_uri()}))
+            ready = self.settings['ready'].is_set()
+            self.finish(json.dumps({'master': answers, 'ready': ready, 'uri': rosgraph.get_master_uri(),
+                                    'node': rospy.get_node_uri() if ready else ''}))
 
 
 class Socket(RosbridgeWebSocket):
@@ -104,8 +105,9 @@ class PageServer:
         self.ready = threading.Event()
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
+        published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
         self._access = web.make_access(options.address, options.token, options.origins, options.hosts, False, _say,
-                                       _say, self._server.port)
+                                       None if published else self._server.port)
         token = '' if local or self._access.token == web.OFF else f'?token={self._access.token}'
         self.address = f'http://{_host(options.address)}:{self._server.port}/{token}'
         self._folder = options.folder
@@ -166,8 +168,9 @@ def options_of(arguments):
     folder = os.path.join(rospkg.RosPack().get_path('course_page'), 'web')
     parser = argparse.ArgumentParser(prog='browser.py', description='Shows and drives the course in a browser.')
     parser.add_argument('--port', type=int, default=PORT, help='where to listen; 0: a free port (default: %(default)s)')
-    parser.add_argument('--address', default='127.0.0.1', help='127.0.0.1: only this machine (default); '
-                        '0.0.0.0: all networks, then other machines need the token')
+    parser.add_argument('--address', default=os.environ.get(ADDRESS) or '127.0.0.1',
+                        help='127.0.0.1: only this machine; 0.0.0.0: all networks, then other machines need the token '
+                        f'(default: %(default)s; the variable {ADDRESS} sets it)')
     parser.add_argument('--token', default='',
                         help='token that other machines must send; default: a new one; off: none')
     parser.add_argument('--origins', default='',
@@ -187,14 +190,29 @@ def options_of(arguments):
 
 def _is_served_already(options, port=None):
     """Return whether another server shows this master, and say so; ``port``: that of this server."""
-    address = running_address()
-    if not address or address == f'http://localhost:{port}/':
+    page = running_page()
+    if page is None or page.address == f'http://localhost:{port}/':
         return False
-    _say(f'The page is at {address} already: open that in a browser. This second server ends now. To start one with '
-         'other options, end the first one: rosnode kill /browser')
+    _say(f'The page is at {page.address} already: open that in a browser. This second server ends now. To start one '
+         f'with other options, end the first one: {f"rosnode kill {page.node}" if page.node else "press Ctrl-C there"}')
     if options.open == 'true':
-        open_page(address)
+        open_page(page.address)
     return True
+
+
+def _start_node(port):
+    """Initialise rospy; a node that has the usual name already, on another machine for example, keeps it."""
+    if name_is_taken():
+        given = [argument for argument in sys.argv if not argument.startswith('__name:=')]
+        nodes.init_node('browser', argv=given, anonymous=True)
+        _say(f'Another node is called {NODE}: this one is {rospy.get_name()}.')
+    else:
+        nodes.init_node('browser')
+
+    def tell_port():
+        rospy.set_param('~actual_port', port)
+    registration.on_return(tell_port)
+    tell_port()
 
 
 def main():
@@ -213,8 +231,7 @@ def main():
         time.sleep(POLL_INTERVAL)
     if _is_served_already(options, server.port):
         return
-    nodes.init_node('browser')
-    rospy.set_param('~actual_port', server.port)
+    _start_node(server.port)
     server.ready.set()
     rospy.spin()
     server.stop()

@@ -79,11 +79,11 @@ class Missing(Guarded):
             self.refuse(404, self._text)
 
 
-def make_access(address: str, token: str, origins: str, hosts: str, null_origin: bool, log: Callable[[str], None],
-                warn: Callable[[str], None], port: int) -> Access:
+def make_access(address: str, token: str, origins: str, hosts: str, null_origin: bool, warn: Callable[[str], None],
+                port: Optional[int]) -> Access:
     """Return the rules for a server that listens at an address; lists are separated by commas.
 
-    A server that other machines can reach gets a token if none is given; ``log`` and ``warn`` say so.
+    A server that other machines can reach gets a token if none is given; ``warn`` says so, unless ``port`` is None.
     """
     name = socket.gethostname()
     names = [name, f'{name}.local', socket.getfqdn(), *_parts(hosts)]
@@ -93,8 +93,9 @@ def make_access(address: str, token: str, origins: str, hosts: str, null_origin:
         warn(f'Anybody in the network can read and move everything: address:={address} with token:=off.')
     else:
         token = token or secrets.token_urlsafe(16)
-        warn(f'Other machines can connect, with the token: ws://{name}:{port}/?token={token} and '
-             f'http://{name}:{port}/?token={token}')
+        if port is not None:
+            warn(f'Other machines can connect, with the token: ws://{name}:{port}/?token={token} and '
+                 f'http://{name}:{port}/?token={token}')
     if ANY in _parts(origins):
         warn('Any page that a browser on this machine shows can read and move everything: origins:=any.')
     return Access(token, _parts(origins), names, null_origin)

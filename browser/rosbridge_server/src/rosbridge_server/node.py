@@ -82,7 +82,7 @@ class RosbridgeNode:
         self._server = web.Server(self._application, sockets, (certificate, key) if certificate and key else None)
         self._scheme = 'wss' if certificate and key else 'ws'
         self._access = web.make_access(address, *read('~token', '~origins', '~hosts', '~websocket_null_origin'),
-                                       rospy.loginfo, rospy.logwarn, self._server.port)
+                                       rospy.logwarn, self._server.port)
         self._address = address
         self._http = read('~folder', '~websocket_ping_interval', '~websocket_ping_timeout', '~use_compression',
                           '~unregister_timeout')

@@ -39,7 +39,7 @@ def main():
     report = Report()
     sockets = _listen(port, address)
     port = sockets[0].getsockname()[1]
-    access = web.make_access(address, *PARAMETERS.read('~token', '~origins', '~hosts', '~null_origin'), rospy.loginfo,
+    access = web.make_access(address, *PARAMETERS.read('~token', '~origins', '~hosts', '~null_origin'),
                              rospy.logwarn, port)
     parameters.log_effective()
     rospy.set_param('~actual_port', port)
