@@ -208,11 +208,7 @@ def _start_node(port):
         _say(f'Another node is called {NODE}: this one is {rospy.get_name()}.')
     else:
         nodes.init_node('browser')
-
-    def tell_port():
-        rospy.set_param('~actual_port', port)
-    registration.on_return(tell_port)
-    tell_port()
+    registration.keep_parameter('~actual_port', port)
 
 
 def main():

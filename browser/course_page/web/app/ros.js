@@ -163,7 +163,7 @@ export class Ros {
       clearTimeout(call.timer);
       if (operation.result) call.resolve(operation.values);
       else call.reject(new Error(String(operation.values)));
-    } else if (operation.op === 'status' && !String(operation.id).startsWith('call:')) {  // the caller reports it
+    } else if (operation.op === 'status') {
       for (const callback of this.statuses) callback({level: operation.level, text: String(operation.msg)});
     }
   }

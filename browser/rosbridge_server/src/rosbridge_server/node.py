@@ -22,7 +22,7 @@ from rosapi import srv
 from rosbridge_core import web
 from rosbridge_core.operations import globs
 from rosbridge_core.session import Settings
-from rospy_support import nodes, parameters
+from rospy_support import nodes, parameters, registration
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
 
@@ -86,7 +86,7 @@ class RosbridgeNode:
         self._address = address
         self._http = read('~folder', '~websocket_ping_interval', '~websocket_ping_timeout', '~use_compression',
                           '~unregister_timeout')
-        rospy.set_param('~actual_port', self._server.port)
+        registration.keep_parameter('~actual_port', self._server.port)
         parameters.log_effective()
 
     @staticmethod
