@@ -7,6 +7,7 @@ main thread as soon as a master answers.
 """
 import argparse
 import asyncio
+import collections
 import functools
 import ipaddress
 import json
@@ -20,15 +21,18 @@ import rospkg
 import rospy
 import tornado.web
 from rosapi.msg import TypeDef
+from rosgraph_msgs.msg import Log
 
 from browser_servers.bridge import RosBridge
 from browser_servers.rosapi_answers import Answers
 from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
+from browser_servers.types import raw_class_of
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
 from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from rosapi import srv
 from rosbridge_core import web
+from rosbridge_core.conversion import json_values
 from rosbridge_core.session import Settings
 from rospy_support import nodes, registration
 from rospy_support.master import Master, NoMaster
@@ -41,6 +45,7 @@ UNREGISTER = 10.0  # [s] that a topic stays advertised after its last client
 RATE = 5000.0  # [1/s] messages of a page
 PING, PONG = 2.0, 6.0  # [s] between two pings, and in which a page must answer
 ADDRESS = 'TURTLE_ROBOTONT_ADDRESS'  # of the environment: where to listen in a container, whose port is published
+LOG_TOPIC, LOG_LENGTH = '/rosout_agg', 1000  # what nodes have logged before a page opens its console
 NOT_YET = 'no ROS master answers at {uri}; type roscore in a terminal'
 
 
@@ -61,18 +66,46 @@ def policy(host):
             "frame-ancestors 'self'")
 
 
+class Probe:
+    """Asks the master for all pages together, at most once in POLL_INTERVAL."""
+
+    def __init__(self):
+        self._asked, self._answer = 0.0, None
+
+    async def answers(self):
+        """Return whether the master answers, or has answered just now."""
+        now = time.monotonic()
+        if self._answer is None or (self._answer.done() and now - self._asked > POLL_INTERVAL):
+            self._asked = now
+            self._answer = asyncio.get_event_loop().run_in_executor(None, master_answers)
+        return await asyncio.shield(self._answer)
+
+
 class Status(web.Guarded):
     """The state of server and master as JSON, for a page without a connection to ROS."""
 
     async def get(self):
         """Answer."""
         if not self._finished:
-            answers = await asyncio.get_event_loop().run_in_executor(None, master_answers)
+            answers = await self.settings['probe'].answers()
             self.set_header('Content-Type', 'application/json')
             self.set_header('Cache-Control', 'no-store')
             ready = self.settings['ready'].is_set()
-            self.finish(json.dumps({'master': answers, 'ready': ready, 'uri': rosgraph.get_master_uri(),
-                                    'node': rospy.get_node_uri() if ready else ''}))
+            self.finish(json.dumps({
+                'master': answers, 'ready': ready, 'uri': rosgraph.get_master_uri(), 'name': rospy.get_name(),
+                'node': rospy.get_node_uri() if ready else '', 'driving': self.settings['clients'].driving()}))
+
+
+class Logged(web.Guarded):
+    """The last messages that nodes have logged, as JSON; ``settings['log']`` has them serialised."""
+
+    def get(self):
+        """Answer."""
+        if not self._finished:
+            self.set_header('Content-Type', 'application/json')
+            self.set_header('Cache-Control', 'no-store')
+            self.finish(json.dumps([json_values(Log().deserialize(message._buff))
+                                    for message in list(self.settings['log'])]))
 
 
 class Socket(RosbridgeWebSocket):
@@ -103,6 +136,7 @@ class PageServer:
         """Take the options of the command line; end the process if the port cannot be used."""
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
+        self.log = collections.deque(maxlen=LOG_LENGTH)
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
@@ -121,12 +155,13 @@ class PageServer:
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
             [websocket_rule(Socket, clients), (r'/status', Status),
-             (r'/stream', Stream), (r'/snapshot', Snapshot),
+             (r'/log', Logged), (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
-            access=self._access, refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'),
-            ready=self.ready, sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0],
-            most=MAX_STREAMS, use_compression=False, ping_interval=PING, ping_timeout=PONG,
+            access=self._access, clients=clients, probe=Probe(), log=self.log,
+            refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'), ready=self.ready,
+            sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], most=MAX_STREAMS,
+            use_compression=False, ping_interval=PING, ping_timeout=PONG,
             websocket_max_message_size=Settings().largest, log_function=lambda handler: None)
 
     def start(self):
@@ -228,6 +263,7 @@ def main():
     if _is_served_already(options, server.port):
         return
     _start_node(server.port)
+    rospy.Subscriber(LOG_TOPIC, raw_class_of('rosgraph_msgs/Log'), server.log.append)
     server.ready.set()
     rospy.spin()
     server.stop()

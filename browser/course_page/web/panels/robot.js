@@ -2,7 +2,7 @@
 
 import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {Driver, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
+import {Driver, OtherDrivers, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
 import {Frames, heading} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
 import {SimulationCard, wide} from '../app/simulation.js';
@@ -50,6 +50,7 @@ class RobotPanel {
     this._map = new WorldMap('The world of the Robotont from above', (pose) => this._place(pose), (panel) => this._move(panel));
     this._driver = new Driver(context.ros, () => (this._robot ? `${this._robot}cmd_vel` : ''),
       {linear: 0.5, angular: 1.5}, (held) => this._driving(held));
+    this._others = new OtherDrivers(this._driver, context);
     this._endKeys = context.keys ? driveByKeys(this._driver, {sideways: true}) : () => {};
     this._build();
     this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
@@ -92,6 +93,7 @@ class RobotPanel {
       const published = images.filter((_, index) => shown[index].length);
       const own = published.filter((topic) => topic.startsWith(this._robot));
       this._setImages(own.length ? own : published);
+      await this._others.check();
     } catch (error) {
       console.warn(error);
     } finally {
@@ -233,6 +235,7 @@ class RobotPanel {
     this._numbers = texts.map(() => el('dd', {class: 'number'}, '–'));
     return el('section', {class: 'card drive', 'aria-label': 'Drive'}, el('h2', {}, 'Drive'),
       el('dl', {class: 'pose'}, this._numbers.map((number, index) => el('div', {}, el('dt', {}, texts[index]), number))),
+      this._others.element,
       el('div', {class: 'controls'},
         joystick(this._driver, 'move', (x, y) => ({x: y, y: -x}), 'move'),
         joystick(this._driver, 'turn', (x) => ({turn: -x}), 'turn'),
