@@ -199,6 +199,11 @@ discard_workspace() {
   fi
 }
 
+# programs_of_workspace: the programs that run with files of it, which open shells do not.
+programs_of_workspace() {
+  ps -ewwo pid=,args= | ws=$ws awk 'index($0, ENVIRON["ws"] "/devel/") || index($0, ENVIRON["ws"] "/venv/") { print "  " substr($0, 1, 110) }'
+}
+
 # remove_links SRC: the links into this repository.
 remove_links() { find "$1" -maxdepth 1 -type l \( -lname "$repo" -o -lname "$repo/*/*" \) -delete; }
 
