@@ -5,7 +5,7 @@ import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {Driver, OtherDrivers, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
 import {Frames, heading} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
-import {SimulationCard, wide} from '../app/simulation.js';
+import {SimulationCard} from '../app/simulation.js';
 
 const POLL_INTERVAL = 2000; // [ms] between two searches for robots
 const SHOW = 100;           // [ms] between two changes of the numbers
@@ -221,7 +221,7 @@ class RobotPanel {
     }}}, 'Clear the path');
     const zoom = [['+', 'Larger', () => this._map.zoom(1.4)], ['−', 'Smaller', () => this._map.zoom(1 / 1.4)],
       ['⤢', 'Show everything', () => this._map.fit()]];
-    const cards = [this._driveCard(), this._cameraCard(), this._simulationCard()];
+    const cards = [this._cameraCard(), this._driveCard(), this._simulationCard()];
     this._map.element.append(this._simulation.badge, el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
       type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, sign))));
     this._view = el('div', {class: 'robot'},
@@ -251,8 +251,8 @@ class RobotPanel {
       this._context.setParameters({image: this._imageChoice.value});
       this._showImage();
     }}});
-    this._camera = el('details', {class: 'card camera', open: wide(), hidden: true, on: {toggle: () => this._showImage()}},
-      el('summary', {}, 'Camera'), this._imageChoice, this._image);
+    this._camera = el('details', {class: 'card camera', open: true, hidden: true, on: {toggle: () => this._showImage()}},
+      el('summary', {}, 'Camera'), this._image, this._imageChoice);
     return this._camera;
   }
 
