@@ -26,7 +26,7 @@ required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic 
   tf2_msgs tf2_ros dynamic_reconfigure robot_state_publisher joint_state_publisher topic_tools)
 no_network='could not resolve|temporary failure (resolving|in name resolution)|network is unreachable|could not connect|'
 no_network+='failed to establish a new connection|cannot connect to proxy|connection (timed out|refused|failed)|'
-no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout'
+no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout|from versions: none'
 not_offered='Not offered by apt: '
 other_systems=("With Docker, type in the folder $repo: docker compose run --rm course ./run demo"
   "With ROS 1 in another folder, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo")
