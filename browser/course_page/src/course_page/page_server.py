@@ -27,7 +27,6 @@ from browser_servers.bridge import RosBridge
 from browser_servers.rosapi_answers import Answers
 from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
-from browser_servers.types import raw_class_of
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
 from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from rosapi import srv
@@ -96,16 +95,27 @@ class Status(web.Guarded):
                 'node': rospy.get_node_uri() if ready else '', 'driving': self.settings['clients'].driving()}))
 
 
+class LogKeeper:
+    """Keeps the last messages that nodes have logged; a subscriber like the session of a page, in the loop's thread."""
+
+    def __init__(self):
+        self.messages = collections.deque(maxlen=LOG_LENGTH)
+
+    def deliver(self, message, kept=False):
+        """Take a Message."""
+        self.messages.append(message)
+
+
 class Logged(web.Guarded):
-    """The last messages that nodes have logged, as JSON; ``settings['log']`` has them serialised."""
+    """The messages of ``settings['log']``, a LogKeeper, as JSON."""
 
     def get(self):
         """Answer."""
         if not self._finished:
             self.set_header('Content-Type', 'application/json')
             self.set_header('Cache-Control', 'no-store')
-            self.finish(json.dumps([json_values(Log().deserialize(message._buff))
-                                    for message in list(self.settings['log'])]))
+            self.finish(json.dumps([json_values(Log().deserialize(message.data))
+                                    for message in self.settings['log'].messages]))
 
 
 class Socket(RosbridgeWebSocket):
@@ -136,7 +146,7 @@ class PageServer:
         """Take the options of the command line; end the process if the port cannot be used."""
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
-        self.log = collections.deque(maxlen=LOG_LENGTH)
+        self._log, self._bridge = LogKeeper(), None
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
@@ -150,15 +160,15 @@ class PageServer:
     def _application(self):
         """Make the application, in the loop's thread."""
         report = Report()
-        bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(srv, TypeDef))
-        clients = Clients(bridge, Settings(rate=RATE, burst=2 * RATE), MAX_CLIENTS,
+        self._bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(srv, TypeDef))
+        clients = Clients(self._bridge, Settings(rate=RATE, burst=2 * RATE), MAX_CLIENTS,
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
             [websocket_rule(Socket, clients), (r'/status', Status),
              (r'/log', Logged), (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
-            access=self._access, clients=clients, probe=Probe(), log=self.log,
+            access=self._access, clients=clients, probe=Probe(), log=self._log,
             refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'), ready=self.ready,
             sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], most=MAX_STREAMS,
             use_compression=False, ping_interval=PING, ping_timeout=PONG,
@@ -167,6 +177,14 @@ class PageServer:
     def start(self):
         """Serve until ``stop``."""
         self._server.start()
+
+    def connect(self):
+        """Let pages use ROS, now that rospy is initialised."""
+        asyncio.run_coroutine_threadsafe(self._keep_log(), self._server.loop)
+        self.ready.set()
+
+    async def _keep_log(self):
+        await self._bridge.subscribe(self._log, LOG_TOPIC, Log._type)
 
     def stop(self):
         """End."""
@@ -263,7 +281,6 @@ def main():
     if _is_served_already(options, server.port):
         return
     _start_node(server.port)
-    rospy.Subscriber(LOG_TOPIC, raw_class_of('rosgraph_msgs/Log'), server.log.append)
-    server.ready.set()
+    server.connect()
     rospy.spin()
     server.stop()

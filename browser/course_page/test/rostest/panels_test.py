@@ -97,6 +97,7 @@ class PanelsTest(SimulatorCase):
     def test_every_panel_fits_on_a_phone(self):
         self.browser.resize(360, 740, touch=True)
         self.addCleanup(self.browser.resize, 1280, 800)
+        self.open('turtle')
         panels = [link.get_attribute('data-id') for link in self.browser.find('#menu a')]
         self.assertGreaterEqual(len(panels), 11)
         for panel in panels:
