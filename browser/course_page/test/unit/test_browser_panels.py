@@ -78,6 +78,8 @@ def value(page, module, expression):
     ('layout', 'm.largest([{width: 400, height: 100}, null, {width: 200, height: 200}], 400, 300).width', 200),
     ('layout', 'm.largest([{width: 400, height: 100}, {width: 200, height: 200}], 400, 100).width', 400),
     ('layout', 'm.largest([null, null], 400, 100)', None),
+    ('../../app/ros', 'm.addressFor("http://localhost:8000/?token=a/b#/plot?fields=/a/x")', 'ws://localhost:8000/'),
+    ('../../app/ros', 'm.addressFor("https://class.example/hub/turtle/index.html#/")', 'wss://class.example/hub/turtle/'),
     ('../image', f'm.bestPicture({json.dumps(PICTURES)})', '/camera/color/image_raw'),
     ('../image', f'm.bestPicture({json.dumps(PICTURES[:2])})', '/turtlesim/image_raw'),
     ('../image', f'm.bestPicture({json.dumps(PICTURES[:1])})', '/camera/aligned_depth/image_raw'),

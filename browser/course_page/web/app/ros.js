@@ -15,7 +15,7 @@ export class Ros {
   // `state.link`: 'connecting' (the first time), 'open', or 'lost' (reconnecting). `state.master`: whether a ROS master
   // answers; `state.uri`: its address; `state.server`: whether the page's server answers; `state.stalled`: whether an open
   // link is silent. `driving`: {topic: number of pages and other clients of this server that drive}, `node`: its name.
-  constructor(address = defaultAddress()) {
+  constructor(address = addressFor(location.href)) {
     this.address = address;
     this.state = {link: 'connecting', master: true, server: true, uri: '', stalled: false};
     this.driving = {};
@@ -244,6 +244,7 @@ export class Ros {
   }
 }
 
-function defaultAddress() {
-  return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
+// Return the WebSocket's address for a page: that of its folder, which is not the root behind some proxies.
+export function addressFor(page) {
+  return new URL('./', page).href.replace(/^http/, 'ws');
 }
