@@ -365,11 +365,25 @@ our_packages() {
   done
 }
 
+# python_halves: the src folders of stand-ins that are left out for a real package without its Python part, as Debian's
+# libcv-bridge-dev is one: C++ takes the real one, Python these.
+python_halves() {
+  local dir pkg root=${ros_dir:-/usr}
+  for dir in "$repo"/*/*; do
+    pkg=${dir##*/}
+    if [ -f "$dir/package.xml" ] && [ -f "$root/share/$pkg/package.xml" ] && [ -d "$dir/src/$pkg" ] &&
+      [ ! -d "$root/lib/python3/dist-packages/$pkg" ]; then
+      echo "$dir/src"
+    fi
+  done
+}
+
 # Everything that the build depends on, one `hash  name` a line.
 build_stamp() (
   echo "ros  ros=$ros_dir"
   echo "workspace  workspace=$ws"
   our_packages "$ws/src" 2>/dev/null | sed 's/^/package  /'
+  python_halves | sed 's/^/half  /'
   cd "$repo" || return
   find . -name '.?*' -prune -o -type f \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' \
     -o -name '*.srv' -o -name '*.action' -o -name '*.cmake' -o -name '*.cfg' -o -path '*/native/*' -o -path ./run \
@@ -419,6 +433,9 @@ build_workspace() {
   build_stamp >"$ws/.unfinished"
   remove_stale_links "$ws/src"
   link_packages "$ws/src"
+  for name in "$ws"/venv/lib/python3*/site-packages; do
+    [ ! -d "$name" ] || python_halves >"$name/turtle_robotont.pth"
+  done
   write_shell_files
   (
     set +eu

@@ -177,3 +177,20 @@ def test_clean_takes_no_argument_and_spares_a_workspace_in_use(tmp_path):
 def clean_usage():
     return subprocess.run([REPOSITORY / 'run', 'clean', '--help'], capture_output=True, text=True, check=True,
                           env={'PATH': '/usr/bin:/bin', 'HOME': '/nonexistent'}).stdout.strip()
+
+
+def test_a_real_package_without_its_python_part_gets_that_of_the_stand_in(small):
+    """As Debian's libcv-bridge-dev without python3-cv-bridge."""
+    run, folder = small
+    module = folder / 'repository' / 'vision' / 'cv_bridge' / 'src' / 'cv_bridge'
+    site = folder / 'ws' / 'venv' / 'lib' / 'python3.99' / 'site-packages'
+    for path in (module, site, folder / 'ros' / 'share' / 'cv_bridge'):
+        path.mkdir(parents=True)
+    found = site / 'turtle_robotont.pth'
+    assert run('build_workspace; is_built').returncode == 0 and found.read_text() == ''
+    (folder / 'ros' / 'share' / 'cv_bridge' / 'package.xml').write_text('<package/>')
+    assert run('is_built').returncode == 1
+    assert run('build_workspace; is_built').returncode == 0
+    assert found.read_text() == f'{module.parent}\n' and built(folder) == ['alvar', 'turtle_robotont']
+    (folder / 'ros' / 'lib' / 'python3' / 'dist-packages' / 'cv_bridge').mkdir(parents=True)
+    assert run('build_workspace; is_built').returncode == 0 and found.read_text() == ''
