@@ -198,7 +198,7 @@ function holdButton(driver, name, sign, text, announce) {
   return el('button', {type: 'button', 'aria-label': text, title: text, on: {
     pointerdown: (event) => {
       if (event.button) return;
-      event.target.setPointerCapture(event.pointerId);
+      event.currentTarget.setPointerCapture(event.pointerId);
       hold();
     },
     pointerup: release, pointercancel: release, lostpointercapture: release, blur: release,
@@ -218,7 +218,7 @@ function holdButton(driver, name, sign, text, announce) {
       setTimeout(release, PULSE);
       announce(`${text} for ${PULSE / 1000} seconds`);
     },
-  }}, sign);
+  }}, el('span', {'aria-hidden': 'true'}, sign));
 }
 
 // Return a joystick for fingers and mouse. `axes(x, y)` maps its position, right and up -1 to 1, to the held input.

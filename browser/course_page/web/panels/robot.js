@@ -223,7 +223,7 @@ class RobotPanel {
       ['⤢', 'Show everything', () => this._map.fit()]];
     const cards = [this._cameraCard(), this._driveCard(), this._simulationCard()];
     this._map.element.append(this._simulation.badge, el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
-      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, sign))));
+      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, el('span', {'aria-hidden': 'true'}, sign)))));
     this._view = el('div', {class: 'robot'},
       el('div', {class: 'view'}, el('div', {class: 'row'}, this._choice, this._placeButton, forget), this._map.element, this._caller.element),
       el('div', {class: 'stack'}, cards));
