@@ -18,9 +18,12 @@ RUN repo=$PWD bash -euc '. tools/workspace.bash; find_ros; install_packages' && 
 # Codespaces puts its checkout into this folder, too, and then uses the workspace that is built here.
 COPY . .
 ENV TURTLE_ROBOTONT_WS=/home/student/workspace/turtle_robotont
+# The page listens where a published port leads; who comes from outside the container needs the token that it prints.
+ENV TURTLE_ROBOTONT_ADDRESS=0.0.0.0
 RUN PIP_NO_CACHE_DIR=1 ./run build \
  && "$TURTLE_ROBOTONT_WS/venv/bin/python3" -m compileall -q browser demo grading lessons scripts simulation src support vision \
  && chown -R student: /home/student
 
 USER student
-CMD ["./run", "shell"]
+EXPOSE 8000
+CMD ["./run", "view", "--turtlesim"]

@@ -26,7 +26,7 @@ required_ros=(catkin rospy roscpp roslaunch rostest rosbash rosservice rostopic 
   tf2_msgs tf2_ros dynamic_reconfigure robot_state_publisher joint_state_publisher topic_tools)
 no_network='could not resolve|temporary failure (resolving|in name resolution)|network is unreachable|could not connect|'
 no_network+='failed to establish a new connection|cannot connect to proxy|connection (timed out|refused|failed)|'
-no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout'
+no_network+='read timed out|unable to connect|newconnectionerror|connecttimeout|from versions: none'
 not_offered='Not offered by apt: '
 other_systems=("With Docker, type in the folder $repo: docker compose run --rm course ./run demo"
   "With ROS 1 in another folder, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo")
@@ -199,6 +199,11 @@ discard_workspace() {
   fi
 }
 
+# programs_of_workspace: the programs that run with files of it, which open shells do not.
+programs_of_workspace() {
+  ps -ewwo pid=,args= | ws=$ws awk 'index($0, ENVIRON["ws"] "/devel/") || index($0, ENVIRON["ws"] "/venv/") { print "  " substr($0, 1, 110) }'
+}
+
 # remove_links SRC: the links into this repository.
 remove_links() { find "$1" -maxdepth 1 -type l \( -lname "$repo" -o -lname "$repo/*/*" \) -delete; }
 
@@ -360,11 +365,25 @@ our_packages() {
   done
 }
 
+# python_halves: the src folders of stand-ins that are left out for a real package without its Python part, as Debian's
+# libcv-bridge-dev is one: C++ takes the real one, Python these.
+python_halves() {
+  local dir pkg root=${ros_dir:-/usr}
+  for dir in "$repo"/*/*; do
+    pkg=${dir##*/}
+    if [ -f "$dir/package.xml" ] && [ -f "$root/share/$pkg/package.xml" ] && [ -d "$dir/src/$pkg" ] &&
+      [ ! -d "$root/lib/python3/dist-packages/$pkg" ]; then
+      echo "$dir/src"
+    fi
+  done
+}
+
 # Everything that the build depends on, one `hash  name` a line.
 build_stamp() (
   echo "ros  ros=$ros_dir"
   echo "workspace  workspace=$ws"
   our_packages "$ws/src" 2>/dev/null | sed 's/^/package  /'
+  python_halves | sed 's/^/half  /'
   cd "$repo" || return
   find . -name '.?*' -prune -o -type f \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' \
     -o -name '*.srv' -o -name '*.action' -o -name '*.cmake' -o -name '*.cfg' -o -path '*/native/*' -o -path ./run \
@@ -414,6 +433,9 @@ build_workspace() {
   build_stamp >"$ws/.unfinished"
   remove_stale_links "$ws/src"
   link_packages "$ws/src"
+  for name in "$ws"/venv/lib/python3*/site-packages; do
+    [ ! -d "$name" ] || python_halves >"$name/turtle_robotont.pth"
+  done
   write_shell_files
   (
     set +eu

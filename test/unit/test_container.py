@@ -5,11 +5,15 @@ No container engine is needed: hadolint checks the Dockerfile, the rest is read.
 import json
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
+from xml.etree import ElementTree
 
 import pytest
 import yaml
+
+from course_page.panels import PORT
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 DOCKERFILE = (REPOSITORY / 'Dockerfile').read_text()
@@ -53,10 +57,27 @@ def test_programs_do_not_run_as_root():
     assert DOCKERFILE.rindex('\nRUN ') < DOCKERFILE.rindex('\nUSER ')  # what is installed belongs to root
 
 
-@pytest.mark.parametrize('port', COURSE['ports'])
-def test_ports_are_published_to_this_machine_alone(port):
-    address, outside, inside = port.split(':')
-    assert address == '127.0.0.1' and outside == inside and int(inside) in DEVCONTAINER['forwardPorts']
+def test_the_port_of_the_page_is_one_number():
+    """Published to this machine alone, and by the number that the page prints in its address."""
+    assert COURSE['ports'] == [f'127.0.0.1:{PORT}:{PORT}']
+    assert instructions('EXPOSE') == [str(PORT)]
+    assert DEVCONTAINER['forwardPorts'] == [PORT] and list(DEVCONTAINER['portsAttributes']) == [str(PORT)]
+    launch = ElementTree.parse(REPOSITORY / 'launch' / 'browser.launch').getroot()
+    assert launch.find('arg[@name="port"]').get('default') == str(PORT)
+
+
+@pytest.mark.parametrize('page', [REPOSITORY / 'README.md', REPOSITORY / '.github' / 'workflows' / 'ci.yml',
+                                  *sorted(REPOSITORY.glob('docs/*.md'))], ids=lambda page: page.name)
+def test_texts_name_the_port_of_the_page(page):
+    found = re.findall(r'http://(?:localhost|127\.0\.0\.1):(\d+)/', page.read_text())
+    assert set(found) <= {str(PORT)}
+
+
+def test_what_the_container_starts_is_a_page_that_its_port_leads_to():
+    command = shlex.split(COURSE['command'])
+    assert command == shlex.split(DEVCONTAINER['postAttachCommand']) == json.loads(instructions('CMD')[-1])
+    assert command == ['./run', 'view', '--turtlesim']
+    assert str(variable('TURTLE_ROBOTONT_ADDRESS')) == '0.0.0.0'
 
 
 def test_the_workspace_that_the_image_built_lies_in_the_volume():

@@ -136,3 +136,61 @@ def test_a_step_says_how_it_ended_and_leaves_nothing_running(tmp_path, command, 
     done = subprocess.run(['bash', '-euc', STEP + command, REPOSITORY, tmp_path], capture_output=True, text=True,
                           env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}, timeout=DEADLINE, check=False)
     assert done.returncode == code and said in done.stderr
+
+
+@pytest.mark.parametrize('folder, runs', [('devel/lib/turtlesim', True), ('venv/bin', True), ('src/own', False)])
+def test_programs_of_the_workspace_are_found(small, folder, runs):
+    run, path = small
+    program = path / 'ws' / folder / 'node'
+    program.parent.mkdir(parents=True, exist_ok=True)
+    program.write_text('#!/bin/sh\nread -r line\n')
+    program.chmod(0o755)
+    with subprocess.Popen([program], stdin=subprocess.PIPE) as process:
+        found = run('programs_of_workspace').stdout
+        process.stdin.close()
+    assert (f'{process.pid} /bin/sh {program}'[:110] in found) is runs
+
+
+def test_clean_takes_no_argument_and_spares_a_workspace_in_use(tmp_path):
+    workspace = tmp_path / 'ws'
+    program = workspace / 'devel' / 'node'
+    program.parent.mkdir(parents=True)
+    (workspace / 'src').mkdir()
+    program.write_text('#!/bin/sh\nread -r line\n')
+    program.chmod(0o755)
+    (workspace / '.checkout').write_text(f'{REPOSITORY}\n')
+    environment = {'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}
+
+    def clean(*arguments):
+        done = subprocess.run([REPOSITORY / 'run', 'clean', *arguments], capture_output=True, text=True, check=False,
+                              env={**environment, 'TURTLE_ROBOTONT_WS': str(workspace)})
+        return done.returncode, done.stderr
+    for argument in ('--dry-run', str(tmp_path), 'now'):
+        assert clean(argument) == (2, f'{clean_usage()}\n') and program.exists()
+    with subprocess.Popen([program], stdin=subprocess.PIPE) as process:
+        code, said = clean()
+        process.stdin.close()
+    assert code == 1 and 'programs of this workspace are running' in said and program.name in said and program.exists()
+    assert clean()[0] == 0 and not workspace.exists()
+
+
+def clean_usage():
+    return subprocess.run([REPOSITORY / 'run', 'clean', '--help'], capture_output=True, text=True, check=True,
+                          env={'PATH': '/usr/bin:/bin', 'HOME': '/nonexistent'}).stdout.strip()
+
+
+def test_a_real_package_without_its_python_part_gets_that_of_the_stand_in(small):
+    """As Debian's libcv-bridge-dev without python3-cv-bridge."""
+    run, folder = small
+    module = folder / 'repository' / 'vision' / 'cv_bridge' / 'src' / 'cv_bridge'
+    site = folder / 'ws' / 'venv' / 'lib' / 'python3.99' / 'site-packages'
+    for path in (module, site, folder / 'ros' / 'share' / 'cv_bridge'):
+        path.mkdir(parents=True)
+    found = site / 'turtle_robotont.pth'
+    assert run('build_workspace; is_built').returncode == 0 and found.read_text() == ''
+    (folder / 'ros' / 'share' / 'cv_bridge' / 'package.xml').write_text('<package/>')
+    assert run('is_built').returncode == 1
+    assert run('build_workspace; is_built').returncode == 0
+    assert found.read_text() == f'{module.parent}\n' and built(folder) == ['alvar', 'turtle_robotont']
+    (folder / 'ros' / 'lib' / 'python3' / 'dist-packages' / 'cv_bridge').mkdir(parents=True)
+    assert run('build_workspace; is_built').returncode == 0 and found.read_text() == ''

@@ -9,7 +9,8 @@ import venv
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-PACKAGES = {path.parent.name: path.parent for path in REPOSITORY.glob('*/*/package.xml')}
+PACKAGES = {path.parent.name: path.parent for path in REPOSITORY.glob('*/*/package.xml')
+            if not pathlib.Path('/usr/share', path.parent.name, 'package.xml').exists()}  # of libcv-bridge-dev, perhaps
 
 
 @pytest.fixture

@@ -46,6 +46,16 @@ class Machine:
         self._holder.wait()
 
 
+def connect(one, other):
+    """Put a cable between two machines."""
+    subprocess.run(['ip', 'link', 'add', 'cable', 'netns', str(one.pid), 'type', 'veth',
+                    'peer', 'name', 'cable', 'netns', str(other.pid)], check=True, timeout=20)
+    for machine in (one, other):
+        machine.do('ip', 'link', 'set', 'lo', 'up')
+        machine.do('ip', 'address', 'add', f'{machine.address}/24', 'dev', 'cable')
+        machine.do('ip', 'link', 'set', 'cable', 'up')
+
+
 class TwoMachinesCase(unittest.TestCase):
     """A simulator on the robot, with a cable to the laptop; a subclass says which simulator."""
 
@@ -57,12 +67,7 @@ class TwoMachinesCase(unittest.TestCase):
         self.robot, self.laptop = Machine(ROBOT), Machine(LAPTOP)
         self.addCleanup(self.laptop.remove)
         self.addCleanup(self.robot.remove)
-        subprocess.run(['ip', 'link', 'add', 'cable', 'netns', str(self.robot.pid), 'type', 'veth',
-                        'peer', 'name', 'cable', 'netns', str(self.laptop.pid)], check=True, timeout=20)
-        for machine in (self.robot, self.laptop):
-            machine.do('ip', 'link', 'set', 'lo', 'up')
-            machine.do('ip', 'address', 'add', f'{machine.address}/24', 'dev', 'cable')
-            machine.do('ip', 'link', 'set', 'cable', 'up')
+        connect(self.robot, self.laptop)
         self.on(self.robot, 'roscore').wait_for_output('started core service')
         self.simulating = self.on(self.robot, *self.simulator)
         self.seen = self.on(self.robot, 'rostopic', 'echo', '-p', self.topic)
@@ -127,10 +132,10 @@ class RobotTest(TwoMachinesCase):
 def main(run_tests):
     """Call ``run_tests`` as root of a namespace, or skip the test where namespaces cannot be had."""
     as_root = [] if os.getuid() == 0 else ['unshare', '--user', '--map-root-user']
-    probe = subprocess.run([*as_root, 'unshare', '-n', 'ip', 'link'], stdout=subprocess.DEVNULL,
-                           stderr=subprocess.PIPE, check=False)
-    if probe.returncode:
-        skip(f'no network namespaces here: {probe.stderr.decode().strip()}')
+    probe = subprocess.run([*as_root, 'unshare', '-n', 'ip', 'link', 'add', 'cable', 'type', 'veth'],
+                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
+    if probe.returncode:  # in a container, namespaces can be allowed and network cards not
+        skip(f'no network namespaces with a cable here: {probe.stderr.decode().strip()}')
     elif as_root:
         os.execvp('unshare', [*as_root, *sys.argv])
     else:

@@ -56,13 +56,9 @@ class UnreachableTest(unittest.TestCase):
         self.inside, self.outside = Machine(ROBOT), Machine(LAPTOP)
         self.addCleanup(self.outside.remove)
         self.addCleanup(self.inside.remove)
-        subprocess.run(['ip', 'link', 'add', 'cable', 'netns', str(self.inside.pid), 'type', 'veth',
-                        'peer', 'name', 'cable', 'netns', str(self.outside.pid)], check=True, timeout=20)
+        two_machines_test.connect(self.inside, self.outside)
         for machine, address in ((self.inside, ROBOT_6), (self.outside, 'fd77::2')):
-            machine.do('ip', 'link', 'set', 'lo', 'up')
-            machine.do('ip', 'address', 'add', f'{machine.address}/24', 'dev', 'cable')
             machine.do('ip', 'address', 'add', f'{address}/64', 'dev', 'cable', 'nodad')
-            machine.do('ip', 'link', 'set', 'cable', 'up')
 
     def start(self, machine, *command):
         process = Process(*machine.command(*command))

@@ -15,7 +15,7 @@ import rosservice
 import rostopic
 
 from browser_servers import typedefs
-from rosbridge_core.operations import globs, matches
+from rosbridge_core.operations import globs, matches, ros1_type
 
 ACTION_TOPICS = {'cancel', 'feedback', 'goal', 'result', 'status'}
 NAMESPACE = '/rosapi/'
@@ -28,6 +28,7 @@ CLASSES = {
     'service_request_details': 'ServiceRequestDetails', 'service_response_details': 'ServiceResponseDetails',
     'set_param': 'SetParam', 'get_param': 'GetParam', 'has_param': 'HasParam', 'search_param': 'SearchParam',
     'delete_param': 'DeleteParam', 'get_param_names': 'GetParamNames', 'get_time': 'GetTime'}  # of rosapi.srv
+OF_ROS_2 = {'get_param': {'default_value': 'default'}}  # {service: {field in ROS 2: field}}
 _parameters = threading.RLock()  # rospy's client of the parameter server is not made for several threads
 
 
@@ -43,6 +44,14 @@ class Answers:
         self.services = {name: getattr(srv, cls) for name, cls in CLASSES.items() if hasattr(srv, cls)}
         self._topic_globs, self._service_globs = globs(topics_glob), globs(services_glob)
         self._param_globs = globs(params_glob)
+
+    @staticmethod
+    def fields(name, arguments):
+        """Return the arguments of a service, with ROS 1's names of the fields for those of ROS 2."""
+        names = OF_ROS_2.get(name, {})
+        if not isinstance(arguments, dict) or not names:
+            return arguments
+        return {names.get(field, field): value for field, value in arguments.items()}
 
     def call(self, name, request):
         """Return the response of the service of this name, a key of ``services``."""
@@ -69,7 +78,7 @@ class Answers:
 
     def _topics_for_type(self, request):
         return self._srv.TopicsForTypeResponse([name for name, kind in self._topics_and_types()
-                                                if kind == request.type])
+                                                if kind == ros1_type(request.type)])
 
     def _topic_type(self, request):
         found = matches(request.topic, self._topic_globs) and rostopic.get_topic_type(request.topic)[0]
@@ -102,7 +111,7 @@ class Answers:
 
     def _services_for_type(self, request):
         return self._srv.ServicesForTypeResponse([name for name in self._service_names()
-                                                  if self._type_of(name) == request.type])
+                                                  if self._type_of(name) == ros1_type(request.type)])
 
     def _type_of(self, service):
         try:
@@ -140,13 +149,13 @@ class Answers:
     # Types
 
     def _typedefs_of_service(self, name, part):
-        return self._as_messages(typedefs.of_service(name, part))
+        return self._as_messages(typedefs.of_service(ros1_type(name), part))
 
     def _as_messages(self, found):
         return [self._typedef(**vars(one)) for one in found]
 
     def _message_details(self, request):
-        return self._srv.MessageDetailsResponse(self._as_messages(typedefs.of_message(request.type)))
+        return self._srv.MessageDetailsResponse(self._as_messages(typedefs.of_message(ros1_type(request.type))))
 
     def _service_request_details(self, request):
         return self._srv.ServiceRequestDetailsResponse(self._typedefs_of_service(request.type, '_request_class'))

@@ -98,6 +98,7 @@ class Services:
         """Call a service; those of rosapi are answered here if rosapi_node does not run."""
         resolved = rospy.resolve_name(name)
         own = resolved[len(NAMESPACE):] if resolved.startswith(NAMESPACE) else ''
+        arguments = self._rosapi.fields(own, arguments)
         try:
             kind = rosservice.get_service_type(resolved) or kind
         except rosservice.ROSServiceIOException as error:

@@ -3,6 +3,7 @@
 Threading contract: everything runs in the loop's thread.
 """
 import asyncio
+import collections
 import socket
 import time
 
@@ -47,6 +48,10 @@ class RosbridgeWebSocket(WebSocket):
         self._clients.remove(self)
         await self._session.closed()
 
+    def driving(self):
+        """Return the topics on which this client drives."""
+        return self._session.deadman.moving
+
     def check(self, now):
         """Check whether the client is silent or slow."""
         self._session.check(now)
@@ -86,6 +91,10 @@ class Clients:
         """Remove a client."""
         self._clients.discard(client)
         self._tell()
+
+    def driving(self):
+        """Return {topic: number of clients that drive on it}."""
+        return dict(collections.Counter(topic for client in self._clients for topic in client.driving()))
 
     def _tell(self):
         self._changed([(client.request.remote_ip, client.connected) for client in self._clients])

@@ -7,6 +7,7 @@ main thread as soon as a master answers.
 """
 import argparse
 import asyncio
+import collections
 import functools
 import ipaddress
 import json
@@ -20,27 +21,30 @@ import rospkg
 import rospy
 import tornado.web
 from rosapi.msg import TypeDef
+from rosgraph_msgs.msg import Log
 
 from browser_servers.bridge import RosBridge
 from browser_servers.rosapi_answers import Answers
 from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
-from course_page.panels import open_page, running_address
+from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
 from rosapi import srv
 from rosbridge_core import web
+from rosbridge_core.conversion import json_values
 from rosbridge_core.session import Settings
-from rospy_support import nodes
+from rospy_support import nodes, registration
 from rospy_support.master import Master, NoMaster
 from rospy_support.servers import Report
 
-PORT = 8000
 POLL_INTERVAL = 0.5  # [s] between two requests to a master
 ANSWER_TIMEOUT = 1.0  # [s] of such a request
 MAX_CLIENTS = MAX_STREAMS = 100
 UNREGISTER = 10.0  # [s] that a topic stays advertised after its last client
 RATE = 5000.0  # [1/s] messages of a page
 PING, PONG = 2.0, 6.0  # [s] between two pings, and in which a page must answer
+ADDRESS = 'TURTLE_ROBOTONT_ADDRESS'  # of the environment: where to listen in a container, whose port is published
+LOG_TOPIC, LOG_LENGTH = '/rosout_agg', 1000  # what nodes have logged before a page opens its console
 NOT_YET = 'no ROS master answers at {uri}; type roscore in a terminal'
 
 
@@ -61,17 +65,57 @@ def policy(host):
             "frame-ancestors 'self'")
 
 
+class Probe:
+    """Asks the master for all pages together, at most once in POLL_INTERVAL."""
+
+    def __init__(self):
+        self._asked, self._answer = 0.0, None
+
+    async def answers(self):
+        """Return whether the master answers, or has answered just now."""
+        now = time.monotonic()
+        if self._answer is None or (self._answer.done() and now - self._asked > POLL_INTERVAL):
+            self._asked = now
+            self._answer = asyncio.get_event_loop().run_in_executor(None, master_answers)
+        return await asyncio.shield(self._answer)
+
+
 class Status(web.Guarded):
     """The state of server and master as JSON, for a page without a connection to ROS."""
 
     async def get(self):
         """Answer."""
         if not self._finished:
-            answers = await asyncio.get_event_loop().run_in_executor(None, master_answers)
+            answers = await self.settings['probe'].answers()
             self.set_header('Content-Type', 'application/json')
             self.set_header('Cache-Control', 'no-store')
-            self.finish(json.dumps({'master': answers, 'ready': self.settings['ready'].is_set(),
-                                    'uri': rosgraph.get_master_uri()}))
+            ready = self.settings['ready'].is_set()
+            self.finish(json.dumps({
+                'master': answers, 'ready': ready, 'uri': rosgraph.get_master_uri(), 'name': rospy.get_name(),
+                'node': rospy.get_node_uri() if ready else '', 'driving': self.settings['clients'].driving()}))
+
+
+class LogKeeper:
+    """Keeps the last messages that nodes have logged; a subscriber like the session of a page, in the loop's thread."""
+
+    def __init__(self):
+        self.messages = collections.deque(maxlen=LOG_LENGTH)
+
+    def deliver(self, message, kept=False):
+        """Take a Message."""
+        self.messages.append(message)
+
+
+class Logged(web.Guarded):
+    """The messages of ``settings['log']``, a LogKeeper, as JSON."""
+
+    def get(self):
+        """Answer."""
+        if not self._finished:
+            self.set_header('Content-Type', 'application/json')
+            self.set_header('Cache-Control', 'no-store')
+            self.finish(json.dumps([json_values(Log().deserialize(message.data))
+                                    for message in self.settings['log'].messages]))
 
 
 class Socket(RosbridgeWebSocket):
@@ -102,10 +146,12 @@ class PageServer:
         """Take the options of the command line; end the process if the port cannot be used."""
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
+        self._log, self._bridge = LogKeeper(), None
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
+        published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
         self._access = web.make_access(options.address, options.token, options.origins, options.hosts, False, _say,
-                                       _say, self._server.port)
+                                       None if published else self._server.port)
         token = '' if local or self._access.token == web.OFF else f'?token={self._access.token}'
         self.address = f'http://{_host(options.address)}:{self._server.port}/{token}'
         self._folder = options.folder
@@ -114,22 +160,31 @@ class PageServer:
     def _application(self):
         """Make the application, in the loop's thread."""
         report = Report()
-        bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(srv, TypeDef))
-        clients = Clients(bridge, Settings(rate=RATE, burst=2 * RATE), MAX_CLIENTS,
+        self._bridge = RosBridge(asyncio.get_event_loop(), UNREGISTER, Answers(srv, TypeDef))
+        clients = Clients(self._bridge, Settings(rate=RATE, burst=2 * RATE), MAX_CLIENTS,
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
             [websocket_rule(Socket, clients), (r'/status', Status),
-             (r'/stream', Stream), (r'/snapshot', Snapshot),
+             (r'/log', Logged), (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
-            access=self._access, refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'),
-            ready=self.ready, sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0],
-            most=MAX_STREAMS, use_compression=False, ping_interval=PING, ping_timeout=PONG,
+            access=self._access, clients=clients, probe=Probe(), log=self._log,
+            refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'), ready=self.ready,
+            sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], most=MAX_STREAMS,
+            use_compression=False, ping_interval=PING, ping_timeout=PONG,
             websocket_max_message_size=Settings().largest, log_function=lambda handler: None)
 
     def start(self):
         """Serve until ``stop``."""
         self._server.start()
+
+    def connect(self):
+        """Let pages use ROS, now that rospy is initialised."""
+        asyncio.run_coroutine_threadsafe(self._keep_log(), self._server.loop)
+        self.ready.set()
+
+    async def _keep_log(self):
+        await self._bridge.subscribe(self._log, LOG_TOPIC, Log._type)
 
     def stop(self):
         """End."""
@@ -166,8 +221,9 @@ def options_of(arguments):
     folder = os.path.join(rospkg.RosPack().get_path('course_page'), 'web')
     parser = argparse.ArgumentParser(prog='browser.py', description='Shows and drives the course in a browser.')
     parser.add_argument('--port', type=int, default=PORT, help='where to listen; 0: a free port (default: %(default)s)')
-    parser.add_argument('--address', default='127.0.0.1', help='127.0.0.1: only this machine (default); '
-                        '0.0.0.0: all networks, then other machines need the token')
+    parser.add_argument('--address', default=os.environ.get(ADDRESS) or '127.0.0.1',
+                        help='127.0.0.1: only this machine; 0.0.0.0: all networks, then other machines need the token '
+                        f'(default: %(default)s; the variable {ADDRESS} sets it)')
     parser.add_argument('--token', default='',
                         help='token that other machines must send; default: a new one; off: none')
     parser.add_argument('--origins', default='',
@@ -187,14 +243,25 @@ def options_of(arguments):
 
 def _is_served_already(options, port=None):
     """Return whether another server shows this master, and say so; ``port``: that of this server."""
-    address = running_address()
-    if not address or address == f'http://localhost:{port}/':
+    page = running_page()
+    if page is None or page.address == f'http://localhost:{port}/':
         return False
-    _say(f'The page is at {address} already: open that in a browser. This second server ends now. To start one with '
-         'other options, end the first one: rosnode kill /browser')
+    _say(f'The page is at {page.address} already: open that in a browser. This second server ends now. To start one '
+         f'with other options, end the first one: {f"rosnode kill {page.node}" if page.node else "press Ctrl-C there"}')
     if options.open == 'true':
-        open_page(address)
+        open_page(page.address)
     return True
+
+
+def _start_node(port):
+    """Initialise rospy; a node that has the usual name already, on another machine for example, keeps it."""
+    if name_is_taken():
+        given = [argument for argument in sys.argv if not argument.startswith('__name:=')]
+        nodes.init_node('browser', argv=given, anonymous=True)
+        _say(f'Another node is called {NODE}: this one is {rospy.get_name()}.')
+    else:
+        nodes.init_node('browser')
+    registration.keep_parameter('~actual_port', port)
 
 
 def main():
@@ -213,8 +280,7 @@ def main():
         time.sleep(POLL_INTERVAL)
     if _is_served_already(options, server.port):
         return
-    nodes.init_node('browser')
-    rospy.set_param('~actual_port', server.port)
-    server.ready.set()
+    _start_node(server.port)
+    server.connect()
     rospy.spin()
     server.stop()

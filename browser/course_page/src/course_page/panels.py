@@ -4,6 +4,7 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import urllib.parse
@@ -13,11 +14,21 @@ from typing import NamedTuple
 import rosgraph
 import rospy
 
+from rospy_support.master import Master, NoMaster
+
 SERVER = 'rosrun', 'course_page', 'browser'  # it prints the line that ADDRESS finds
-PORT_PARAMETER = '/browser/actual_port'
-USUAL_PORT = 8000  # a server that waits for a master has no parameter yet
+NODE = '/browser'
+PORT = 8000  # of the page; test_container.py holds it equal in the files of the container, launch files and docs
+PORT_PARAMETER = re.compile(r'(.*/browser\w*)/actual_port')
 ADDRESS = re.compile(r'^Open (http://\S+) in a browser')
 ANSWER_TIMEOUT = 2.0  # [s] of a request to a server
+
+
+class RunningPage(NamedTuple):
+    """A server on this machine: its address, and the name of its node; '' while it waits for a master."""
+
+    address: str
+    node: str
 
 
 class Program(NamedTuple):
@@ -76,9 +87,9 @@ def _say_ignored(arguments):
 
 def show(part):
     """Open the page at a panel; serve it until Ctrl-C unless another server does."""
-    address = running_address()
-    if address:
-        _open(f'{address}#{part}')
+    page = running_page()
+    if page is not None:
+        _open(f'{page.address}#{part}')
         return
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     server = subprocess.Popen(SERVER, stdout=subprocess.PIPE, text=True)
@@ -95,21 +106,63 @@ def show(part):
     sys.exit(server.wait())
 
 
-def running_address():
-    """Return the address of a server that shows this master, or None."""
-    master = rosgraph.Master('/panels')
-    try:
-        ports = [master.getParam(PORT_PARAMETER), USUAL_PORT]
-    except (rosgraph.MasterError, OSError):
-        ports = [USUAL_PORT]
-    for port in ports:
-        try:
-            with urllib.request.urlopen(f'http://localhost:{int(port)}/status', timeout=ANSWER_TIMEOUT) as answer:
-                if json.load(answer).get('uri') == rosgraph.get_master_uri():
-                    return f'http://localhost:{port}/'
-        except (OSError, ValueError, AttributeError):  # no server there, or another program
-            continue
+def running_page():
+    """Return the RunningPage of this machine that shows this master, or None."""
+    for node, (uri, port) in _registered().items():
+        if uri and _status(port).get('node') == uri:
+            return RunningPage(f'http://localhost:{port}/', node)
+    status = _status(PORT)  # a server that waits for a master has not registered yet
+    if not status.get('node') and same_master(str(status.get('uri')), rosgraph.get_master_uri()):
+        return RunningPage(f'http://localhost:{PORT}/', '')
     return None
+
+
+def _registered():
+    """Return {name: (address, port)} of the servers' nodes that the master knows."""
+    master = Master(ANSWER_TIMEOUT)
+    try:
+        (_, _, names), = master.request([('getParamNames',)])
+        nodes = [found.group(1) for found in map(PORT_PARAMETER.fullmatch, names or ()) if found]
+        addresses = master.request([('lookupNode', node) for node in nodes])
+        ports = master.request([('getParam', f'{node}/actual_port') for node in nodes])
+    except NoMaster:
+        return {}
+    return {node: (uri, port) for node, (_, _, uri), (_, _, port) in zip(nodes, addresses, ports)}
+
+
+def name_is_taken():
+    """Return whether the master knows a node with the usual name; registering another one would end it."""
+    try:
+        (code, _, _), = Master(ANSWER_TIMEOUT).request([('lookupNode', NODE)])
+    except NoMaster:
+        return False
+    return code == 1
+
+
+def _status(port):
+    """Return what the server at a port of this machine says; {} if there is none, or another program."""
+    try:
+        with urllib.request.urlopen(f'http://localhost:{int(port)}/status', timeout=ANSWER_TIMEOUT) as answer:
+            status = json.load(answer)
+    except (OSError, ValueError, TypeError):
+        return {}
+    return status if isinstance(status, dict) else {}
+
+
+def same_master(one, other):
+    """Return whether two URIs are those of one master: the port is the same, and an address of the host."""
+    try:
+        return bool(_addresses(one) & _addresses(other))
+    except (OSError, ValueError):
+        return False
+
+
+def _addresses(uri):
+    parts = urllib.parse.urlsplit(uri)
+    if not (parts.hostname and parts.port):
+        return set()
+    found = socket.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_STREAM)
+    return {(place[0].replace('::1', '127.0.0.1'), place[1]) for *_, place in found}
 
 
 def _open(address):

@@ -1,15 +1,21 @@
 #!/usr/bin/env python3
 """The page in a real browser: it shows what the simulators do, drives them, and stops them when it is left."""
 import base64
+import contextlib
 import json
 import re
+import socket
+import threading
 import unittest
+import urllib.parse
 
 import numpy as np
+import rosgraph
 import roslib.packages
 import rospy
 from geometry_msgs.msg import Twist
 from robotont_gazebo.srv import MoveMarker, SetPose
+from sensor_msgs.msg import Image
 from sim_ros.msg import ClockStatus
 from sim_ros.srv import SetRate
 from std_msgs.msg import String
@@ -55,6 +61,49 @@ PLACE_OF_MARKER = '''(() => {
     const [right, down] = [box.x + box.width / 2, box.y + box.height / 2];
     return JSON.stringify([right + (panel.x - x) * scale, down - (panel.y - y) * scale, scale]);
 })()'''
+
+
+# whether elements are in the window, nothing covers their middle, and they do not scroll away
+SEEN = '''(() => JSON.stringify([...%s].map((selector) => {
+    const element = document.querySelector(selector);
+    const box = element.getBoundingClientRect();
+    const there = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+    return [selector, Math.min(box.width, box.height) >= 40 && box.x >= 0 && box.y >= 0 && box.right <= innerWidth &&
+            box.bottom <= innerHeight && element.contains(there)];
+})))()'''
+SCREENS = (1440, 900, False), (390, 844, True), (844, 390, True), (720, 450, False)  # the last: 200 % zoom
+
+
+class StallingProxy:
+    """Forwards connections to a port of this machine, until ``stalled`` is set: a network that stands still."""
+
+    def __init__(self, port):
+        self.stalled, self._there = threading.Event(), port
+        self._server = socket.create_server(('127.0.0.1', 0))
+        self.port = self._server.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        with contextlib.suppress(OSError):  # it is closed
+            while True:
+                client = self._server.accept()[0]
+                server = socket.create_connection(('127.0.0.1', self._there))
+                for one, other in ((client, server), (server, client)):
+                    threading.Thread(target=self._copy, args=(one, other), daemon=True).start()
+
+    def _copy(self, one, other):
+        with one, other, contextlib.suppress(OSError):
+            while True:
+                data = one.recv(65536)
+                until(lambda: not self.stalled.is_set(), 'the network', 60.0)
+                if not data:
+                    return
+                other.sendall(data)
+
+    def close(self):
+        """Accept no more."""
+        self.stalled.clear()
+        self._server.close()
 
 
 class PageCase(unittest.TestCase):
@@ -257,6 +306,60 @@ class PageTest(PageCase, SimulatorCase):
             self.page.until(lambda: self.page.find('.pose'), panel)
             self.assertEqual([], self.page.evaluate(NAMELESS), panel)
 
+    def test_picture_and_controls_are_on_one_screen(self):
+        image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
+        self.addCleanup(image.unregister)
+        image.publish(Image(width=64, height=36, step=192, encoding='rgb8', data=bytes(64 * 36 * 3)))
+        wanted = {'turtle': ['.arena', '[aria-label=Forward]', '.stop'],
+                  'robot': ['.map', '.camera img', '.joystick', '.joystick + .joystick']}
+        for panel, elements in wanted.items():
+            self.show(panel)
+            for width, height, touch in SCREENS:
+                self.page.resize(width, height, touch)
+                self.until_seen(f'{panel} at {width}x{height}', [*elements, '#menu [aria-current]'])
+                self.page.screenshot(f'{panel}_{width}x{height}')
+
+    def until_seen(self, where, selectors):
+        """Wait until all of these are in the window."""
+        self.page.evaluate('document.querySelector("main").scrollTo(0, 0)')
+        script = SEEN % json.dumps(selectors)
+        self.page.until(lambda: all(self.page.find(one) for one in selectors), f'{where}: {selectors}')
+        self.page.until(lambda: all(there for _, there in json.loads(self.page.evaluate(script))),
+                        f'{where}: {self.page.evaluate(script)}')
+
+    def test_a_network_that_stands_still_is_said(self):
+        proxy = StallingProxy(urllib.parse.urlsplit(self.address).port)
+        self.addCleanup(proxy.close)
+        self.show_turtle()
+        self.page.get('about:blank')
+        self.page.get(f'http://localhost:{proxy.port}/#/turtle')
+        self.page.until(lambda: self.page.find('#link.good') and re.match(r'\d', self.text('.pose dd')), 'a pose')
+        commands, poses = self.velocities(), self.poses()
+        self.key('keyDown', 'ArrowUp')
+        commands.next(lambda twist: twist.linear.x == 2.0, 'driving')
+        proxy.stalled.set()
+        poses.next(lambda pose: pose.linear_velocity == 0.0, 'the turtle standing, which the server stops')
+        self.page.until(lambda: 'Nothing has come from the server for 2 s' in self.text('#banner'), 'the stall')
+        self.assertEqual('No answer', self.text('#link'))
+        self.assertEqual('0.55', self.page.evaluate('getComputedStyle(document.querySelector(".body")).opacity'))
+        proxy.stalled.clear()
+        self.page.until(lambda: self.page.find('#link.good'), 'a connection')
+        self.key('keyUp', 'ArrowUp')
+        self.page.errors()  # requests that took too long
+
+    def test_who_else_drives_is_said(self):
+        self.show_turtle()
+        self.driver()(x=1.0)
+        self.page.until(lambda: f'{rospy.get_name()} publishes on /turtle1/cmd_vel, too.' in self.text('.others'),
+                        'this node')
+        with Browser() as other:
+            other.get(f'{self.address}#/turtle')
+            other.until(lambda: other.find('#link.good') and re.match(r'\d', other.find('.pose dd')[0].text), 'a pose')
+            other.devtools('Input.dispatchKeyEvent', type='keyDown', code='ArrowLeft', key='ArrowLeft')
+            self.page.until(lambda: 'Another page drives now.' in self.text('.others'), 'the other page')
+            other.devtools('Input.dispatchKeyEvent', type='keyUp', code='ArrowLeft', key='ArrowLeft')
+            self.page.until(lambda: 'Another page' not in self.text('.others'), 'its end')
+
     def test_widths_and_themes(self):
         """Nothing sticks out, on a phone, a tablet and a desk; the pictures are for looking at them."""
         self.call('turtle1/set_pen', *PEN, 3, 0)
@@ -285,6 +388,8 @@ class MasterTest(PageCase):
             master = own_master.start_master(lambda command: Process(*command), self.port).process
             self.addCleanup(master.stop)
             self.page.until(lambda: self.page.find('#link.good'), 'a connection')
+            known = rosgraph.Master('/test', self.environment['ROS_MASTER_URI'])
+            self.until_port_is_known(known)
             self.page.until(lambda: 'No turtlesim is running' in self.text('#panel'), 'what to start')
             simulator = own_simulator(**self.environment)
             self.addCleanup(simulator.stop)
@@ -294,6 +399,11 @@ class MasterTest(PageCase):
             self.key('keyUp', 'ArrowUp')
             simulator.stop()
             master.stop()
+
+    def until_port_is_known(self, master):
+        """Wait until a master, perhaps a new one, knows where the page is."""
+        until(lambda: master.hasParam('/browser/actual_port'), 'the port, on each master')
+        self.assertEqual(urllib.parse.urlsplit(self.address).port, master.getParam('/browser/actual_port'))
 
 
 if __name__ == '__main__':

@@ -2,7 +2,10 @@
 """The panels of the page that do what rqt does, in a real browser."""
 import csv
 import glob
+import importlib.util
+import json
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
@@ -18,6 +21,12 @@ from std_msgs.msg import String
 from rostest_support import browser
 from rostest_support.common import DEADLINE, SimulatorCase, run, skip, until
 
+AXE = '''(async () => {
+    const {violations} = await axe.run(document, {
+        runOnly: {type: "tag", values: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]},
+        rules: {"label-content-name-mismatch": {enabled: true}}});
+    return JSON.stringify(violations.map(({id, nodes}) => [id, nodes.map(({html}) => html.slice(0, 200))]));
+})()'''
 HOSTILE = '<img src=x onerror="document.title=\'broken into\'">\u202e\x07</script>'
 
 
@@ -88,6 +97,7 @@ class PanelsTest(SimulatorCase):
     def test_every_panel_fits_on_a_phone(self):
         self.browser.resize(360, 740, touch=True)
         self.addCleanup(self.browser.resize, 1280, 800)
+        self.open('turtle')
         panels = [link.get_attribute('data-id') for link in self.browser.find('#menu a')]
         self.assertGreaterEqual(len(panels), 11)
         for panel in panels:
@@ -99,6 +109,24 @@ class PanelsTest(SimulatorCase):
                 .filter((one) => !(one.textContent || one.ariaLabel || one.labels?.length))
                 .map((one) => one.outerHTML)''')
             self.assertEqual([], nameless, panel)
+
+    def test_axe_finds_no_violation(self):
+        found = importlib.util.find_spec('axe_core_python')
+        if found is None:
+            self.skipTest('axe-core is not installed: ./run test installs it')
+        axe = pathlib.Path(found.origin).with_name('axe.min.js').read_text(encoding='utf-8')
+        self.addCleanup(self.browser.resize, 1280, 800)
+        self.addCleanup(self.browser.prefer, False)
+        self.open('turtle')
+        for panel in [link.get_attribute('data-id') for link in self.browser.find('#menu a')]:
+            for width, height, touch, dark in ((1440, 900, False, False), (844, 390, True, False),
+                                               (390, 844, True, True)):
+                self.browser.resize(width, height, touch)
+                self.browser.prefer(dark)
+                self.open(panel)
+                self.browser.until(lambda: len(self.text()) > 60, f'{panel} says something')
+                self.browser.evaluate(f'{axe}; void 0')
+                self.assertEqual([], json.loads(self.browser.evaluate(AXE)), f'{panel} at {width} px')
 
     def test_a_topic_shows_its_values_until_its_panel_is_left(self):
         self.open('topics')
@@ -221,7 +249,10 @@ class PanelsTest(SimulatorCase):
     def test_log_messages_are_filtered_and_counted(self):
         log = rospy.Publisher('/rosout_agg', Log, queue_size=100)
         self.addCleanup(log.unregister)
+        until(log.get_num_connections, 'the server, which keeps what was logged before')
+        log.publish(Log(level=Log.INFO, name='/talker', msg='before the console'))
         self.open('console')
+        self.until_text('before the console')
         def heard():
             log.publish(Log(level=Log.INFO, name='/talker', msg='a beginning'))
             return 'a beginning' in self.text()
@@ -293,10 +324,31 @@ class PanelsTest(SimulatorCase):
 
     def test_a_second_server_says_where_the_first_is(self):
         """Else the master would end the first one, because both nodes have one name."""
-        second = subprocess.run(['rosrun', 'turtle_robotont', 'browser.py', '--port=0'], stdout=subprocess.PIPE,
-                                text=True, timeout=DEADLINE, check=True)
-        self.assertIn(f'The page is at {self.address} already', second.stdout)
-        self.assertIn('/browser', str(rosgraph.Master('/test').getSystemState()[2]))
+        uri = os.environ['ROS_MASTER_URI'].rstrip('/')
+        for spelled in (uri, f'{uri}/', uri.replace('localhost', '127.0.0.1')):
+            second = subprocess.run(['rosrun', 'turtle_robotont', 'browser.py', '--port=0'], stdout=subprocess.PIPE,
+                                    text=True, timeout=DEADLINE, check=True,
+                                    env={**os.environ, 'ROS_MASTER_URI': spelled})
+            self.assertIn(f'The page is at {self.address} already', second.stdout)
+            self.assertIn('rosnode kill /browser', second.stdout)
+        self.assert_first_server_is_there()
+
+    def test_a_server_that_does_not_find_the_first_takes_another_name(self):
+        """As on another machine; programs of rqt find it, and the first one stays."""
+        port = rospy.get_param('/browser/actual_port')
+        self.addCleanup(rospy.set_param, '/browser/actual_port', port)
+        rospy.set_param('/browser/actual_port', 1)
+        second, address = self.rqt('rosrun', 'turtle_robotont', 'browser.py', '--port=0', '__name:=browser')
+        self.assertNotEqual(self.address, address)
+        self.assertIn('Another node is called /browser: this one is /browser_', second.stdout.readline())
+        third, found = self.rqt('rqt_graph')
+        self.assertEqual((0, f'{address}#/graph'), (third.wait(DEADLINE), found))
+        self.assert_first_server_is_there()
+
+    def assert_first_server_is_there(self):
+        """Assert that the node of the server of this test answers at its address."""
+        with urllib.request.urlopen(f'{self.address}status', timeout=DEADLINE) as answer:
+            self.assertEqual(rosgraph.Master('/test').lookupNode('/browser'), json.load(answer)['node'])
 
     def test_rqt_starts_a_server_where_none_runs(self):
         program, address = self.rqt('rqt_graph', ROS_MASTER_URI='http://localhost:1')

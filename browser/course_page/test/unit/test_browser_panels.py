@@ -20,6 +20,8 @@ SCAN = {'type': 'a/Scan', 'fieldnames': ['header', 'ranges', 'name', 'pose'], 'f
         'fieldtypes': ['std_msgs/Header', 'float32', 'string', 'turtlesim/Pose']}
 HEADER = {'type': 'std_msgs/Header', 'fieldnames': ['seq', 'stamp'], 'fieldtypes': ['uint32', 'time'],
           'fieldarraylen': [-1, -1]}
+PICTURES = [{'name': name, 'type': 'sensor_msgs/Image'} for name in (
+    '/camera/aligned_depth/image_raw', '/turtlesim/image_raw', '/camera/color/image_raw')]
 TYPES = f'new (await import("/panels/lib/types.js")).Types({json.dumps([SCAN, HEADER, POSE])})'
 
 
@@ -69,6 +71,19 @@ def value(page, module, expression):
      ['/turtle1/pose/x', '/turtle1/pose/y', '/odom/a/b']),
     ('fields', 'm.split("/a/b/c", ["/a", "/a/b", "/a/bc"])', {'topic': '/a/b', 'path': 'c'}),
     ('fields', 'm.split("/a", ["/b"])', None),
+    ('log', '''(() => {
+        const log = (secs, msg) => ({header: {stamp: {secs, nsecs: 0}}, name: "/a", msg});
+        return m.merged([log(1, "old"), log(2, "both")], [log(2, "both"), log(2, "new")]).map((one) => one.msg);
+     })()''', ['old', 'both', 'new']),
+    ('layout', 'm.largest([{width: 400, height: 100}, null, {width: 200, height: 200}], 400, 300).width', 200),
+    ('layout', 'm.largest([{width: 400, height: 100}, {width: 200, height: 200}], 400, 100).width', 400),
+    ('layout', 'm.largest([null, null], 400, 100)', None),
+    ('../../app/ros', 'm.addressFor("http://localhost:8000/?token=a/b#/plot?fields=/a/x")', 'ws://localhost:8000/'),
+    ('../../app/ros', 'm.addressFor("https://class.example/hub/turtle/index.html#/")', 'wss://class.example/hub/turtle/'),
+    ('../image', f'm.bestPicture({json.dumps(PICTURES)})', '/camera/color/image_raw'),
+    ('../image', f'm.bestPicture({json.dumps(PICTURES[:2])})', '/turtlesim/image_raw'),
+    ('../image', f'm.bestPicture({json.dumps(PICTURES[:1])})', '/camera/aligned_depth/image_raw'),
+    ('../image', 'm.bestPicture([])', None),
     ('fields', f'm.numbersAt({TYPES}, "pose")', ['pose/x', 'pose/y']),
     ('fields', f'm.numbersAt({TYPES}, "ranges[7]")', ['ranges[7]']),
     ('fields', f'm.numbersAt({TYPES}, "header/stamp")', ['header/stamp']),
@@ -236,3 +251,54 @@ def watched(page, nodes, types, drives=(), robot=False):
         }}
         return [...done].sort((a, b) => a - b);
     }})()''')
+
+
+@pytest.mark.parametrize('nodes, pages, said', [
+    ([], 0, ''), ([], -1, ''), ([], 1, 'Another page drives now.'), ([], 3, '3 other pages drive now.'),
+    (['/teleop'], 0, '/teleop publishes on /cmd_vel, too.'),
+    (['/a', '/b'], 1, '/a, /b publish on /cmd_vel, too. Another page drives now.'),
+])
+def test_who_else_drives_is_said(page, nodes, pages, said):
+    assert json.loads(page.evaluate(f'''(async () => {{
+        const {{othersText}} = await import("/app/drive.js");
+        return JSON.stringify(othersText("/cmd_vel", {json.dumps(nodes)}, {pages}));
+    }})()''')) == said
+
+
+# A connection to a server that can be silenced; `silent` and `socket` are for the test.
+SILENCED = '''(async () => {
+    class Socket {
+        constructor() {
+            window.socket = this;
+            this.readyState = 1;
+            setTimeout(() => this.onopen());
+        }
+        send() {}
+    }
+    Socket.OPEN = 1;
+    const before = [window.WebSocket, window.fetch];
+    [window.WebSocket, window.silent] = [Socket, false];
+    window.fetch = () => window.silent ? new Promise(() => {}) : Promise.resolve(
+        {ok: true, json: async () => ({master: true, ready: true, uri: "", name: "/browser"})});
+    const {Ros} = await import("/app/ros.js");
+    window.ros = new Ros("ws://nowhere");
+    const until = async (condition) => {
+        const start = performance.now();
+        while (!condition() && performance.now() < start + 20000) await new Promise((done) => setTimeout(done, 20));
+        return performance.now() - start;
+    };
+    await until(() => ros.node === "/browser" && ros.state.link === "open");
+    const calm = ros.state.stalled;
+    window.silent = true;
+    const wait = await until(() => ros.state.stalled);
+    socket.onmessage({data: JSON.stringify({op: "publish", topic: "/a", msg: {}})});
+    const after = ros.state.stalled;
+    [window.WebSocket, window.fetch] = before;
+    return JSON.stringify([calm, wait, after]);
+})()'''
+
+
+def test_a_silent_link_counts_as_stalled_until_something_comes(page):
+    before, wait, after = json.loads(page.evaluate(SILENCED))
+    assert (before, after) == (False, False)
+    assert 1000.0 < wait < 5000.0  # [ms]; 2000 after the last answer

@@ -1,4 +1,7 @@
-"""The stand-ins for rqt: each folder equals the others except for its name; the name decides which panel opens."""
+"""The stand-ins for rqt: each folder equals the others except for its name; the name decides which panel opens.
+
+A page that shows the same master is found, however its address is spelled, and its node is never ended.
+"""
 import pathlib
 import sys
 
@@ -45,3 +48,60 @@ def test_unknown_plug_in_is_named(monkeypatch, capsys):
     with pytest.raises(SystemExit):
         panels.main()
     assert 'there is no plug-in rqt_bag here; choose from rqt_console' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('one, other, same', [
+    ('http://localhost:12200', 'http://127.0.0.1:12200', True), ('http://localhost:1', 'http://localhost:1/', True),
+    ('http://[::1]:12200/', 'http://localhost:12200', True), ('http://LOCALHOST:12200', 'http://localhost:12200', True),
+    ('http://localhost:12200', 'http://localhost:12201', False), ('http://127.0.0.1:1', 'http://10.77.0.1:1', False),
+    ('http://localhost', 'http://localhost', False), ('nonsense', 'http://localhost:1', False),
+    ('http://localhost:port', 'http://localhost:1', False), ('None', 'None', False),
+])
+def test_addresses_of_masters_are_compared_as_addresses(one, other, same):
+    assert panels.same_master(one, other) is same
+
+
+LOCAL, FAR = 'http://localhost:40001/', 'http://laptop:40002/'
+
+
+@pytest.mark.parametrize('parameters, answers, found', [
+    ({}, {}, None),
+    ({}, {8000: {'uri': 'http://127.0.0.1:11311/', 'node': ''}}, ('http://localhost:8000/', '')),  # waits for a master
+    ({}, {8000: {'uri': 'http://127.0.0.1:11312/', 'node': ''}}, None),
+    ({'/browser': (LOCAL, 8005)}, {8005: {'uri': 'http://other:1', 'node': LOCAL}},
+     ('http://localhost:8005/', '/browser')),
+    ({'/browser': (LOCAL, 8005)}, {8005: {'uri': 'http://localhost:11311', 'node': FAR}}, None),  # a stale parameter
+    ({'/browser': ('', 8005)}, {8005: {'uri': '', 'node': ''}}, None),  # its node has ended
+    ({'/browser': (FAR, 8000)}, {}, None),  # on another machine, which this one's browser cannot reach
+    ({'/browser': (FAR, 8000), '/ns/browser_1': (LOCAL, 8001)}, {8001: {'node': LOCAL}},
+     ('http://localhost:8001/', '/ns/browser_1')),
+    ({'/browser': (LOCAL, 'x')}, {}, None),
+])
+def test_a_page_is_found_by_the_node_that_the_master_knows(parameters, answers, found, monkeypatch):
+    monkeypatch.setattr(panels, '_registered', lambda: parameters)
+    monkeypatch.setattr(panels, '_status', lambda port: answers.get(port, {}))
+    monkeypatch.setattr(panels.rosgraph, 'get_master_uri', lambda: 'http://localhost:11311')
+    assert panels.running_page() == found
+
+
+class Master:
+    """A master that knows some parameters and nodes."""
+
+    def __init__(self, known):
+        self.known = known
+
+    def request(self, calls):
+        """Return the answers, as a master words them."""
+        return [[1, '', list(self.known)] if method == 'getParamNames' else
+                [1, '', self.known[argument[0]]] if argument[0] in self.known else [-1, 'unknown', '']
+                for method, *argument in calls]
+
+
+def test_the_master_is_asked_for_the_servers(monkeypatch):
+    known = {'/browser': LOCAL, '/browser/actual_port': 8000, '/browser_7/actual_port': 8001,
+             '/rosbridge_websocket/actual_port': 9090}
+    monkeypatch.setattr(panels, 'Master', lambda timeout: Master(known))
+    assert panels._registered() == {'/browser': (LOCAL, 8000), '/browser_7': ('', 8001)}
+    assert panels.name_is_taken()
+    del known['/browser']
+    assert not panels.name_is_taken()

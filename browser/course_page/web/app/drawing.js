@@ -131,7 +131,7 @@ export class Drawing {
 
   _resize() {
     const size = Math.round(this.element.clientWidth * devicePixelRatio);
-    if (size && this.over.width !== size) {
+    if (size && this.over.height !== size) {  // its width may be 300 from the start, its height is not
       this.over.width = this.over.height = size;
       this._draw();
     }

@@ -9,6 +9,7 @@ import {el} from './dom.js';
 const PERIOD = 50;     // [ms] between two velocities
 const DEADMAN = 0.5;   // [s]
 const PULSE = 500;     // [ms] of driving per click without a pointer, as screen readers send it
+const LATELY = 2000;   // [ms] after which this page does not drive any more; older than the server's last report
 const TWIST = 'geometry_msgs/Twist';
 const KEYS = {
   ArrowUp: 'forward', ArrowDown: 'back', ArrowLeft: 'left', ArrowRight: 'right',
@@ -31,9 +32,10 @@ export class Driver {
     this._held = new Map();  // source: {x, y, turn}
     this._timer = 0;
     this._moving = '';       // the topic that needs a zero velocity
+    this._drove = -Infinity; // [ms] when this page drove last
     this._ends = [
       ros.onOpen(() => ros.send({op: 'deadman', timeout: DEADMAN})),
-      ros.onState((state) => state.link === 'open' || this.stop()),
+      ros.onState((state) => (state.link === 'open' && !state.stalled) || this.stop()),
       listen(window, 'blur', () => this.stop()),
       listen(window, 'pagehide', () => this.stop()),
       listen(document, 'visibilitychange', () => document.hidden && this.stop()),
@@ -72,6 +74,15 @@ export class Driver {
     this.stop();
   }
 
+  get topic() {
+    return this._topic();
+  }
+
+  // Whether this page drives, or has just stopped.
+  get drives() {
+    return performance.now() - this._drove < LATELY;
+  }
+
   get held() {
     const sum = {x: 0, y: 0, turn: 0};
     for (const one of this._held.values()) for (const key of Object.keys(sum)) sum[key] += one[key];
@@ -85,6 +96,7 @@ export class Driver {
   }
 
   _send() {
+    if (this._ros.state.stalled) return;  // it would come late
     const topic = this._topic();
     if (this._moving && this._moving !== topic) {
       this._ros.publish(this._moving, TWIST, twist(0, 0, 0));
@@ -93,8 +105,37 @@ export class Driver {
     const {x, y, turn} = this.held;
     this._onChange({x, y, turn});
     const {linear, angular} = this.limits;
-    if (topic && this._ros.publish(topic, TWIST, twist(x * linear, y * linear, turn * angular))) this._moving = topic;
+    if (topic && this._ros.publish(topic, TWIST, twist(x * linear, y * linear, turn * angular))) {
+      this._moving = topic;
+      this._drove = performance.now();
+    }
   }
+}
+
+// Says who else drives the vehicle of a driver, each time that `check()` is called.
+export class OtherDrivers {
+  constructor(driver, {ros, rosapi}) {
+    this._driver = driver;
+    this._ros = ros;
+    this._rosapi = rosapi;
+    this.element = el('p', {class: 'others', role: 'status', hidden: true});
+  }
+
+  async check() {
+    const {topic, drives} = this._driver;
+    const nodes = topic ? (await this._rosapi.publishers(topic)).filter((node) => node !== this._ros.node) : [];
+    const text = othersText(topic, nodes, (this._ros.driving[topic] ?? 0) - (drives ? 1 : 0));
+    if (this.element.textContent !== text) this.element.textContent = text;
+    this.element.hidden = !text;
+  }
+}
+
+// Return the sentences about `nodes` that publish on a topic, and about a number of other `pages` that drive.
+export function othersText(topic, nodes, pages) {
+  const texts = [];
+  if (nodes.length) texts.push(`${nodes.join(', ')} ${nodes.length > 1 ? 'publish' : 'publishes'} on ${topic}, too.`);
+  if (pages > 0) texts.push(pages > 1 ? `${pages} other pages drive now.` : 'Another page drives now.');
+  return texts.join(' ');
 }
 
 function twist(x, y, turn) {
@@ -157,7 +198,7 @@ function holdButton(driver, name, sign, text, announce) {
   return el('button', {type: 'button', 'aria-label': text, title: text, on: {
     pointerdown: (event) => {
       if (event.button) return;
-      event.target.setPointerCapture(event.pointerId);
+      event.currentTarget.setPointerCapture(event.pointerId);
       hold();
     },
     pointerup: release, pointercancel: release, lostpointercapture: release, blur: release,
@@ -177,7 +218,7 @@ function holdButton(driver, name, sign, text, announce) {
       setTimeout(release, PULSE);
       announce(`${text} for ${PULSE / 1000} seconds`);
     },
-  }}, sign);
+  }}, el('span', {'aria-hidden': 'true'}, sign));
 }
 
 // Return a joystick for fingers and mouse. `axes(x, y)` maps its position, right and up -1 to 1, to the held input.

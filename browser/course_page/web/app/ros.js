@@ -5,17 +5,22 @@
 // subscriptions. Publishers advertise again with their next message.
 
 const RETRY = 500;              // [ms] until the next try to connect
-const STATUS_PERIOD = 2000;     // [ms] between two requests of the server's /status
+const STATUS_PERIOD = 1000;     // [ms] between two requests of the server's /status
+const STALL = 2000;             // [ms] without anything from the server, after which the connection counts as stalled
 const STATUS_TIMEOUT = 3000;    // [ms]
 const CALL_TIMEOUT = 10000;     // [ms] for the answer of a service
 const ADVERTISED = 60000;       // [ms] without a message, after which a topic is unadvertised
 
 export class Ros {
   // `state.link`: 'connecting' (the first time), 'open', or 'lost' (reconnecting). `state.master`: whether a ROS master
-  // answers; `state.uri`: its address; `state.server`: whether the page's server answers.
-  constructor(address = defaultAddress()) {
+  // answers; `state.uri`: its address; `state.server`: whether the page's server answers; `state.stalled`: whether an open
+  // link is silent. `driving`: {topic: number of pages and other clients of this server that drive}, `node`: its name.
+  constructor(address = addressFor(location.href)) {
     this.address = address;
-    this.state = {link: 'connecting', master: true, server: true, uri: ''};
+    this.state = {link: 'connecting', master: true, server: true, uri: '', stalled: false};
+    this.driving = {};
+    this.node = '';
+    this._heard = this._listened = performance.now();
     this.statuses = new Set();    // functions that get the server's reports: {level, text}
     this._states = new Set();
     this._topics = new Map();     // name: {type, listeners, asked, last}
@@ -25,7 +30,11 @@ export class Ros {
     this._hooks = new Set();
     this._connect();
     this._watch();
-    document.addEventListener('visibilitychange', () => document.hidden || this._poll());
+    setInterval(() => this._listen(), STALL / 4);
+    document.addEventListener('visibilitychange', () => {
+      this._hear();
+      if (!document.hidden) this._poll();
+    });
   }
 
   get connected() {
@@ -117,10 +126,14 @@ export class Ros {
         topic.asked = '';
         this._ask(name, topic);
       }
+      this._hear();
       this._set({link: 'open', server: true, master: true});
       this._poll();
     };
-    socket.onmessage = (event) => this._received(event.data);
+    socket.onmessage = (event) => {
+      this._hear();
+      this._received(event.data);
+    };
     socket.onclose = () => {
       for (const {reject, timer} of this._calls.values()) {
         clearTimeout(timer);
@@ -163,7 +176,7 @@ export class Ros {
       clearTimeout(call.timer);
       if (operation.result) call.resolve(operation.values);
       else call.reject(new Error(String(operation.values)));
-    } else if (operation.op === 'status' && !String(operation.id).startsWith('call:')) {  // the caller reports it
+    } else if (operation.op === 'status') {
       for (const callback of this.statuses) callback({level: operation.level, text: String(operation.msg)});
     }
   }
@@ -190,10 +203,24 @@ export class Ros {
     }
   }
 
+  _hear() {
+    this._heard = performance.now();
+    if (this.state.stalled) this._set({stalled: false});
+  }
+
+  // Note a silent link. A page that was busy itself has not listened.
+  _listen() {
+    const now = performance.now();
+    if (now - this._listened > STALL / 2) this._heard = now;
+    this._listened = now;
+    this._set({stalled: this.state.link === 'open' && !document.hidden && now - this._heard > STALL});
+  }
+
   async _watch() {
     for (;;) {
+      const pause = new Promise((resolve) => setTimeout(resolve, STATUS_PERIOD));
       if (!document.hidden) await this._poll();
-      await new Promise((resolve) => setTimeout(resolve, STATUS_PERIOD));
+      await pause;
     }
   }
 
@@ -205,6 +232,9 @@ export class Ros {
       const answer = await fetch('status', {signal: AbortSignal.timeout(STATUS_TIMEOUT)});
       const found = answer.ok ? await answer.json() : {master: true, ready: true, uri: ''};
       this._ready = found.ready;
+      this.driving = found.driving ?? {};
+      this.node = found.name ?? '';
+      this._hear();
       this._set({server: true, master: Boolean(found.master), uri: String(found.uri)});
     } catch {
       if (this.state.link !== 'open') this._set({server: false});
@@ -214,6 +244,7 @@ export class Ros {
   }
 }
 
-function defaultAddress() {
-  return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
+// Return the WebSocket's address for a page: that of its folder, which is not the root behind some proxies.
+export function addressFor(page) {
+  return new URL('./', page).href.replace(/^http/, 'ws');
 }

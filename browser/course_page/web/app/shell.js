@@ -56,6 +56,7 @@ class Shell {
       if (current) link.setAttribute('aria-current', 'page');
       else link.removeAttribute('aria-current');
       link.href = addressOf(link.dataset.id, {beside: parameters.beside});
+      if (current) showLink(link);
     }
     document.title = `${first.title} – turtle_robotont`;
     this._show(0, first, parameters);
@@ -176,6 +177,11 @@ function describe(state) {
         + 'connects by itself:',
       commands: ['roscore', 'roslaunch turtle_robotont turtlesim.launch']};
   }
+  if (state.stalled) {
+    return {kind: 'bad', short: 'No answer', title: 'Nothing has come from the server for 2 s.',
+      text: 'What you see here is old, and buttons have no effect: the network or the server stands still. The page goes on '
+        + 'by itself. What it drives stops by itself.', commands: []};
+  }
   if (state.link === 'open') return {kind: 'good', short: 'Connected', title: '', text: '', commands: []};
   return {kind: 'busy', short: state.link === 'lost' ? 'Reconnecting' : 'Connecting',
     title: state.link === 'lost' ? 'The connection to ROS was lost.' : 'Connecting to ROS.',
@@ -204,6 +210,14 @@ function makeMenu() {
   fill(find('menu'), [...groups].map(([name, panels]) => el('div', {class: 'group'},
     el('h2', {}, name), panels.map((panel) => el('a', {href: addressOf(panel.id), dataset: {id: panel.id}},
       icon(panel.icon), el('span', {}, panel.title))))));
+}
+
+// Scroll the menu, and nothing else, so that a link is in the middle.
+function showLink(link) {
+  const menu = find('menu');
+  const [box, there] = [menu.getBoundingClientRect(), link.getBoundingClientRect()];
+  menu.scrollLeft += there.x + there.width / 2 - box.x - box.width / 2;
+  menu.scrollTop += there.y + there.height / 2 - box.y - box.height / 2;
 }
 
 // Return a drawing of 24 x 24 made of lines.

@@ -19,7 +19,7 @@ export class SimulationCard {
     }}});
     this._note = el('p', {class: 'muted small', role: 'status'});
     this._time = el('p', {class: 'muted small'});
-    this.element = el('details', {class: 'card', open: wide()}, el('summary', {}, 'Simulation'), el('div', {class: 'stack'},
+    this.element = el('details', {class: 'card simulation', open: wide()}, el('summary', {}, 'Simulation'), el('div', {class: 'stack'},
       el('div', {class: 'row'}, this._pause, step, this._steps, el('label', {class: 'check'}, 'Rate', this._rate)),
       el('div', {class: 'row'}, more), this._time, this._note));
     this._end = () => {};

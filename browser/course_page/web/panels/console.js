@@ -2,7 +2,7 @@
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {button, labelled, save, Scope, setText, suggestions} from './lib/parts.js';
 import {shortName} from './lib/names.js';
-import {Log, LEVELS} from './lib/log.js';
+import {Log, LEVELS, merged} from './lib/log.js';
 import {clean} from './lib/values.js';
 
 styleSheet('panels/panels.css');
@@ -15,8 +15,8 @@ const MAX_LENGTH = 4000; // characters of a message
 export default {
   id: 'console',
   title: 'Console',
-  help: ['What all nodes log, since this panel was opened. Choose levels, or filter by node and text; repeated messages '
-         + 'are counted.', 'In a terminal: rostopic echo /rosout_agg.'],
+  help: ['What all nodes log; at first the last 1000 messages since the server of this page was started. Choose levels, or '
+         + 'filter by node and text; repeated messages are counted.', 'In a terminal: rostopic echo /rosout_agg.'],
   mount(element, context) {
     const panel = new ConsolePanel(element, context);
     return () => panel.scope.end();
@@ -54,12 +54,29 @@ class ConsolePanel {
     }), button('Save', () => save('rosout.txt', this._log.asText(this._filter()))))), this._count, this._empty,
     el('div', {class: 'log-box'}, this._list, this._follow));
     this._list.addEventListener('scroll', () => { this._follow.hidden = this._atEnd(); });
+    const early = []; // until those of before have come
+    let add = (message) => early.push(message);
+    this._fetchEarlier().then((messages) => {
+      add = (message) => this._log.add(message);
+      for (const message of merged(messages, early)) add(message);
+      this._changed = true;
+    });
     this.scope.add(context.ros.subscribe('/rosout_agg', 'rosgraph_msgs/Log', (message) => {
       if (this._paused) this._missed = (this._missed || 0) + 1;
-      else this._log.add(message);
+      else add(message);
       this._changed = true;
     }, {length: 1000}));
     this.scope.every(DRAW, () => this._draw());
+  }
+
+  // Return the messages of before; none from a server that keeps none.
+  async _fetchEarlier() {
+    try {
+      const answer = await fetch('log');
+      return answer.ok ? await answer.json() : [];
+    } catch {
+      return [];
+    }
   }
 
   _filter() {
@@ -119,8 +136,8 @@ class ConsolePanel {
     setText(this._count, `${found.length} of ${this._log.size} messages`
       + `${found.length > shown.length ? `; the last ${shown.length} are shown` : ''}.${dropped}${missed}`);
     if (!this._log.size) {
-      fill(this._empty, emptyState('Nothing logged yet', 'Messages of rospy.loginfo, logwarn and logerr appear here from now '
-        + 'on; those of before are in the terminals.', 'rosrun turtle_robotont velocity_publisher.py'));
+      fill(this._empty, emptyState('Nothing logged yet', 'Messages of rospy.loginfo, logwarn and logerr appear here.',
+        'rosrun turtle_robotont velocity_publisher.py'));
     } else {
       fill(this._empty, found.length ? [] : el('p', {class: 'muted'},
         'No message matches. Choose more levels, or clear the filters.'));

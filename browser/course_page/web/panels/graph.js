@@ -2,7 +2,7 @@
 import {el, emptyState, fill, styleSheet, svg} from '../app/dom.js';
 import {addressOf} from '../app/address.js';
 import {button, choice, labelled, Notice, Scope, setText} from './lib/parts.js';
-import {layOut} from './lib/layout.js';
+import {largest, layOut} from './lib/layout.js';
 import {shortName} from './lib/names.js';
 import {graphOf, System} from './lib/system.js';
 import {clean} from './lib/values.js';
@@ -14,7 +14,7 @@ const ZOOM = 1.25; // at each press
 const LEAST = 0.02; // of the graph that a zoomed view shows
 const STEP = 60; // px that an arrow key moves the view
 const LARGEST = 1.4; // scale: small graphs are not blown up
-const SMALLEST = 0.75; // scale at first; what does not fit then is reached by moving
+const SMALLEST = 0.5; // scale at first; what does not fit then is reached by moving
 
 export default {
   id: 'graph',
@@ -59,7 +59,7 @@ class GraphPanel {
     this._box = el('div', {class: 'graph-box'}, this._canvas, el('div', {class: 'graph-buttons'},
       button('+', () => this._zoom(1 / ZOOM), {'aria-label': 'Larger'}),
       button('−', () => this._zoom(ZOOM), {'aria-label': 'Smaller'}),
-      button('Fit', () => this._fit(), {'aria-label': 'Show all of it'})));
+      button('Fit', () => this._fit(), {'aria-label': 'Fit: show all of it'})));
     fill(element, el('div', {class: 'toolbar'}, this._filter.element, this._kind.element, this._debug.element,
                      this._loose.element), this._notice.element, this._summary, this._empty, this._box, this._details,
          el('details', {class: 'card'}, el('summary', {}, 'The graph as a table'), this._table));
@@ -92,15 +92,16 @@ class GraphPanel {
     if (!this._system) return;
     const graph = graphOf(this._system, {debug: this._debug.input.checked, topics: this._kind.input.value === 'all',
                                          loose: this._loose.input.checked, filter: this._filter.input.value.trim()});
-    const down = this._box.clientHeight > this._box.clientWidth;
-    const key = JSON.stringify([graph, down]);
+    const {clientWidth: width, clientHeight: height} = this._canvas;
+    const key = JSON.stringify([graph, width, height]);
     if (key === this._drawn) return;
     this._drawn = key;
-    let drawing = layOut(graph, this._widthOf, down);
+    const best = (shown) => largest([false, true].map((down) => layOut(shown, this._widthOf, down)), width, height);
+    let drawing = best(graph);
     let hint = '';
     if (!drawing && graph.topics.length) {
-      drawing = layOut(graphOf(this._system, {debug: this._debug.input.checked, topics: false,
-                                              filter: this._filter.input.value.trim()}), this._widthOf, down);
+      drawing = best(graphOf(this._system, {debug: this._debug.input.checked, topics: false,
+                                            filter: this._filter.input.value.trim()}));
       hint = ' There are too many topics to draw: only nodes are shown. Filter for a name.';
     }
     const count = (number, word) => `${number} ${word}${number === 1 ? '' : 's'}`;

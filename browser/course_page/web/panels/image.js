@@ -66,7 +66,7 @@ class ImagePanel {
     if (this._topic && !this._types.has(this._topic)) names.unshift(this._topic);
     fill(this._select.input, names.map((name) => el('option', {value: name}, clean(name, 100))));
     this._select.element.hidden = !names.length;
-    this._choose(this._topic || names.find((name) => this._types.get(name) === RAW) || names[0] || '', true);
+    this._choose(this._topic || bestPicture(topics) || names[0] || '', true);
   }
 
   _choose(name, kept = false) {
@@ -196,4 +196,10 @@ class ImagePanel {
     }
     source.toBlob((blob) => save(`${this._topic.replace(/\W+/g, '_').replace(/^_/, '')}.png`, blob), 'image/png');
   }
+}
+
+// Return the topic to show at first: of those that need no subscription of the page, a camera's colours before distances.
+export function bestPicture(topics) {
+  const raw = topics.filter(({type}) => type === RAW).map(({name}) => name).sort();
+  return raw.find((name) => /color|rgb|usb_cam/.test(name)) ?? raw.find((name) => !/depth|mask/.test(name)) ?? raw[0];
 }

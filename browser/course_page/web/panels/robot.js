@@ -2,10 +2,10 @@
 
 import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {Driver, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
+import {Driver, OtherDrivers, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
 import {Frames, heading} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
-import {SimulationCard, wide} from '../app/simulation.js';
+import {SimulationCard} from '../app/simulation.js';
 
 const POLL_INTERVAL = 2000; // [ms] between two searches for robots
 const SHOW = 100;           // [ms] between two changes of the numbers
@@ -50,6 +50,7 @@ class RobotPanel {
     this._map = new WorldMap('The world of the Robotont from above', (pose) => this._place(pose), (panel) => this._move(panel));
     this._driver = new Driver(context.ros, () => (this._robot ? `${this._robot}cmd_vel` : ''),
       {linear: 0.5, angular: 1.5}, (held) => this._driving(held));
+    this._others = new OtherDrivers(this._driver, context);
     this._endKeys = context.keys ? driveByKeys(this._driver, {sideways: true}) : () => {};
     this._build();
     this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
@@ -92,6 +93,7 @@ class RobotPanel {
       const published = images.filter((_, index) => shown[index].length);
       const own = published.filter((topic) => topic.startsWith(this._robot));
       this._setImages(own.length ? own : published);
+      await this._others.check();
     } catch (error) {
       console.warn(error);
     } finally {
@@ -219,9 +221,9 @@ class RobotPanel {
     }}}, 'Clear the path');
     const zoom = [['+', 'Larger', () => this._map.zoom(1.4)], ['−', 'Smaller', () => this._map.zoom(1 / 1.4)],
       ['⤢', 'Show everything', () => this._map.fit()]];
-    const cards = [this._driveCard(), this._cameraCard(), this._simulationCard()];
+    const cards = [this._cameraCard(), this._driveCard(), this._simulationCard()];
     this._map.element.append(this._simulation.badge, el('div', {class: 'zoom'}, zoom.map(([sign, text, action]) => el('button', {
-      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, sign))));
+      type: 'button', 'aria-label': text, title: text, on: {click: action, pointerdown: (event) => event.stopPropagation()}}, el('span', {'aria-hidden': 'true'}, sign)))));
     this._view = el('div', {class: 'robot'},
       el('div', {class: 'view'}, el('div', {class: 'row'}, this._choice, this._placeButton, forget), this._map.element, this._caller.element),
       el('div', {class: 'stack'}, cards));
@@ -233,6 +235,7 @@ class RobotPanel {
     this._numbers = texts.map(() => el('dd', {class: 'number'}, '–'));
     return el('section', {class: 'card drive', 'aria-label': 'Drive'}, el('h2', {}, 'Drive'),
       el('dl', {class: 'pose'}, this._numbers.map((number, index) => el('div', {}, el('dt', {}, texts[index]), number))),
+      this._others.element,
       el('div', {class: 'controls'},
         joystick(this._driver, 'move', (x, y) => ({x: y, y: -x}), 'move'),
         joystick(this._driver, 'turn', (x) => ({turn: -x}), 'turn'),
@@ -248,8 +251,8 @@ class RobotPanel {
       this._context.setParameters({image: this._imageChoice.value});
       this._showImage();
     }}});
-    this._camera = el('details', {class: 'card camera', open: wide(), hidden: true, on: {toggle: () => this._showImage()}},
-      el('summary', {}, 'Camera'), this._imageChoice, this._image);
+    this._camera = el('details', {class: 'card camera', open: true, hidden: true, on: {toggle: () => this._showImage()}},
+      el('summary', {}, 'Camera'), this._image, this._imageChoice);
     return this._camera;
   }
 

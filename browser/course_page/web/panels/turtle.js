@@ -3,7 +3,7 @@
 import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {Drawing} from '../app/drawing.js';
-import {Driver, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
+import {Driver, OtherDrivers, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
 import {SimulationCard, wide} from '../app/simulation.js';
 
 const POLL_INTERVAL = 2000;  // [ms] between two searches for simulators
@@ -43,6 +43,7 @@ class TurtlePanel {
     this._drawing = new Drawing(context.ros, 'The canvas of turtlesim', (turtles) => this._update(turtles));
     this._driver = new Driver(context.ros, () => (this._find() ? this._topic('cmd_vel') : ''),
       {linear: 2, angular: 2}, (held) => this._driving(held));
+    this._others = new OtherDrivers(this._driver, context);
     this._endKeys = context.keys ? driveByKeys(this._driver) : () => {};
     this._build();
     this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
@@ -73,6 +74,7 @@ class TurtlePanel {
       const publishers = await Promise.all(topics.map((topic) => rosapi.publishers(topic)));
       const nodes = topics.filter((_, index) => publishers[index].length).map((topic) => topic.replace(/\/drawing$/, ''));
       this._setNodes(nodes);
+      await this._others.check();
     } catch (error) {
       console.warn(error);
     } finally {
@@ -157,6 +159,7 @@ class TurtlePanel {
     return el('section', {class: 'card drive', 'aria-label': 'Drive'},
       el('div', {class: 'toolbar'}, el('h2', {}, 'Drive'), this._turtles),
       el('dl', {class: 'pose'}, this._numbers.map((number, index) => el('div', {}, el('dt', {}, texts[index]), number))),
+      this._others.element,
       el('div', {class: 'controls'}, driveButtons(this._driver, BUTTONS, this._context.announce),
         joystick(this._driver, 'drive', (x, y) => ({x: y, turn: -x}), 'drive')),
       limitSlider(this._driver, 'linear', 'Speed', 'm/s', 5, 0.1),

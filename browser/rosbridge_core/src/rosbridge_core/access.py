@@ -2,18 +2,25 @@
 
 * **Host** must be an address, localhost, or a name of this machine. Otherwise a foreign page whose name starts to
   resolve to 127.0.0.1 could read everything (DNS rebinding).
-* **Origin**, in which browsers send the page's site, must be this server, localhost, or file://. Otherwise any site
-  that a student visits could drive the robot. Other programs send no Origin.
+* **Origin**, in which browsers send the page's site, must be this server, localhost, file:// or an installed app.
+  Otherwise any site that a student visits could drive the robot. Other programs send no Origin, or that of the server.
+  Images of a page come without one: there the page's address counts.
 * **Token**: clients on other machines need it in the address: ws://robot:9090/?token=...
 """
 import hmac
 import ipaddress
+import re
 import time
 import urllib.parse
 from typing import Callable, Collection, NamedTuple, Optional
 
 ANY, OFF = 'any', 'off'
 LOCAL_NAMES = 'localhost', 'localhost.localdomain'
+EVERYWHERE = '0.0.0.0'  # in the address that python3 -m http.server prints
+SCHEMES = 'http', 'https', 'ws', 'wss'  # the last two are what ws4py sends, and no browser
+APPS = 'capacitor://localhost', 'ionic://localhost', 'tauri://localhost'  # origins of installed apps, so trusted;
+EXTENSIONS = 'vscode-webview://'  # and how those of VS Code's extensions begin
+HOST = re.compile(r'(\[[0-9a-f:.]+\]|[^][\s/?#@:\\]+)(?::\d{1,5})?', re.IGNORECASE)
 
 
 class Access(NamedTuple):
@@ -43,8 +50,12 @@ class Access(NamedTuple):
             return ''
         if origin == 'null' and self.null_origin:
             return ''
-        scheme, _, rest = origin.partition('://')
-        if scheme in ('http', 'https') and (rest.lower() == host.lower() or is_loopback(host_name(rest))):
+        if origin in APPS or origin.startswith(EXTENSIONS):
+            return ''
+        scheme, separator, rest = origin.rpartition('://')
+        name = host_name(rest)
+        local = rest.lower() == host.lower() or is_loopback(name) or name == EVERYWHERE
+        if local and (scheme in SCHEMES or not separator):
             return ''
         if origin == 'null':
             return ('the Origin "null" can be a file in Firefox, but also any site that hides its name. To allow both, '
@@ -63,10 +74,23 @@ class Access(NamedTuple):
 
 def host_name(host: str) -> str:
     """Return the name or address of ``name:port``, in lower case; '' if it is invalid."""
-    try:
-        return (urllib.parse.urlsplit(f'//{host}').hostname or '').rstrip('.')
-    except ValueError:
-        return ''
+    found = HOST.fullmatch(host)
+    return found.group(1).strip('[]').rstrip('.').lower() if found else ''
+
+
+def page_origin(origin: Optional[str], referer: Optional[str], site: Optional[str], mode: Optional[str],
+                of_files: bool) -> Optional[str]:
+    """Return the Origin of a request; for a foreign page's image, which has none, that of the page; else None.
+
+    ``referer``, ``site`` and ``mode``: the headers Referer, Sec-Fetch-Site and Sec-Fetch-Mode. A page without Referer
+    counts as "null", unless ``of_files``: pages that are opened as files send none, like sites that hide their names.
+    """
+    if origin is not None or site != 'cross-site' or mode == 'navigate':
+        return origin
+    parts = urllib.parse.urlsplit(referer or '')
+    if parts.netloc:
+        return f'{parts.scheme}://{parts.netloc}'
+    return None if of_files else 'null'
 
 
 def is_address(name: str) -> bool:

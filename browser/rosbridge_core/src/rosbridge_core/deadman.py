@@ -3,7 +3,7 @@
 Threading contract: one thread uses a Deadman.
 """
 import math
-from typing import List, Set
+from typing import FrozenSet, List, Set
 
 
 class Deadman:
@@ -24,6 +24,11 @@ class Deadman:
     def timeout(self) -> float:
         """How long [s] the client may be silent."""
         return self._timeout
+
+    @property
+    def moving(self) -> FrozenSet[str]:
+        """The topics on which the client's last velocity was not zero."""
+        return frozenset(self._moving)
 
     def watch(self, timeout: float) -> None:
         """Change the timeout, as the client itself has asked for."""

@@ -4,6 +4,7 @@ The protocol is rosbridge's version 2. A frame holds one JSON object, or one CBO
 """
 import fnmatch
 import json
+import re
 from typing import Any, Dict, List, NamedTuple, Tuple, Union
 
 import cbor2
@@ -15,6 +16,7 @@ ID = str, int, float, type(None)
 LEVELS = 'error', 'warning', 'info', 'none'  # each of the first three shows those before it
 COMPRESSIONS = 'none', 'png', 'cbor', 'cbor-raw'
 MAX_NAME_LENGTH = 1000  # characters of a topic, service or type
+OF_ROS_2 = re.compile(r'(\w+)/(?:msg|srv|action)/(\w+)')  # how clients of ROS 2 name a type
 
 
 class Refused(Exception):
@@ -80,7 +82,7 @@ def _object(value: Any) -> Operation:
 
 
 def check(operation: Operation) -> str:
-    """Return the name of an operation whose fields are right; raise Refused."""
+    """Return the name of an operation whose fields are right, and give it ROS 1's name of its type; raise Refused."""
     name = operation.get('op')
     if not isinstance(name, str) or name not in OPERATIONS:
         if 'op' not in operation:
@@ -90,7 +92,14 @@ def check(operation: Operation) -> str:
         raise Refused(f'{name}: "id" is {name_of(operation["id"])}; it must be a text or a number')
     for field in OPERATIONS[name]:
         _check_field(name, field, operation)
+    if operation.get('type'):
+        operation['type'] = ros1_type(operation['type'])
     return name
+
+
+def ros1_type(name: str) -> str:
+    """Return ROS 1's name of a type: geometry_msgs/Twist for geometry_msgs/msg/Twist."""
+    return OF_ROS_2.sub(r'\1/\2', name) if OF_ROS_2.fullmatch(name) else name
 
 
 def _check_field(operation: str, field: Field, values: Operation) -> None:

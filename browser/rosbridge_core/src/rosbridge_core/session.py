@@ -206,9 +206,12 @@ class Session:
 
     def _refuse(self, name: str, operation: Operation, error: Exception) -> None:
         text = str(error) if isinstance(error, Refused) else f'{type(error).__name__}: {error}'
-        self.status('error', text if text.startswith(name) else f'{name}: {text}', operation.get('id'))
-        if name == 'call_service':
+        named = text if text.startswith(name) else f'{name}: {text}'
+        if name == 'call_service':  # no status beside the answer: roslibpy takes one for an error of its own
+            self._warn(named)
             self._answer_call(operation, text, False)
+        else:
+            self.status('error', named, operation.get('id'))
 
     def _check_globs(self, name: str, operation: Operation) -> None:
         for field, globs in (('topic', self.settings.topics), ('service', self.settings.services)):
@@ -352,7 +355,7 @@ class Session:
             if compression == 'png':
                 frame = to_json({'op': 'png', 'data': to_png(frame)})
         try:
-            self._outbox.answer((frame, fragment_size), len(frame))
+            self._outbox.answer((frame, fragment_size, operation.get('id')), len(frame))
         except Full:
             self.end(SLOW, 'it does not read its answers')
             return
@@ -394,8 +397,8 @@ class Session:
     def _encoded(self, item: Any) -> List[Frame]:
         self._frames += 1
         if not isinstance(item, Message):
-            frame, size = item
-            return list(fragments(frame, size, f'answer_{self._frames}'))
+            frame, size, name = item
+            return list(fragments(frame, size, f'answer_{self._frames}' if name is None else name))
         asked = self._subscriptions.get(item.topic, {}).values()
         if not asked:
             return []

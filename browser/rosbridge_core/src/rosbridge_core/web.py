@@ -16,10 +16,10 @@ import tornado.httputil
 import tornado.netutil
 import tornado.web
 
-from rosbridge_core.access import ANY, OFF, Access, is_loopback
+from rosbridge_core.access import ANY, OFF, Access, is_loopback, page_origin
 
 COOKIE = 'turtle_robotont_token'
-IDLE = 60.0  # [s] until a connection that sends no request is closed
+IDLE = 10.0  # [s] until a connection is closed that sends no request, or only a part of one
 LARGEST_REQUEST = 1 << 20  # [B]
 BACKLOG = 512  # connections that wait to be accepted
 
@@ -27,7 +27,8 @@ BACKLOG = 512  # connections that wait to be accepted
 class Guarded(tornado.web.RequestHandler):
     """Refuses clients that may not connect, with 403 and the reason; the token is in the address or in a cookie.
 
-    The application's settings have ``access``, an Access, and ``refused``, which is called with the reason.
+    The application's settings have ``access``, an Access, and ``refused``, which is called with the reason; with
+    ``shown_by_files`` a page that is opened as a file may show images.
     """
 
     def prepare(self) -> None:
@@ -37,8 +38,10 @@ class Guarded(tornado.web.RequestHandler):
         access: Access = self.settings['access']
         peer = self.request.remote_ip or ''
         headers = self.request.headers
-        reason = access.refusal(peer, headers.get('Host'), headers.get('Origin') or headers.get('Sec-WebSocket-Origin'),
-                                known)
+        origin = page_origin(headers.get('Origin') or headers.get('Sec-WebSocket-Origin'), headers.get('Referer'),
+                             headers.get('Sec-Fetch-Site'), headers.get('Sec-Fetch-Mode'),
+                             self.settings.get('shown_by_files', False))
+        reason = access.refusal(peer, headers.get('Host'), origin, known)
         if reason:
             self.settings['refused'](f'A connection from {peer} is refused: {reason}.')
             self.refuse(403, reason)
@@ -79,11 +82,11 @@ class Missing(Guarded):
             self.refuse(404, self._text)
 
 
-def make_access(address: str, token: str, origins: str, hosts: str, null_origin: bool, log: Callable[[str], None],
-                warn: Callable[[str], None], port: int) -> Access:
+def make_access(address: str, token: str, origins: str, hosts: str, null_origin: bool, warn: Callable[[str], None],
+                port: Optional[int]) -> Access:
     """Return the rules for a server that listens at an address; lists are separated by commas.
 
-    A server that other machines can reach gets a token if none is given; ``log`` and ``warn`` say so.
+    A server that other machines can reach gets a token if none is given; ``warn`` says so, unless ``port`` is None.
     """
     name = socket.gethostname()
     names = [name, f'{name}.local', socket.getfqdn(), *_parts(hosts)]
@@ -93,8 +96,9 @@ def make_access(address: str, token: str, origins: str, hosts: str, null_origin:
         warn(f'Anybody in the network can read and move everything: address:={address} with token:=off.')
     else:
         token = token or secrets.token_urlsafe(16)
-        warn(f'Other machines can connect, with the token: ws://{name}:{port}/?token={token} and '
-             f'http://{name}:{port}/?token={token}')
+        if port is not None:
+            warn(f'Other machines can connect, with the token: ws://{name}:{port}/?token={token} and '
+                 f'http://{name}:{port}/?token={token}')
     if ANY in _parts(origins):
         warn('Any page that a browser on this machine shows can read and move everything: origins:=any.')
     return Access(token, _parts(origins), names, null_origin)
@@ -133,8 +137,8 @@ class Server:
         asyncio.set_event_loop(self._loop)
         options = None if self._tls is None else {'certfile': self._tls[0], 'keyfile': self._tls[1]}
         server = tornado.httpserver.HTTPServer(
-            self._make(), ssl_options=options, idle_connection_timeout=IDLE, max_body_size=LARGEST_REQUEST,
-            max_header_size=65536, no_keep_alive=False)
+            self._make(), ssl_options=options, idle_connection_timeout=IDLE, body_timeout=IDLE,
+            max_body_size=LARGEST_REQUEST, max_header_size=65536, no_keep_alive=False)
         server.add_sockets(self._sockets)
         self._loop.run_forever()
         server.stop()

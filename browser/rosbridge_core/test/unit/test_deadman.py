@@ -41,3 +41,11 @@ def test_without_a_timeout_nobody_is_stopped_until_the_client_asks():
     assert not deadman.watching and deadman.expired(9.0) == [] and deadman.gone() == []
     deadman.watch(0.5)
     assert deadman.watching and deadman.gone() == ['/cmd_vel']
+
+
+def test_moving_topics_are_those_whose_last_velocity_was_not_zero():
+    deadman = Deadman()
+    deadman.drove('/a', False)
+    deadman.drove('/b', False)
+    deadman.drove('/a', True)
+    assert deadman.moving == {'/b'}

@@ -22,7 +22,7 @@ from rosapi import srv
 from rosbridge_core import web
 from rosbridge_core.operations import globs
 from rosbridge_core.session import Settings
-from rospy_support import nodes, parameters
+from rospy_support import nodes, parameters, registration
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
 
@@ -82,11 +82,11 @@ class RosbridgeNode:
         self._server = web.Server(self._application, sockets, (certificate, key) if certificate and key else None)
         self._scheme = 'wss' if certificate and key else 'ws'
         self._access = web.make_access(address, *read('~token', '~origins', '~hosts', '~websocket_null_origin'),
-                                       rospy.loginfo, rospy.logwarn, self._server.port)
+                                       rospy.logwarn, self._server.port)
         self._address = address
         self._http = read('~folder', '~websocket_ping_interval', '~websocket_ping_timeout', '~use_compression',
                           '~unregister_timeout')
-        rospy.set_param('~actual_port', self._server.port)
+        registration.keep_parameter('~actual_port', self._server.port)
         parameters.log_effective()
 
     @staticmethod

@@ -197,7 +197,11 @@ class RosbridgeTest(SimulatorCase):
         tree = json.loads(client.call('/rosapi/get_param', name='/')['values']['value'])
         self.assertEqual({'a': [1, 2]}, tree.get('rosbridge_test'))
         client.call('/rosapi/delete_param', name='/rosbridge_test')
-        self.assertEqual('5', client.call('/rosapi/get_param', name='/rosbridge_test', default='5')['values']['value'])
+        for default in ('default', 'default_value'):  # the name in ROS 1, and in ROS 2
+            self.assertEqual('5', client.call('/rosapi/get_param', name='/rosbridge_test',
+                                              **{default: '5'})['values']['value'])
+        typedefs = client.call('/rosapi/message_details', type='geometry_msgs/msg/Twist')['values']['typedefs']
+        self.assertEqual('geometry_msgs/Twist', typedefs[0]['type'])
         self.assertIn('is not valid JSON', client.call('/rosapi/set_param', name='/a', value='text')['values'])
         details = client.call('/rosapi/node_details', node='/turtlesim')['values']
         self.assertIn('/turtle1/cmd_vel', details['subscribing'])

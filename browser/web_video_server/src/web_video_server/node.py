@@ -14,7 +14,7 @@ from browser_servers.core.query import KINDS
 from browser_servers.sources import Sources
 from browser_servers.streams import Page, Snapshot, Stream
 from rosbridge_core import web
-from rospy_support import nodes, parameters
+from rospy_support import nodes, parameters, registration
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 from rospy_support.servers import Report
 from web_video_server.pages import Index, Viewer
@@ -39,18 +39,18 @@ def main():
     report = Report()
     sockets = _listen(port, address)
     port = sockets[0].getsockname()[1]
-    access = web.make_access(address, *PARAMETERS.read('~token', '~origins', '~hosts', '~null_origin'), rospy.loginfo,
+    access = web.make_access(address, *PARAMETERS.read('~token', '~origins', '~hosts', '~null_origin'),
                              rospy.logwarn, port)
     parameters.log_effective()
-    rospy.set_param('~actual_port', port)
+    registration.keep_parameter('~actual_port', port)
 
     def application():
         return tornado.web.Application(
             [(r'/', Index), (r'/stream', Stream), (r'/stream_viewer', Viewer), (r'/snapshot', Snapshot),
              (r'.*', _Nothing, {'text': 'there are /, /stream, /stream_viewer and /snapshot'})],
-            access=access, refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'),
-            sources=Sources(asyncio.get_event_loop()), default_kind=kind, streams=[0], most=most,
-            log_function=lambda handler: None)
+            access=access, shown_by_files=True, refused=functools.partial(report, 'access'),
+            warn=functools.partial(report, 'image'), sources=Sources(asyncio.get_event_loop()), default_kind=kind,
+            streams=[0], most=most, log_function=lambda handler: None)
     server = web.Server(application, sockets)
     server.start()
     rospy.loginfo('Image topics are shown at http://%s:%d/', 'localhost' if address == '127.0.0.1' else address, port)

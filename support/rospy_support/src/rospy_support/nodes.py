@@ -33,7 +33,7 @@ import rosgraph
 import rospy
 
 from plain_support.doctor import findings
-from rospy_support import console, parameters, registration, rospy_internals, servers
+from rospy_support import console, graph_names, parameters, registration, rospy_internals, servers
 from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import MasterAway, ParameterError
 
@@ -49,8 +49,13 @@ _ending = threading.Event()  # set once the node shuts down
 def init_node(name, declared=(), argv=None, **options):
     """Initialise rospy; ``declared``: the Parameters that the node may read; ``options`` as those of rospy.init_node.
 
-    Raises rospy.exceptions.ROSInitException when it was stopped before a master answered.
+    Raises rospy.exceptions.ROSInitException when it was stopped before a master answered, and ParameterError for a name
+    that ROS does not allow, or a value that no parameter can have.
     """
+    wrong = graph_names.fault(sys.argv if argv is None else argv, os.environ)
+    if wrong:
+        raise ParameterError(wrong)
+    parameters.check_command_line(sys.argv if argv is None else argv)
     parameters.declare(declared)
     servers.protect()
     rospy_internals.poll_for_registration()

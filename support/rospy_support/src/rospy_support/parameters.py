@@ -18,6 +18,7 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
+import yaml
 
 from plain_support.doctor import findings
 from rospy_support.master import Master, NoMaster
@@ -33,6 +34,26 @@ class ParameterError(ValueError):
 
 class MasterAway(ParameterError):
     """A parameter could not be read because no master answers."""
+
+
+def check_command_line(arguments):
+    """Raise ParameterError for a value, as in ``_name:=value``, that no master can store.
+
+    rospy gives such values to the master unchecked, which ends in a traceback, or in a question about the master.
+    """
+    for argument in arguments:
+        name, separator, text = argument.partition(':=')
+        if not separator or not name.startswith('_') or name.startswith('__'):
+            continue
+        try:
+            xmlrpc.client.dumps((yaml.safe_load(text.strip()) if text.strip() else '',))
+        except yaml.YAMLError as error:
+            raise ParameterError(f'{argument} is not valid YAML: {str(error).splitlines()[0]}. For a text, type '
+                                 f'{name}:="\'...\'"') from None
+        except (OverflowError, TypeError):
+            raise ParameterError(f'{argument} is not a value that a parameter can have: allowed are true, false, whole '
+                                 'numbers from -2147483648 to 2147483647, numbers with a point, texts, lists and maps. '
+                                 f'For a text that looks like something else, type {name}:="\'{text}\'"') from None
 
 
 class Computed(str):

@@ -37,6 +37,12 @@ def on_return(function):
     _hooks.append(function)
 
 
+def keep_parameter(name, value):
+    """Set a parameter, now and on each master that the node is registered with again."""
+    rospy.set_param(name, value)
+    on_return(lambda: rospy.set_param(name, value))
+
+
 def keep_registered(parameters=(), period=PERIOD):
     """Start a thread that watches the master, and return it.
 

@@ -349,3 +349,23 @@ def test_parameters_that_were_there_before_are_told(server, monkeypatch, there, 
     parameters.warn_of_stale(STALE_TABLE, {rospy.resolve_name(name) for name in given})
     assert warned == ([] if said is None else [
         f'{NODE} has parameters from an earlier run: {said}; rosparam delete {NODE} forgets them'])
+
+
+@pytest.mark.parametrize('argument', [
+    '_seed:=7', '_name:=text', '_a:=[1, 2.5, "x"]', '_a:={b: [true]}', '_a:=', '_a:=-2147483648', '_a:="2026-01-01"',
+    '_a:=1e99', '__name:=[', 'topic:=[', 'no argument', '_a',
+])
+def test_values_of_a_command_line_that_a_master_can_store(argument):
+    parameters.check_command_line(['node', argument])
+
+
+@pytest.mark.parametrize('argument, said', [
+    ('_background_r:=99999999999999999999', 'whole numbers from -2147483648 to 2147483647'),
+    ('_seed:=2026-01-01', """type _seed:="'2026-01-01'\""""), ('_a:=~', 'not a value that a parameter can have'),
+    ('_a:=[2147483648]', 'not a value'), ('_a:={1: 2}', 'not a value'), ('_corners:=[*x]', 'is not valid YAML'),
+    ('_a:=[1', 'is not valid YAML'), ('_shape:=!!python/object/apply:os.getcwd []', 'is not valid YAML'),
+])
+def test_other_values_are_refused_before_the_master_is_asked(argument, said):
+    with pytest.raises(parameters.ParameterError) as refused:
+        parameters.check_command_line(['node', argument])
+    assert str(refused.value).startswith(argument) and said in str(refused.value)

@@ -34,3 +34,9 @@ export function layOut({nodes, topics, edges}, widthOf, down = false) {
     }),
   };
 }
+
+// Return the drawing that appears largest in a frame; null if there is none.
+export function largest(drawings, width, height) {
+  const scale = (drawing) => Math.min((width || 1) / drawing.width, (height || 1) / drawing.height);
+  return drawings.filter(Boolean).reduce((best, one) => (best && scale(best) >= scale(one) ? best : one), null);
+}

@@ -7,6 +7,13 @@ const MAX_LENGTH = 10000; // characters of a message
 const MOST_NODES = 300;
 const LOOK_BACK = 3; // newest messages that are searched for a repeated one
 
+// Return two lists of messages as one; the first ones of `later` can be in `earlier`, too.
+export function merged(earlier, later) {
+  const key = ({header: {stamp}, name, msg}) => JSON.stringify([stamp.secs, stamp.nsecs, name, msg]);
+  const known = new Set(earlier.map(key));
+  return [...earlier, ...later.filter((message) => !known.has(key(message)))];
+}
+
 export class Log {
   constructor(most = MAX_MESSAGES) {
     this.dropped = 0;

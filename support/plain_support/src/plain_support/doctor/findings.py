@@ -49,6 +49,13 @@ def disk_full(folder: str, free: float, needed: float) -> Finding:
                    f'make room; df -h {folder} shows the disk')
 
 
+def workspace_impossible(workspace: str, folder: str, user: str) -> Finding:
+    """There is no workspace yet, and ``user`` cannot make one."""
+    return Finding('workspace_impossible',
+                   f'./run cannot make its workspace {workspace}: {user} cannot write to {folder}',
+                   'choose another folder: type TURTLE_ROBOTONT_WS=/tmp/turtle_ws ./run build')
+
+
 def folder_not_writable(folder: str, owner: str, user: str) -> Finding:
     """A folder that this user has to write to belongs to somebody else, mostly since a sudo."""
     return Finding('folder_not_writable', f'{user} cannot write to {folder}, which belongs to {owner}',

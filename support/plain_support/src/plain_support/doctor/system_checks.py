@@ -40,16 +40,24 @@ def packages(machine: Machine) -> Iterator[Finding]:
 
 def disk(machine: Machine) -> Iterator[Finding]:
     """Free disk space for the workspace."""
-    folder = machine.workspace
-    while not os.path.exists(folder):
-        folder = os.path.dirname(folder)
+    folder = _existing(machine.workspace)
     free, needed = shutil.disk_usage(folder).free / 1e6, BUILT_NEEDS if machine.built else UNBUILT_NEEDS
     if free < needed:
         yield findings.disk_full(folder, free, needed)
 
 
+def _existing(folder: str) -> str:
+    """Return a folder, or its nearest parent that exists."""
+    while not os.path.exists(folder):
+        folder = os.path.dirname(folder)
+    return folder
+
+
 def folders(machine: Machine) -> Iterator[Finding]:
-    """Folders that belong to root, usually because a command ran with sudo."""
+    """Folders that belong to root, usually because a command ran with sudo, and a workspace that cannot be made."""
+    parent = _existing(machine.workspace)
+    if parent != machine.workspace and not os.access(parent, os.W_OK | os.X_OK):
+        yield findings.workspace_impossible(machine.workspace, parent, user_name(os.geteuid()))
     home = machine.environment.get('HOME', '')
     logs = machine.environment.get('ROS_HOME') or os.path.join(home, '.ros')
     for folder in (machine.workspace, logs, os.path.join(logs, 'log')):

@@ -145,6 +145,9 @@ FAULTS = [
           True, ('--missing', 'cmake')),
     Fault('disk_full', True, 'mkdir $folder/small; mount -t tmpfs -o size=1m none $folder/small\n'
           'workspace=$folder/small/ws', ('1 MB left of the 1100 MB', 'df -h')),
+    Fault('workspace_impossible', True, 'mkdir $folder/locked; chmod 755 $folder{,/locked}\n'
+          'workspace=$folder/locked/cache/ws; be_stranger', ('/locked/cache/ws: ', 'cannot write to', 'type '
+                                                             'TURTLE_ROBOTONT_WS='), True),
     Fault('folder_not_writable', True, 'mkdir -p $folder/home/.ros; chmod 755 $folder/home{,/.ros}\n'
           'changed+=(HOME=$folder/home); be_stranger', ('.ros, which belongs to root', 'sudo chown -R'), True),
     Fault('python_shadowed', False, 'mkdir -p $folder/miniconda3/bin; ln -s /bin/false $folder/miniconda3/bin/python3\n'

@@ -1,0 +1,35 @@
+"""Names that C++ nodes refuse are refused here, too, with one that is allowed."""
+import pytest
+
+from rospy_support import nodes, parameters
+from rospy_support.graph_names import fault
+
+
+@pytest.mark.parametrize('arguments', [
+    [], ['__name:=sim_2'], ['__ns:=/a/b'], ['__ns:=a'], ['turtle1/cmd_vel:=/a/b'], ['~pose:=pose', 'a:=~b'],
+    ['_pen:=a b', '_ü:=1'], ['__log:=/a b.log'], ['__ip:=1.2.3.4'], ['a b'], ['a==b'],
+])
+def test_names_of_ros_are_allowed(arguments):
+    assert fault(['node', *arguments], {}) == ''
+
+
+@pytest.mark.parametrize('argument, said, better', [
+    ('__name:=a b', 'a node has only letters', '__name:=a_b'), ('__name:=tü', 'a node has only', '__name:=t_'),
+    ('__name:=1st', 'begins with a letter', '__name:=n1st'),
+    ('__name:=a/b', 'a node has only', '__name:=a_b'), ('__name:=a-b', 'digits and _', '__name:=a_b'),
+    ('__ns:=/ä', 'letters a to z, digits, _ and /', '__ns:=/_'), ('__ns:=9', 'begins with a letter', '__ns:=n9'),
+    ('turtle1/cmd_vel:=/ü', 'it has only', 'turtle1/cmd_vel:=/_'),
+])
+def test_other_names_are_refused(argument, said, better):
+    text = fault(['node', argument], {})
+    assert repr(argument) in text and said in text and text.endswith(f'Type for example {better}')
+
+
+def test_the_namespace_of_the_environment_counts():
+    assert fault([], {'ROS_NAMESPACE': '/ä'}).endswith('Type for example export ROS_NAMESPACE=/_')
+    assert fault([], {'ROS_NAMESPACE': '/a'}) == fault([], {'ROS_NAMESPACE': ''}) == ''
+
+
+def test_a_node_does_not_start_with_such_a_name():
+    with pytest.raises(parameters.ParameterError, match="'__name:=a b' is not a name that ROS allows"):
+        nodes.init_node('anything', argv=['node', '__name:=a b'])
