@@ -64,6 +64,16 @@ def test_a_package_that_ros_gets_later_leaves_the_build_of_the_others_alone(smal
     assert built(folder) == ['alvar', 'cv_bridge', 'turtle_robotont'] and kept.exists()
 
 
+@pytest.mark.parametrize('name, left_out', [('cv_bridge', False), ('alvar', True)])
+def test_cv_bridge_stays_beside_debians_which_has_no_python_part(small, name, left_out):
+    run, folder = small
+    (folder / 'debian' / 'share' / name).mkdir(parents=True)
+    (folder / 'debian' / 'share' / name / 'package.xml').write_text('<package/>')
+    result = run(f'ros_dir= debian_prefix={folder}/debian; our_packages {folder}/ws/src')
+    assert result.returncode == 0
+    assert (f'{name} {folder}' not in result.stdout) is left_out is ('Left out' in result.stderr)
+
+
 def test_a_script_that_is_gone_takes_only_its_package_along(small):
     run, folder = small
     run('build_workspace')
