@@ -13,14 +13,14 @@ is. Each window is a topic:
 Where there is a display, it is also a real window, of the process cv2_screen.py. A program that is no node becomes one
 for its topics, unless it imports rospy, because then it will call init_node itself.
 
+Every program that imports cv2 imports this module, so what only windows need is imported where they need it.
+
 Threads: callbacks of topics and the reader of cv2_screen.py only append to ``_events``; waitKey takes them in order,
 and calls the program's callbacks in its own thread, as highgui does.
 """
 import collections
-import json
 import os
 import re
-import subprocess
 import sys
 import threading
 import time
@@ -261,6 +261,7 @@ class _Window:
     def publish_trackbars(self):
         """Publish the trackbars, if there is a node."""
         if self.trackbars_publisher:
+            import json
             _publish(self.trackbars_publisher, json.dumps([
                 {'name': name, 'value': trackbar.value, 'least': trackbar.least, 'most': trackbar.most}
                 for name, trackbar in self.trackbars.items()]))
@@ -429,6 +430,7 @@ class _Screen:
     """The windows on the display: a process, to which one thread writes, and from which another one reads."""
 
     def __init__(self):
+        import subprocess
         self._process = subprocess.Popen([sys.executable, '-I', SCREEN], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          start_new_session=True)
         self._change = threading.Condition()
@@ -463,9 +465,11 @@ class _Screen:
             pass  # the process has ended, and has said why
 
     def _send(self, order, data=b''):
+        import json
         self._process.stdin.write(json.dumps(order).encode() + b'\n' + data)
         self._process.stdin.flush()
 
     def _read(self):
+        import json
         for line in self._process.stdout:
             _report(*json.loads(line))
