@@ -14,7 +14,8 @@ debian_ros_packages=(
   ros-sensor-msgs libsensor-msgs-dev python3-sensor-msgs
   ros-nav-msgs libnav-msgs-dev python3-nav-msgs ros-visualization-msgs libvisualization-msgs-dev python3-visualization-msgs
   ros-diagnostic-msgs libdiagnostic-msgs-dev python3-diagnostic-msgs
-  python3-tf2-ros python3-tf ros-tf2-msgs libtf2-msgs-dev libtf-dev tf-tools tf2-tools python3-message-filters
+  python3-tf2-ros python3-tf python3-tf-conversions python3-tf2-geometry-msgs ros-tf2-msgs libtf2-msgs-dev libtf-dev tf-tools
+  tf2-tools python3-message-filters python3-move-base-msgs
   python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev ros-robot-state-publisher
   joint-state-publisher libtopic-tools-dev topic-tools
 )
@@ -31,6 +32,8 @@ not_offered='Not offered by apt: '
 other_systems=("With Docker, type in the folder $repo: docker compose run --rm course ./run demo"
   "With ROS 1 in another folder, type: TURTLE_ROBOTONT_ROS=/folder/with/setup.bash ./run demo")
 default_parent=${HOME:-}/.cache/turtle_robotont
+debian_prefix=/usr
+beside_debian=' cv_bridge '  # stand-ins that stay where Debian's package is: libcv-bridge-dev has no Python part
 
 # ---------------------------------------------------------------------------------------------------- messages
 
@@ -348,32 +351,19 @@ make_venv() {
 # our_packages SRC: the packages of this repository that belong into a src folder, as `name folder`; the others on file
 # descriptor 2, with the reason.
 our_packages() {
-  local dir pkg own=""
+  local dir pkg own="" real=${ros_dir:-$debian_prefix}
   [ ! -d "$1" ] || own=$'\n'$(own_packages "$1" || true)$'\n'
   for dir in "$repo" "$repo"/*/*; do
     pkg=${dir##*/}
     [ "$dir" != "$repo" ] || pkg=turtle_robotont
     if [ ! -f "$dir/package.xml" ]; then
       continue
-    elif [ -f "${ros_dir:-/usr}/share/$pkg/package.xml" ]; then
-      say "Left out: the stand-in $pkg, because ${ros_dir:-/usr} has the real one."
+    elif [ -f "$real/share/$pkg/package.xml" ] && { [ -n "$ros_dir" ] || [[ $beside_debian != *" $pkg "* ]]; }; then
+      say "Left out: the stand-in $pkg, because $real has the real one."
     elif [[ $own == *$'\n'"$pkg"$'\n'* ]]; then
       say "Left out: the stand-in $pkg, because $1/$pkg is your own package."
     else
       echo "$pkg $dir"
-    fi
-  done
-}
-
-# python_halves: the src folders of stand-ins that are left out for a real package without its Python part, as Debian's
-# libcv-bridge-dev is one: C++ takes the real one, Python these.
-python_halves() {
-  local dir pkg root=${ros_dir:-/usr}
-  for dir in "$repo"/*/*; do
-    pkg=${dir##*/}
-    if [ -f "$dir/package.xml" ] && [ -f "$root/share/$pkg/package.xml" ] && [ -d "$dir/src/$pkg" ] &&
-      [ ! -d "$root/lib/python3/dist-packages/$pkg" ]; then
-      echo "$dir/src"
     fi
   done
 }
@@ -383,7 +373,6 @@ build_stamp() (
   echo "ros  ros=$ros_dir"
   echo "workspace  workspace=$ws"
   our_packages "$ws/src" 2>/dev/null | sed 's/^/package  /'
-  python_halves | sed 's/^/half  /'
   cd "$repo" || return
   find . -name '.?*' -prune -o -type f \( -name package.xml -o -name CMakeLists.txt -o -name setup.py -o -name '*.msg' \
     -o -name '*.srv' -o -name '*.action' -o -name '*.cmake' -o -name '*.cfg' -o -path '*/native/*' -o -path ./run \
@@ -433,9 +422,6 @@ build_workspace() {
   build_stamp >"$ws/.unfinished"
   remove_stale_links "$ws/src"
   link_packages "$ws/src"
-  for name in "$ws"/venv/lib/python3*/site-packages; do
-    [ ! -d "$name" ] || python_halves >"$name/turtle_robotont.pth"
-  done
   write_shell_files
   (
     set +eu

@@ -14,9 +14,10 @@ import urllib.request
 
 import rosgraph
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Point, Twist
 from rosgraph_msgs.msg import Log
-from std_msgs.msg import String
+from sensor_msgs.msg import Image
+from std_msgs.msg import Int32, String
 
 from rostest_support import browser
 from rostest_support.common import DEADLINE, SimulatorCase, run, skip, until
@@ -27,6 +28,7 @@ AXE = '''(async () => {
         rules: {"label-content-name-mismatch": {enabled: true}}});
     return JSON.stringify(violations.map(({id, nodes}) => [id, nodes.map(({html}) => html.slice(0, 200))]));
 })()'''
+ARROW_RIGHT = '\ue014'  # of WebDriver
 HOSTILE = '<img src=x onerror="document.title=\'broken into\'">\u202e\x07</script>'
 
 
@@ -276,6 +278,33 @@ class PanelsTest(SimulatorCase):
         self.until_text('Pixel x', 'red')
         self.open('image?topic=/nobody/image')
         self.until_text('Nobody publishes /nobody/image')
+
+    def test_a_window_of_cv2_gets_keys_mouse_and_trackbars(self):
+        """The topics of rospy_support's cv2_windows.py; here the test is the program."""
+        got = {name: [] for name in ('key', 'mouse', 'trackbar/Low_H')}
+        for (name, messages), kind in zip(got.items(), (String, Point, Int32)):
+            subscriber = rospy.Subscriber(f'/cv_window/w/{name}', kind, messages.append)
+            self.addCleanup(subscriber.unregister)
+        image = rospy.Publisher('/cv_window/w', Image, latch=True, queue_size=1)
+        trackbars = rospy.Publisher('/cv_window/w/trackbars', String, latch=True, queue_size=1)
+        self.addCleanup(image.unregister)
+        self.addCleanup(trackbars.unregister)
+        picture = Image(height=30, width=40, encoding='mono8', step=40, data=bytes(1200))
+        self.addCleanup(rospy.Timer(rospy.Duration(0.5), lambda _: image.publish(picture)).shutdown)
+        trackbars.publish('[{"name": "Low H", "value": 7, "least": 0, "most": 179}]')
+        self.open('image?topic=/cv_window/w')
+        self.until_text('40 x 30 pixels', 'Low H', '7', 'the keys that you type')
+        self.browser.driver.find_element('tag name', 'body').send_keys('q')
+        until(lambda: [message.data for message in got['key']] == ['q'], 'the key')
+        self.browser.find('.image-box img')[0].click()
+        until(lambda: {message.z for message in got['mouse']} >= {1.0, 4.0}, 'the mouse, pressed and released')
+        pressed = next(message for message in got['mouse'] if message.z == 1.0)
+        self.assertLess(abs(pressed.x - 20) + abs(pressed.y - 15), 3)  # [px] from the middle
+        self.browser.find('main input[type=range]')[0].send_keys(ARROW_RIGHT)
+        until(lambda: [message.data for message in got['trackbar/Low_H']] == [8], 'the trackbar')
+        self.assertEqual(1, len(got['key']), 'keys for the trackbar are not keys for the program')
+        trackbars.publish('no JSON')
+        self.browser.until(lambda: not self.browser.find('main input[type=range]'), 'no trackbar')
 
     def test_a_course_step_is_marked_when_it_is_seen(self):
         self.open('course')

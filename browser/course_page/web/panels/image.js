@@ -1,5 +1,6 @@
 // Images of cameras and trackers.
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {cvWindowControls, isCvWindow} from './lib/cv_window.js';
 import {button, choice, Notice, save, Scope, setText} from './lib/parts.js';
 import {clean} from './lib/values.js';
 
@@ -44,11 +45,12 @@ class ImagePanel {
     this._still = el('canvas', {hidden: true, on: {click: (event) => this._read(event)}});
     this._facts = el('p', {class: 'muted small'});
     this._pixel = el('p', {class: 'number small', role: 'status'});
+    this._controls = el('div', {});
     this._box = el('div', {class: 'image-box'}, this._picture, this._still);
     this._tools = el('div', {class: 'row'}, this._freeze, button('Save', () => this._save()),
       button('Full screen', () => this._box.requestFullscreen?.()));
     fill(element, el('div', {class: 'toolbar'}, this._select.element, this._quality.element, this._tools), this._notice.element,
-         this._empty, this._box, this._facts, this._pixel);
+         this._empty, this._box, this._controls, this._facts, this._pixel);
     this.scope.every(LIST, () => this._list(), (error) => this._notice.say(error.message, true));
     this.scope.every(POLL_INTERVAL, () => this._poll());
     this.scope.listen(document, 'visibilitychange', () => (document.hidden ? this._stop() : this._start()));
@@ -101,7 +103,13 @@ class ImagePanel {
       const quality = this._quality.input.value;
       const how = quality === 'png' ? {type: 'png'} : {type: 'mjpeg', quality};
       this._picture.src = `stream?${new URLSearchParams({topic: this._topic, ...how})}`;
-      this._end = () => this._picture.removeAttribute('src');
+      const scope = new Scope(this.context.ros);
+      if (isCvWindow(this._topic)) this._control(scope);
+      this._end = () => {
+        scope.end();
+        fill(this._controls);
+        this._picture.removeAttribute('src');
+      };
     } else {
       this._end = this.context.ros.subscribe(this._topic, type, (message) => this._showCompressed(message), {rate: RATE});
     }
@@ -110,6 +118,12 @@ class ImagePanel {
   _stop() {
     this._end();
     this._end = () => {};
+  }
+
+  _control(scope) {
+    fill(this._controls, cvWindowControls({
+      topic: this._topic, scope, picture: this._picture, keys: this.context.keys,
+      place: (event) => this._place(event, this._picture)}));
   }
 
   _showCompressed(message) {
@@ -178,12 +192,18 @@ class ImagePanel {
     return this._frozen ? this._still : this._picture.naturalWidth ? this._copy() : null;
   }
 
+  // Return the pixel {x, y} below the pointer, or null without a picture.
+  _place(event, shown) {
+    const [width, height] = [shown.naturalWidth ?? shown.width, shown.naturalHeight ?? shown.height];
+    const box = shown.getBoundingClientRect();
+    return width ? {x: Math.min(width - 1, Math.max(0, Math.floor((event.clientX - box.x) / box.width * width))),
+                    y: Math.min(height - 1, Math.max(0, Math.floor((event.clientY - box.y) / box.height * height)))} : null;
+  }
+
   _read(event) {
     const source = this._source();
     if (!source) return;
-    const box = event.currentTarget.getBoundingClientRect();
-    const x = Math.min(source.width - 1, Math.max(0, Math.floor((event.clientX - box.x) / box.width * source.width)));
-    const y = Math.min(source.height - 1, Math.max(0, Math.floor((event.clientY - box.y) / box.height * source.height)));
+    const {x, y} = this._place(event, event.currentTarget);
     const [r, g, b] = source.getContext('2d').getImageData(x, y, 1, 1).data;
     setText(this._pixel, `Pixel x ${x}, y ${y}: red ${r}, green ${g}, blue ${b}`);
   }

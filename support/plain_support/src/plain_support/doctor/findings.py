@@ -287,6 +287,28 @@ def two_types(topic: str, users: Sequence[Tuple[str, str]]) -> Finding:
                    'geometry_msgs.msg import Twist for a velocity; a program that receives it needs rospy.Subscriber')
 
 
+# ---------------------------------------------------------------------------------------------------- packages
+
+def package_to_install(name: str, file: str, debian: Sequence[str], fails: bool) -> Finding:
+    """A package or module that ``file`` names first is missing, and Debian has it."""
+    return Finding('package_to_install', f'{name} is missing, which {file} needs',
+                   f'type sudo apt-get install --no-install-recommends {" ".join(debian)}', fails)
+
+
+def package_not_to_be_had(name: str, file: str, instead: str, module: bool, fails: bool) -> Finding:
+    """A package or ``module`` that ``file`` names first is missing, and neither Debian nor this repository has it."""
+    cure = instead or ((f'if PyPI has it, type pip install {name} in a ./run shell; else' if module else
+                        'put its source into the src folder of your workspace, or') + ' go without it')
+    return Finding('package_not_to_be_had', f'{name} is missing, which {file} needs, and Debian does not have it', cure,
+                   fails)
+
+
+def python2_program(path: str, line: int, what: str) -> Finding:
+    """A program does not run with Python 3."""
+    return Finding('python2_program', f'{path} is written for Python 2: line {line}: {what}',
+                   f'type 2to3 -w {shlex.quote(path)} (sudo apt-get install 2to3), then read what it has changed')
+
+
 # ---------------------------------------------------------------------------------------------------- machine
 
 def no_window(why: str, snapshot: str) -> Finding:

@@ -30,8 +30,8 @@ def packages(machine: Machine) -> Iterator[Finding]:
     if not machine.missing:
         return
     if glob.glob('/var/lib/apt/lists/*Packages*') or not shutil.which('apt-cache'):  # else ./run asks for them first
-        offered = _offered(machine.missing)
-        absent = [name for name in machine.missing if name not in offered]
+        known = offered(machine.missing)
+        absent = [name for name in machine.missing if name not in known]
         if absent:
             yield findings.packages_unavailable(absent)
     if os.geteuid() != 0 and not shutil.which('sudo'):
@@ -176,7 +176,7 @@ def isolation(_: Machine) -> Iterator[Finding]:
     yield findings.no_isolation(said)
 
 
-def _offered(names: List[str]) -> List[str]:
+def offered(names: List[str]) -> List[str]:
     """Return the packages for which apt has a candidate."""
     try:
         done = subprocess.run(['apt-cache', 'policy', *names], capture_output=True, text=True, check=False,

@@ -1,0 +1,11 @@
+# C++ programs get Debian's cv_bridge (libcv-bridge-dev), which this package, for Python, would hide from them.
+file(GLOB _cv_bridge_original /usr/lib/*/cmake/cv_bridge/cv_bridgeConfig.cmake)
+if(_cv_bridge_original)
+  set(_cv_bridge_own ${cv_bridge_DIR})
+  get_filename_component(cv_bridge_DIR ${_cv_bridge_original} DIRECTORY)
+  unset(cv_bridge_CONFIG_INCLUDED)
+  include(${_cv_bridge_original})
+  set(cv_bridge_DIR ${_cv_bridge_own})
+else()
+  message(STATUS "cv_bridge is for Python only; C++ programs need: sudo apt-get install libcv-bridge-dev")
+endif()
