@@ -4,7 +4,7 @@ import os
 import textwrap
 from typing import Sequence
 
-from course_grader.formats import junit, path_picture
+from course_grader.formats import harmless, junit, path_picture
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
@@ -41,7 +41,7 @@ def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict,
     suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided, observed.seconds,
                         isolation)
     write_whole(os.path.join(folder, 'junit.xml'), junit.document([suite]))
-    output = ''.join(f'{line.t - observed.start:8.2f}  {line.text}\n' for line in observed.lines)
+    output = ''.join(f'{line.t - observed.start:8.2f}  {harmless.plain(line.text)}\n' for line in observed.lines)
     write_whole(os.path.join(folder, 'output.txt'), output)
     drawn = path_picture.drawing(exercise, observed)
     if drawn:
