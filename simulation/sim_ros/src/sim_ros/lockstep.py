@@ -37,21 +37,24 @@ master_poll = 0.1  # [s] period of the master's threads that notify nodes; set i
 class Lockstep:
     """Waits until the followers of a publisher of /clock are idle."""
 
-    def __init__(self, publisher, timeout, step):
+    def __init__(self, publisher, timeout, step, parent=None):
         """``timeout`` [s] is the longest wait; once a node was late, it is ``step`` [s].
 
-        On a loaded machine, where the nodes wait for a core instead, it is up to STARVED times as long.
+        On a loaded machine, where the nodes wait for a core instead, it is up to STARVED times as long. ``parent``: the
+        number of a process that is waited for, too, although it does not follow /clock.
         """
         self._publisher = publisher
         self._timeout = timeout
         self._step = step
         self._machine = Machine()
         self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
+        self._parent = None if parent is None else ProcessThreads(parent)
         self.watch_master()
         self._settled = {}  # {master: run time [ns]} when all nodes were last idle
         self._connections = ()
         self._followers = {}  # connection: (name, ProcessThreads or None if it cannot be watched)
         self.late = 0  # steps that started although a node was not idle
+        self.starved = False  # whether the last of them did so because the nodes got no core
         self.busy = ''  # names of the nodes that were still busy at the end of the last wait
 
     def watch_master(self):
@@ -67,6 +70,7 @@ class Lockstep:
         timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
         timeout, longest = (self._step,) * 2 if self.busy else (self._timeout, STARVED * self._timeout)
         settling, before, began, delivered = _Settling(), None, None, False
+        self.starved = False
         while not rospy.is_shutdown():
             runs, now = self._run_times(), timer.elapsed()
             settling.observe(runs, now)
@@ -79,7 +83,9 @@ class Lockstep:
             before, delivered = runs, runs is not None and not self._machine.is_delivering()
             if began is None and now >= NOTICED:
                 began = self._ran()
-            if now >= timeout and (now >= longest or self._worked_since(began) >= WORKED * timeout):
+            if now >= timeout:
+                self.starved = timeout < longest and not (began and self._worked_since(began) >= WORKED * timeout)
+            if now >= (longest if self.starved else timeout):
                 self.late += 1
                 self.busy = self._busy_names() or self.busy or NOBODY
                 return False
@@ -100,8 +106,9 @@ class Lockstep:
         return max((ran - began.get(process, 0) for process, ran in self._ran().items()), default=0) / 1e9
 
     def _processes(self):
-        """Return the processes that are waited for: the followers, the simulator itself, and the master."""
-        return [*filter(None, (*(threads for _, threads in self._followers.values()), self._own, self._master))]
+        """Return the processes that are waited for: the followers, the simulator itself, its parent, and the master."""
+        followers = [threads for _, threads in self._followers.values()]
+        return [*filter(None, (*followers, self._own, self._parent, self._master))]
 
     def _run_times(self):
         """Return {process: run time [ns]} if all are idle; None if one is busy or has just ended."""

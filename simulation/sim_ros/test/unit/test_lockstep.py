@@ -222,6 +222,7 @@ def test_a_node_that_waits_for_a_core_gets_more_time(scene, cores, expected):
     node.busy_until, node.cores = scene.wall.now + 1e6, cores  # 0.4 of a core: half of TIMEOUT after 2.5 s
     idle, took = scene.wait()
     assert not idle and expected <= took < expected + 2.0 * NOTICED
+    assert scene.lockstep.starved == (cores == 0.0)
 
 
 def test_the_simulator_itself_can_be_what_is_busy(scene):

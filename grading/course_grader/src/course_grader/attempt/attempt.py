@@ -2,9 +2,9 @@
 
 Everything runs in simulated time, which is paused until the program has registered with the master (or ended), so that
 a slow start costs nothing. In lockstep no step starts before the nodes have finished the last one: the result does not
-depend on the machine, and the simulator runs as fast as the nodes become idle. The observer is one of these nodes: it
+depend on the machine, and the simulator runs as fast as the nodes become idle. This holds for the observer, too: it
 polls every PERIOD, and reads what is printed before the next step starts. A program that uses the wall clock, or never
-sleeps, is observed in real time instead.
+sleeps, is observed in real time instead. Steps, time and poses come through a private connection (simulator_link.py).
 
 Master and simulator are forked before this process has a second thread; only the Sandbox starts the student's program.
 The process is discarded at the end: nothing is shut down in order.
@@ -24,12 +24,10 @@ import xmlrpc.client
 import psutil
 import rosgraph
 import rospy
-from sim_ros.msg import ClockStatus
-from sim_ros.srv import Step
-from std_srvs.srv import Trigger
 
 from course_grader.attempt import forked, static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
+from course_grader.attempt.simulator_link import SimulatorLink
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import levels, network, sandbox, student_files, view
@@ -45,6 +43,7 @@ from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds import robot_world, turtle_world
 from plain_support import processes
 from rospy_support import rospy_internals, servers
+from sim_ros import lockstep
 
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
 OF_EVERY_NODE = '/clock', '/rosout'  # topics
@@ -63,6 +62,7 @@ AFTER_END = 2.5  # [s] of simulated time that is observed after the program has 
 SETTLED = 3.0  # [s] of simulated time without motion after which a full score is final
 HOG_CORES = 1.3  # cores that a program may use while the simulation cannot keep up; a busy loop takes one
 UNMEASURED = 1.0  # [s] of processor time that may be older: it is polled from time to time
+LEAST_SHARE = 0.2  # of the wall time, below which a simulator was not kept busy, but got no core
 FLOODED_SHARE = 0.5  # busy share of a simulator, of the time for which it has a core; undisturbed 0.05
 MAX_STALL = 0.25  # [s] for which the machine may stall in real time
 MASTER_LOG, SIMULATOR_LOG = 'master.txt', 'simulator.txt'
@@ -204,7 +204,7 @@ class Attempt:
             simulator = self._start_simulator(box)
             servers.protect()
             rospy_internals.poll_for_registration()
-            rospy.init_node(self._node[1:], argv=[], disable_signals=True)
+            rospy.init_node(self._node[1:], argv=[], disable_signals=True, disable_rostime=True)  # time: SimulatorLink
             try:
                 self._observe(box, simulator)
             finally:
@@ -231,7 +231,8 @@ class Attempt:
         self._master.setParam('/use_sim_time', True)
         try:
             arguments = self._simulator_arguments(box.environment['TMPDIR'])
-            simulator, self._steering = forked.start_simulator(self.exercise.simulator, arguments, self._simulator_log)
+            simulator, connection = forked.start_simulator(self.exercise.simulator, arguments, self._simulator_log)
+            self._link = SimulatorLink(connection, self._dt)
         except ImportError as error:
             raise AttemptError(f'the simulator for {self.exercise.simulator} is missing ({error}): type ./run build. '
                                'Where ROS has a package of that name itself, its simulator takes the place of the one '
@@ -256,15 +257,9 @@ class Attempt:
 
     def _observe(self, box, simulator):
         reader = RecordingReader(self._record, self._dt, self.observed)
-        resume, pause = (rospy.ServiceProxy(f'{self._simulator}/{name}', Trigger, persistent=True)
-                         for name in ('resume', 'pause'))
-        step = rospy.ServiceProxy(f'{self._simulator}/step', Step, persistent=True)  # not a connection per call
-        self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # its last service
-        rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
-        step(1)  # time begins; these connections stay, even if another node offers services of these names
-        if not self._policy.lockstep:
-            resume()
-            pause()
+        self._link.listen()
+        self._until(lambda: self._link.ready, simulator, 'simulator')
+        self._link.step(1)  # time begins
         try:
             student = self.student = sandbox.Student(box, self._command, reader.read)
         except sandbox.CommandError as error:
@@ -274,8 +269,8 @@ class Attempt:
             raise sandbox.IsolationError(f'the program could not be started: {error}') from None
         self.observed.lines = student.lines
         try:
-            self._follow(reader, student, simulator, step, resume)
-        except (rospy.ServiceException, rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
+            self._follow(reader, student, simulator)
+        except (rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
                 http.client.HTTPException, OSError):
             if not self._ended_by_student(simulator):
                 raise
@@ -285,17 +280,18 @@ class Attempt:
                                 f'{len(student.lines)} count')
         reader.close()
 
-    def _follow(self, reader, student, simulator, step, resume):
+    def _follow(self, reader, student, simulator):
         """Start time when the program has started, and watch until the end."""
-        self._wait_for_student(student, step, reader)
+        self._wait_for_student(student)
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
-        self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt)
-        stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._steering)
+        self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt, self._link,
+                                  reader.dt)
+        stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._link)
         stimuli.start()
         if not self._policy.lockstep:
-            resume()
-        self._watch(reader, student, simulator, stimuli, step)
+            self._link.resume()
+        self._watch(reader, student, simulator, stimuli)
 
     def _runs(self, simulator):
         """Return True while simulator and master run, False if the program ended one; otherwise raise AttemptError."""
@@ -316,19 +312,19 @@ class Attempt:
             f'({self._simulator}): choose another name, and start no simulator or roscore, as both are running')
         return True
 
-    def _wait_for_student(self, student, step, reader):
+    def _wait_for_student(self, student):
         """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
         idle = sandbox.ProgramIdleTimer(student)
         while (not self._student_is_there() and student.exit_code() is None and idle.poll() < IDLE_START
                and student.cpu() < MAX_START and not self._is_late()):
-            step(0)  # lets a new node know the time; no step, as their number would depend on the machine
+            self._link.step(0)  # lets a new node know the time; no step, as their number would depend on the machine
             time.sleep(POLL)
         waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (self._policy.lockstep and student.has_children() and student.exit_code() is None
                and idle.poll() < IDLE_STARTED and waiting.elapsed() < MAX_COMPLETION):
             time.sleep(POLL)
 
-    def _watch(self, reader, student, simulator, stimuli, step):
+    def _watch(self, reader, student, simulator, stimuli):
         """Watch the run until the time is over, or the verdict can no longer change."""
         watching, began, used = ActiveTimer(), time.monotonic(), student.cpu()
         servers = [simulator.pid, self._master_process.pid, os.getpid()]
@@ -336,10 +332,11 @@ class Attempt:
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
             if self._policy.lockstep:
-                step(steps_for(min(PERIOD, self.exercise.time - reader.now), reader.dt))
+                self._link.step(steps_for(min(PERIOD, self.exercise.time - reader.now), reader.dt), self._deadline)
             else:
                 time.sleep(POLL)
                 stood = max(stood, time.monotonic() - before - POLL)
+            self._read_lateness()
             reader.read()
             if self._has_ended(student, reader.now) > AFTER_END and stimuli.done():
                 break
@@ -354,7 +351,7 @@ class Attempt:
                     break
         self._state.read()
         after_used = _cpu_times(servers)
-        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.elapsed(),
+        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), time.monotonic() - began,
                                 after_used[0] - before_used[0])
         self.observed.timed_out = reader.now >= self.exercise.time
         if self.observed.kept_up and not (self._was_there() or self.observed.trouble or self.observed.events
@@ -434,16 +431,11 @@ class Attempt:
         return (stimuli.done() and len(self.observed.track) > 0 and self.observed.standstill() > SETTLED
                 and scoring.decide(self.exercise, self.observed).score >= 100.0)
 
-    def _on_status(self, status):
-        if status.late_steps:
+    def _read_lateness(self):
+        """Record whether steps were made although nodes were busy; all that follow /clock are the program's."""
+        if self._link.late:
             self.observed.kept_up = False
-            self.busy = ', '.join(sorted(set(status.busy.split(', ')) & self._students))
-
-    def _offers(self, service):
-        try:
-            return bool(self._master.lookupService(service))
-        except rosgraph.MasterError:
-            return False
+            self.busy = '' if self._link.busy == lockstep.NOBODY else self._link.busy or self.busy
 
     def _until(self, condition, process, what):
         end = time.monotonic() + START_TIMEOUT
@@ -502,7 +494,7 @@ def _flooded(before, after, seconds, used=0.0):
     if spent:
         _, waited = max(spent)  # its main thread, or the busiest one
         spent.append([used, waited])
-    return any(ran > FLOODED_SHARE * (seconds - waited) for ran, waited in spent)
+    return any(ran > max(FLOODED_SHARE * (seconds - waited), LEAST_SHARE * seconds) for ran, waited in spent)
 
 
 def _cpu_times(pids):

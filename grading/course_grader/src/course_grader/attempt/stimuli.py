@@ -14,16 +14,12 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from actionlib_tutorials.msg import FibonacciAction, FibonacciActionFeedback, FibonacciGoal
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
-from nav_msgs.msg import Odometry
 
 from course_grader.rules import random_stimuli
 from course_grader.rules.observation import Call, Goal, Sensed, ShownMarkers, computed
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
-from rospy_support.rospy_internals import caller
-from rospy_support.rotations import yaw_of
-from sim_ros.robotont_messages import ODOMETRY_RATE
 
 DRIVE_RATE = 10.0  # [Hz]
 TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_frequency)
@@ -32,9 +28,8 @@ GOAL_TIME, CANCEL_AFTER, CANCEL_TIME = 10.0, 1.0, 2.0  # [s] for a result; until
 FEEDBACK_TIME = 1.0  # [s] after a result for feedback that it has overtaken: ROS orders no messages of two topics
 LONG_ORDER = 40  # of the goal that is cancelled
 POLL = 0.05  # [s]
-ROBOT = '/robotont_gazebo'  # the simulator
-TRUTH = f'{ROBOT}/ground_truth'
-DISTANCES_EVERY, MARKERS_EVERY = 3, 4  # poses of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
+ROBOT = 'robotont'  # the vehicle of the simulator
+DISTANCES_EVERY, MARKERS_EVERY = 12, 16  # steps of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
 SPLITS = {  # message types of the distances in three sectors: their field names
     'robotont_laserscan_to_distance/LaserScanSplit': ('{}_min', '{}_mean'),
     'robotont_sensors/LaserScanSplit': ('{}Min', '{}Mean')}
@@ -43,9 +38,9 @@ SPLITS = {  # message types of the distances in three sectors: their field names
 class Stimuli:
     """The stimuli of an exercise, counted from the simulated time ``zero`` [s]."""
 
-    def __init__(self, exercise, seed, zero, observed, steering):
-        """``observed``: the Observed to which events are added; ``steering``: forked.Steering of the turtle."""
-        self._zero, self._observed, self._steering, self._world = zero, observed, steering, exercise.world
+    def __init__(self, exercise, seed, zero, observed, link):
+        """``observed``: the Observed to which events are added; ``link``: the SimulatorLink."""
+        self._zero, self._observed, self._link, self._world = zero, observed, link, exercise.world
         self._threads = [threading.Thread(target=self._do, args=(what, values, drawn), name=what, daemon=True)
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
@@ -72,7 +67,7 @@ class Stimuli:
         rate = rospy.Rate(DRIVE_RATE)
         while self._now() < values['after'] + values['for']:
             leg = int((self._now() - values['after']) / random_stimuli.LEG)
-            self._steering.drive(*velocities[min(max(leg, 0), len(velocities) - 1)])
+            self._link.drive(*velocities[min(max(leg, 0), len(velocities) - 1)])
             rate.sleep()
 
     def _call(self, values, requests):
@@ -191,16 +186,11 @@ class Stimuli:
         self._observed.sensed.append(Sensed(stamp.to_sec() - self._zero + self._observed.start, what, value))
 
     def _sense(self, values, every, publish):
-        """Call ``publish(stamp, Pose2D)`` at every ``every``-th pose of the robot, until the stimulus is over.
-
-        Which ones these are depends on their stamps, not on when this node was connected.
-        """
-        def on_pose(truth):
-            number = round((truth.header.stamp.to_sec() - BEGIN / 1e9) * ODOMETRY_RATE)
-            if caller(truth) == ROBOT and number % every == 0:
-                at = truth.pose.pose
-                publish(truth.header.stamp, Pose2D(at.position.x, at.position.y, yaw_of(at.orientation)))
-        rospy.Subscriber(TRUTH, Odometry, on_pose, queue_size=10, tcp_nodelay=True)
+        """Call ``publish(stamp, Pose2D)`` in every ``every``-th step of the robot, until the stimulus is over."""
+        def on_pose(steps, pose):
+            if steps % every == 0:
+                publish(self._link.time_after(steps), Pose2D(*pose))
+        self._link.watch(ROBOT, on_pose, reacts=True)
         rospy.sleep(max(0.0, values['for'] - self._now()))
 
 
