@@ -12,6 +12,6 @@ def copy(pose):
 
 rospy.init_node('follower')
 poses = rospy.Publisher('/turtle2/pose', Pose, queue_size=10)
-rospy.names._set_caller_id('/turtlesim')  # what connections from now on say of themselves
 rospy.Subscriber('/turtle1/pose', Pose, copy)
+rospy.names._set_caller_id('/turtlesim')  # what connections from now on say of themselves
 rospy.spin()

@@ -56,13 +56,24 @@ def test_a_step_is_over_when_it_is_answered_and_sets_the_time(simulator):
 def test_poses_go_to_those_who_watch_the_vehicle(simulator):
     seen = []
     simulator.link.watch('turtle2', lambda steps, pose: seen.append((steps, pose)))
-    assert simulator.received() == {'watch': ['turtle2'], 'reacts': False}
-    simulator.link.watch('robotont', lambda steps, pose: None, reacts=True)
-    assert simulator.received() == {'watch': ['turtle2', 'robotont'], 'reacts': True}
+    assert simulator.received() == {'watch': {'turtle2': 1}, 'reacts': False}
+    simulator.link.watch('robotont', lambda steps, pose: None, 12, reacts=True)
+    assert simulator.received() == {'watch': {'turtle2': 1, 'robotont': 12}, 'reacts': True}
     simulator.answer({'steps': 1, 'poses': {'turtle2': [1.0, 2.0, 0.5]}}, {'made': True})
     simulator.link.step(1)
     assert seen == [(1, [1.0, 2.0, 0.5])]
     assert simulator.times == []  # the step is not over yet
+
+
+def test_several_listeners_of_a_vehicle_get_the_steps_that_each_wants(simulator):
+    seen = []
+    for every in (4, 6):
+        simulator.link.watch('robotont', lambda steps, pose, every=every: seen.append((every, steps)), every)
+    assert [simulator.received()['watch'] for _ in range(2)] == [{'robotont': 4}, {'robotont': 2}]
+    poses = [{'steps': steps, 'poses': {'robotont': [0.0, 0.0, 0.0]}} for steps in (2, 4, 6, 12)]
+    simulator.answer(*poses, {'made': True})
+    simulator.link.step(12)
+    assert seen == [(4, 4), (6, 6), (4, 12), (6, 12)]
 
 
 def test_what_is_sent(simulator):

@@ -155,7 +155,7 @@ class SimulatorClock:
         self._answer()
         step()
         if self._lockstep and (self.services.batch != calls or self._has_listeners()
-                               or self._parent and self._parent.reacts):
+                               or self._parent and self._parent.answers):
             # otherwise, chance decides whether a node handles the messages of this step or /clock first
             self._wait_for_nodes()
         self._clock.publish(now)

@@ -8,8 +8,8 @@ Each message is a line of JSON. The parent sends::
 
     {"step": N}            pause, make N steps, and answer {"made": true}
     {"resume": true}       let time continue
-    {"watch": [NAME, ...], "reacts": true}   send the poses of these vehicles; whether the parent publishes in answer to
-                           them, so that the step has to wait for it
+    {"watch": {NAME: K, ...}, "reacts": true}   send the poses of these vehicles in every K-th step; whether the parent
+                           publishes in answer to them, so that such a step has to wait for it
     {"drive": [V, W]}      a velocity command [m/s, rad/s]
 
 and the simulator ``{"ready": true}`` before its first step, ``{"poses": {NAME: [X, Y, THETA]}, "steps": N}`` when the
@@ -32,7 +32,8 @@ class ParentLink:
         self._connection, self._drive = connection, drive
         self._sending = threading.Lock()
         self._requests = queue.SimpleQueue()
-        self._watched, self.reacts = frozenset(), False
+        self._watched, self._reacts = {}, False
+        self.answers = False  # whether the parent publishes in answer to what was sent in this step
 
     def serve(self, pacer):
         """Tell the parent that the simulator is ready, and do what it asks of a Pacer from now on."""
@@ -42,8 +43,10 @@ class ParentLink:
 
     def moved(self, steps, poses):
         """Send the poses that the parent watches: of those in ``poses``, {name: (x, y, theta)}, after ``steps``."""
-        if self._watched:
-            self._send(steps=steps, poses={name: list(pose) for name, pose in poses.items() if name in self._watched})
+        due = {name: list(poses[name]) for name, every in self._watched.items() if name in poses and not steps % every}
+        if due:
+            self._send(steps=steps, poses=due)
+        self.answers = bool(due) and self._reacts
 
     def stepped(self, steps, late, busy):
         """Send that a step is over; ``late`` and ``busy`` as in ClockStatus, but no name if the nodes got no core."""
@@ -65,7 +68,7 @@ class ParentLink:
                 elif 'resume' in message:
                     pacer.resume()
                 elif 'watch' in message:
-                    self.reacts, self._watched = message['reacts'], frozenset(message['watch'])
+                    self._reacts, self._watched = message['reacts'], message['watch']
                 elif self._drive:
                     self._drive(*message['drive'])
 

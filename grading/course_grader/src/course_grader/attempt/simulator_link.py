@@ -27,7 +27,7 @@ class SimulatorLink:
         self._changed = threading.Condition()
         self._made = 0  # calls of ``step`` that are answered
         self._closed = False
-        self._listeners, self._reacts = {}, False
+        self._listeners, self._watched, self._reacts = {}, {}, False  # by vehicle; every how many steps
         self.ready = False  # whether the first step may be made
         self.late, self.busy = 0, ''  # of ClockStatus: steps that did not wait for the nodes, and whose fault it was
 
@@ -56,15 +56,16 @@ class SimulatorLink:
         """Command velocities [m/s, rad/s] of turtle1. Raise OSError if the simulator has ended."""
         self._send(drive=[linear, angular])
 
-    def watch(self, vehicle, listener, reacts=False):
-        """Call ``listener(steps, (x, y, theta))`` after each step in which the vehicle exists, in the receiving thread.
+    def watch(self, vehicle, listener, every=1, reacts=False):
+        """Call ``listener(steps, (x, y, theta))`` in every ``every``-th step of a vehicle, in the receiving thread.
 
         ``reacts``: the listener publishes something that belongs to the same step.
         """
         with self._changed:
-            self._listeners.setdefault(vehicle, []).append(listener)
+            self._listeners.setdefault(vehicle, []).append((every, listener))
+            self._watched[vehicle] = math.gcd(every, self._watched.get(vehicle, 0))
             self._reacts = self._reacts or reacts
-            self._send(watch=list(self._listeners), reacts=self._reacts)
+            self._send(watch=self._watched, reacts=self._reacts)
 
     def time_after(self, steps):
         """Return the simulated time after so many steps, as a rospy.Time."""
@@ -87,8 +88,9 @@ class SimulatorLink:
     def _take(self, message):
         if 'poses' in message:
             for vehicle, pose in message['poses'].items():
-                for listener in self._listeners.get(vehicle, ()):
-                    listener(message['steps'], pose)
+                for every, listener in self._listeners[vehicle]:
+                    if message['steps'] % every == 0:
+                        listener(message['steps'], pose)
         elif 'steps' in message:
             self.late, self.busy = message['late'], message['busy']
             rospy_internals.set_time(self.time_after(message['steps']))

@@ -187,10 +187,7 @@ class Stimuli:
 
     def _sense(self, values, every, publish):
         """Call ``publish(stamp, Pose2D)`` in every ``every``-th step of the robot, until the stimulus is over."""
-        def on_pose(steps, pose):
-            if steps % every == 0:
-                publish(self._link.time_after(steps), Pose2D(*pose))
-        self._link.watch(ROBOT, on_pose, reacts=True)
+        self._link.watch(ROBOT, lambda steps, pose: publish(self._link.time_after(steps), Pose2D(*pose)), every, True)
         rospy.sleep(max(0.0, values['for'] - self._now()))
 
 
