@@ -27,6 +27,7 @@ EXERCISE_TYPES = ('.yaml', '.yml')
 ARCHIVES = ('.zip', '.tar', '.tgz', '.gz', '.xz', '.bz2', '.7z', '.rar')
 COMPILED = b'\x7fELF'
 NOBODYS = 'it lies in the folder of no student'
+MAX_PATH = 40  # characters of the path of a folder in many others
 MAX_LEFT_OUT = 20  # files of a student that are listed one by one
 VERSION = re.compile(r'[ _]*(\(\d+\)|v?\d+)$')  # at the end of the name of an attempt
 MAX_LISTED = 8  # names in an error
@@ -118,7 +119,7 @@ def _left_out(student: str, own: str, paths: Sequence[str], deep: Sequence[str],
     reasons = {path: _why_left_out(path, keys) or ('' if graded else 'it is not a program') for path in paths}
     found = [LeftOut(student, _readable(os.path.relpath(path, own)), reason)
              for path, reason in reasons.items() if reason]
-    found += [LeftOut(student, _readable(os.path.relpath(path, own)), 'it lies in more than '
+    found += [LeftOut(student, _readable(os.path.relpath(path, own))[:MAX_PATH] + '...', 'it lies in more than '
                       f'{student_files.MAX_DEPTH} folders') for path in deep]
     if not paths and not deep and not graded:
         found.append(LeftOut(student, '', 'the folder is empty'))
