@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # expected: failed: at the end it is
 # exercise: follow_turtle
-"""Tells the grader's own node alone that this node publishes /clock, so that its stimuli end at once, and turtle1 stays."""
+"""Tells the grader's own node alone that this node publishes /clock, so that its stimuli end at once."""
 import xmlrpc.client
 
 import rosgraph

@@ -153,7 +153,7 @@ ODD = 'index.html', 'pages', 'esc\x1b[2J', 'x' * 255, '=1+1'  # names of student
 
 
 def test_everything_that_was_handed_in_is_in_every_report(tmp_path):
-    folder = a_class(tmp_path, {student: PASS for student in (*ODD, 'anna')})
+    folder = a_class(tmp_path, {**dict.fromkeys(ODD, PASS), 'anna': f'{PASS}._replace(remarks=("a note",))'})
     (folder / 'anna' / 'old.zip').write_text('PK')
     (folder / 'loose.py').write_text('')
     (folder / 'empty').mkdir()
@@ -171,7 +171,7 @@ def test_everything_that_was_handed_in_is_in_every_report(tmp_path):
     assert [case.get('name') for case in suite] == left_out and suite.get('skipped') == '3'
     assert all(f'<li>{text}</li>' in (out / 'index.html').read_text() for text in left_out)
     assert '<li>old.zip: it is an archive: unpack it</li>' in (out / 'pages' / 'anna.html').read_text()
-    assert len(list((out / 'pages').iterdir())) == 7
+    assert 'Note: a note' in (out / 'pages' / 'anna.html').read_text() and len(list((out / 'pages').iterdir())) == 7
     merged = subprocess.run([sys.executable, '-c', f'import sys; sys.path[:] = {sys.path!r}\n'
                              'from course_grader.classes import grade_merge\n'
                              f'sys.exit(grade_merge.main([{str(out)!r}, "--output", {str(tmp_path / "all")!r}]))'],

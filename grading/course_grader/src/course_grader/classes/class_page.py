@@ -92,6 +92,7 @@ def _submission(one: Graded, folder: Optional[str]) -> Dict[str, Any]:
         'verdict': one.outcome + ('' if one.outcome == scoring.UNDECIDED else f', {one.score:g} of 100'),
         'hints': [_local(hint, one) for hint in verdict.hints],
         'objections': [_local(objection, one) for objection in verdict.objections],
+        'notes': [_local(note, one) for note in one.notes],
         'checks': [{'lost': check.points < check.of, 'points': f'{check.points:g} of {check.of:g}',
                     'asked': _local(check.asked, one), 'seen': _local(check.seen, one)} for check in verdict.reasons],
         'command': _command(one, folder), 'seconds': f'{one.seconds:.1f} s', 'isolation': one.isolation,

@@ -34,7 +34,8 @@ SOURCES = [Path(__file__).parents[1], Path(turtle_world.__file__).parents[1],  #
 class Graded(NamedTuple):
     """A submission and its verdict: the wall time [s], the folder with the files, the seed, and when it was graded [s].
 
-    ``repeat``: the arguments that grade it again; ``isolation``: the level of isolation, '' if unknown.
+    ``repeat``: the arguments that grade it again; ``isolation``: the level of isolation, '' if unknown; ``notes``:
+    remarks that change no score.
     """
 
     submission: Submission
@@ -45,6 +46,7 @@ class Graded(NamedTuple):
     repeat: Tuple[str, ...] = ()
     isolation: str = ''
     at: float = 0.0
+    notes: Tuple[str, ...] = ()
 
     @property
     def outcome(self) -> str:
@@ -104,7 +106,8 @@ def load(submission: Submission, folder: str, fingerprint: str = '') -> Graded:
         verdict = Verdict(result['outcome'], float(result['score']), reasons, _texts(result['objections']),
                           tuple(_texts(result['hints'])))
         return Graded(submission, verdict, float(record['seconds']), folder, int(result['seed']),
-                      tuple(_texts(record['repeat'])), str(result.get('isolation') or ''), float(record['at']))
+                      tuple(_texts(record['repeat'])), str(result.get('isolation') or ''), float(record['at']),
+                      tuple(_texts(result.get('notes', []))))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise Unreadable(f'{folder} holds no grading: {error}') from None
 

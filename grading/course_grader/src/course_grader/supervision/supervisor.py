@@ -194,7 +194,7 @@ class Supervisor:
         remove_results(job.output)
         got = self._grade(job, limit, say)
         report.write(job.output, job.exercise, got.observed, got.verdict, job.command, job.seed,
-                     job.isolation.level)
+                     job.isolation.level, got.remarks)
         return got
 
     def stop(self) -> None:
