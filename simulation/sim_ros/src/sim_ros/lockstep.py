@@ -69,18 +69,17 @@ class Lockstep:
         """Wait until all are idle; return whether they were in time."""
         timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
         timeout, longest = (self._step,) * 2 if self.busy else (self._timeout, STARVED * self._timeout)
-        settling, before, began, delivered = _Settling(), None, None, False
+        settling, before, began = _Settling(), None, None
         self.starved = False
         while not rospy.is_shutdown():
             runs, now = self._run_times(), timer.elapsed()
             settling.observe(runs, now)
             # check twice on a busy machine: the kernel may not have delivered yet what a node has sent
-            if runs is not None and settling.is_over(now) and (
-                    delivered and self._same(before, runs) or not self._machine.is_busy()):
+            if runs is not None and settling.is_over(now) and (self._same(before, runs) or not self._machine.is_busy()):
                 if self._master_settled(runs, settling, now):
                     return True
                 runs = None  # the request has woken the master
-            before, delivered = runs, runs is not None and not self._machine.is_delivering()
+            before = runs
             if began is None and now >= NOTICED:
                 began = self._ran()
             if now >= timeout:

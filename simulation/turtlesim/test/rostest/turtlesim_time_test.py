@@ -169,10 +169,11 @@ class TimeTest(SimulatorCase):
         """Let a node steer that takes so long [s] for each pose; return a status and the rows from its command on."""
         path = os.path.join(self.temporary_directory(), 'run.csv')
         simulator = self.start('_rate:=max', f'_lockstep_wait:={patience}', f'_record:={path}')
-        self.run_node(sys.executable, '-c', THINKER.format(seconds=seconds))
+        thinker = self.run_node(sys.executable, '-c', THINKER.format(seconds=seconds))
         status = self.status(lambda status: status.time > 3.0 or (status.late_steps > 1 and status.busy == '/thinker'))
         proxy('/turtlesim/pause', Trigger)()
         simulator.stop()
+        thinker.stop()  # it would steer in the next simulator, until it is replaced there
         with open(path, newline='', encoding='utf-8') as file:
             rows = [list(row.values())[1:-1] for row in csv.DictReader(file)]
         return status, rows[next((number for number, row in enumerate(rows) if row[0]), 0):]
@@ -203,8 +204,10 @@ class TimeTest(SimulatorCase):
     def test_turtlesim_node_behind(self):
         """Without lockstep a node that gets no processor time is named and counted."""
         simulator = self.start('_rate:=10')
+        commands = Collected('turtle1/cmd_vel', Twist)
+        self.addCleanup(commands.subscriber.unregister)
         node = self.run_node(DRIVE)
-        node.wait_for_output('Publish turtle velocity')
+        commands.more(3)  # between them it sleeps by /clock, and so follows it
         node.process.send_signal(signal.SIGSTOP)
         status = self.status(lambda status: '/velocity_publisher' in status.busy)
         node.process.send_signal(signal.SIGCONT)
