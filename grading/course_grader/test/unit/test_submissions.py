@@ -96,7 +96,8 @@ def test_a_script_without_permission_is_found_by_its_kind(tmp_path, name, text):
     ('notes.txt', 'x', 'it is not a program'),
 ])
 def test_what_is_not_graded_is_listed_with_the_reason(tmp_path, name, text, reason):
-    folder = fill(tmp_path, {f'anna/{name}': text, 'ben/stop_at_x.py': '', 'ben/notes.txt': 'a file of the program'})
+    folder = fill(tmp_path, {f'anna/{name}': text, 'ben/stop_at_x.py': '', 'ben/notes.txt': 'a file of the program',
+                             'ben/src/tools/__init__.py': ''})
     (tmp_path / 'carl').mkdir()
     students, _, left_out = submissions.find(folder, NAMES)
     assert students == ['anna', 'ben', 'carl']

@@ -25,6 +25,7 @@ STARTERS = '.launch', COMMAND  # they start other programs; the last has priorit
 TYPES = ('.py', *STARTERS)  # programs of any file mode
 EXERCISE_TYPES = ('.yaml', '.yml')
 ARCHIVES = ('.zip', '.tar', '.tgz', '.gz', '.xz', '.bz2', '.7z', '.rar')
+OF_A_PACKAGE = '__init__.py', 'setup.py'  # programs for no exercise
 COMPILED = b'\x7fELF'
 NOBODYS = 'it lies in the folder of no student'
 MAX_PATH = 40  # characters of the path of a folder in many others
@@ -132,6 +133,8 @@ def _why_left_out(path: str, keys: Dict[str, str]) -> str:
     key = _key(os.path.basename(path).partition('.')[0])
     if path.lower().endswith(ARCHIVES):
         return 'it is an archive: unpack it'
+    if os.path.basename(path) in OF_A_PACKAGE:
+        return ''
     if _is_program(path):
         meant = VERSION.sub('', key)
         close = [meant] if meant in keys else difflib.get_close_matches(key, keys, 1)
