@@ -1,7 +1,12 @@
-"""How far an attempt lets time pass at once."""
+"""How far an attempt lets time pass at once, and whose fault it is if time passes slowly."""
+import math
+import os
+import types
+
 import pytest
 
 from course_grader.attempt import attempt
+from course_grader.rules.observation import Observed
 
 DT = 1.0 / 120.0  # [s]
 
@@ -20,3 +25,55 @@ def test_steps_for(seconds, steps):
 def test_a_program_holds_the_simulation_up_by_more_than_one_core(used, wall, expected):
     """And not by its imports, just before it is watched."""
     assert attempt.hogs(used, wall) is expected
+
+
+@pytest.mark.parametrize('ran, waited, used, expected', [
+    (4.0, 90.0, 4.0, False),  # of 100 s: on a loaded machine it got no core, whatever it would have done
+    (60.0, 10.0, 60.0, True), (30.0, 60.0, 30.0, True),  # most of the time for which it had one
+    (5.0, 0.0, 5.0, False), (1.0, 10.0, 60.0, True)])  # undisturbed; in threads that have ended, one for each call
+def test_a_simulator_is_flooded_if_it_is_busy_and_not_if_it_waits(ran, waited, used, expected):
+    assert attempt._flooded({'7': (1.0, 2.0)}, {'7': (1.0 + ran, 2.0 + waited)}, 100.0, used) is expected
+
+
+def an_attempt(deadline=math.inf):
+    made = object.__new__(attempt.Attempt)
+    made.observed, made._deadline = Observed(kept_up=False), deadline
+    return made
+
+
+@pytest.mark.parametrize('used, served, deadline, said', [
+    (10.0, 8.0, 0.0, ''),  # of 200 s: the machine
+    (110.0, 8.0, 0.0, 'the program took 110 s of processor time in 200 s'),
+    (110.0, 8.0, math.inf, ''),  # in real time, where the limit was not met, a busy loop may take a core
+    (300.0, 8.0, math.inf, 'the program took 300 s of processor time in 200 s'),
+    (10.0, 70.0, 0.0, 'the program kept master, simulator and grader busy, for 70 s of processor time in 200 s'),
+    (10.0, 70.0, math.inf, ''),
+])
+def test_who_takes_the_time_is_named(used, served, deadline, said):
+    made = an_attempt(deadline)
+    made._note_hog(used, served, 200.0)
+    assert made.observed.trouble.startswith(said) and bool(made.observed.trouble) == bool(said)
+
+
+@pytest.mark.parametrize('log, size, said', [
+    ('_master_log', attempt.MAX_LOG + 1, 'the program filled the log of the master: 16 MB, at most 16 MB, by what it'),
+    ('_simulator_log', attempt.MAX_LOG + 1, 'the program filled the log of the simulator: 16 MB'),
+    ('_master_log', attempt.MAX_LOG, ''),
+])
+def test_a_log_that_grows_without_bound_is_the_programs(tmp_path, log, size, said):
+    made, own = an_attempt(), types.SimpleNamespace(pid=os.getpid())
+    made._master_process = own
+    for name in ('_master_log', '_simulator_log'):
+        setattr(made, name, str(tmp_path / name))
+        (tmp_path / name).write_bytes(b'')
+    os.truncate(tmp_path / log, size)
+    made._check_servers(own)
+    assert made.observed.trouble.startswith(said) and bool(made.observed.trouble) == bool(said)
+
+
+def test_memory_that_grows_without_bound_is_the_programs(monkeypatch):
+    made, own = an_attempt(), types.SimpleNamespace(pid=os.getpid())
+    made._master_process, made._master_log, made._simulator_log = own, os.devnull, os.devnull
+    monkeypatch.setattr(attempt, 'MAX_SERVER_MEMORY', 1)
+    made._check_servers(own)
+    assert made.observed.trouble.startswith('the program filled the memory of the ')

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+import zipfile
 from xml.etree import ElementTree
 
 import pytest
@@ -148,6 +149,47 @@ def test_what_was_graded_just_before_ctrl_c_counts(monkeypatch):
     assert sorted(told) == ['anna', 'ben', 'carl']
 
 
+ODD = 'index.html', 'pages', 'esc\x1b[2J', 'x' * 255, '=1+1'  # names of students
+
+
+def test_everything_that_was_handed_in_is_in_every_report(tmp_path):
+    folder = a_class(tmp_path, {**dict.fromkeys(ODD, PASS), 'anna': f'{PASS}._replace(remarks=("a note",))'})
+    (folder / 'anna' / 'old.zip').write_text('PK')
+    (folder / 'loose.py').write_text('')
+    (folder / 'empty').mkdir()
+    code, said, rows = grade(tmp_path, {}, '--student-pages')
+    assert code == 0
+    assert {row[0]: row[1] for row in rows[1:]} == {
+        **dict.fromkeys(['index.html', 'pages', 'esc?[2J', 'x' * 255, "'=1+1", 'anna'], '100'), 'empty': ''}
+    left_out = ['loose.py: it lies in the folder of no student', 'anna/old.zip: it is an archive: unpack it',
+                'empty: the folder is empty']
+    assert 'Not graded:\n' + ''.join(f'  {text}\n' for text in left_out) in said
+    out = tmp_path / 'out'
+    grades = csv.reader((out / 'grades.csv').read_text().splitlines())
+    assert [row[4] for row in grades if row[3] == 'not graded'] == left_out
+    suite = ElementTree.parse(out / 'junit.xml').getroot()[-1]
+    assert [case.get('name') for case in suite] == left_out and suite.get('skipped') == '3'
+    assert all(f'<li>{text}</li>' in (out / 'index.html').read_text() for text in left_out)
+    assert '<li>old.zip: it is an archive: unpack it</li>' in (out / 'pages' / 'anna.html').read_text()
+    assert 'Note: a note' in (out / 'pages' / 'anna.html').read_text() and len(list((out / 'pages').iterdir())) == 7
+    merged = subprocess.run([sys.executable, '-c', f'import sys; sys.path[:] = {sys.path!r}\n'
+                             'from course_grader.classes import grade_merge\n'
+                             f'sys.exit(grade_merge.main([{str(out)!r}, "--output", {str(tmp_path / "all")!r}]))'],
+                            stdout=subprocess.PIPE, timeout=60, check=False)
+    assert merged.returncode == 0 and 'anna/old.zip: it is an archive' in merged.stdout.decode()
+
+
+def test_a_zip_of_a_platform_is_graded_as_it_comes(tmp_path):
+    a_class(tmp_path, {})
+    with zipfile.ZipFile(tmp_path / 'class.zip', 'w') as archive:
+        archive.writestr('Anna Berg_12_assignsubmission_file_/mine.py', PASS)
+        archive.writestr('Ben_13_assignsubmission_file_/notes.txt', 'x')
+    done = subprocess.run(command(tmp_path, 'class.zip', '--exercise', 'x', '--output', 'out'), cwd=tmp_path,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=60, check=False)
+    assert done.returncode == 0 and 'Ben/notes.txt: it is not a program' in done.stdout.decode()
+    assert (tmp_path / 'out' / 'scores.csv').read_text() == 'student,x,mean\nAnna Berg,100,100.0\nBen,,0.0\n'
+
+
 def test_results_of_an_earlier_time_do_not_remain(tmp_path):
     old = tmp_path / 'out' / 'anna' / 'x'
     old.mkdir(parents=True)
@@ -160,9 +202,9 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
 
 @pytest.mark.parametrize('arguments, said', [
     (['no_such_folder'], 'there is no folder no_such_folder (current folder: '),
-    (['x.yaml'], 'x.yaml is not a folder; to grade one program, type: ./run grade EXERCISE -- x.yaml'),
+    (['x.yaml'], 'x.yaml is neither a folder nor a ZIP; to grade one program, type: ./run grade EXERCISE -- x.yaml'),
     (['class', '--exercise', 'y'], 'y: there is no such exercise; give the path of an exercise file, or one of x'),
-    (['class', '--exercise', 'x'], 'class contains no program'),
+    (['broken.zip'], 'broken.zip cannot be read as a ZIP: File is not a zip file; download it again, or name the'),
     (['class', '--jobs', '0'], '--jobs is 0; it must be 1 or more'),
     (['class', '--shard', '3/2'], "'3/2' is not a part; write I/N, from 1/N to N/N, such as 1/4"),
     (['class', '--only', 'bob'], '--only bob: there is no such submission. Write STUDENT or STUDENT/EXERCISE, such as '
@@ -177,6 +219,7 @@ def test_results_of_an_earlier_time_do_not_remain(tmp_path):
 ])
 def test_wrong_usage_is_explained(tmp_path, arguments, said):
     a_class(tmp_path, {'anna': PASS})
+    (tmp_path / 'broken.zip').write_text('')
     done = subprocess.run(command(tmp_path, *arguments), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           timeout=60, cwd=tmp_path, check=False)
     assert done.returncode == 2
@@ -194,6 +237,16 @@ def test_a_full_disk_is_named_and_the_table_printed(tmp_path):
     assert 'No space left on device. The disk is full: make room, or choose another folder' in done.stderr.decode()
     assert 'anna       100  100.0' in done.stdout.decode() or '100  100.0' in done.stdout.decode()
     assert sorted(os.listdir(output)) == ['anna', 'scores.csv']
+
+
+def test_a_change_of_the_mode_is_a_change(tmp_path):
+    program = a_class(tmp_path, {'anna': PASS}) / 'anna' / 'x.py'
+    digests = []
+    for mode in (0o644, 0o755, 0o600):
+        program.chmod(mode)
+        submission = submissions.find(str(program.parents[1]), ['x'])[1][0]
+        digests.append(graded.fingerprint_of(submission, graded.files_of(submission, []), str(tmp_path / 'x.yaml')))
+    assert digests[0] == digests[2] != digests[1]
 
 
 def test_what_has_not_changed_is_not_graded_again(tmp_path):

@@ -54,6 +54,12 @@ def test_the_level_of_isolation_is_in_every_table():
     assert 'class="warning"' not in class_page.of_class(alone, '.')
 
 
+def test_notes_are_on_the_pages():
+    noted = graded('anna', 'x', 100.0)._replace(notes=('the lines of /home/class/anna/x.py end with CR LF <Windows>',))
+    for page in (class_page.of_class(Class('', ['anna'], ['x'], [noted]), '.'), class_page.of_student('anna', [noted])):
+        assert '<p class="soft">Note: the lines of x.py end with CR LF &lt;Windows&gt;</p>' in page
+
+
 WIDE = [['student', *(f'exercise_{letter}' for letter in 'abcdefghijkl'), 'mean'],
         ['Annabel Long-Name', *['12.5'] * 11, 'undecided', ''], ['\u7532\u4e59', *['100'] * 12, '100.0']]
 

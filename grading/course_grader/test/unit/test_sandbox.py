@@ -218,13 +218,24 @@ def test_python_runs_whatever_its_mode(tmp_path, text, name, mode, remarks):
     assert all(one.startswith(remark.replace('{}', program)) for one, remark in zip(said, remarks))
 
 
+@pytest.mark.parametrize('text, name, interpreter', [
+    ('#!/bin/sh\n', 'a.sh', ['/bin/sh']), ('#! /usr/bin/env bash\n', 'a', ['/usr/bin/env', 'bash']),
+    ('ls\n', 'a.bash', ['bash']),
+])
+def test_a_script_without_permission_runs_by_its_kind(tmp_path, text, name, interpreter):
+    program = write(tmp_path, text, name, 0o644)
+    command, said = sandbox.runnable([program, 'x'])
+    assert command == [*interpreter, program, 'x']
+    assert len(said) == 1 and said[0].startswith(f'{program} is not executable')
+
+
 @pytest.mark.parametrize('text, name, mode, said', [
     (None, 'none.py', 0, 'none.py does not exist (current folder:'),
     ('print 1\n', 'a.py', 0o755, "a.py, line 1: SyntaxError: Missing parentheses in call to 'print'"),
     ('def f():\nx\n', 'a.py', 0o755, 'a.py, line 2: IndentationError'),
     ('\0', 'a.py', 0o755, 'a.py'),
     ('pass\n' * 400_000, 'a.py', 0o755, 'a.py: it has 1.9 MB; at most 1 MB are read'),
-    ('#!/bin/sh\n', 'a.sh', 0o644, 'a.sh is not executable, so rosrun cannot start it; type chmod +x'),
+    ('\x7fELF', 'a', 0o644, 'a is not executable, so rosrun cannot start it; type chmod +x'),
     ('#!/bin/sh\r\n', 'a.sh', 0o755, 'the lines of a.sh end with CR LF'),
 ])
 def test_what_cannot_run_is_named(tmp_path, monkeypatch, text, name, mode, said):

@@ -1,9 +1,10 @@
 """course_grader.classes.submissions: who has handed in what, and texts for folders that hold nothing."""
 import os
+import subprocess
 
 import pytest
 
-from course_grader.classes import submissions
+from course_grader.classes import graded, submissions
 
 NAMES = ['black_path', 'stop_at_x']
 
@@ -41,7 +42,10 @@ def test_a_class(tmp_path):
     folder = fill(tmp_path, {'ben/stop_at_x.py': '', 'anna/stop_at_x.py': '', 'anna/black_path.py': '',
                              'anna/stop_at_x (1).py': '', 'carl/mine.py': '', 'exam.yaml': '', 'readme.txt': ''})
     students, found, left_out = submissions.find(folder, NAMES)
-    assert left_out == ['anna/stop_at_x (1).py', 'carl/mine.py']
+    assert [one.text() for one in left_out] == [
+        'readme.txt: it lies in the folder of no student',
+        'anna/stop_at_x (1).py: no exercise has this name: did you mean stop_at_x?',
+        'carl/mine.py: no exercise has this name']
     assert students == ['anna', 'ben', 'carl']
     assert [one[:2] for one in found] == [('anna', 'black_path'), ('anna', 'stop_at_x'), ('ben', 'stop_at_x')]
     assert [one.packages for one in found] == [f'{folder}/anna', f'{folder}/anna', f'{folder}/ben']
@@ -74,10 +78,75 @@ def test_what_is_wrong_with_one_spoils_no_other(tmp_path, files, said):
     assert ben.trouble == ''
 
 
+@pytest.mark.parametrize('name, text', [('stop_at_x', '#!/bin/sh\n'), ('stop_at_x.sh', ''),
+                                        ('stop_at_x', '#!/usr/bin/env python3\n')])
+def test_a_script_without_permission_is_found_by_its_kind(tmp_path, name, text):
+    folder = fill(tmp_path, {f'anna/{name}': text})
+    os.chmod(f'{folder}/anna/{name}', 0o644)
+    assert submissions.find(folder, NAMES)[1][0].command == (f'{folder}/anna/{name}',)
+
+
+@pytest.mark.parametrize('name, text, reason', [
+    ('all.zip', 'PK', 'it is an archive: unpack it'),
+    ('stop_at_x.tar.gz', 'x', 'it is an archive: unpack it'),
+    ('stop_at_x.txt', 'import rospy', 'it is not a program: the name of a Python program ends in .py'),
+    ('stop_at_x.py.txt', 'import rospy', 'it is not a program: the name of a Python program ends in .py'),
+    ('stop_at_y.py', 'import rospy', 'no exercise has this name: did you mean stop_at_x?'),
+    ('stop_at_x', '\x7fELF', 'it is not executable: type chmod +x'),
+    ('notes.txt', 'x', 'it is not a program'),
+])
+def test_what_is_not_graded_is_listed_with_the_reason(tmp_path, name, text, reason):
+    folder = fill(tmp_path, {f'anna/{name}': text, 'ben/stop_at_x.py': '', 'ben/notes.txt': 'a file of the program',
+                             'ben/src/tools/__init__.py': ''})
+    (tmp_path / 'carl').mkdir()
+    students, _, left_out = submissions.find(folder, NAMES)
+    assert students == ['anna', 'ben', 'carl']
+    assert [one[:2] for one in left_out] == [('anna', name), ('carl', '')]
+    assert left_out[0].reason.startswith(reason)
+    assert left_out[1].reason == 'the folder is empty'
+
+
+def test_many_files_that_are_not_graded_are_counted(tmp_path):
+    folder = fill(tmp_path, {**{f'anna/{number:03}.txt': '' for number in range(100)}, 'ben/stop_at_x.py': ''})
+    left_out = submissions.find(folder, NAMES)[2]
+    assert len(left_out) == submissions.MAX_LEFT_OUT + 1
+    assert left_out[-1].text() == 'anna: 80 more files are not graded'
+
+
+@pytest.fixture(name='deep')
+def deep_folder(tmp_path):
+    """Fill a class with 1,500 folders in each other; pytest's own rmtree could not remove them."""
+    folder = fill(tmp_path, {'anna/stop_at_x.py': '', 'ben/stop_at_x.py': ''})
+    place = os.open(f'{folder}/anna', os.O_RDONLY)
+    for _ in range(1500):
+        os.mkdir('d', dir_fd=place)
+        below = os.open('d', os.O_RDONLY, dir_fd=place)
+        os.close(place)
+        place = below
+    os.close(place)
+    yield folder
+    subprocess.run(['rm', '-r', f'{folder}/anna'], check=True)
+
+
+def test_a_thousand_folders_in_each_other_stop_nobody(deep):
+    _, found, left_out = submissions.find(deep, NAMES)
+    assert len(found) == 2
+    assert [one.reason for one in left_out] == ['it lies in more than 50 folders']
+    assert list(graded.files_of(found[0], [])) == ['stop_at_x.py']
+
+
+def test_the_only_program_counts_for_a_single_exercise(tmp_path):
+    folder = fill(tmp_path, {'anna/solution.py': '', 'anna/notes.txt': '', 'ben/a.py': '', 'ben/b.py': ''})
+    _, found, left_out = submissions.find(folder, ['stop_at_x'], only='stop_at_x')
+    assert [(one.student, one.exercise, one.program) for one in found] == [
+        ('anna', 'stop_at_x', f'{folder}/anna/solution.py')]
+    assert [one.name for one in left_out] == ['a.py', 'b.py']
+
+
 @pytest.mark.parametrize('files, said', [
     ({}, 'It is empty.'),
     ({'stop_at_x.py': ''}, 'It contains stop_at_x.py. If it contains programs for one exercise, add --exercise NAME.'),
-    ({'anna/stop.py': '', 'anna/data.txt': ''}, 'It contains anna/stop.py.'),
+    ({'anna/stop.py': '', 'anna/data.txt': ''}, 'It contains anna/data.txt, anna/stop.py.'),
     ({f'anna/{letter}.py': '' for letter in 'abcdefghij'}, 'anna/h.py and 2 more.'),
 ])
 def test_a_folder_without_submissions_is_explained(tmp_path, files, said):

@@ -1,11 +1,15 @@
 """course_grader.supervision.supervisor: when an attempt is repeated, and what the last one says."""
+import threading
+import time
+import types
+
 import pytest
 
 from course_grader.rules import scoring
 from course_grader.rules.observation import Observed
 from course_grader.supervision import supervisor
-from course_grader.supervision.job import Attempted
-from course_grader.supervision.supervisor import MAX_REPEATED
+from course_grader.supervision.job import Attempted, Job
+from course_grader.supervision.supervisor import MAX_REPEATED, Supervisor
 
 
 def attempted(outcome, kept_up=True, lockstep=True, busy='', flooded=False, broken=False):
@@ -25,8 +29,9 @@ BUSY = attempted('undecided', kept_up=False, busy='/student')
     (attempted('undecided', broken=True), ['broken'], 1.0, None, None),
     (SLOW, [], 1.0, 'slow', False),
     (SLOW, ['slow'], 1.0, 'slow again', True),  # should it be the lockstep
-    (SLOW, ['slow', 'slow again'], 1.0, None, None),
-    (SLOW, [], MAX_REPEATED + 1.0, None, None),
+    (SLOW, ['slow', 'slow again'], 1.0, 'alone', False),
+    (SLOW, [], MAX_REPEATED + 1.0, 'alone', False),
+    (SLOW, ['alone'], MAX_REPEATED + 1.0, None, None),
     (attempted('failed', kept_up=False), [], 1.0, None, None),
     (BUSY, [], 1.0, 'busy', True),
     (BUSY, [], MAX_REPEATED + 1.0, 'busy', True),  # a program that never sleeps has a right to real time
@@ -51,12 +56,89 @@ def test_who_floods_the_simulator_fails(got, busy, outcome):
 
 
 def test_who_breaks_the_grading_each_time_fails():
-    said = supervisor.final(attempted('undecided', broken=True), '').verdict
+    said = supervisor.final(attempted('undecided', broken=True), '', again=True).verdict
     assert (said.outcome, said.score) == ('failed', 0.0)
     assert said.objections == ['the grading broke down while this program ran, each time: it was slow']
+
+
+def test_who_breaks_the_grading_once_is_undecided():
+    assert supervisor.final(attempted('undecided', broken=True), '').verdict.outcome == 'undecided'
 
 
 def test_the_texts_of_repeats_name_node_and_reason():
     texts = [retry.text.format(busy='/student', reason='it was slow') for retry in supervisor.RETRIES]
     assert texts[0].startswith('/student never sleeps')
-    assert set(texts[1:]) == {'Grading again, because it was slow'}
+    assert set(texts[1:]) == {'Grading again, because it was slow',
+                              'Grading again, alone and with more time, because it was slow'}
+
+
+class Attempts:
+    """The part of a Supervisor that makes attempts; they return ``results`` one after the other."""
+
+    def __init__(self, *results):
+        self._gate, self.results, self.limits = supervisor._Gate(), list(results), []
+
+    def _attempt(self, job, deadline):
+        self.limits.append(round(deadline - time.monotonic()))
+        return self.results.pop(0)
+
+
+def graded(attempts, limit=None):
+    job = Job(types.SimpleNamespace(time=10.0), (), '', '', 1)
+    return Supervisor._grade(attempts, job, limit, lambda text: None).verdict.outcome
+
+
+MANY_SLOW = SLOW, SLOW, SLOW
+BROKEN = attempted('undecided', broken=True)
+
+
+@pytest.mark.parametrize('results, limit, outcome, limits', [
+    ([attempted('passed')], None, 'passed', [130]),
+    ([*MANY_SLOW, attempted('passed')], None, 'passed', [130, 130, 130, 390]),
+    ([*MANY_SLOW, SLOW], None, 'undecided', [130, 130, 130, 390]),  # never a score of 0
+    ([*MANY_SLOW, SLOW], 60.0, 'undecided', [60, 60, 60, 60]),  # who asks for a limit gets it
+    ([BROKEN, BROKEN], None, 'failed', [130, 390]),
+    ([BROKEN], -1.0, 'undecided', [-1]),  # its time is over
+])
+def test_an_attempt_for_which_the_machine_was_slow_is_made_again_with_more_time(results, limit, outcome, limits):
+    attempts = Attempts(*results)
+    assert graded(attempts, limit) == outcome
+    assert attempts.limits == limits
+
+
+def test_an_attempt_alone_waits_for_the_others_which_then_wait_for_it():
+    gate, events = supervisor._Gate(), []
+
+    def attempt(name, alone):
+        with gate.passed(alone):
+            events.append(name)
+    with gate.passed(alone=False):
+        alone = threading.Thread(target=attempt, args=('alone', True))
+        alone.start()
+        until(lambda: gate._closed)
+        other = threading.Thread(target=attempt, args=('other', False))
+        other.start()
+        assert not events
+    alone.join()
+    other.join()
+    assert events == ['alone', 'other']
+
+
+def until(condition):
+    end = time.monotonic() + 10.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.001)
+
+
+@pytest.mark.parametrize('ran, waited, starved', [
+    (5.0, 90.0, True),  # of 100 s: an honest program at a load of 20
+    (5.0, 10.0, False),  # it hung for another reason than a core
+    (60.0, 90.0, False),  # it is the load
+])
+def test_who_waits_for_a_core_is_not_who_takes_it(monkeypatch, ran, waited, starved):
+    process = types.SimpleNamespace(pid=1, cpu_times=lambda: types.SimpleNamespace(
+        user=ran, system=0.0, children_user=0.0, children_system=0.0))
+    monkeypatch.setattr(supervisor.processes, 'tree', lambda child: [child])
+    monkeypatch.setattr(supervisor.processes, 'thread_times', lambda pid: {'1': (ran, waited)})
+    assert supervisor._starved(process, 100.0) == starved

@@ -31,6 +31,7 @@ from rospy_support.topics import LatestPublisher, Publisher
 from sim_ros import clock, recording
 from sim_ros import robotont_messages as messages
 from sim_ros.clock import SimulatorClock, init_simulator, seeded_random
+from sim_ros.parent_link import ParentLink
 from sim_ros.recording import RecordedWorld
 
 NAME = 'robotont_gazebo'
@@ -59,9 +60,13 @@ PARAMETERS = Table(
 class RobotontNode:
     """robotont_gazebo's interface on a RobotWorld."""
 
-    def __init__(self):
-        """Read the parameters and register everything. Call ``init_simulator`` first."""
-        self._clock = SimulatorClock(DT)
+    def __init__(self, connection=None):
+        """Read the parameters and register everything. Call ``init_simulator`` first.
+
+        ``connection``: a socket for a ParentLink.
+        """
+        self._parent = ParentLink(connection) if connection else None
+        self._clock = SimulatorClock(DT, self._parent)
         self._refusals = WallThrottle(WARNING_PERIOD)
         self._stamp, self._warned_of_watchdog = rospy.Time(), False
         model, prefix = PARAMETERS.read('~model', '~frame_prefix')
@@ -104,6 +109,8 @@ class RobotontNode:
             world = self._world
             world.step()
             self._shared.record_step(world.pose)
+            if self._parent:
+                self._parent.moved(world.steps, {models.ROBOT: world.pose})
             self._update_stamp()
             if world.timed_out and not self._warned_of_watchdog:
                 self._warned_of_watchdog = True
@@ -207,9 +214,9 @@ def _read_world(seed):
             'files put it at x = -x_pos') from None
 
 
-def main():
-    """Run robotont_gazebo."""
+def main(connection=None):
+    """Run robotont_gazebo; ``connection``: that of a ParentLink."""
     require_alone(NAME, 'odom')
     init_simulator(NAME, PARAMETERS)
     reachability.watch()
-    RobotontNode().run()
+    RobotontNode(connection).run()

@@ -16,7 +16,7 @@ for simulated time in the thread that calls ``run``. Random numbers come from ``
 
 Private parameters: ``~rate``, ``~clock``, ``~paused``, ``~lockstep``, ``~lockstep_wait``; services ``~pause``,
 ``~resume`` (std_srvs/Trigger), ``~step`` (sim_ros/Step), ``~set_rate`` (sim_ros/SetRate); topic ``~clock_status``
-(sim_ros/ClockStatus, latched).
+(sim_ros/ClockStatus, latched). A simulator that another program has started with a ParentLink refuses the services.
 
 Lockstep (see sim_ros.lockstep): no step starts before every node of this machine that follows /clock is idle. A node
 that waits in wall time (time.sleep; rospy.wait_for_message polls) counts as idle.
@@ -29,6 +29,7 @@ Threading contract: ``run`` is called in one thread, which also answers ``servic
 ~set_rate run in rospy's threads.
 """
 import math
+import os
 import random
 import time
 
@@ -80,8 +81,12 @@ def seeded_random():
 class SimulatorClock:
     """Paces a simulator's steps and publishes their time."""
 
-    def __init__(self, step):
-        """Read the parameters, register services and topics; ``step`` [s] is the simulated time of one step."""
+    def __init__(self, step, parent=None):
+        """Read the parameters, register services and topics; ``step`` [s] is the simulated time of one step.
+
+        ``parent``: the ParentLink to the program that owns the time.
+        """
+        self._parent = parent
         rate, self._lockstep_timeout, paused = PARAMETERS.read('~rate', '~lockstep_wait', '~paused')
         self._publishes = PARAMETERS['~clock'].read(rate != REAL_TIME)
         lockstep = PARAMETERS['~lockstep'].read(self._publishes and rate == math.inf)
@@ -100,16 +105,18 @@ class SimulatorClock:
         else:
             self._use_other_clock()
         self.services = FrameServices(self._on_call, by_name=self._lockstep is not None)
-        rospy.Service('~pause', Trigger, lambda _: self.pause())
-        rospy.Service('~resume', Trigger, lambda _: self.resume())
-        rospy.Service('~step', Step, self._step_by_hand)
-        rospy.Service('~set_rate', SetRate, self._set_rate)
+        rospy.Service('~pause', Trigger, self._unless_owned(lambda _: self.pause()))
+        rospy.Service('~resume', Trigger, self._unless_owned(lambda _: self.resume()))
+        rospy.Service('~step', Step, self._unless_owned(self._step_by_hand))
+        rospy.Service('~set_rate', SetRate, self._unless_owned(self._set_rate))
         rospy.on_shutdown(self._pacer.close)
         registration.on_return(self._restore)
 
     def run(self, step):
         """Call ``step()`` whenever a step is due, until shutdown."""
         self._report()
+        if self._parent:
+            self._parent.serve(self._pacer)
         while not rospy.is_shutdown():
             given_up = self._pacer.wait()
             if given_up is None:
@@ -147,13 +154,23 @@ class SimulatorClock:
         now, calls = self._set_time(), self.services.batch
         self._answer()
         step()
-        if self._lockstep and (self.services.batch != calls or self._has_listeners()):
+        if self._lockstep and (self.services.batch != calls or self._has_listeners()
+                               or self._parent and self._parent.answers):
             # otherwise, chance decides whether a node handles the messages of this step or /clock first
             self._wait_for_nodes()
         self._clock.publish(now)
         if self._lag:
             self._warn_of_lag()
         self._report()
+        if self._parent:
+            late, busy = self._lateness()
+            self._parent.stepped(self._pacer.steps, late, '' if self._lockstep and self._lockstep.starved else busy)
+
+    def _unless_owned(self, handler):
+        """Return the handler of a service that controls time; it refuses if another program owns the time."""
+        def refuse(_):
+            raise rospy.ServiceException('time belongs to the program that has started this simulator')
+        return refuse if self._parent else handler
 
     def _restore(self):
         """Restore what a restarted master has lost."""
@@ -206,15 +223,19 @@ class SimulatorClock:
                                 'in late_steps.', self._lag.busy, behind)
 
     def _report(self):
+        self._status.report(*self._lateness())
+
+    def _lateness(self):
+        """Return (late_steps, busy) of ClockStatus."""
         watch = self._lockstep or self._lag
-        self._status.report(*((watch.late, watch.busy) if watch else (0, '')))
+        return (watch.late, watch.busy) if watch else (0, '')
 
     def _own_clock(self, step, lockstep):
         """Publish /clock and set /use_sim_time, as Gazebo does, and warn of a second /clock."""
         self._clock = LatestPublisher('/clock', Clock)
         self._set_use_sim_time()
         if lockstep:
-            self._lockstep = Lockstep(self._clock, self._lockstep_timeout, step)
+            self._lockstep = Lockstep(self._clock, self._lockstep_timeout, step, os.getppid() if self._parent else None)
         else:
             self._lag = LagMonitor(self._clock, CLOCK_SIZE, step)
 

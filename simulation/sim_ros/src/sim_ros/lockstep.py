@@ -2,6 +2,7 @@
 
 Threading contract: only the thread that publishes /clock uses a Lockstep.
 """
+import contextlib
 import http.client
 import os
 import socket
@@ -21,6 +22,8 @@ from rospy_support.limited_transport import LimitedTransport
 FIRST_PAUSE = 5e-5  # [s] of wall time between the first two checks
 GROWTH = 1.25  # of the next pause, up to MAX_PAUSE
 MAX_PAUSE = 1e-3  # [s]
+STARVED = 10.0  # times the longest wait, for nodes that have run for less than WORKED of it: they wait for a core
+WORKED, NOTICED = 0.5, 0.05  # the share; [s] of the wait after which it is counted, as nearly all are shorter
 JOINING = 0.12  # [s] without work after the registration of a new node, whose init_node polls every 0.1 s
 SETTLING = 0.02  # [s] without work after another registration, once the master has notified the nodes of it
 WORK = 100_000  # [ns] a process runs at least this long for a registration; one that polls runs less between two checks
@@ -34,18 +37,24 @@ master_poll = 0.1  # [s] period of the master's threads that notify nodes; set i
 class Lockstep:
     """Waits until the followers of a publisher of /clock are idle."""
 
-    def __init__(self, publisher, timeout, step):
-        """``timeout`` [s of wall time] is the longest wait; once a node was late, it is ``step`` [s]."""
+    def __init__(self, publisher, timeout, step, parent=None):
+        """``timeout`` [s] is the longest wait; once a node was late, it is ``step`` [s].
+
+        On a loaded machine, where the nodes wait for a core instead, it is up to STARVED times as long. ``parent``: the
+        number of a process that is waited for, too, although it does not follow /clock.
+        """
         self._publisher = publisher
         self._timeout = timeout
         self._step = step
         self._machine = Machine()
         self._own = ProcessThreads(os.getpid(), without=[threading.get_native_id()])
+        self._parent = None if parent is None else ProcessThreads(parent)
         self.watch_master()
         self._settled = {}  # {master: run time [ns]} when all nodes were last idle
         self._connections = ()
         self._followers = {}  # connection: (name, ProcessThreads or None if it cannot be watched)
         self.late = 0  # steps that started although a node was not idle
+        self.starved = False  # whether the last of them did so because the nodes got no core
         self.busy = ''  # names of the nodes that were still busy at the end of the last wait
 
     def watch_master(self):
@@ -59,8 +68,9 @@ class Lockstep:
     def wait(self):
         """Wait until all are idle; return whether they were in time."""
         timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
-        timeout = self._step if self.busy else self._timeout
-        settling, before = _Settling(), None
+        timeout, longest = (self._step,) * 2 if self.busy else (self._timeout, STARVED * self._timeout)
+        settling, before, began = _Settling(), None, None
+        self.starved = False
         while not rospy.is_shutdown():
             runs, now = self._run_times(), timer.elapsed()
             settling.observe(runs, now)
@@ -70,7 +80,11 @@ class Lockstep:
                     return True
                 runs = None  # the request has woken the master
             before = runs
+            if began is None and now >= NOTICED:
+                began = self._ran()
             if now >= timeout:
+                self.starved = timeout < longest and not (began and self._worked_since(began) >= WORKED * timeout)
+            if now >= (longest if self.starved else timeout):
                 self.late += 1
                 self.busy = self._busy_names() or self.busy or NOBODY
                 return False
@@ -78,12 +92,27 @@ class Lockstep:
             pause = min(GROWTH * pause, MAX_PAUSE)
         return True
 
+    def _ran(self):
+        """Return {process: run time [ns]} of all that are waited for, except those that have ended."""
+        found = {}
+        for process in self._processes():
+            with contextlib.suppress(Gone):
+                found[process] = process.ran()
+        return found
+
+    def _worked_since(self, began):
+        """Return for how long [s] the busiest process has run since ``began``, {process: run time [ns]}."""
+        return max((ran - began.get(process, 0) for process, ran in self._ran().items()), default=0) / 1e9
+
+    def _processes(self):
+        """Return the processes that are waited for: the followers, the simulator itself, its parent, and the master."""
+        followers = [threads for _, threads in self._followers.values()]
+        return [*filter(None, (*followers, self._own, self._parent, self._master))]
+
     def _run_times(self):
         """Return {process: run time [ns]} if all are idle; None if one is busy or has just ended."""
         self._update_followers()
-        processes = [*filter(None, (threads for _, threads in self._followers.values())), self._own]
-        if self._master:
-            processes.append(self._master)
+        processes = self._processes()
         try:
             before = {process: process.ran() for process in processes}
             if not all(process.sleeps() for process in processes):

@@ -8,7 +8,7 @@ import rospy
 
 from kinematic_core.timing.idle_threads import Gone
 from sim_ros import lockstep
-from sim_ros.lockstep import JOINING, MAX_PAUSE, SETTLING, Lockstep
+from sim_ros.lockstep import JOINING, MAX_PAUSE, NOTICED, SETTLING, STARVED, Lockstep
 
 TIMEOUT, STEP = 2.0, 0.016  # [s]
 
@@ -32,11 +32,12 @@ class Process:
 
     def __init__(self, wall):
         self.wall, self.busy_until, self.worked, self.gone, self.closed = wall, 0.0, 0, False, False
+        self.cores = 0.0  # share of a core that it has got from the start on
 
     def ran(self):
         if self.gone:
             raise Gone
-        return 5 + 1_000_000 * self.worked
+        return 5 + 1_000_000 * self.worked + int(1e9 * self.cores * self.wall.now)
 
     def sleeps(self):
         if self.gone:
@@ -187,22 +188,31 @@ def test_a_master_that_polls_is_not_even_asked(scene, monkeypatch):
 
 def test_a_node_that_never_rests_is_named_counted_and_gets_real_time_from_then_on(scene):
     hog, good = scene.node('/hog'), scene.node('/good')
-    hog.busy_until = scene.wall.now + 1e6
+    hog.busy_until, hog.cores = scene.wall.now + 1e6, 0.9
     idle, took = scene.wait()
     assert not idle and TIMEOUT <= took < TIMEOUT + 2.0 * MAX_PAUSE
     assert (scene.lockstep.late, scene.lockstep.busy) == (1, '/hog')
     idle, took = scene.wait()
     assert not idle and STEP <= took < STEP + 2.0 * MAX_PAUSE
     assert scene.lockstep.late == 2
-    hog.busy_until = 0.0
+    hog.busy_until = hog.cores = 0.0
     assert scene.wait()[0]
     assert (scene.lockstep.late, scene.lockstep.busy) == (2, '')
     good.busy_until = scene.wall.now + 1.5
     assert scene.wait()[0]  # the whole timeout again
 
 
+@pytest.mark.parametrize('cores, expected', [(0.6, TIMEOUT), (0.4, 2.5), (0.0, STARVED * TIMEOUT)])
+def test_a_node_that_waits_for_a_core_gets_more_time(scene, cores, expected):
+    node = scene.node('/one')
+    node.busy_until, node.cores = scene.wall.now + 1e6, cores  # 0.4 of a core: half of TIMEOUT after 2.5 s
+    idle, took = scene.wait()
+    assert not idle and expected <= took < expected + 2.0 * NOTICED
+    assert scene.lockstep.starved == (cores == 0.0)
+
+
 def test_the_simulator_itself_can_be_what_is_busy(scene):
-    scene.own.busy_until = scene.wall.now + 1e6
+    scene.own.busy_until, scene.own.cores = scene.wall.now + 1e6, 1.0
     assert not scene.wait()[0]
     assert 'the simulator itself' in scene.lockstep.busy
 

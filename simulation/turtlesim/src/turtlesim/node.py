@@ -8,8 +8,6 @@ lock; separate threads make images and drawings (image_server.py, drawing_server
 import contextlib
 import gc
 import math
-import struct
-import threading
 
 import rospy
 from std_srvs.srv import Empty, EmptyResponse
@@ -20,6 +18,7 @@ from rospy_support.master import Master, NoMaster
 from rospy_support.parameters import Computed, Integer, Numbers, Table
 from sim_ros import clock, recording
 from sim_ros.clock import SimulatorClock, init_simulator
+from sim_ros.parent_link import ParentLink
 from turtlesim import image_server
 from turtlesim.drawing_server import DrawingServer
 from turtlesim.image_server import ImageServer
@@ -29,7 +28,6 @@ from turtlesim.srv import Kill, KillResponse, Spawn, SpawnResponse
 from turtlesim.turtle_interface import TurtleInterface
 
 FIRST = 'turtle1'
-STEERING = '<2d'  # linear velocity [m/s], angular velocity [rad/s]
 FREEZE_EVERY = 50  # turtles: garbage collection takes 50 ms with a thousand turtles, so it skips older ones
 BACKGROUND_PARAMETERS = [Integer(f'~background_{channel}', default, 0, 255)
                          for channel, default in zip('rgb', BACKGROUND)]
@@ -41,9 +39,13 @@ PARAMETERS = Table(*BACKGROUND_PARAMETERS, clock.PARAMETERS, clock.SEED, START_P
 class TurtlesimNode:
     """turtlesim's node, with turtle1."""
 
-    def __init__(self):
-        """Read the parameters and register everything. Call ``init_simulator`` first."""
-        self._clock = SimulatorClock(DT)
+    def __init__(self, connection=None):
+        """Read the parameters and register everything. Call ``init_simulator`` first.
+
+        ``connection``: a socket for a ParentLink, whose commands drive turtle1.
+        """
+        self._parent = ParentLink(connection, self._drive) if connection else None
+        self._clock = SimulatorClock(DT, self._parent)
         self._background = BACKGROUND
         self._asked_in_batch = None  # the last one in which the master was asked for the background
         self._set_background()
@@ -62,17 +64,10 @@ class TurtlesimNode:
         self._drawing_server = DrawingServer(self._shared)
         registration.on_return(self._set_background)
 
-    def follow(self, connection):
-        """Let turtle1 follow commands STEERING from a connection that no node can open, until it is closed."""
-        threading.Thread(target=self._follow, args=(connection,), name='steering', daemon=True).start()
-
-    def _follow(self, connection):
-        with connection, connection.makefile('rb') as file:
-            for data in iter(lambda: file.read(struct.calcsize(STEERING)), b''):
-                linear, angular = struct.unpack(STEERING, data)
-                with contextlib.suppress(UnknownTurtle), self._shared.lock:
-                    self._shared.world.command(FIRST, linear, 0.0, angular)
-                    self._shared.note('cmd', linear, 0.0, angular, request=recording.PARENT)
+    def _drive(self, linear, angular):
+        with contextlib.suppress(UnknownTurtle), self._shared.lock:
+            self._shared.world.command(FIRST, linear, 0.0, angular)
+            self._shared.note('cmd', linear, 0.0, angular, request=recording.PARENT)
 
     def run(self):
         """Step until shutdown."""
@@ -85,6 +80,8 @@ class TurtlesimNode:
 
     def _step(self):
         readings = self._shared.step()
+        if self._parent:
+            self._parent.moved(self._shared.world.steps, {turtle.name: turtle.pose()[:3] for turtle, _, _ in readings})
         at_wall = []
         for turtle, colour, wall in readings:
             interface = self._interfaces.get(turtle.name)
@@ -233,11 +230,8 @@ def _log_spawn(name, x, y, theta):
     rospy.loginfo('Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]', name, x, y, theta)
 
 
-def main(steering=None):
-    """Run turtlesim_node; ``steering``: a connection for TurtlesimNode.follow."""
+def main(connection=None):
+    """Run turtlesim_node; ``connection``: that of a ParentLink."""
     init_simulator('turtlesim', PARAMETERS)
     reachability.watch()
-    node = TurtlesimNode()
-    if steering is not None:
-        node.follow(steering)
-    node.run()
+    TurtlesimNode(connection).run()

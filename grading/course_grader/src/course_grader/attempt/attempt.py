@@ -2,9 +2,9 @@
 
 Everything runs in simulated time, which is paused until the program has registered with the master (or ended), so that
 a slow start costs nothing. In lockstep no step starts before the nodes have finished the last one: the result does not
-depend on the machine, and the simulator runs as fast as the nodes become idle. The observer is one of these nodes: it
+depend on the machine, and the simulator runs as fast as the nodes become idle. This holds for the observer, too: it
 polls every PERIOD, and reads what is printed before the next step starts. A program that uses the wall clock, or never
-sleeps, is observed in real time instead.
+sleeps, is observed in real time instead. Steps, time and poses come through a private connection (simulator_link.py).
 
 Master and simulator are forked before this process has a second thread; only the Sandbox starts the student's program.
 The process is discarded at the end: nothing is shut down in order.
@@ -21,18 +21,17 @@ import traceback
 import uuid
 import xmlrpc.client
 
+import psutil
 import rosgraph
 import rospy
-from sim_ros.msg import ClockStatus
-from sim_ros.srv import Step
-from std_srvs.srv import Trigger
 
 from course_grader.attempt import forked, static_analysis
 from course_grader.attempt.recording_reader import RecordingReader
+from course_grader.attempt.simulator_link import SimulatorLink
 from course_grader.attempt.state import StateReader
 from course_grader.attempt.stimuli import Stimuli
 from course_grader.isolation import levels, network, sandbox, student_files, view
-from course_grader.isolation.limits import CPU_ALLOWANCE
+from course_grader.isolation.limits import CPU_ALLOWANCE, MEGABYTE
 from course_grader.isolation.sourced import Sourced
 from course_grader.rules import judging, random_stimuli, scoring, symptoms
 from course_grader.rules.observation import Event, Observed
@@ -44,9 +43,11 @@ from kinematic_core.timing.stall_free_timer import ActiveTimer
 from kinematic_core.worlds import robot_world, turtle_world
 from plain_support import processes
 from rospy_support import rospy_internals, servers
+from sim_ros import lockstep
 
 SIMULATORS = {'turtlesim': ('/turtlesim', turtle_world.DT), 'robotont': ('/robotont_gazebo', robot_world.DT)}
 OF_EVERY_NODE = '/clock', '/rosout'  # topics
+ROLES = {'PUB': 'publishes', 'SUB': 'subscribes', 'SERVICE': 'serves'}  # of a node for a name, as in the master's log
 FAKES = {'/turtle1/pose': 'fake_pose', '/turtle1/color_sensor': 'fake_pose', '/odom': 'fake_pose',
          '/clock': 'fake_clock'}  # topic: kind of the event when the program publishes on it
 POLL = 0.02  # [s] of wall time
@@ -54,23 +55,33 @@ PERIOD = 1.0  # [s] of simulated time between two polls of the master and the sc
 SHUTDOWN_TIMEOUT = 3.0  # [s] of wall time for a simulator to shut down, or a program to end after its nodes
 START_TIMEOUT = 20.0  # [s] of wall time for master and simulator to start
 IDLE_START = 10.0  # [s] of wall time for an idle program to register with the master
-MAX_START = 60.0  # [s] the same for a busy program, such as one that still imports
+MAX_START = 60.0  # [s] of its processor time, the same for a busy program, such as one that still imports
 IDLE_STARTED = 0.4  # [s] of idle time after which a launch file or script counts as started
 MAX_COMPLETION = 15.0  # [s] of wall time for that
 AFTER_END = 2.5  # [s] of simulated time that is observed after the program has ended
 SETTLED = 3.0  # [s] of simulated time without motion after which a full score is final
 HOG_CORES = 1.3  # cores that a program may use while the simulation cannot keep up; a busy loop takes one
 UNMEASURED = 1.0  # [s] of processor time that may be older: it is polled from time to time
+LEAST_SHARE = 0.2  # of the wall time, below which a simulator was not kept busy, but got no core
 FLOODED_SHARE = 0.5  # busy share of a simulator, of the time for which it has a core; undisturbed 0.05
 MAX_STALL = 0.25  # [s] for which the machine may stall in real time
-MASTER_LOG = 'master.txt'
+MASTER_LOG, SIMULATOR_LOG = 'master.txt', 'simulator.txt'
 WORLD = 'world.yaml'
 LAG = 0.1  # [s] of simulated time by which a recording may lag
-SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit
+SLACK = 20.0  # [s] of wall time on top of the exercise's own time: the hard limit in real time
+BUSY_SHARE = 0.5  # of the wall time, of a run that met its limit: the processor time of the program itself
+SERVER_SHARE = 0.3  # of the wall time, of a run that met its limit: more processor time of master, simulator and grader
+                    # is due to what the program sends them; an honest program's run takes 0.05 of it
+MAX_LOG = 16 * MEGABYTE  # [bytes] of the master's or the simulator's log; those of the samples have less than 30 kB
+MAX_SERVER_MEMORY = 512 * MEGABYTE  # [bytes] of master or simulator; at the start 60 MB
 
 
 class AttemptError(RuntimeError):
     """The grading failed for a reason that is not the student's; the text says why."""
+
+
+class TooSlow(AttemptError):
+    """The machine was too slow to begin a grading."""
 
 
 def run(job):
@@ -83,13 +94,17 @@ def run(job):
         command, remarks = sandbox.runnable(job.command)
         packages = job.packages or _package(command)
         sourced = job.sourced if not job.packages and job.sourced.concern(command) else Sourced()
-        for folder in sourced.folders() or filter(None, [packages]):
-            student_files.check_packages(folder)
+        unusable = next(filter(None, map(student_files.unusable_packages, sourced.folders() or filter(
+            None, [packages]))), '')
+        if unusable and os.path.basename(command[0]) in sandbox.FIND_PACKAGES:
+            raise sandbox.CommandError(unusable)
         job = job._replace(isolation=_isolation(job, command, packages, sourced))
+        if unusable:  # the program is a file, which needs no package to be found
+            remarks, packages, sourced = [*remarks, unusable], None, Sourced()
         _set_environment(sourced.environment(policy.environment(os.environ, packages)))
         chosen = policy_of(command, job.real_time)
         command = static_analysis.resolved(command)
-    except (sandbox.CommandError, student_files.UnreadableFile) as error:
+    except sandbox.CommandError as error:
         failed = scoring.Verdict(scoring.FAILED, 0.0, [], [str(error)])
         return Attempted(symptoms.advise(job.exercise, Observed(), failed), Observed())
     attempt = Attempt(job, command, chosen, remarks)
@@ -99,6 +114,7 @@ def run(job):
         attempt.student = None
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
     except AttemptError as error:
+        attempt.observed.kept_up = not isinstance(error, TooSlow)
         verdict = scoring.Verdict(scoring.UNDECIDED, 0.0, [], [str(error)])
     except Exception as error:  # of any kind: if it happens again, the program is the cause
         if isinstance(error, OSError) and str(error.filename or '').startswith(job.output):
@@ -152,11 +168,13 @@ class Attempt:
 
     def __init__(self, job, command, chosen, remarks):
         """``command`` can be started; ``chosen``: the Policy for it; ``remarks`` on it, as texts."""
+        self._deadline = time.monotonic() + job.limit
         self._job, self.exercise, self._command, self._policy = job, job.exercise, command, chosen
         self.remarks = [*remarks, *chosen.remarks]
         self._simulator, self._dt = SIMULATORS[self.exercise.simulator]
         self._record = os.path.join(job.output, RECORD)
         self._master_log = os.path.join(job.output, MASTER_LOG)
+        self._simulator_log = os.path.join(job.output, SIMULATOR_LOG)
         self._node = f'/grader_{uuid.uuid4().hex[:12]}'
         self.student = None
         self.finished = False
@@ -186,7 +204,7 @@ class Attempt:
             simulator = self._start_simulator(box)
             servers.protect()
             rospy_internals.poll_for_registration()
-            rospy.init_node(self._node[1:], argv=[], disable_signals=True)
+            rospy.init_node(self._node[1:], argv=[], disable_signals=True, disable_rostime=True)  # time: SimulatorLink
             try:
                 self._observe(box, simulator)
             finally:
@@ -200,7 +218,7 @@ class Attempt:
         try:
             self._master_process, uri = forked.start_master(self._master_log, START_TIMEOUT)
         except TimeoutError as error:
-            raise AttemptError(str(error)) from None
+            raise TooSlow(str(error)) from None
         box.keep(self._master_process)
         os.environ['ROS_MASTER_URI'] = box.environment['ROS_MASTER_URI'] = uri
         self._master = rosgraph.Master(self._node)  # over one connection, in the main thread only
@@ -213,8 +231,8 @@ class Attempt:
         self._master.setParam('/use_sim_time', True)
         try:
             arguments = self._simulator_arguments(box.environment['TMPDIR'])
-            simulator, self._steering = forked.start_simulator(self.exercise.simulator, arguments,
-                                                               os.path.join(box.folder, 'simulator.txt'))
+            simulator, connection = forked.start_simulator(self.exercise.simulator, arguments, self._simulator_log)
+            self._link = SimulatorLink(connection, self._dt)
         except ImportError as error:
             raise AttemptError(f'the simulator for {self.exercise.simulator} is missing ({error}): type ./run build. '
                                'Where ROS has a package of that name itself, its simulator takes the place of the one '
@@ -239,15 +257,9 @@ class Attempt:
 
     def _observe(self, box, simulator):
         reader = RecordingReader(self._record, self._dt, self.observed)
-        resume, pause = (rospy.ServiceProxy(f'{self._simulator}/{name}', Trigger, persistent=True)
-                         for name in ('resume', 'pause'))
-        step = rospy.ServiceProxy(f'{self._simulator}/step', Step, persistent=True)  # not a connection per call
-        self._until(lambda: self._offers(step.resolved_name), simulator, 'simulator')  # its last service
-        rospy.Subscriber(f'{self._simulator}/clock_status', ClockStatus, self._on_status)
-        step(0)  # these connections stay, even if another node offers services of these names
-        if not self._policy.lockstep:
-            resume()
-            pause()
+        self._link.listen()
+        self._until(lambda: self._link.ready, simulator, 'simulator')
+        self._link.step(1)  # time begins
         try:
             student = self.student = sandbox.Student(box, self._command, reader.read)
         except sandbox.CommandError as error:
@@ -257,8 +269,8 @@ class Attempt:
             raise sandbox.IsolationError(f'the program could not be started: {error}') from None
         self.observed.lines = student.lines
         try:
-            self._follow(reader, student, simulator, step, resume)
-        except (rospy.ServiceException, rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
+            self._follow(reader, student, simulator)
+        except (rospy.ROSException, rosgraph.MasterException, xmlrpc.client.Error,
                 http.client.HTTPException, OSError):
             if not self._ended_by_student(simulator):
                 raise
@@ -268,17 +280,18 @@ class Attempt:
                                 f'{len(student.lines)} count')
         reader.close()
 
-    def _follow(self, reader, student, simulator, step, resume):
+    def _follow(self, reader, student, simulator):
         """Start time when the program has started, and watch until the end."""
-        self._wait_for_student(student, step, reader)
+        self._wait_for_student(student)
         self.observed.start = reader.read()
         zero = BEGIN / 1e9 + self.observed.start + reader.dt  # tick 0 is the first step
-        self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt)
-        stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._steering)
+        self._state = StateReader(self.exercise, self.observed, self._own(), BEGIN / 1e9 + reader.dt, self._link,
+                                  reader.dt)
+        stimuli = Stimuli(self.exercise, self._job.seed, zero, self.observed, self._link)
         stimuli.start()
         if not self._policy.lockstep:
-            resume()
-        self._watch(reader, student, simulator, stimuli, step)
+            self._link.resume()
+        self._watch(reader, student, simulator, stimuli)
 
     def _runs(self, simulator):
         """Return True while simulator and master run, False if the program ended one; otherwise raise AttemptError."""
@@ -299,51 +312,70 @@ class Attempt:
             f'({self._simulator}): choose another name, and start no simulator or roscore, as both are running')
         return True
 
-    def _wait_for_student(self, student, step, reader):
+    def _wait_for_student(self, student):
         """Keep time (nearly) paused until a node has started, or, with several processes, all of them."""
-        waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
+        idle = sandbox.ProgramIdleTimer(student)
         while (not self._student_is_there() and student.exit_code() is None and idle.poll() < IDLE_START
-               and waiting.elapsed() < MAX_START):
-            step(1)  # for nodes that wait until time begins
-            reader.read()
+               and student.cpu() < MAX_START and not self._is_late()):
+            self._link.step(0)  # lets a new node know the time; no step, as their number would depend on the machine
             time.sleep(POLL)
         waiting, idle = ActiveTimer(), sandbox.ProgramIdleTimer(student)
         while (self._policy.lockstep and student.has_children() and student.exit_code() is None
                and idle.poll() < IDLE_STARTED and waiting.elapsed() < MAX_COMPLETION):
             time.sleep(POLL)
 
-    def _watch(self, reader, student, simulator, stimuli, step):
+    def _watch(self, reader, student, simulator, stimuli):
         """Watch the run until the time is over, or the verdict can no longer change."""
-        watching, limit, used = ActiveTimer(), self.exercise.time + SLACK, student.cpu()
-        before_all, before_used, stood = processes.thread_times(simulator.pid), _cpu_time(simulator.pid), 0.0
+        watching, began, used = ActiveTimer(), time.monotonic(), student.cpu()
+        servers = [simulator.pid, self._master_process.pid, os.getpid()]
+        before_all, before_used, stood = processes.thread_times(simulator.pid), _cpu_times(servers), 0.0
         while reader.now < self.exercise.time and self._runs(simulator):
             before = time.monotonic()
             if self._policy.lockstep:
-                step(steps_for(min(PERIOD, self.exercise.time - reader.now), reader.dt))
+                self._link.step(steps_for(min(PERIOD, self.exercise.time - reader.now), reader.dt), self._deadline)
             else:
                 time.sleep(POLL)
                 stood = max(stood, time.monotonic() - before - POLL)
+            self._read_lateness()
             reader.read()
             if self._has_ended(student, reader.now) > AFTER_END and stimuli.done():
                 break
-            if watching.elapsed() > limit or self.busy:
+            if self.busy or self._is_late() or watching.elapsed() > self.exercise.time + SLACK:
                 self.observed.kept_up = False
                 break
+            self._check_servers(simulator)
             if reader.now >= self._polled_at + PERIOD:
                 self._polled_at = reader.now
                 self._poll(student)
                 if self._settled(stimuli):
                     break
         self._state.read()
-        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), watching.elapsed(),
-                                _cpu_time(simulator.pid) - before_used)
+        after_used = _cpu_times(servers)
+        self.flooded = _flooded(before_all, processes.thread_times(simulator.pid), time.monotonic() - began,
+                                after_used[0] - before_used[0])
         self.observed.timed_out = reader.now >= self.exercise.time
-        if not (self._was_there() or self.observed.trouble or self.observed.events or self.observed.commands
-                or any(self.observed.turtles.values())):
+        if self.observed.kept_up and not (self._was_there() or self.observed.trouble or self.observed.events
+                                          or self.observed.commands or any(self.observed.turtles.values())):
             self.observed.trouble = 'the program never started a node; does it call rospy.init_node?'
         if not self._policy.lockstep:
             self._note_pace(watching, stood, reader.now)
-        self._note_hog(student.cpu() - used, watching.elapsed() + watching.lost)
+        self._note_hog(student.cpu() - used, sum(after_used) - sum(before_used), time.monotonic() - began)
+
+    def _is_late(self):
+        """Return whether the time of the attempt is over."""
+        return time.monotonic() > self._deadline
+
+    def _check_servers(self, simulator):
+        """Record that the program made a log or the memory of master or simulator grow without bound."""
+        for name, log, pid in (('master', self._master_log, self._master_process.pid),
+                               ('simulator', self._simulator_log, simulator.pid)):
+            with contextlib.suppress(OSError, psutil.Error):
+                for what, size, limit in ((f'log of the {name}', os.path.getsize(log), MAX_LOG),
+                                          (f'memory of the {name}', psutil.Process(pid).memory_info().rss,
+                                           MAX_SERVER_MEMORY)):
+                    if size > limit:
+                        self.observed.trouble = (f'the program filled the {what}: {size / MEGABYTE:.0f} MB, at most '
+                                                 f'{limit / MEGABYTE:.0f} MB, by what it sends, calls or registers')
 
     def _poll(self, student):
         """Record the state, and the names if the master has logged any since the last poll."""
@@ -362,11 +394,19 @@ class Attempt:
             time.sleep(POLL)
             self._read_names()
 
-    def _note_hog(self, used, wall):
-        """Record whether a program slowed the simulation down: ``used`` [s] of processor time in ``wall`` [s]."""
-        if not self.observed.kept_up and hogs(used, wall):
+    def _note_hog(self, used, served, wall):
+        """Record whether a program slowed the simulation down: ``used`` [s] of processor time in ``wall`` [s].
+
+        ``served`` [s]: processor time of master, simulator and grader.
+        """
+        if self.observed.kept_up or self.observed.trouble:
+            return
+        if hogs(used, wall) or self._is_late() and used > BUSY_SHARE * wall:
             self.observed.trouble = (f'the program took {used:.0f} s of processor time in {wall:.0f} s, so that '
                                      'nothing was left for the simulation')
+        elif self._is_late() and served > SERVER_SHARE * wall:
+            self.observed.trouble = (f'the program kept master, simulator and grader busy, for {served:.0f} s of '
+                                     f'processor time in {wall:.0f} s, by what it sends, prints, calls or registers')
 
     def _note_pace(self, watching, stood, now):
         """Record whether a run of ``now`` [s] kept real time, without a gap."""
@@ -391,16 +431,11 @@ class Attempt:
         return (stimuli.done() and len(self.observed.track) > 0 and self.observed.standstill() > SETTLED
                 and scoring.decide(self.exercise, self.observed).score >= 100.0)
 
-    def _on_status(self, status):
-        if status.late_steps:
+    def _read_lateness(self):
+        """Record whether steps were made although nodes were busy; all that follow /clock are the program's."""
+        if self._link.late:
             self.observed.kept_up = False
-            self.busy = ', '.join(sorted(set(status.busy.split(', ')) & self._students))
-
-    def _offers(self, service):
-        try:
-            return bool(self._master.lookupService(service))
-        except rosgraph.MasterError:
-            return False
+            self.busy = '' if self._link.busy == lockstep.NOBODY else self._link.busy or self.busy
 
     def _until(self, condition, process, what):
         end = time.monotonic() + START_TIMEOUT
@@ -408,7 +443,7 @@ class Attempt:
             if process.poll() is not None:
                 raise AttemptError(f'the {what} ended immediately with exit code {process.poll()}; see {what}.txt')
             if time.monotonic() > end:
-                raise AttemptError(f'the {what} did not start within {START_TIMEOUT:g} s')
+                raise TooSlow(f'the {what} did not start within {START_TIMEOUT:g} s')
             time.sleep(POLL)
 
     def _student_is_there(self):
@@ -437,16 +472,16 @@ class Attempt:
         own = self._own()
         self._following = any(name == '/clock' and set(nodes) - own for name, nodes in subscribed)
         for kind, name, node in self._registrations():  # also of names that came and went since the last poll
+            if node not in own and name not in OF_EVERY_NODE:
+                self.observed.connections.add((name, ROLES[kind]))
             if kind == 'PUB' and name in FAKES and node not in own:
                 self.observed.events.append(Event(self.observed.seconds, FAKES[name], (name,), node))
-        for names, role in ((published, 'publishes'), (subscribed, 'subscribes'), (served, 'serves')):
+        for names, role in zip((published, subscribed, served), ROLES.values()):
             for name, nodes in names:
                 others = set(nodes) - own
                 if set(nodes) & own:
                     self.observed.others.add((name, role))
                 self._students |= others
-                if others and name not in OF_EVERY_NODE:
-                    self.observed.connections.add((name, role))
 
 
 def _flooded(before, after, seconds, used=0.0):
@@ -459,15 +494,18 @@ def _flooded(before, after, seconds, used=0.0):
     if spent:
         _, waited = max(spent)  # its main thread, or the busiest one
         spent.append([used, waited])
-    return any(ran > FLOODED_SHARE * (seconds - waited) for ran, waited in spent)
+    return any(ran > max(FLOODED_SHARE * (seconds - waited), LEAST_SHARE * seconds) for ran, waited in spent)
 
 
-def _cpu_time(pid):
-    """Return the processor time [s] of a process, 0 if it has ended."""
-    try:
-        return processes.cpu_time(pid)
-    except OSError:
-        return 0.0
+def _cpu_times(pids):
+    """Return the processor times [s] of processes, 0 of one that has ended."""
+    times = []
+    for pid in pids:
+        try:
+            times.append(processes.cpu_time(pid))
+        except OSError:
+            times.append(0.0)
+    return times
 
 
 def _set_environment(environment):

@@ -12,7 +12,6 @@ import os
 import re
 import signal
 import socket
-import struct
 import sys
 import time
 
@@ -27,7 +26,6 @@ SIMULATORS = {'turtlesim': 'turtlesim.node', 'robotont': 'robotont_gazebo.node'}
 for _module in SIMULATORS.values():
     with contextlib.suppress(ImportError):  # start_simulator says which one is missing
         importlib.import_module(_module)
-STEERED = 'turtlesim'  # the one whose turtle the grader drives
 MASTER_DELAY = 0.01  # [s] until the master notifies nodes of a new publisher; by default up to 0.1
 lockstep.master_poll = MASTER_DELAY  # also in the simulators, which are forked from here
 MASTER_POLL = 0.1  # [s] between two checks whether a call has shut the master down
@@ -66,30 +64,16 @@ def start_master(log, timeout):
 
 
 def start_simulator(simulator, arguments, log):
-    """Fork the simulator of an exercise; return (Forked, Steering or None). Raise ImportError if it is missing."""
+    """Fork the simulator of an exercise; return (Forked, the socket to it). Raise ImportError if it is missing."""
     module = importlib.import_module(SIMULATORS[simulator])
-    if simulator != STEERED:
-        return Forked(simulator, lambda: nodes.run(module.main), arguments, log), None
     own, its = socket.socketpair()
 
     def run():
         own.close()
-        nodes.run(functools.partial(module.main, steering=its))
+        nodes.run(functools.partial(module.main, its))
     forked = Forked(simulator, run, arguments, log)
     its.close()
-    return forked, Steering(own, module.STEERING)
-
-
-class Steering:
-    """Drives the turtle through a connection that no program can open, so that commands on a topic are a program's."""
-
-    def __init__(self, connection, form):
-        """``form``: the struct format of a command."""
-        self._connection, self._form = connection, form
-
-    def drive(self, linear, angular):
-        """Command velocities [m/s, rad/s]. Raise OSError if the simulator has ended."""
-        self._connection.sendall(struct.pack(self._form, linear, angular))
+    return forked, own
 
 
 def registrations(log):

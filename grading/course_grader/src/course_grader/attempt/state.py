@@ -1,14 +1,14 @@
 """Reads the parameters, transforms and other turtles that the checks of an exercise need.
 
-Threads: rospy's callbacks only append to a list.
+Threads: callbacks only append to a list.
 """
 import contextlib
+import functools
 import xmlrpc.client
 
 import rosgraph
 import rospy
 from tf2_msgs.msg import TFMessage
-from turtlesim.msg import Pose
 
 from course_grader.rules.observation import Sample, Transform
 from rospy_support.rospy_internals import caller
@@ -18,15 +18,18 @@ from rospy_support.rotations import yaw_of
 class StateReader:
     """Collects what checks of parameters, transforms and other turtles need; costs nothing without them."""
 
-    def __init__(self, exercise, observed, own, zero):
-        """``own``: names of the grader's nodes, which do not count; ``zero`` [s]: simulated time of the first step."""
-        self._observed, self._own, self._zero = observed, own, zero
+    def __init__(self, exercise, observed, own, zero, link, dt):
+        """``own``: names of the grader's nodes, which do not count; ``zero`` [s]: simulated time of the first step.
+
+        ``link``: the SimulatorLink, which knows the poses; ``dt`` [s]: a step.
+        """
+        self._observed, self._own, self._zero, self._dt = observed, own, zero, dt
         self._names = {scored.parameters['name'] for scored in exercise.rules if scored.name == 'parameter'}
         if any(scored.name == 'transform' for scored in exercise.rules):
             rospy.Subscriber('/tf', TFMessage, self._on_transforms)
             rospy.Subscriber('/tf_static', TFMessage, lambda message: self._on_transforms(message, lasting=True))
         for turtle in {scored.parameters['turtle'] for scored in exercise.rules if 'turtle' in scored.parameters}:
-            rospy.Subscriber(f'/{turtle}/pose', Pose, self._on_pose, observed.turtles.setdefault(turtle, []))
+            link.watch(turtle, functools.partial(self._on_pose, observed.turtles.setdefault(turtle, [])))
 
     def read(self):
         """Record the values of the parameters; one that is not set keeps its last value."""
@@ -35,9 +38,8 @@ class StateReader:
             with contextlib.suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
                 self._observed.parameters[name] = master.getParam(name)
 
-    def _on_pose(self, pose, track):
-        if caller(pose) in self._own:  # the simulator's, not a fake one
-            track.append(Sample(rospy.get_time() - self._zero, pose.x, pose.y, pose.theta))
+    def _on_pose(self, track, steps, pose):
+        track.append(Sample((steps - 1) * self._dt, *pose))
 
     def _on_transforms(self, message, lasting=False):
         if caller(message) in self._own:

@@ -4,7 +4,7 @@ Stimuli follow simulated time. Their random values are drawn before the observat
 
 Threads: each stimulus has its own, which only appends to lists.
 """
-import itertools
+import collections
 import threading
 
 import actionlib
@@ -12,27 +12,24 @@ import rosgraph
 import roslib.message
 import rospy
 from actionlib_msgs.msg import GoalStatus
-from actionlib_tutorials.msg import FibonacciAction, FibonacciGoal
+from actionlib_tutorials.msg import FibonacciAction, FibonacciActionFeedback, FibonacciGoal
 from ar_track_alvar_msgs.msg import AlvarMarker, AlvarMarkers
-from nav_msgs.msg import Odometry
 
 from course_grader.rules import random_stimuli
-from course_grader.rules.observation import Call, Goal, Sensed, ShownMarkers
+from course_grader.rules.observation import Call, Goal, Sensed, ShownMarkers, computed
 from kinematic_core.timing.pacing import BEGIN
 from kinematic_core.worlds import world_format
 from kinematic_core.worlds.planar import Pose2D
-from rospy_support.rospy_internals import caller
-from rospy_support.rotations import yaw_of
 
 DRIVE_RATE = 10.0  # [Hz]
 TRACKER_RATE = 8.0  # [Hz] of messages, as of ar_track_alvar by default (max_frequency)
 ANSWER_TIME = 5.0  # [s] in which a service must answer
 GOAL_TIME, CANCEL_AFTER, CANCEL_TIME = 10.0, 1.0, 2.0  # [s] for a result; until a goal is cancelled; for its end
+FEEDBACK_TIME = 1.0  # [s] after a result for feedback that it has overtaken: ROS orders no messages of two topics
 LONG_ORDER = 40  # of the goal that is cancelled
 POLL = 0.05  # [s]
-ROBOT = '/robotont_gazebo'  # the simulator
-TRUTH = f'{ROBOT}/ground_truth'  # 30 Hz
-DISTANCES_EVERY, MARKERS_EVERY = 3, 4  # poses of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
+ROBOT = 'robotont'  # the vehicle of the simulator
+DISTANCES_EVERY, MARKERS_EVERY = 12, 16  # steps of the robot: 10 Hz; 7.5 Hz, about TRACKER_RATE
 SPLITS = {  # message types of the distances in three sectors: their field names
     'robotont_laserscan_to_distance/LaserScanSplit': ('{}_min', '{}_mean'),
     'robotont_sensors/LaserScanSplit': ('{}Min', '{}Mean')}
@@ -41,9 +38,9 @@ SPLITS = {  # message types of the distances in three sectors: their field names
 class Stimuli:
     """The stimuli of an exercise, counted from the simulated time ``zero`` [s]."""
 
-    def __init__(self, exercise, seed, zero, observed, steering):
-        """``observed``: the Observed to which events are added; ``steering``: forked.Steering of the turtle."""
-        self._zero, self._observed, self._steering, self._world = zero, observed, steering, exercise.world
+    def __init__(self, exercise, seed, zero, observed, link):
+        """``observed``: the Observed to which events are added; ``link``: the SimulatorLink."""
+        self._zero, self._observed, self._link, self._world = zero, observed, link, exercise.world
         self._threads = [threading.Thread(target=self._do, args=(what, values, drawn), name=what, daemon=True)
                          for (what, values), drawn in zip(exercise.stimuli, random_stimuli.stimuli(exercise, seed))]
 
@@ -70,7 +67,7 @@ class Stimuli:
         rate = rospy.Rate(DRIVE_RATE)
         while self._now() < values['after'] + values['for']:
             leg = int((self._now() - values['after']) / random_stimuli.LEG)
-            self._steering.drive(*velocities[min(max(leg, 0), len(velocities) - 1)])
+            self._link.drive(*velocities[min(max(leg, 0), len(velocities) - 1)])
             rate.sleep()
 
     def _call(self, values, requests):
@@ -109,20 +106,26 @@ class Stimuli:
 
     def _goals(self, values, orders):
         rospy.sleep(max(0.0, values['after'] - self._now()))
+        seen = collections.Counter()  # {id of a goal: messages of feedback}; the client drops those after a result
+        rospy.Subscriber(f'{values["action"]}/feedback', FibonacciActionFeedback,
+                         lambda feedback: seen.update([feedback.status.goal_id.id]))
         client = actionlib.ActionClient(values['action'], FibonacciAction)  # the simple one can miss an early end
         if not client.wait_for_server(rospy.Duration(ANSWER_TIME)):
             return  # never offered: there is no Goal
         for order, cancelled in (*((order, False) for order in orders), (LONG_ORDER, True)):
-            start, feedback = self._now(), []
-            goal = client.send_goal(FibonacciGoal(order), feedback_cb=lambda _, one, seen=feedback: seen.append(one))
+            start = self._now()
+            goal = client.send_goal(FibonacciGoal(order))
             self._wait_for_result(goal, CANCEL_AFTER if cancelled else GOAL_TIME)
             if cancelled:
                 goal.cancel()
                 self._wait_for_result(goal, CANCEL_TIME)
+            number, end = goal.comm_state_machine.action_goal.goal_id.id, self._now() + FEEDBACK_TIME
+            while not cancelled and seen[number] < computed(order) and self._now() < end:
+                rospy.sleep(POLL)
             result = goal.get_result()
             self._observed.goals.append(Goal(
                 start + self._observed.start, values['action'], order, cancelled,
-                GoalStatus.to_string(goal.get_goal_status()), len(feedback), tuple(result.sequence) if result else ()))
+                GoalStatus.to_string(goal.get_goal_status()), seen[number], tuple(result.sequence) if result else ()))
 
     def _wait_for_result(self, goal, longest):
         end = self._now() + longest
@@ -183,14 +186,8 @@ class Stimuli:
         self._observed.sensed.append(Sensed(stamp.to_sec() - self._zero + self._observed.start, what, value))
 
     def _sense(self, values, every, publish):
-        """Call ``publish(stamp, Pose2D)`` at every ``every``-th pose of the robot, until the stimulus is over."""
-        count = itertools.count()
-
-        def on_pose(truth):
-            if caller(truth) == ROBOT and next(count) % every == 0:
-                at = truth.pose.pose
-                publish(truth.header.stamp, Pose2D(at.position.x, at.position.y, yaw_of(at.orientation)))
-        rospy.Subscriber(TRUTH, Odometry, on_pose, queue_size=10, tcp_nodelay=True)
+        """Call ``publish(stamp, Pose2D)`` in every ``every``-th step of the robot, until the stimulus is over."""
+        self._link.watch(ROBOT, lambda steps, pose: publish(self._link.time_after(steps), Pose2D(*pose)), every, True)
         rospy.sleep(max(0.0, values['for'] - self._now()))
 
 

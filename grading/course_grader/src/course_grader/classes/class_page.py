@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from course_grader.classes.class_table import SUMMARIES, Class, cells
 from course_grader.classes.graded import Graded
+from course_grader.classes.submissions import LeftOut
 from course_grader.formats import harmless, templates
 from course_grader.isolation import levels
 from course_grader.rules import scoring
@@ -35,12 +36,14 @@ def of_class(graded: Class, folder: str) -> str:
         outcomes={outcome: outcomes.count(outcome) for outcome in OUTCOMES}, verdicts=(*OUTCOMES, MISSING),
         isolation=_isolation(graded.results), rows=_rows(graded),
         weights='' if set(weights.values()) <= {1.0} else ', '.join(f'{name} {weights[name]:g}' for name in weights),
-        submissions=[_submission(one, folder) for one in graded.results])
+        submissions=[_submission(one, folder) for one in graded.results],
+        left_out=[harmless.plain(one.text()) for one in graded.left_out])
 
 
-def of_student(student: str, results: Sequence[Graded]) -> str:
+def of_student(student: str, results: Sequence[Graded], left_out: Sequence[LeftOut] = ()) -> str:
     """Return the page of a student, which may be sent to that student: it names no other."""
-    return _page('student.html', student, submissions=[_submission(one, None) for one in results])
+    return _page('student.html', student, submissions=[_submission(one, None) for one in results],
+                 left_out=[harmless.plain(one._replace(student='').text()) for one in left_out])
 
 
 def _page(template: str, title: str, script: str = '', **values: Any) -> str:
@@ -89,6 +92,7 @@ def _submission(one: Graded, folder: Optional[str]) -> Dict[str, Any]:
         'verdict': one.outcome + ('' if one.outcome == scoring.UNDECIDED else f', {one.score:g} of 100'),
         'hints': [_local(hint, one) for hint in verdict.hints],
         'objections': [_local(objection, one) for objection in verdict.objections],
+        'notes': [_local(note, one) for note in one.notes],
         'checks': [{'lost': check.points < check.of, 'points': f'{check.points:g} of {check.of:g}',
                     'asked': _local(check.asked, one), 'seen': _local(check.seen, one)} for check in verdict.reasons],
         'command': _command(one, folder), 'seconds': f'{one.seconds:.1f} s', 'isolation': one.isolation,

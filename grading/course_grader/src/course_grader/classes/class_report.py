@@ -6,14 +6,13 @@ from typing import Dict, List, Sequence
 
 from course_grader.classes import class_page, class_table
 from course_grader.classes.class_table import Class
-from course_grader.classes.graded import Graded
+from course_grader.classes.graded import ANONYMOUS, CODES, PAGES, TABLES, Graded, name_of_folder
+from course_grader.classes.submissions import LeftOut
 from course_grader.formats import csv_table, harmless, junit
+from course_grader.formats.csv_table import NOT_GRADED
+from course_grader.rules.scoring import Verdict
 from plain_support import write_whole
 
-TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'
-CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # for the teacher only; the table without names
-PAGES = 'pages'  # folder of the students' pages
-FILES = (*TABLES, CODES, ANONYMOUS, PAGES)
 SIGNS = '23456789abcdefghjkmnpqrstuvwxyz'  # of a code, without look-alikes
 CODE = 5  # signs
 
@@ -22,8 +21,8 @@ def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bo
     """Write the tables and pages into a folder; return their paths. Raise OSError if that fails."""
     rows = class_table.cells(graded)
     contents = {name: content for name, content in zip(TABLES, (
-        csv_table.table(rows), as_rows(graded.results), class_page.of_class(graded, folder),
-        as_junit(graded.results)))}
+        csv_table.table(rows), as_rows(graded.results, graded.left_out), class_page.of_class(graded, folder),
+        as_junit(graded.results, graded.left_out)))}
     if anonymous:
         codes = _codes(os.path.join(folder, CODES), graded.students)
         contents[CODES] = csv_table.table([('code', 'student'), *sorted((code, name) for name, code in codes.items())])
@@ -32,7 +31,9 @@ def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bo
     if student_pages:
         for student in graded.students:
             own = [one for one in graded.results if one.submission.student == student]
-            contents[os.path.join(PAGES, f'{student}.html')] = class_page.of_student(student, own)
+            left_out = [one for one in graded.left_out if one.student == student]
+            contents[os.path.join(PAGES, f'{name_of_folder(student)}.html')] = class_page.of_student(
+                student, own, left_out)
     for name, content in contents.items():
         os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
         write_whole(os.path.join(folder, name), content)
@@ -40,19 +41,21 @@ def write(folder: str, graded: Class, student_pages: bool = False, anonymous: bo
     return [os.path.join(folder, name) for name in shown]
 
 
-def as_rows(results: Sequence[Graded]) -> str:
-    """Return CSV with a row for each submission."""
-    return csv_table.gradings('student', [csv_table.Row(one.submission.student, one.submission.exercise, one.verdict,
-                                                        one.isolation) for one in results])
+def as_rows(results: Sequence[Graded], left_out: Sequence[LeftOut] = ()) -> str:
+    """Return CSV with a row for each submission, and for what is not graded."""
+    return csv_table.gradings('student', [
+        *(csv_table.Row(one.submission.student, one.submission.exercise, one.verdict, one.isolation)
+          for one in results),
+        *(csv_table.Row(one.student, '', Verdict(NOT_GRADED, 0.0, [], [one.text()])) for one in left_out)])
 
 
-def as_junit(results: Sequence[Graded]) -> str:
-    """Return JUnit XML: a testsuite for each submission."""
+def as_junit(results: Sequence[Graded], left_out: Sequence[LeftOut] = ()) -> str:
+    """Return JUnit XML: a testsuite for each submission, and one for what is not graded."""
     return junit.document([
         junit.Suite(': '.join(filter(None, (one.submission.student, one.submission.exercise, one.submission.attempt))),
                     f'{one.submission.exercise}.{one.submission.student}', one.verdict, one.seconds,
                     one.isolation)
-        for one in results])
+        for one in results], [(one.text(), one.reason) for one in left_out])
 
 
 def _codes(path: str, students: Sequence[str]) -> Dict[str, str]:

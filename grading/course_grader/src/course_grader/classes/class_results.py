@@ -12,13 +12,14 @@ from typing import Any, Dict, List, Sequence, Tuple
 
 from course_grader.classes import class_report, class_table
 from course_grader.classes.class_table import Class
+from course_grader.classes.graded import CLASS
+from course_grader.classes.submissions import LeftOut
 from course_grader.formats import exit_codes, harmless, systems, terminal
 from course_grader.formats.terminal import say
 from course_grader.rules import scoring
 from plain_support import write_whole
 
 OUTPUT = os.path.join('output', 'grades')
-CLASS = 'class.json'
 PRINTED = {'csv': 'grades.csv', 'junit': 'junit.xml'}  # --format: the file that is printed instead
 
 
@@ -78,10 +79,13 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
     if not quiet:
         for line in (*terminal.table(class_table.cells(graded), terminal.columns()), *notes):
             say(line)
+        if graded.left_out:
+            say('\n'.join(['Not graded:', *(harmless.printed(f'  {one.text()}') for one in graded.left_out)]))
     paths = class_report.write(options.output, graded, options.student_pages, options.anonymous)
     content = {'title': graded.title, 'students': list(graded.students), 'exercises': list(graded.exercises),
                'submissions': [(one.submission.student, one.submission.exercise, one.submission.attempt)
-                               for one in graded.results]}
+                               for one in graded.results],
+               'left_out': list(graded.left_out)}
     write_whole(os.path.join(options.output, CLASS), json.dumps(content, indent=2) + '\n')
     if quiet:
         with open(os.path.join(options.output, PRINTED[options.format]), encoding='utf-8', newline='') as file:
@@ -93,8 +97,8 @@ def show(options: argparse.Namespace, graded: Class, chosen: Sequence[Any], note
     return exit_codes.OF_OUTCOME[worst]
 
 
-def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]]]:
-    """Return (title, students, exercises, [(student, exercise, attempt)]) of a folder; raise ClassError."""
+def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, str]], List[LeftOut]]:
+    """Return (title, students, exercises, [(student, exercise, attempt)], [LeftOut]) of a folder; raise ClassError."""
     path = os.path.join(folder, CLASS)
     try:
         with open(path, encoding='utf-8') as file:
@@ -102,10 +106,12 @@ def read(folder: str) -> Tuple[str, List[str], List[str], List[Tuple[str, str, s
         lists = [content[name] for name in ('students', 'exercises')]
         submissions = [(str(student), str(exercise), str(attempt))
                        for student, exercise, attempt in content['submissions']]
+        left_out = [LeftOut(str(student), str(name), str(reason)) for student, name, reason in content['left_out']]
         names = [*map(str, lists[0] + lists[1]), *(name for submission in submissions for name in submission)]
         if any(os.sep in name or name in ('.', '..') for name in names):
             raise ValueError('a name leads to another folder')
-        return str(content['title']), [str(name) for name in lists[0]], [str(name) for name in lists[1]], submissions
+        return (str(content['title']), [str(name) for name in lists[0]], [str(name) for name in lists[1]], submissions,
+                left_out)
     except FileNotFoundError:
         raise ClassError(f'{path} does not exist; name folders that ./run grade --all --output has written') from None
     except (OSError, ValueError, KeyError, TypeError) as error:

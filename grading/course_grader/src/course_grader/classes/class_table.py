@@ -2,6 +2,7 @@
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from course_grader.classes.graded import Graded
+from course_grader.classes.submissions import LeftOut
 from course_grader.rules import scoring
 
 Best = Dict[Tuple[str, str], Graded]  # of (student, exercise)
@@ -10,7 +11,7 @@ Best = Dict[Tuple[str, str], Graded]  # of (student, exercise)
 class Class(NamedTuple):
     """A class and its gradings: students and exercises in the order of the table, {exercise: weight}, all gradings.
 
-    An exercise without a weight has the weight 1.
+    An exercise without a weight has the weight 1. ``left_out``: what was handed in and is not graded.
     """
 
     title: str
@@ -18,6 +19,7 @@ class Class(NamedTuple):
     exercises: Sequence[str]
     results: Sequence[Graded]
     weights: Mapping[str, float] = {}
+    left_out: Sequence[LeftOut] = ()
 
     def weight(self, exercise: str) -> float:
         """Return the weight of an exercise in the mean."""

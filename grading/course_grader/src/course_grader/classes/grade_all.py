@@ -15,12 +15,12 @@ from typing import Callable, Dict, List, NamedTuple, Sequence, Set, TextIO, Tupl
 
 from tqdm import tqdm
 
-from course_grader.classes import class_grader, class_report, class_results, graded, remote, submissions
+from course_grader.classes import class_grader, class_results, downloads, graded, remote, submissions
 from course_grader.classes.class_grader import Work
 from course_grader.classes.class_results import ClassError
 from course_grader.classes.class_table import Class
 from course_grader.classes.graded import NOT_GRADED, Graded, Unreadable
-from course_grader.classes.submissions import Submission
+from course_grader.classes.submissions import LeftOut, Submission
 from course_grader.formats import exit_codes, harmless, systems
 from course_grader.formats.terminal import say
 from course_grader.isolation import isolate, levels
@@ -34,18 +34,19 @@ Load = Callable[[str], Exercise]
 
 
 class Found(NamedTuple):
-    """The content of a folder: {name: path} of the exercises, students, submissions, programs left out."""
+    """The content of a folder: {name: path} of the exercises, students, submissions, and what is not graded."""
 
     exercises: Dict[str, str]
     students: List[str]
     submissions: List[Submission]
-    left_out: List[str]
+    left_out: List[LeftOut]
 
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(prog='./run grade --all', description=(__doc__ or '').split('\n\n')[0])
-    made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student; see docs/grading.md')
+    made.add_argument('folder', metavar='FOLDER', help='a folder with one subfolder per student, or a ZIP that Moodle, '
+                      'Canvas or Gradescope gives to download; see docs/grading.md')
     made.add_argument('--exercise', metavar='NAME',
                       help='FOLDER holds one program per student; grade all of them for this exercise')
     made.add_argument('--jobs', type=int, default=os.cpu_count() or 1, metavar='N',
@@ -81,7 +82,8 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
     processes.make_interruptible()
     try:
         return _run(options, exercises, load)
-    except (ClassError, remote.RemoteError, submissions.SubmissionsError, exercise.ExerciseError, OSError) as error:
+    except (ClassError, downloads.DownloadError, remote.RemoteError, submissions.SubmissionsError,
+            exercise.ExerciseError, OSError) as error:
         return class_results.fail(error)
     except levels.TooWeak as error:
         say(f'./run grade: {error}', sys.stderr)
@@ -89,6 +91,7 @@ def main(arguments: Sequence[str], exercises: Dict[str, str], load: Load = exerc
 
 
 def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> int:
+    title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
     found = _class(options, exercises)
     class_results.check_output(options.output)
     names = sorted({submission.exercise for submission in found.submissions})
@@ -110,22 +113,20 @@ def _run(options: argparse.Namespace, exercises: Dict[str, str], load: Load) -> 
     for work in works:
         reason = INTERRUPTED if work.submission in chosen else NOT_GRADED
         results.setdefault(work.submission, graded.undecided(work.submission, work.folder, reason))
-    notes = [harmless.printed(f'Left out, because no exercise has such a name: {", ".join(found.left_out)}'
-                              )] if found.left_out else []
-    title = f'Grades of {os.path.basename(os.path.abspath(options.folder))}'
     code = class_results.show(options, Class(
-        title, found.students, names, [results[submission] for submission in found.submissions], options.weights),
-        [results[submission] for submission in chosen], notes)
+        title, found.students, names, [results[submission] for submission in found.submissions], options.weights,
+        found.left_out), [results[submission] for submission in chosen])
     return exit_codes.INTERRUPTED if interrupted else code
 
 
 def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
     """Return the content of the folder of the class."""
-    if not os.path.isdir(options.folder):
-        raise ClassError(f'there is no folder {options.folder} (current folder: {os.getcwd()})'
-                         if not os.path.exists(options.folder) else
-                         f'{options.folder} is not a folder; to grade one program, type: '
+    if not os.path.exists(options.folder):
+        raise ClassError(f'there is no folder {options.folder} (current folder: {os.getcwd()})')
+    if not os.path.isdir(options.folder) and not options.folder.lower().endswith(downloads.ZIP):
+        raise ClassError(f'{options.folder} is neither a folder nor a ZIP; to grade one program, type: '
                          f'./run grade EXERCISE -- {options.folder}')
+    options.folder, unread = downloads.folder_of_class(options.folder, options.output)
     exercises = {**exercises, **submissions.exercises_in(options.folder)}
     if options.exercise is None:
         found = Found(exercises, *submissions.find(options.folder, list(exercises), options.best))
@@ -135,11 +136,10 @@ def _class(options: argparse.Namespace, exercises: Dict[str, str]) -> Found:
         if path is None:
             raise ClassError(f'--exercise {options.exercise}: there is no such exercise; give the path of an '
                              f'exercise file, or one of {", ".join(sorted(exercises))}')
-        found = Found({name: os.path.abspath(path)}, *submissions.find_flat(options.folder, name))
-    reserved = set(found.students) & {class_results.CLASS, *class_report.FILES}
-    if reserved:
-        raise ClassError(f'a student is called {min(reserved)}, as a file of the results is: rename the folder')
-    return found
+        found = Found({name: os.path.abspath(path)}, *(
+            submissions.find_flat(options.folder, name) if submissions.has_programs(options.folder) else
+            submissions.find(options.folder, [name], options.best, only=name)))
+    return found._replace(left_out=[*found.left_out, *unread])
 
 
 def _chosen(options: argparse.Namespace, found: Sequence[Submission]) -> List[Submission]:

@@ -38,11 +38,11 @@ def main(arguments: Sequence[str]) -> int:
 def _run(options: argparse.Namespace) -> int:
     parts = [(folder, *class_results.read(folder)) for folder in options.parts]
     class_results.check_output(options.output)
-    students = sorted({name for _, _, names, _, _ in parts for name in names})
-    exercises = sorted({name for _, _, _, names, _ in parts for name in names})
+    students = sorted({name for _, _, names, *_ in parts for name in names})
+    exercises = sorted({name for _, _, _, names, *_ in parts for name in names})
     class_results.check_weights(options.weights, exercises)
     best: Dict[Submission, Graded] = {}
-    for folder, _, _, _, found in parts:
+    for folder, _, _, _, found, _ in parts:
         for student, exercise, attempt in found:
             one = _read(Submission(student, exercise, (), '', attempt=attempt), folder)
             if one.submission not in best or _rank(best[one.submission], options) < _rank(one, options):
@@ -50,8 +50,9 @@ def _run(options: argparse.Namespace) -> int:
     results = [_moved(one, options.output) for _, one in sorted(best.items(), key=lambda entry: entry[0])]
     missing = [f'{one.submission.student}/{one.submission.exercise}' for one in results if not one.at]
     notes = [harmless.printed(f'Not graded in any part: {", ".join(missing)}')] if missing else []
-    return class_results.show(
-        options, Class(parts[0][1], students, exercises, results, options.weights), results, notes)
+    left_out = list(dict.fromkeys(one for *_, others in parts for one in others))
+    return class_results.show(options, Class(parts[0][1], students, exercises, results, options.weights, left_out),
+                              results, notes)
 
 
 def _read(submission: Submission, folder: str) -> Graded:

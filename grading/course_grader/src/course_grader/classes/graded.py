@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Container, Dict, Iterable, List, Mapping, NamedTuple, Tuple
 
 from course_grader.classes.submissions import Submission
+from course_grader.formats import harmless
 from course_grader.isolation import student_files
 from course_grader.isolation.limits import MEGABYTE
 from course_grader.rules import scoring
@@ -18,6 +19,12 @@ from kinematic_core.worlds import turtle_world
 from plain_support import files, write_whole
 
 RECORD, RESULT = 'submission.json', 'result.json'
+TABLES = 'scores.csv', 'grades.csv', 'index.html', 'junit.xml'  # in the folder of a class, beside those of the students
+CODES, ANONYMOUS = 'codes.csv', 'anonymous.csv'  # for the teacher only; the table without names
+PAGES, CLASS = 'pages', 'class.json'  # folder of the students' pages; see class_results.py
+HANDED_IN = 'handed_in'  # folder of what downloads.py has unpacked
+RESERVED = (*TABLES, CODES, ANONYMOUS, PAGES, CLASS, HANDED_IN)
+LONGEST_NAME = 200  # [bytes] of a folder; Linux allows 255, with an ending
 NOT_GRADED = 'it is not graded yet'
 MAX_HASHED = 64 * MEGABYTE  # [bytes] of a file that are compared
 SOURCES = [Path(__file__).parents[1], Path(turtle_world.__file__).parents[1],  # of the grader, its worlds,
@@ -27,7 +34,8 @@ SOURCES = [Path(__file__).parents[1], Path(turtle_world.__file__).parents[1],  #
 class Graded(NamedTuple):
     """A submission and its verdict: the wall time [s], the folder with the files, the seed, and when it was graded [s].
 
-    ``repeat``: the arguments that grade it again; ``isolation``: the level of isolation, '' if unknown.
+    ``repeat``: the arguments that grade it again; ``isolation``: the level of isolation, '' if unknown; ``notes``:
+    remarks that change no score.
     """
 
     submission: Submission
@@ -38,6 +46,7 @@ class Graded(NamedTuple):
     repeat: Tuple[str, ...] = ()
     isolation: str = ''
     at: float = 0.0
+    notes: Tuple[str, ...] = ()
 
     @property
     def outcome(self) -> str:
@@ -61,7 +70,18 @@ def undecided(submission: Submission, folder: str, reason: str, seconds: float =
 
 def folder_of(submission: Submission, output: str) -> str:
     """Return the folder of the results of a submission."""
-    return os.path.join(output, *filter(None, (submission.student, submission.exercise, submission.attempt)))
+    return os.path.join(output, *map(name_of_folder, filter(None, (submission.student, submission.exercise,
+                                                                   submission.attempt))))
+
+
+def name_of_folder(name: str) -> str:
+    """Return a name as that of a folder or page: not too long, without control characters, and not a file of a class.
+    """
+    plain = harmless.plain(name)
+    if plain == name and len(os.fsencode(name)) <= LONGEST_NAME and name not in RESERVED:
+        return name
+    short = os.fsencode(plain)[:LONGEST_NAME].decode('utf-8', 'ignore')
+    return f'{short}~{hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8]}'
 
 
 def save(folder: str, fingerprint: str, seconds: float, repeat: Iterable[str]) -> None:
@@ -86,7 +106,8 @@ def load(submission: Submission, folder: str, fingerprint: str = '') -> Graded:
         verdict = Verdict(result['outcome'], float(result['score']), reasons, _texts(result['objections']),
                           tuple(_texts(result['hints'])))
         return Graded(submission, verdict, float(record['seconds']), folder, int(result['seed']),
-                      tuple(_texts(record['repeat'])), str(result.get('isolation') or ''), float(record['at']))
+                      tuple(_texts(record['repeat'])), str(result.get('isolation') or ''), float(record['at']),
+                      tuple(_texts(result.get('notes', []))))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise Unreadable(f'{folder} holds no grading: {error}') from None
 
@@ -116,11 +137,11 @@ def files_of(submission: Submission, programs: Container[str]) -> Dict[str, str]
     root = root_of(submission)
     text = student_files.read(submission.program)
     files = {}
-    for parent, folders, names in os.walk(root):
-        folders[:] = sorted(name for name in folders if not name.startswith(('.', '__pycache__')))
+    for parent, folders, names in student_files.walk(root):
+        folders[:] = [name for name in folders if not name.startswith(('.', '__pycache__'))]
         if not submission.packages:
             del folders[:]  # the folders are other students'
-        for name in sorted(names):
+        for name in names:
             path = os.path.join(parent, name)
             own = path == submission.program or path not in programs or os.fsencode(
                 os.path.splitext(name)[0]) in text
@@ -141,7 +162,8 @@ def fingerprint_of(submission: Submission, files: Mapping[str, str], exercise: s
     ``files``: see files_of(); ``exercise``: the path of its file; ``others``: further values, such as version().
     """
     command = [part.replace(root_of(submission) + os.sep, '') for part in submission.command]
-    parts = repr([command, submission.trouble, bool(submission.packages), list(files), others])
+    executable = [os.access(path, os.X_OK) for path in files.values()]
+    parts = repr([command, submission.trouble, bool(submission.packages), list(files), executable, others])
     return hashlib.sha256((_digest([exercise, *files.values()]) + parts).encode()).hexdigest()
 
 

@@ -24,7 +24,7 @@ from course_grader.classes import class_grader, graded
 from course_grader.classes.class_grader import Answer, Work
 from course_grader.classes.graded import Graded
 from course_grader.formats import exit_codes
-from course_grader.supervision.supervisor import EXTRA, RESULTS
+from course_grader.supervision.supervisor import EXTRA, PATIENCE, RESULTS
 from plain_support import processes
 
 GRADER = [sys.executable, '-c', 'import sys; from course_grader.cli import main; sys.exit(main())']
@@ -134,8 +134,8 @@ def pack(work: Work) -> Parcel:
         text = file.read()
     return Parcel(submission.student, files, tuple(part.replace(root, FOLDER) for part in submission.command),
                   os.path.relpath(submission.folder, root), bool(submission.packages), work.exercise.name, text,
-                  work.seed, work.exercise.time + EXTRA if work.limit is None else work.limit, graded.version(),
-                  work.isolated_by)
+                  work.seed, (1.0 + PATIENCE) * (work.exercise.time + EXTRA) if work.limit is None else work.limit,
+                  graded.version(), work.isolated_by)
 
 
 def grade_parcel(parcel: Parcel) -> Answer:

@@ -7,6 +7,8 @@ from course_grader.formats import harmless
 from course_grader.rules import scoring
 from course_grader.rules.scoring import Verdict
 
+NOT_GRADED = 'not graded'  # the verdict of what was handed in, and is not a program for an exercise
+
 
 class Row(NamedTuple):
     """A grading: the command line or the student, the exercise, the verdict, and the level of isolation or ''."""
@@ -19,7 +21,7 @@ class Row(NamedTuple):
 
 COLUMNS: Dict[str, Callable[[Row], str]] = {  # heading: what returns the cell; the columns after the name
     'exercise': lambda row: row.exercise,
-    'score': lambda row: '' if row.verdict.outcome == scoring.UNDECIDED else f'{row.verdict.score:g}',
+    'score': lambda row: f'{row.verdict.score:g}' if row.verdict.outcome in scoring.DECIDED else '',
     'verdict': lambda row: row.verdict.outcome,
     'reason': lambda row: row.verdict.main_reason(),
     'isolation': lambda row: row.isolation}

@@ -7,7 +7,8 @@ escape sequences; XML cannot hold control characters at all.
 import re
 
 FORBIDDEN = re.compile('[\x00-\x08\x0b-\x1f\x7f-\x9f'  # control characters, except tab and line feed
-                       '\u2028-\u202e\u2066-\u2069'  # line separators; marks that reverse the direction of writing
+                       '\u2028-\u202e\u2066-\u2069\u061c\u200e\u200f'  # line separators; direction of writing
+                       '\u200b\ufeff'  # spaces without a width
                        '\ud800-\udfff\ufffe\uffff]')  # no characters, such as undecodable bytes
 MARK = re.compile(r'(^[^\S\n]*:(?=:)'  # a workflow command starts a line with ::
                   r'|#(?=#\w*\[)'  # its older form, of TeamCity and Azure, too, stands anywhere

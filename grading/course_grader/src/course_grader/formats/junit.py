@@ -3,7 +3,7 @@
 A check fails if it lost points and the exercise did not pass. In an undecided grading the verdict is an error, and the
 checks are skipped.
 """
-from typing import NamedTuple, Sequence
+from typing import NamedTuple, Sequence, Tuple
 from xml.etree import ElementTree
 
 from course_grader.formats import harmless
@@ -11,6 +11,7 @@ from course_grader.rules import scoring
 from course_grader.rules.scoring import Reason, Verdict
 
 VERDICT = 'verdict'  # the name of the first testcase
+LEFT_OUT = 'not graded'  # the name of the testsuite of what was handed in, and is not graded
 TAGS = {scoring.FAILED: 'failure', scoring.UNDECIDED: 'error'}
 
 
@@ -27,11 +28,13 @@ class Suite(NamedTuple):
     isolation: str = ''
 
 
-def document(suites: Sequence[Suite]) -> str:
-    """Return the XML of some gradings."""
+def document(suites: Sequence[Suite], left_out: Sequence[Tuple[str, str]] = ()) -> str:
+    """Return the XML of some gradings; ``left_out``: (name, reason) of what is not graded, as skipped testcases."""
     root = ElementTree.Element('testsuites')
     for suite in suites:
         _add(root, suite)
+    if left_out:
+        _add_left_out(root, left_out)
     for name in ('tests', 'failures', 'errors'):
         root.set(name, str(sum(int(element.get(name, '0')) for element in root)))
     return ElementTree.tostring(root, encoding='unicode', xml_declaration=True) + '\n'
@@ -53,6 +56,15 @@ def _add(root: ElementTree.Element, suite: Suite) -> None:
     element.set('failures', str(len(element.findall('*/failure'))))
     element.set('errors', str(len(element.findall('*/error'))))
     element.set('skipped', str(len(element.findall('*/skipped'))))
+
+
+def _add_left_out(root: ElementTree.Element, left_out: Sequence[Tuple[str, str]]) -> None:
+    count = str(len(left_out))
+    element = ElementTree.SubElement(root, 'testsuite', name=LEFT_OUT, time='0.000', tests=count, failures='0',
+                                     errors='0', skipped=count)
+    for name, reason in left_out:
+        case = ElementTree.SubElement(element, 'testcase', classname=LEFT_OUT, name=harmless.plain(name), time='0.000')
+        ElementTree.SubElement(case, 'skipped', message=harmless.plain(reason))
 
 
 def _case(element: ElementTree.Element, suite: Suite, name: str, seconds: float) -> ElementTree.Element:

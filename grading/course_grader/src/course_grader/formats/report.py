@@ -4,7 +4,7 @@ import os
 import textwrap
 from typing import Sequence
 
-from course_grader.formats import junit, path_picture
+from course_grader.formats import harmless, junit, path_picture
 from course_grader.rules.exercise import Exercise
 from course_grader.rules.observation import Observed
 from course_grader.rules.scoring import Verdict
@@ -29,19 +29,22 @@ def text(exercise: Exercise, decided: Verdict) -> str:
 
 
 def write(folder: str, exercise: Exercise, observed: Observed, decided: Verdict, command: Sequence[str],
-          seed: int, isolation: str = '') -> None:
-    """Write result.json, junit.xml, output.txt and, if there is a path, path.png and path.svg; raise OSError."""
+          seed: int, isolation: str = '', notes: Sequence[str] = ()) -> None:
+    """Write result.json, junit.xml, output.txt and, if there is a path, path.png and path.svg; raise OSError.
+
+    ``notes``: remarks that change no score.
+    """
     os.makedirs(folder, exist_ok=True)
     result = {'exercise': exercise.name, 'title': exercise.title, 'command': list(command), 'seed': seed,
               'outcome': decided.outcome, 'score': decided.score, 'objections': decided.objections,
-              'hints': list(decided.hints),
+              'hints': list(decided.hints), 'notes': list(notes),
               'reasons': [reason._asdict() for reason in decided.reasons], 'seconds': round(observed.seconds, 3),
               'exit_code': observed.exit_code, 'isolation': isolation}
     write_whole(os.path.join(folder, 'result.json'), json.dumps(result, indent=2) + '\n')
     suite = junit.Suite(' '.join(command) or exercise.name, exercise.name, decided, observed.seconds,
                         isolation)
     write_whole(os.path.join(folder, 'junit.xml'), junit.document([suite]))
-    output = ''.join(f'{line.t - observed.start:8.2f}  {line.text}\n' for line in observed.lines)
+    output = ''.join(f'{line.t - observed.start:8.2f}  {harmless.plain(line.text)}\n' for line in observed.lines)
     write_whole(os.path.join(folder, 'output.txt'), output)
     drawn = path_picture.drawing(exercise, observed)
     if drawn:

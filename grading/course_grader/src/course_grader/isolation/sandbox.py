@@ -38,7 +38,11 @@ URGENT = -10  # nice value of the thread that checks the limits
 CHUNK = 65536  # [bytes] read at once
 MAX_COMMAND_LENGTH = 100_000  # [bytes] with all its arguments; Linux takes 131,071 in one
 MAX_LINES, MAX_LINE_LENGTH = 20_000, 2_000  # of the output that is stored; all of it is read
+MAX_OUTPUT = 1_000_000  # characters of it; a pose printed 60 times a second for 90 s has 500,000
+FIRST_LINE = 256  # [bytes] that Linux reads of a script's first line
 END_STAGES = processes.KILL  # at once: output after a request to end does not count
+FIND_PACKAGES = 'rosrun', 'roslaunch'  # programs that search the packages of a student
+SHELL_ENDINGS = '.sh', '.bash'
 ANSI = re.compile(r'\x1b\[[0-9;]*[A-Za-z]')
 ROSCONSOLE = re.compile(r'^\[ ?[A-Z]+\] \[[^\]]*\](?: \[[^\]]*\])?: ')  # the prefix of a message that rospy logs
 
@@ -110,7 +114,7 @@ class Sandbox:
         if not inside:
             try:
                 command, surroundings = self._prepare(command, surroundings, shown, user)
-            except OSError as error:
+            except (OSError, RecursionError) as error:
                 raise IsolationError(f'the files of the program could not be prepared: {error}') from None
         receiver, sender = os.pipe()
         try:
@@ -268,7 +272,7 @@ class Student:
     def __init__(self, sandbox: Sandbox, command: Sequence[str], now: Callable[[], float]) -> None:
         """``now()`` returns the simulated time [s] at which a line was printed."""
         self.lines: List[OutputLine] = []
-        self.dropped, self._now = 0, now
+        self.dropped, self._size, self._now = 0, 0, now
         try:
             self._program = sandbox.start(command)
         except OSError as error:
@@ -293,11 +297,12 @@ class Student:
     def _store(self, raw: bytes) -> None:
         """Store a line, also one that a carriage return overwrites in a terminal."""
         for start in range(0, len(raw), MAX_LINE_LENGTH):
-            if len(self.lines) >= MAX_LINES:
+            if len(self.lines) >= MAX_LINES or self._size >= MAX_OUTPUT:
                 self.dropped += 1
                 continue
             text = ANSI.sub('', raw[start:start + MAX_LINE_LENGTH].decode('utf-8', 'replace'))
             if text:
+                self._size += len(text)
                 self.lines.append(OutputLine(self._now(), ROSCONSOLE.sub('', text)))
 
     def exit_code(self) -> Optional[int]:
@@ -375,8 +380,8 @@ class ProgramIdleTimer:
 def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     """Return (command to start, remarks) of what a student typed; raise CommandError when it cannot be run.
 
-    A Python file runs with this Python, whatever its mode, first line or line endings; the remarks say why rosrun
-    could not run it.
+    A Python file runs with this Python, whatever its mode, first line or line endings, and another script that is not
+    executable with its interpreter; the remarks say why rosrun could not run it.
     """
     if not command:
         raise MissingProgram('the command is missing; type: ./run grade EXERCISE -- COMMAND')
@@ -390,15 +395,26 @@ def runnable(command: Sequence[str]) -> Tuple[List[str], List[str]]:
     _check_file(program)
     source = student_files.read(program)
     if not program.endswith('.py') and not _is_python(source):
-        if not os.access(program, os.X_OK):
-            raise CommandError(str(findings.not_executable(program)))
         if source.startswith(b'#!') and b'\r' in source.split(b'\n', 1)[0]:
             raise CommandError(str(findings.windows_line_ends(program)))
-        return [program, *arguments], []
+        if os.access(program, os.X_OK):
+            return [program, *arguments], []
+        interpreter = interpreter_of(program)
+        if not interpreter:
+            raise CommandError(str(findings.not_executable(program)))
+        return [*interpreter, program, *arguments], [str(findings.not_executable(program))]
     try:
         return [sys.executable, program, *arguments], _remarks(program, student_files.whole(program))
     except student_files.UnreadableFile as error:
         raise CommandError(f'{program}: {error}') from None
+
+
+def interpreter_of(program: str) -> List[str]:
+    """Return the command that interprets a script, by its first line or its ending; [] if it is not a script."""
+    first = student_files.read(program, FIRST_LINE).split(b'\n', 1)[0]
+    if first.startswith(b'#!'):
+        return os.fsdecode(first[2:]).split()[:2]
+    return ['bash'] if program.endswith(SHELL_ENDINGS) else []
 
 
 def check_command(command: Sequence[str]) -> None:

@@ -1,9 +1,12 @@
-"""Read the files of a submission safely: they may be pipes, links to endless devices, or terabytes."""
+"""Read the files of a submission safely: they may be pipes, links to endless devices, terabytes, or very deep."""
 import os
+from typing import Callable, Iterator, List, Tuple
 
 from course_grader.isolation.limits import MEGABYTE
+from plain_support import documents
 
 MAX_SIZE = MEGABYTE  # [bytes] of a source that is read; those of the course have less than 20,000
+MAX_DEPTH = 50  # folders in each other; those of a catkin workspace are 6
 
 
 class UnreadableFile(ValueError):
@@ -36,12 +39,63 @@ def whole(path: str) -> bytes:
     return content
 
 
-def check_packages(folder: str) -> None:
-    """Raise UnreadableFile if ROS could not read a package.xml below a folder."""
-    for parent, _, names in os.walk(folder):
+def walk(folder: str, too_deep: Callable[[str], object] = lambda path: None
+         ) -> Iterator[Tuple[str, List[str], List[str]]]:
+    """Do the same as os.walk, sorted, to a depth of MAX_DEPTH; ``too_deep(path)`` is called for each deeper folder.
+
+    os.walk recurses in some versions of Python, and fails in a thousand folders in each other.
+    """
+    pending = [(folder, 0)]
+    while pending:
+        parent, depth = pending.pop()
+        folders: List[str] = []
+        names: List[str] = []
+        try:
+            with os.scandir(parent) as entries:
+                for entry in entries:
+                    (folders if entry.is_dir() else names).append(entry.name)
+        except OSError:
+            continue
+        folders.sort()
+        yield parent, folders, sorted(names)
+        below = [path for path in (os.path.join(parent, name) for name in folders) if not os.path.islink(path)]
+        if depth < MAX_DEPTH:
+            pending += [(path, depth + 1) for path in reversed(below)]
+        else:
+            for path in below:
+                too_deep(path)
+
+
+def unusable_packages(folder: str) -> str:
+    """Return why ROS cannot search a folder for packages, and what to do, or ''.
+
+    ROS reads each package.xml below it, and follows links.
+    """
+    wrong: List[str] = []
+
+    def too_deep(path: str) -> None:
+        wrong.append(f'{os.path.relpath(path, folder)[:200]} is a folder in more than {MAX_DEPTH} others: ROS does not '
+                     'search it for packages')
+    root = os.path.realpath(folder)
+    for parent, folders, names in walk(folder, too_deep):
+        for name in folders:
+            path = os.path.join(parent, name)
+            if os.path.islink(path) and not (os.path.realpath(path) + os.sep).startswith(root + os.sep):
+                wrong.append(f'{path} is a link to a folder of somebody else: hand in the folder itself')
         if 'package.xml' in names:
-            path = os.path.join(parent, 'package.xml')
-            try:
-                whole(path)
-            except UnreadableFile as error:
-                raise UnreadableFile(f'{path}: {error}') from None
+            wrong += filter(None, [_fault(os.path.join(parent, 'package.xml'))])
+        if wrong:
+            break
+    return (wrong or [''])[0]
+
+
+def _fault(path: str) -> str:
+    """Return what is wrong with a package.xml, or ''."""
+    try:
+        documents.parse_xml(whole(path))
+    except UnreadableFile as error:
+        return f'{path}: {error}'
+    except documents.DocumentError as error:
+        return (f'{path}: {error}, so ROS does not find the package: each <tag> needs its </tag>, and & is written '
+                '&amp;')
+    return ''

@@ -101,6 +101,11 @@ class Goal(NamedTuple):
     result: Tuple[int, ...]
 
 
+def computed(order: int) -> int:
+    """Return how many numbers a server computes for a goal of this order, each with a message of feedback."""
+    return order - 1
+
+
 @dataclass
 class Observed:
     """All observations that rules may use."""

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 from typing import Dict, Iterable, List, NamedTuple, Sequence, Set, Tuple
 
 from course_grader.rules.judging import Judge, Result, counted
-from course_grader.rules.observation import Call, Goal, Observed, OutputLine
+from course_grader.rules.observation import Call, Goal, Observed, OutputLine, computed
 from course_grader.rules.quantities import NUMBER
 
 MAX_EARLY = 0.1  # [s] by which a line may seem to precede its event
@@ -180,7 +180,7 @@ def _missed(goal: Goal) -> str:
         numbers.append(numbers[-1] + numbers[-2])
     if list(goal.result) != numbers:
         return f'the result of order {goal.order} is {str(list(goal.result)):.80}, expected {numbers}'
-    least = goal.order - 1  # numbers that are computed
+    least = computed(goal.order)
     return '' if goal.feedback >= least else f'{goal.feedback} messages of feedback for {least} numbers'
 
 

@@ -1,4 +1,5 @@
 """The input and the result of a grading: plain data that is sent between processes. Without ROS."""
+import math
 from typing import NamedTuple, Optional, Tuple
 
 from course_grader.isolation.confinement import Isolation
@@ -16,7 +17,7 @@ class Job(NamedTuple):
     ``command`` was typed in ``folder``; ``output``: folder for all files; ``packages``: folder with the program's
     packages, by default the package of its file; ``real_time``: always at the speed of the wall clock; ``mark``: the
     value by which all processes of the grading are found; ``isolation``: what the program may see and use;
-    ``sourced``: packages that rosrun finds, too.
+    ``sourced``: packages that rosrun finds, too; ``limit`` [s] of wall time for the attempt.
     """
 
     exercise: Exercise
@@ -29,6 +30,7 @@ class Job(NamedTuple):
     mark: str = ''
     isolation: Isolation = Isolation()
     sourced: Sourced = Sourced()
+    limit: float = math.inf
 
 
 class Attempted(NamedTuple):

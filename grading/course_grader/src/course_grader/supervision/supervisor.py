@@ -14,7 +14,7 @@ import threading
 import time
 import uuid
 from types import ModuleType
-from typing import Callable, Container, Iterable, NamedTuple, Optional, Set, Union
+from typing import Callable, Container, Iterable, Iterator, NamedTuple, Optional, Set, Union
 
 import psutil
 
@@ -30,6 +30,10 @@ from plain_support import processes
 ATTEMPT = 'course_grader.attempt.attempt'  # imported only in the children: it imports ROS
 RESULTS = ('result.json', 'junit.xml', 'path.png', 'path.svg', 'output.txt')  # the files of a grading
 EXTRA = 120.0  # [s] of wall time for a grading beyond the time of its exercise
+PATIENCE = 3.0  # times that limit, for an attempt that is made alone
+GRACE = 0.1  # share of the limit before which an attempt has to say itself why it takes so long
+BUSY_SHARE = 0.5  # of the wall time: an attempt that takes more processor time is slow by its program; honest: 0.1
+STARVED_SHARE = 0.2  # of the wall time: if it waits longer for a core, the machine is slow; at a load of 20: above 1
 LOG = 'grader.txt'  # the output of the attempt itself
 POLL = 0.1  # [s]
 STOP_POLL = 1.0  # [s] between two checks whether a process was stopped
@@ -40,7 +44,8 @@ INTERRUPTED = 'the grading was interrupted'
 class Retry(NamedTuple):
     """A reason to repeat an attempt, once in a grading, if ``applies(attempted)``; ``real_time``: without lockstep.
 
-    ``within`` [s] of wall time since the first attempt began. ``text`` may use {busy} and {reason}.
+    ``within`` [s] of wall time since the first attempt began. ``text`` may use {busy} and {reason}. ``alone``: while no
+    other attempt runs, and with a longer limit.
     """
 
     name: str
@@ -48,6 +53,7 @@ class Retry(NamedTuple):
     real_time: bool
     within: float
     text: str
+    alone: bool = False
 
 
 def _was_busy(got: Attempted) -> bool:
@@ -65,9 +71,10 @@ def _was_broken(got: Attempted) -> bool:
 RETRIES = (  # the first that applies and was not used yet counts
     Retry('busy', _was_busy, True, math.inf,
           '{busy} never sleeps (is there a rate.sleep() in its loop?). Grading again in real time.'),
-    Retry('broken', _was_broken, False, math.inf, 'Grading again, because {reason}'),
+    Retry('broken', _was_broken, False, math.inf, 'Grading again, because {reason}', alone=True),
     Retry('slow', _was_slow, False, MAX_REPEATED, 'Grading again, because {reason}'),
     Retry('slow again', _was_slow, True, MAX_REPEATED, 'Grading again, because {reason}'),
+    Retry('alone', _was_slow, False, math.inf, 'Grading again, alone and with more time, because {reason}', alone=True),
 )
 
 
@@ -80,12 +87,13 @@ def next_try(got: Attempted, used: Container[str], seconds: float) -> Optional[R
                  if retry.applies(got) and retry.name not in used and seconds < retry.within), None)
 
 
-def final(got: Attempted, busy: str) -> Attempted:
+def final(got: Attempted, busy: str, again: bool = False) -> Attempted:
     """Return the last attempt with its verdict; ``busy``: the nodes that never slept in an earlier one.
 
-    A program that floods the simulator, or ends or stops the grader, fails instead of being undecided.
+    ``again``: an earlier attempt was broken, too. A program that floods the simulator, or ends or stops the grader,
+    fails instead of being undecided.
     """
-    if got.broken:  # again, in another attempt
+    if got.broken and again:
         objection = f'the grading broke down while this program ran, each time: {(got.verdict.objections or [""])[0]}'
         return got._replace(verdict=got.verdict._replace(outcome=scoring.FAILED, score=0.0, objections=[objection]))
     if not (busy and got.flooded and got.verdict.outcome == scoring.UNDECIDED):
@@ -105,9 +113,12 @@ def _remove(folder: str, names: Iterable[str]) -> None:
             os.remove(os.path.join(folder, name))
 
 
-def undecided(reason: str, broken: bool = False) -> Attempted:
-    """Return the Attempted of an attempt without a result; ``broken``: it failed while the program ran."""
-    return Attempted(scoring.Verdict(scoring.UNDECIDED, 0.0, [], [reason]), Observed(), broken=broken)
+def undecided(reason: str, broken: bool = False, slow: bool = False) -> Attempted:
+    """Return the Attempted of an attempt without a result.
+
+    ``broken``: it failed while the program ran; ``slow``: because the machine was slow.
+    """
+    return Attempted(scoring.Verdict(scoring.UNDECIDED, 0.0, [], [reason]), Observed(kept_up=not slow), broken=broken)
 
 
 def _started(job: Job) -> bool:
@@ -123,6 +134,44 @@ def _stopped(child: psutil.Process) -> bool:
     return False
 
 
+def _starved(child: psutil.Process, seconds: float) -> bool:
+    """Return whether an attempt of ``seconds`` [s] was slow because the machine had no core for it.
+
+    Who keeps the cores busy itself, or waits for something else than a core, is not starved.
+    """
+    ran = waited = 0.0
+    for process in processes.tree(child):
+        with contextlib.suppress(psutil.Error, OSError):
+            times = process.cpu_times()
+            ran += times.user + times.system + times.children_user + times.children_system
+            waited += sum(wait for _, wait in processes.thread_times(process.pid).values())
+    return ran < BUSY_SHARE * seconds and waited > STARVED_SHARE * seconds
+
+
+class _Gate:
+    """Lets attempts run beside each other, or one alone."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._running, self._closed = 0, False
+
+    @contextlib.contextmanager
+    def passed(self, alone: bool) -> Iterator[None]:
+        """Wait until an attempt may run; while one runs ``alone``, no other does."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._closed)
+            self._closed = alone
+            self._changed.wait_for(lambda: not (alone and self._running))
+            self._running += 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._running -= 1
+                self._closed = self._closed and not alone
+                self._changed.notify_all()
+
+
 class Supervisor:
     """Grades Jobs; use it in a with statement, after which no process of a grading remains."""
 
@@ -132,19 +181,20 @@ class Supervisor:
         self._starter = WarmStart(attempt, _be_an_attempt)
         self._kept = set(psutil.Process().children())
         self._stop = threading.Event()
+        self._gate = _Gate()
 
     def grade(self, job: Job, limit: Optional[float] = None, say: Callable[[str], object] = lambda text: None
               ) -> Attempted:
         """Grade a Job and write its results; return the last attempt.
 
-        ``limit`` [s] of wall time, by default that of the exercise and EXTRA; ``say(text)`` reports repeats. Raise
-        OSError if the results cannot be written.
+        ``limit`` [s] of wall time, by default that of the exercise and EXTRA, and PATIENCE times as much for an attempt
+        that is made alone; ``say(text)`` reports repeats. Raise OSError if the results cannot be written.
         """
         os.makedirs(job.output, exist_ok=True)
         remove_results(job.output)
-        got = self._grade(job, job.exercise.time + EXTRA if limit is None else limit, say)
+        got = self._grade(job, limit, say)
         report.write(job.output, job.exercise, got.observed, got.verdict, job.command, job.seed,
-                     job.isolation.level)
+                     job.isolation.level, got.remarks)
         return got
 
     def stop(self) -> None:
@@ -155,22 +205,28 @@ class Supervisor:
         """Return whether ``stop`` was called."""
         return self._stop.is_set()
 
-    def _grade(self, job: Job, limit: float, say: Callable[[str], object]) -> Attempted:
-        start, busy = time.monotonic(), ''
+    def _grade(self, job: Job, limit: Optional[float], say: Callable[[str], object]) -> Attempted:
+        start, busy, real_time = time.monotonic(), '', job.real_time
+        most = job.exercise.time + EXTRA if limit is None else limit
+        deadline, alone = start + most, False
         used: Set[str] = set()
         while True:
-            got = self._attempt(job, start + limit, limit)
+            with self._gate.passed(alone):
+                deadline = time.monotonic() + PATIENCE * most if alone and limit is None else deadline
+                got = self._attempt(job, deadline)
             retry = next_try(got, used, time.monotonic() - start)
-            if retry is None or got.broken and time.monotonic() > start + limit:
-                return final(got, busy)
+            if retry is None or limit is not None and time.monotonic() > deadline:
+                return final(got, busy, 'broken' in used)
             used.add(retry.name)
-            busy = busy or got.busy
+            busy, alone = busy or got.busy, retry.alone
             say(retry.text.format(busy=got.busy, reason=(got.verdict.objections or [''])[0]))
-            job = job._replace(real_time=job.real_time or retry.real_time)
+            job = job._replace(real_time=real_time or retry.real_time or bool(busy))
 
-    def _attempt(self, job: Job, deadline: float, limit: float) -> Attempted:
+    def _attempt(self, job: Job, deadline: float) -> Attempted:
         """Let a child grade once; return its result, or why there is none."""
-        job = job._replace(mark=uuid.uuid4().hex)
+        start = time.monotonic()
+        limit = max(0.0, deadline - start)
+        job = job._replace(mark=uuid.uuid4().hex, limit=(1.0 - GRACE) * limit)
         _remove(job.output, (RECORD, RECORD + ACTIVE))
         try:
             child, receiver = self._starter.start(job)
@@ -182,7 +238,9 @@ class Supervisor:
                 if self._stop.is_set():
                     return undecided(INTERRUPTED)
                 if time.monotonic() > deadline:
-                    return undecided(f'the grader needed more than {limit:.0f} s and was stopped', _started(job))
+                    slow = _starved(child, time.monotonic() - start)
+                    return undecided(f'the grader needed more than {limit:.0f} s and was stopped',
+                                     _started(job) and not slow, slow)
                 if time.monotonic() > polled + STOP_POLL:
                     polled = time.monotonic()
                     if _stopped(child):

@@ -1,0 +1,109 @@
+"""course_grader.classes.downloads: what Moodle, Canvas and Gradescope give to download."""
+import os
+import stat
+import zipfile
+
+import pytest
+
+from course_grader.classes import downloads, submissions
+
+MOODLE = {'Anna Berg_1234_assignsubmission_file_/stop_at_x.py': 'anna',
+          'Anna Berg_1234_assignsubmission_file_/src/helper.py': 'helper',
+          'Ben Li_77_assignsubmission_file/black_path.py': 'ben',
+          'Ben Li_78_assignsubmission_file_/stop_at_x.py': 'another Ben',
+          'Ben Li_78_assignsubmission_onlinetext_/onlinetext.html': 'see my file'}
+MOODLE_FLAT = {'Anna Berg_1234_assignsubmission_file_stop_at_x.py': 'anna'}
+CANVAS = {'berganna_1234_5678_stop_at_x.py': 'anna', 'liben_LATE_77_5679_stop_at_x-1.py': 'ben',
+          'liben_LATE_77_5680_black_path.py': 'ben'}
+METADATA = ('submission_34:\n  :submitters:\n  - :name: Anna Berg\n    :sid: 1\n'
+            'submission_35:\n  :submitters:\n  - :name: Ben Li\n  - :name: Carl\n')
+GRADESCOPE = {'assignment_12_export/submission_metadata.yml': METADATA,
+              'assignment_12_export/submission_34/stop_at_x.py': 'anna',
+              'assignment_12_export/submission_35/src/stop_at_x.py': 'ben and carl',
+              'assignment_12_export/submission_36/stop_at_x.py': 'nobody knows'}
+PLAIN = {'class/anna/stop_at_x.py': 'anna', 'class/ben/stop_at_x.py': 'ben'}
+
+
+def packed(path, files):
+    with zipfile.ZipFile(path, 'w') as archive:
+        for name, text in files.items():
+            archive.writestr(name, text)
+    return str(path)
+
+
+def written(folder, files):
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    return str(folder)
+
+
+def content(folder):
+    return {os.path.relpath(os.path.join(parent, name), folder): open(os.path.join(parent, name)).read()
+            for parent, _, names in os.walk(folder) for name in names}
+
+
+EXPECTED = [
+    (MOODLE, {'Anna Berg/stop_at_x.py': 'anna', 'Anna Berg/src/helper.py': 'helper', 'Ben Li 77/black_path.py': 'ben',
+              'Ben Li 78/stop_at_x.py': 'another Ben', 'Ben Li 78/onlinetext.html': 'see my file'}),
+    (MOODLE_FLAT, {'Anna Berg/stop_at_x.py': 'anna'}),
+    (CANVAS, {'berganna/stop_at_x.py': 'anna', 'liben/stop_at_x.py': 'ben', 'liben/black_path.py': 'ben'}),
+    (GRADESCOPE, {'Anna Berg/stop_at_x.py': 'anna', 'Ben Li and Carl/src/stop_at_x.py': 'ben and carl',
+                  'submission_36/stop_at_x.py': 'nobody knows'}),
+    (PLAIN, {'anna/stop_at_x.py': 'anna', 'ben/stop_at_x.py': 'ben'})]
+
+
+@pytest.mark.parametrize('files, expected', EXPECTED, ids=['moodle', 'flat', 'canvas', 'gradescope', 'plain'])
+def test_a_zip_becomes_a_folder_for_each_student(tmp_path, files, expected):
+    folder, left_out = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))
+    assert content(folder) == expected and left_out == []
+    folder, _ = downloads.folder_of_class(packed(tmp_path / 'a.zip', files), str(tmp_path / 'out'))  # once more
+    assert content(folder) == expected
+
+
+@pytest.mark.parametrize('files, expected', EXPECTED[:4], ids=['moodle', 'flat', 'canvas', 'gradescope'])
+def test_a_zip_may_be_unpacked(tmp_path, files, expected):
+    folder, _ = downloads.folder_of_class(written(tmp_path / 'a', files), str(tmp_path / 'out'))
+    assert content(folder) == expected
+
+
+def test_any_other_folder_is_taken_as_it_is(tmp_path):
+    folder = written(tmp_path / 'a', {'anna/stop_at_x.py': '', 'a_1_2_b.py': ''})
+    assert downloads.folder_of_class(folder, str(tmp_path / 'out')) == (folder, [])
+    assert not (tmp_path / 'out').exists()
+
+
+def test_files_beside_those_of_the_students_are_listed(tmp_path):
+    path = packed(tmp_path / 'a.zip', {**MOODLE, 'notes.txt': 'x'})
+    assert [one.text() for one in downloads.folder_of_class(path, str(tmp_path / 'out'))[1]] == [
+        f'notes.txt: {submissions.NOBODYS}']
+
+
+def test_nothing_is_written_outside_and_the_rest_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(downloads, 'MAX_FILE', 1000)
+    path = tmp_path / 'a.zip'
+    with zipfile.ZipFile(path, 'w', zipfile.ZIP_DEFLATED) as archive:
+        for name in ('anna/stop_at_x.py', '../out.py', 'ben/../../out.py', '/out.py', 'ben//a.py', 'ben/' + 'x' * 300,
+                     'ben/' + 'd/' * 60 + 'a', 'ben/twice', 'ben/twice'):
+            archive.writestr(name, 'x')
+        archive.writestr('ben/large', 'x' * 1001)
+        link = zipfile.ZipInfo('ben/link')
+        link.external_attr = (stat.S_IFLNK | 0o777) << 16
+        archive.writestr(link, '/etc/passwd')
+        script = zipfile.ZipInfo('ben/script')
+        script.external_attr = 0o100755 << 16
+        archive.writestr(script, '#!/bin/sh\n')
+    folder, left_out = downloads.folder_of_class(str(path), str(tmp_path / 'out'))
+    assert content(folder) == {'anna/stop_at_x.py': 'x', 'ben/twice': 'x', 'ben/script': '#!/bin/sh\n'}
+    assert sorted(name for name in os.listdir(tmp_path)) == ['a.zip', 'out']
+    assert [one.reason.partition(':')[0] for one in left_out] == [
+        *['its path leads to another folder'] * 4, *['its path is too long'] * 2, 'it cannot be unpacked',
+        'it has 0 MB; at most 0 MB are read', 'it is a link, or no file']
+    assert os.access(os.path.join(folder, 'ben', 'script'), os.X_OK)
+
+
+@pytest.mark.parametrize('data', [b'', b'PK', b'PK\x03\x04' + b'x' * 100])
+def test_a_file_that_is_no_zip_is_named(tmp_path, data):
+    (tmp_path / 'a.zip').write_bytes(data)
+    with pytest.raises(downloads.DownloadError, match='a.zip cannot be read as a ZIP: .*download it again'):
+        downloads.folder_of_class(str(tmp_path / 'a.zip'), str(tmp_path / 'out'))

@@ -1,0 +1,80 @@
+"""The private connection of a simulator to the program that has started it, which then owns the simulator's time.
+
+It is a pair of sockets, made before the simulator was forked: no other program can open it, or send under its name. So
+whatever a judgement of a program rests on, such as poses, the time, and whether nodes were late, goes through it, and
+not over ROS, where every node may claim any name.
+
+Each message is a line of JSON. The parent sends::
+
+    {"step": N}            pause, make N steps, and answer {"made": true}
+    {"resume": true}       let time continue
+    {"watch": {NAME: K, ...}, "reacts": true}   send the poses of these vehicles in every K-th step; whether the parent
+                           publishes in answer to them, so that such a step has to wait for it
+    {"drive": [V, W]}      a velocity command [m/s, rad/s]
+
+and the simulator ``{"ready": true}`` before its first step, ``{"poses": {NAME: [X, Y, THETA]}, "steps": N}`` when the
+vehicles have moved in step N, and ``{"steps": N, "late": N, "busy": NAMES}`` at the end of the step: see ClockStatus.
+
+Threading contract: one thread receives, another one waits for requested steps; any thread may send.
+"""
+import json
+import queue
+import threading
+
+LONGEST = 60.0  # [s] of one wait for requested steps, which is repeated
+
+
+class ParentLink:
+    """The simulator's end of the connection."""
+
+    def __init__(self, connection, drive=None):
+        """``connection``: a socket; ``drive(linear, angular)`` takes commands, if the simulator has such a vehicle."""
+        self._connection, self._drive = connection, drive
+        self._sending = threading.Lock()
+        self._requests = queue.SimpleQueue()
+        self._watched, self._reacts = {}, False
+        self.answers = False  # whether the parent publishes in answer to what was sent in this step
+
+    def serve(self, pacer):
+        """Tell the parent that the simulator is ready, and do what it asks of a Pacer from now on."""
+        threading.Thread(target=self._receive, args=(pacer,), name='parent', daemon=True).start()
+        threading.Thread(target=self._answer, name='requested steps', daemon=True).start()
+        self._send(ready=True)
+
+    def moved(self, steps, poses):
+        """Send the poses that the parent watches: of those in ``poses``, {name: (x, y, theta)}, after ``steps``."""
+        due = {name: list(poses[name]) for name, every in self._watched.items() if name in poses and not steps % every}
+        if due:
+            self._send(steps=steps, poses=due)
+        self.answers = bool(due) and self._reacts
+
+    def stepped(self, steps, late, busy):
+        """Send that a step is over; ``late`` and ``busy`` as in ClockStatus, but no name if the nodes got no core."""
+        self._send(steps=steps, late=late, busy=busy)
+
+    def _send(self, **message):
+        try:
+            with self._sending:
+                self._connection.sendall(json.dumps(message).encode() + b'\n')
+        except OSError:
+            pass  # the parent has ended; the simulator ends with it
+
+    def _receive(self, pacer):
+        with self._connection.makefile('rb') as lines:
+            for line in lines:
+                message = json.loads(line)
+                if 'step' in message:
+                    self._requests.put(pacer.request(message['step']))
+                elif 'resume' in message:
+                    pacer.resume()
+                elif 'watch' in message:
+                    self._reacts, self._watched = message['reacts'], message['watch']
+                elif self._drive:
+                    self._drive(*message['drive'])
+
+    def _answer(self):
+        while True:
+            request = self._requests.get()
+            while not request.wait(LONGEST):
+                pass
+            self._send(made=request.made)
