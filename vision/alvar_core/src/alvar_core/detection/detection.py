@@ -75,8 +75,18 @@ def best_of_overlapping(found: Sequence[Detection]) -> list[Detection]:
 
     The others are cells of a marker that look like a marker.
     """
+    order = sorted(found, key=lambda d: -d.confidence)
+    if len(order) < 2:
+        return order
+    corners = np.array([d.corners for d in order])
+    centres, sides = corners.mean(1), np.array([d.side for d in order])
+    reach = np.linalg.norm(corners - centres[:, None], axis=2).max(1)  # nothing is covered beyond
+    apart = np.linalg.norm(centres[:, None] - centres, axis=2)  # of the worse of a pair, the row, from the better
+    worse = np.tri(len(order), k=-1, dtype=bool)
+    alone = ~(worse & (apart <= 1 + np.maximum(thresholds.OVERLAP * sides[:, None], reach))).any(1)
     kept: list[Detection] = []
-    for d in sorted(found, key=lambda d: -d.confidence):
-        if all(math.dist(d.centre, k.centre) > thresholds.OVERLAP * d.side and not k.covers(d.centre) for k in kept):
+    for d, free in zip(order, alone):
+        if free or all(math.dist(d.centre, k.centre) > thresholds.OVERLAP * d.side and not k.covers(d.centre)
+                       for k in kept):
             kept.append(d)
     return kept
