@@ -99,3 +99,9 @@ def test_impossible_resolutions(resolution):
 def test_text_does_not_fit_in_five():
     with pytest.raises(code.CodeError, match='holds only a number'):
         code.encode('a', resolution=5)
+
+
+def test_each_mirrored_number_is_another_valid_one():
+    mirrored = code.mirrored_numbers()
+    assert sorted(mirrored) == list(range(256)) and all(mirrored[mirrored[number]] == number for number in range(256))
+    assert mirrored[5] == code.decode(np.fliplr(code.encode(5))).value != 5

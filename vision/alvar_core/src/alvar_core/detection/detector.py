@@ -553,7 +553,7 @@ def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:
     detection.solutions = [pose.Solution(sheet.rotation, sheet.position, sheet.error, 0.0)]
     detection.ambiguous, detection.ambiguity = not sheet.sure, 0.0 if sheet.sure else 0.5
     detection.bend, detection.doubtful = sheet.bend, sheet.doubtful
-    for cached in ('centre', 'side'):
+    for cached in ('centre', 'side', 'reach'):
         detection.__dict__.pop(cached, None)
 
 
