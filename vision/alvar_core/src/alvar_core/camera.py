@@ -48,8 +48,8 @@ class Camera:
             stretch = np.linalg.norm(ideal, axis=1) / np.linalg.norm(away, axis=1)
         if not (np.abs(again - away).max() < 1 and 1 / MAX_STRETCH < stretch.min() <= stretch.max() < MAX_STRETCH):
             raise CameraError(f'distortion D is {self.distortion.tolist()}: half-way to the edge of the image it moves '
-                              f'pixels to {MAX_STRETCH} times their distance from the middle, a third of it, or nowhere; '
-                              'no lens has this. Is the camera calibrated?')
+                              f'pixels by a factor of more than {MAX_STRETCH}, or nowhere; no lens has this. Is the '
+                              'camera calibrated?')
 
     @cached_property
     def lens(self) -> Any:
