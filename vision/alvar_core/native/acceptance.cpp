@@ -123,6 +123,6 @@ Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
 }
 
 bool alvar::may_be_covered(const Features& f, const Thresholds& limit) {
-    return !is_plain(f, limit) && f.kept > limit.MIN_KEPT && f.bad_rim <= limit.MAX_BAD_RIM && f.bad_rim + f.bad_inside > 0
-           && f.outside > limit.MIN_OUTSIDE && f.fit > limit.CHANGED_FIT;
+    return !is_plain(f, limit) && f.kept > limit.MIN_KEPT && f.bad_rim <= limit.MAX_BAD_RIM
+           && f.bad_rim + f.bad_inside > 0 && f.outside > limit.MIN_OUTSIDE && f.fit > limit.CHANGED_FIT;
 }

@@ -221,7 +221,7 @@ bool near(const double* a, const double* b, double reach) {
     return all;
 }
 
-// An aligned marker, aligned once more in light if the image has a table of it; sets the corners (4, 2) that it then has.
+// An aligned marker, aligned once more in light if the image has a table of it; sets the corners (4, 2) of that.
 struct InLight {
     std::vector<double> numbers, normal;
     std::vector<float> samples;
@@ -286,9 +286,9 @@ bool alvar::refine_edges(const Image& grey, const Lens& lens, const double* h, d
     return measure_edges(grey, lens, h, half, across, px, limit, corners, covariance) && good;
 }
 
-void alvar::measure_corners(const Measured& image, const Lens& lens, const Aligner& aligner, const AlignedMarker& aligned,
-                            double kept, const double* scale, const Thresholds& limit, double* corners,
-                            double* information, ResponseEvidence* evidence) {
+void alvar::measure_corners(const Measured& image, const Lens& lens, const Aligner& aligner,
+                            const AlignedMarker& aligned, double kept, const double* scale, const Thresholds& limit,
+                            double* corners, double* information, ResponseEvidence* evidence) {
     const InLight in_light(image.pyramid, lens, aligner, aligned, limit, corners);
     const AlignedMarker& marker = in_light.marker;
     const int cells = aligner.cells;

@@ -85,8 +85,8 @@ int measure(Fit& fit, const Image& grey, const Lens& lens, const double* start, 
     return visible;
 }
 
-// How much the offsets say about the response of the camera: those that a steeper one gives, fitted beside the parameters
-// of the homography.
+// How much the offsets say about the response of the camera: those that a steeper one gives are fitted beside the
+// parameters of the homography.
 void weigh_response(const Fit& fit, const Fit& steeper, int count, const double* normal, double error,
                     const Thresholds& limit, ResponseEvidence* out) {
     double copy[kFree * kFree], inverse[kFree * kFree], with[kFree] = {}, offset[kFree] = {}, share[kFree];

@@ -63,8 +63,8 @@ struct Image {
         return above - 1 + (value - light[above - 1]) / (light[above] - light[above - 1]);
     }
 
-    // The greys, or their light, at `count` places, at most kBlock: between pixels, interpolated; beyond the image, those
-    // of its edge.
+    // The greys, or their light, at `count` places, at most kBlock: between pixels, interpolated; beyond the image,
+    // those of its edge.
     ALVAR_INLINE void read(const float* x, const float* y, int count, float* out) const {
         read(x, y, count, 0, 0, static_cast<float>(width - 1), static_cast<float>(height - 1), out);
     }

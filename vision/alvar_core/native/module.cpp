@@ -232,7 +232,8 @@ void extend(const py::object& ended, const Trail& trail) {
 
 PYBIND11_MODULE(ALVAR_MODULE, m) {
     m.doc() = "The compiled steps of the detector; native/steps.h says what each takes.";
-    PYBIND11_NUMPY_DTYPE(Features, likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap, edges);
+    PYBIND11_NUMPY_DTYPE(Features, likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap,
+                         edges);
     PYBIND11_NUMPY_DTYPE(Solution, rotation, position, error, chi2);
     PYBIND11_NUMPY_DTYPE(ResponseEvidence, information, weighted);
     PYBIND11_NUMPY_DTYPE(FoundMarker, number, corners, information, poses, solutions, features, evidence);
@@ -524,8 +525,9 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
             py::array_t<double> corners({count, four, two}), covariance({count, eight, eight});
             py::array_t<bool> good = line_of<bool>(count);
             for (py::ssize_t m = 0; m < count; ++m)
-                good.mutable_at(m) = refine_edges(image_of(grey).lit(light.table()), lens, h.data() + 9 * m, half, sigma.at(m), limit,
-                                                  corners.mutable_data() + 8 * m, covariance.mutable_data() + 64 * m);
+                good.mutable_at(m) = refine_edges(image_of(grey).lit(light.table()), lens, h.data() + 9 * m, half,
+                                                  sigma.at(m), limit, corners.mutable_data() + 8 * m,
+                                                  covariance.mutable_data() + 64 * m);
             return py::make_tuple(corners, covariance, good);
         },
         py::kw_only(), "grey"_a, "lens"_a, "h"_a, "half"_a, "sigma"_a, "light"_a, "limit"_a);
@@ -633,7 +635,8 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
                          const Reader& reader, const Doubles& scale, const Bytes& black_words, const Integers& edges) {
                  check(scale, {8}, "scale"), check(black_words, {decoder.all_words, aligner.cells, aligner.cells}, "black_words");
                  check(edges, {decoder.all_words}, "edges");
-                 return Search{decoder, aligner, appearance, reader, vector_of(scale), vector_of(black_words), vector_of(edges)};
+                 return Search{decoder, aligner, appearance, reader, vector_of(scale), vector_of(black_words),
+                               vector_of(edges)};
              }),
              py::kw_only(), "decoder"_a, "aligner"_a, "appearance"_a, "reader"_a, "scale"_a, "black_words"_a, "edges"_a,
              py::keep_alive<1, 2>(), py::keep_alive<1, 3>(), py::keep_alive<1, 4>(), py::keep_alive<1, 5>())
@@ -650,8 +653,8 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
                 {
                     const bool explain = !ended.is_none();
                     Unlocked unlocked;
-                    found = self.find(image, measured, lens, noise, vector_of(quads), sizes.data(), turn_of(most, first), limit,
-                                      explain);
+                    found = self.find(image, measured, lens, noise, vector_of(quads), sizes.data(),
+                                      turn_of(most, first), limit, explain);
                 }
                 extend(ended, found.ended);
                 return py::dict("markers"_a = array_of(found.markers), "unsure"_a = array_of(found.unsure),

@@ -26,8 +26,9 @@ void alvar::halve(const Image& grey, const Light& light, std::uint8_t* out, std:
         const std::uint8_t *upper = grey.greys + 2 * y * grey.stride, *lower = upper + grey.stride;
         std::uint8_t* row = out + y * stride;
         for (int x = 0; x < grey.width / 2; ++x) {
-            const int sum = steps[upper[2 * x]] + steps[upper[2 * x + 1]] + steps[lower[2 * x]] + steps[lower[2 * x + 1]];
-            row[x] = light.grey_at[sum / 4];
+            const int left = steps[upper[2 * x]] + steps[lower[2 * x]];
+            const int right = steps[upper[2 * x + 1]] + steps[lower[2 * x + 1]];
+            row[x] = light.grey_at[(left + right) / 4];
         }
     }
 }

@@ -50,7 +50,8 @@ public:
     ImageSearch(const Search& search, const Image& smooth, const Measured& image, const Lens& lens, double noise,
                  const double* sizes, const Turn& turn, const Thresholds& limit, bool explain)
         : is(search), smooth(smooth), image(image), greys{image.pyramid.atlas.lit(nullptr), image.pyramid.levels},
-          lens(lens), image_noise(noise), sizes(sizes), turn(turn), limit(limit), cells(search.aligner.cells), half(0.5 * search.aligner.cells),
+          lens(lens), image_noise(noise), sizes(sizes), turn(turn), limit(limit), cells(search.aligner.cells),
+          half(0.5 * search.aligner.cells),
           trail(explain ? &result.ended : nullptr) {}
 
     SearchResult run(std::vector<double> quads) {

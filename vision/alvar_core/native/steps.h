@@ -162,7 +162,8 @@ struct EdgePoints {
 };
 EdgePoints edge_points(const std::uint8_t* black, int cells, const std::vector<double>& places);
 
-// What a marker says about the logarithm of the exponent of Light: its information, and that times the change it asks for
+// What a marker says about the logarithm of the exponent of Light: its information, and that times the change that it
+// asks for
 struct ResponseEvidence {
     double information, weighted;
 };

@@ -39,7 +39,7 @@ def seen(rng, drawn):
 def test_windows_are_no_markers():
     rng, detector, camera = np.random.default_rng(1), Detector(0.05), default_camera(WIDTH, WIDTH)
     found = [each.id for _ in range(150) for each in detector.detect(seen(rng, window(rng)), camera)]
-    assert found == []  # without PLAIN_EDGES a dozen: 240
+    assert found == []  # without PLAIN_EDGES, 240 eight times
 
 
 def test_markers_with_such_codes_are_found():
