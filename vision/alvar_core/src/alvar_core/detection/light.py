@@ -47,8 +47,7 @@ class Light:
         """Return the light of an image of greys."""
         if self.linear:
             return grey
-        light: Floats = cv2.LUT(grey, self._of_grey)
-        return light
+        return cv2.LUT(grey, self._of_grey)
 
     def greys(self, light: Floats) -> Floats:
         """Return the greys that stand for light, of any shape."""
