@@ -87,13 +87,13 @@ def test_folder_without_frames_is_refused(tmp_path):
 def test_what_is_found_without_markers_is_false(tmp_path):
     """A folder with a marker, a grey image below, and a text."""
     scene = np.full((200, 200), 220, np.uint8)
-    scene[50:140, 50:140] = drawing.marker_image(42, 90)
+    scene[50:149, 50:149] = drawing.marker_image(42, 99)
     (tmp_path / 'below').mkdir()
     cv2.imwrite(str(tmp_path / 'a.png'), scene)
     cv2.imwrite(str(tmp_path / 'below' / 'b.jpg'), np.full((100, 100), 90, np.uint8))
     (tmp_path / 'c.png').write_text('no image')
     lines = suite_markers.of_none(str(tmp_path)).splitlines()
-    assert lines[0].startswith(f'{tmp_path}/a.png: id 42 at 94, 94, 90 px wide, confidence 0.9')
+    assert lines[0].startswith(f'{tmp_path}/a.png: id 42 at 99, 99, 99 px wide, confidence 0.9')
     assert lines[1:] == [f'{tmp_path}: 2 images without markers; false detections: 1']
     with pytest.raises(BenchError, match='has no images of at least 16x16 pixels'):
         suite_markers.of_none(str(tmp_path / 'none'))
