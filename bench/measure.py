@@ -73,6 +73,8 @@ def parse(arguments):
                         help='only for the suite markers: photos by class, of this half (default: %(default)s)')
     parser.add_argument('--peers', action='store_true', help='only for the suite markers: score detectors from PyPI, '
                         'too, on the photos by class; they are installed for this measurement only')
+    parser.add_argument('--none', action='store_true', help='only for the suite markers: count what is found in the '
+                        'images of the folder and its subfolders, in which there is no marker')
     parser.add_argument('--list', action='store_true', help='list the measurements of the suite and exit')
     options = parser.parse_args(arguments)
     suite = importlib.import_module(f'suite_{options.suite}')
@@ -81,7 +83,9 @@ def parse(arguments):
             parser.error(f'--only {name}: it must be one of {", ".join(suite.MEASUREMENTS)}')
     _use_classes(parser, options, suite)
     options.bag = options.folder if (options.folder or '').endswith('.bag') and hasattr(suite, 'of_bag') else None
-    if options.folder and not options.bag:
+    if options.none and not (options.folder and hasattr(suite, 'of_none')):
+        parser.error('--none needs the suite markers and a folder of images: ./run bench markers FOLDER --none')
+    if options.folder and not options.bag and not options.none:
         if not hasattr(suite, 'use_folder'):
             parser.error(f'{options.folder}: the suite {options.suite} takes no folder')
         try:
@@ -206,6 +210,9 @@ def main():
     try:
         if options.bag:
             print(suite.of_bag(options.bag))
+            return 0
+        if options.none:
+            print(suite.of_none(options.folder))
             return 0
         return run_sensitivity(options, suite) if options.sensitivity else run(options, suite)
     except BenchError as error:

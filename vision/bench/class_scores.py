@@ -17,6 +17,7 @@ from aruco_baseline import ArucoBaseline
 from marker_classes import KINDS, LIGHT, LOOK_ALIKES, PAPER, SIZE
 from marker_score import Score, flagged, score_frame
 from markers_cli import detection_record
+from photo import with_gamma
 from processes import BenchError
 
 PER_CLASS = 24  # photos of each class, in each half
@@ -44,16 +45,20 @@ class ClassScore(Score):
         return [flagged(m.detection) for m in self.found if not good_only or m.rotation_error < GOOD]
 
 
-def scores(tools, half, count):
-    """Return {tool: {class: ClassScore}} of ``tools``, {name: function (image, camera) that returns detections}."""
+def scores(tools, half, count, gamma=1.0):
+    """Return {tool: {class: ClassScore}} of ``tools``, {name: function (image, camera) that returns detections}.
+
+    ``gamma`` is that of the camera; look-alikes are shown to a linear one only.
+    """
     out = {tool: {} for tool in tools}
-    for name in (*KINDS, LOOK_ALIKES):
+    for name in (*KINDS, LOOK_ALIKES) if gamma == 1 else KINDS:
         for number in range(count * (LOOK_ALIKE_PHOTOS if name == LOOK_ALIKES else 1)):
             shot = marker_classes.photo(name, half, number)
+            image = with_gamma(shot.image, gamma)
             for tool, detect in tools.items():
                 score = out[tool].setdefault(name, ClassScore())
                 begun = time.thread_time()
-                found = detect(shot.image, shot.camera)
+                found = detect(image, shot.camera)
                 score.ms.append(1e3 * (time.thread_time() - begun))
                 score.add(score_frame(shot.frame, shot.camera, marker_classes.WIDTH, found))
     return out
@@ -81,7 +86,7 @@ def table(results):
     for tool in results:
         head += [f'{tool}: recall %', 'corner px', 'rotation deg', 'flagged %', 'off', 'wrong, false']
     rows = [head]
-    for name in (*KINDS, LOOK_ALIKES):
+    for name in next(iter(results.values())):
         row = [name]
         for by_class in results.values():
             row += _columns(by_class[name])
@@ -106,8 +111,8 @@ def _columns(score):
             f'{score.wrong}, {score.false}']
 
 
-def figures(by_class):
-    """Return {figure key: samples} of our scores."""
+def figures(by_class, key='class'):
+    """Return {figure key: samples} of our scores; all keys begin with ``key``."""
     def all_of(names, method, **options):
         return [value for name in names for value in getattr(by_class[name], method)(**options)]
 
@@ -117,17 +122,17 @@ def figures(by_class):
     sure = [turn for score in by_class.values() for turn in score.rotations(sure=True)]
     good = all_of(KINDS, 'flags', good_only=True)
     return {
-        'class_recall_shadows': recall(*SHADOWS), 'class_recall_blinds': recall('blinds'),
-        'class_recall_margin': recall('thin margin'), 'class_recall_tiny': recall('13 to 20 px'),
-        'class_corner_light': all_of(LIGHT, 'corners') or [np.inf],
-        'class_rotation_light': all_of(LIGHT, 'rotations', sure=True) or [np.inf],
-        'class_corner_paper': all_of(PAPER, 'corners') or [np.inf],
-        'class_rotation_bent': all_of(['bent 10 cm'], 'rotations', sure=True) or [np.inf],
-        'class_rotation_creased': all_of(['bent 6 cm', 'creased'], 'rotations', sure=True) or [np.inf],
-        'class_off': [sum(turn > OFF for turn in sure)], 'class_flips': [sum(s.flips for s in by_class.values())],
-        'class_flagged_good': [100.0 * float(np.mean(good or [0]))],
-        'class_false': [sum(score.false for score in by_class.values())],
-        'class_wrong': [sum(score.wrong for score in by_class.values())],
+        f'{key}_recall_shadows': recall(*SHADOWS), f'{key}_recall_blinds': recall('blinds'),
+        f'{key}_recall_margin': recall('thin margin'), f'{key}_recall_tiny': recall('13 to 20 px'),
+        f'{key}_corner_light': all_of(LIGHT, 'corners') or [np.inf],
+        f'{key}_rotation_light': all_of(LIGHT, 'rotations', sure=True) or [np.inf],
+        f'{key}_corner_paper': all_of(PAPER, 'corners') or [np.inf],
+        f'{key}_rotation_bent': all_of(['bent 10 cm'], 'rotations', sure=True) or [np.inf],
+        f'{key}_rotation_creased': all_of(['bent 6 cm', 'creased'], 'rotations', sure=True) or [np.inf],
+        f'{key}_off': [sum(turn > OFF for turn in sure)], f'{key}_flips': [sum(s.flips for s in by_class.values())],
+        f'{key}_flagged_good': [100.0 * float(np.mean(good or [0]))],
+        f'{key}_false': [sum(score.false for score in by_class.values())],
+        f'{key}_wrong': [sum(score.wrong for score in by_class.values())],
     }
 
 

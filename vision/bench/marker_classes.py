@@ -210,6 +210,25 @@ def photo(name, half, number, cells_of=marker_cells):
     return Shot(made.render(rng), camera, _frame(f'{name} {number}', made))
 
 
+def crowd(width, height, columns, rows, number):
+    """Return the Shot ``number`` of many markers in columns and rows, each tilted by up to 30 degrees."""
+    rng, camera = np.random.default_rng([columns, rows, number]), default_camera(width, height)
+    made = Photo(camera, (width, height), [], blur=float(rng.uniform(0.4, 0.8)), noise=float(rng.uniform(1, 3)),
+                 dense=True)
+    wide, high = width / columns, height / rows
+    for place, marker in enumerate(rng.permutation(256)[:columns * rows].tolist()):
+        at = np.array([place % columns + 0.5, place // columns + 0.5]) * [wide, high]
+        side, black = min(wide, high) * float(rng.uniform(0.5, 0.6)), float(rng.uniform(15, 45))
+        ray = np.append(camera.to_rays(at), 1.0)
+        tilt, *turns = rng.uniform(0, [math.radians(30), 2 * math.pi, 2 * math.pi]).tolist()
+        rotation = rotations.facing(tilt, *turns)
+        if -float(rotation[:, 2] @ ray) / np.linalg.norm(ray) < 0.5:  # off the middle, some would lie flat
+            rotation = rotations.facing(0.1, *turns)
+        made.sheets.append(Sheet(marker_cells(marker), marker, SIZE, rotation, ray * camera.fx * SIZE / side,
+                                 paper=0.12, greys=(black, black + float(rng.uniform(90, 180)))))
+    return Shot(made.render(rng), camera, _frame(f'{columns} x {rows} {number}', made))
+
+
 def _look_alikes(rng):
     """Return a Shot of twelve squares that are no ALVAR markers, of six families, some in bad light."""
     camera = CAMERAS[int(rng.integers(2))]

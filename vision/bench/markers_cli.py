@@ -1,7 +1,7 @@
 """Find markers in a folder of frames (frames.json and images): ./run markers DIR --json OUT.
 
-Every frame is searched on its own. DIR/frames.json names the frames with file, camera and marker_size_m, and the
-cameras with K and D; OUT gets
+Every frame is searched on its own; only the response of each camera is learnt. DIR/frames.json names the frames with
+file, camera and marker_size_m, and the cameras with K and D; OUT gets
 {"tool", "frames": {name: {"detections": [{"id", "position", "orientation", ...}], "detect_ms"}}}.
 
 --explain prints for each candidate of each frame why it is a marker or not, and draws that into FOLDER/NAME.png.
@@ -18,7 +18,9 @@ import cv2
 
 from alvar_core.camera import Camera
 from alvar_core.detection import explanation
-from alvar_core.detection.detector import Detector
+from alvar_core.detection.detector import Detector, checked_candidates
+from alvar_core.detection.light import checked_gamma
+from alvar_core.detection.thresholds import MAX_CANDIDATES
 from plain_support import write_whole
 
 
@@ -56,17 +58,18 @@ def explain(detector, image, camera, name, pictures=None, point=None):
         print(f'  drawn in {path}')
 
 
-def run(folder, repeats=1, look=None):
+def run(folder, repeats=1, look=None, **options):
     """Return the results of all frames in a folder; raise OSError or ValueError that says what is wrong.
 
-    ``look(detector, image, camera, name)`` is called for each frame.
+    ``look(detector, image, camera, name)`` is called for each frame; ``options`` are those of a Detector.
     """
     with open(os.path.join(folder, 'frames.json')) as file:
         truth = json.load(file)
     if not isinstance(truth, dict):
         raise ValueError(f'it holds a {type(truth).__name__}; it must be a mapping with cameras and frames')
     layout = truth.get('marker', {})
-    detector = Detector(1.0, layout.get('data_cells', 5), layout.get('margin_cells', 2))
+    detectors = {name: Detector(1.0, layout.get('data_cells', 5), layout.get('margin_cells', 2), **options)
+                 for name in truth['cameras']}
     cameras = {name: Camera(c['K'], c['D']) for name, c in truth['cameras'].items()}
     frames = {}
     for frame in truth['frames']:
@@ -74,9 +77,13 @@ def run(folder, repeats=1, look=None):
         image = cv2.imread(path, cv2.IMREAD_GRAYSCALE)
         if image is None:
             raise ValueError(f'{path} cannot be read as an image')
+        detector = detectors[frame['camera']]
         detector.size = float(frame.get('marker_size_m') or 1.0)
         found, ms = _milliseconds(detector, image, cameras[frame['camera']], repeats)
         frames[frame['name']] = {'detections': [detection_record(d) for d in found], 'detect_ms': round(ms, 3)}
+        if detector.left_out:
+            print(f'{path}: {detector.left_out} candidates are left out; set a larger --max-candidates',
+                  file=sys.stderr)
         if look is not None:
             look(detector, image, cameras[frame['camera']], frame['name'])
     return {'tool': f'alvar_core, single frames, {cv2.getNumThreads()} thread', 'set': truth.get('set'),
@@ -89,6 +96,11 @@ def main(arguments=None):
     parser.add_argument('folder', help='folder with frames.json')
     parser.add_argument('--json', required=True, help='write the results here')
     parser.add_argument('--repeat', type=int, default=1, help='runs per frame; the median time counts')
+    parser.add_argument('--gamma', type=_checked(float, checked_gamma),
+                        help="exponent of the cameras' response: 1 if their values are proportional to light, usually "
+                        '2.2; without it, it is learnt from the markers')
+    parser.add_argument('--max-candidates', type=_checked(int, checked_candidates), default=MAX_CANDIDATES, metavar='N',
+                        help='search at most N candidates of a frame (%(default)s)')
     parser.add_argument('--threads', type=int, default=1, help="OpenCV's threads")
     parser.add_argument('--explain', nargs='?', const='', metavar='FOLDER',
                         help='print why each candidate is a marker or not, and draw it into pictures in FOLDER')
@@ -101,7 +113,8 @@ def main(arguments=None):
         look = functools.partial(explain, pictures=options.explain or None, point=options.at)
     cv2.setNumThreads(options.threads)
     try:
-        results = run(options.folder, max(1, options.repeat), look)
+        results = run(options.folder, max(1, options.repeat), look, gamma=options.gamma,
+                      max_candidates=options.max_candidates)
         write_whole(options.json, json.dumps(results, indent=1))
     except KeyError as error:
         return _fail(f'{options.folder}/frames.json: {error} is missing')
@@ -114,6 +127,16 @@ def main(arguments=None):
         [frame['detect_ms'] for frame in frames] or [0.0])
     print(f'{found} markers in {len(frames)} frames, {median:.1f} ms per frame (median): {options.json}')
     return 0
+
+
+def _checked(kind, check):
+    """Return a function of a text for argparse that returns check(kind(text))."""
+    def convert(text):
+        try:
+            return check(kind(text))
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+    return convert
 
 
 def _point(text):

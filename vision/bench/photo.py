@@ -15,6 +15,7 @@ from alvar_core.camera import Camera
 
 FINE = 4  # fine pixels in a pixel, along each axis
 SPARE = 10  # px around a sheet that are rendered finely
+DENSE = 3  # px around a sheet that belong to it, if others are near
 AMBIENT = 0.4  # share of the light that comes from all sides
 
 Light = Callable[[Any, Any], Any]  # of the real pixels x, y: times the light of an evenly lit sheet
@@ -140,7 +141,8 @@ class Photo:
 
     ``lights``: multiply the light; ``glare``: grey that is added, a function as a Light; ``covers``: dark or light
     discs (x, y, radius [px], grey); ``blur`` [px]: standard deviation; ``motion`` (2,) [px]: of the camera while the
-    shutter is open; ``noise`` [greys]; ``gain``: exposure; ``jpeg``: quality, or None.
+    shutter is open; ``noise`` [greys]; ``gain``: exposure; ``jpeg``: quality, or None; ``dense``: sheets are so near to
+    each other that the surroundings of one must not hide the next.
     """
 
     camera: Camera
@@ -156,6 +158,7 @@ class Photo:
     jpeg: Optional[int] = None
     table: Optional[float] = None
     clutter: int = 12
+    dense: bool = False
 
     def render(self, rng):
         """Return the grey image (height, width), uint8."""
@@ -170,9 +173,12 @@ class Photo:
             if high < 3 or wide < 3:
                 continue
             fine = cv2.resize(np.ascontiguousarray(back[window]), (wide * FINE, high * FINE))
-            self._print(fine, sheet, window)
+            done = self._print(fine, sheet, window)
             fine = cv2.resize(self._blurred(self._lit(fine, window, FINE), FINE), (wide, high),
                               interpolation=cv2.INTER_AREA)
+            if self.dense:
+                near = cv2.blur(done.astype(np.float32), (2 * FINE * DENSE + 1, 2 * FINE * DENSE + 1))
+                fine = np.where(cv2.resize(near, (wide, high), interpolation=cv2.INTER_AREA) > 0, fine, image[window])
             image[window] = fine
         noise = np.sqrt(self.noise ** 2 * (0.3 + 0.7 * np.clip(image, 0, 255) / 128))  # of reading, and of the light
         image = np.clip(np.round(image + rng.normal(0, 1, image.shape) * noise), 0, 255).astype(np.uint8)
@@ -219,6 +225,7 @@ class Photo:
             grey = np.where(padded[row, column], high, low)
             fine[on] = grey * (shade[on] if np.ndim(shade) else shade)
             done |= on
+        return done
 
     def _lit(self, grey, window, fine):
         rows, columns = window
@@ -244,6 +251,12 @@ class Photo:
                 kernel[row, column] += 1
             grey = cv2.filter2D(grey, -1, kernel / kernel.sum(), borderType=cv2.BORDER_REPLICATE)
         return cv2.GaussianBlur(grey, (0, 0), self.blur * fine, borderType=cv2.BORDER_REPLICATE)
+
+
+def with_gamma(image, gamma):
+    """Return a rendered image as a camera whose response is light ** (1 / gamma) shows it; 1: light itself."""
+    greys = np.round(255 * (np.arange(256) / 255) ** (1 / gamma)).astype(np.uint8)
+    return cv2.LUT(image, greys)
 
 
 def shadow(at, angle, width, left):

@@ -16,13 +16,15 @@ import numpy as np
 import class_scores
 import marker_bag
 import marker_classes
+import no_markers
 from alvar_core.camera import Camera
 from alvar_core.detection.detector import Detector
 from alvar_core.detection.tracker import Tracker
 from aruco_baseline import ArucoBaseline
 from figures import OURS, Figure, Target, median, p95
-from marker_score import cameras_of, score
+from marker_score import cameras_of, score, score_frame
 from markers_cli import detection_record
+from photo import with_gamma
 from processes import BenchError
 from sensitivity import report as sensitivity_report
 from session import Measurement
@@ -31,10 +33,14 @@ NEEDS_NODE = False
 FOLDER = str(pathlib.Path(__file__).resolve().parents[2] / 'test' / 'data' / 'alvar')
 DIFFICULTIES = ('easy', 'medium', 'hard')
 SIZES = {(640, 480): '640x480', (1280, 720): '1280x720'}
+GAMMA = 2.2  # of most cameras
+GAMMA_CORNERS = {'easy': (0.03, 0.06), 'medium': (0.05, 0.1), 'hard': (0.2, 0.6)}  # px, goals: median, 95th percentile
+CROWDS = {60: (640, 480, 10, 6), 200: (1280, 720, 20, 10)}  # markers: width, height [px], columns, rows
 STEP, STEPS = (2, 1), 6  # [px] how far a frame moves a step while tracking is measured; the first step is no sample
 FULL, QUICK = 1, 6  # every n-th frame is timed
 STORED = {'real': ('real_alvar.json', 'real tracker, stored'), 'aruco_stored': ('aruco.json', 'ArUco, stored')}
-TOOLS = {'ours': 'here', 'aruco': 'ArUco', **{key: words for key, (_, words) in STORED.items()}}
+TOOLS = {'ours': 'here', 'gamma': f'here, gamma {GAMMA}', 'aruco': 'ArUco',
+         **{key: words for key, (_, words) in STORED.items()}}
 
 
 class Frames:
@@ -70,6 +76,8 @@ class Frames:
             return json.load(file)['frames']
 
 
+SHOWN = TOOLS['gamma']
+
 _frames = []
 _classes = {}  # {'half', 'peers', 'results': {tool: {class: ClassScore}}}
 
@@ -90,6 +98,12 @@ def of_bag(path):
     return marker_bag.report(path)
 
 
+def of_none(folder):
+    """Return as text what is found in the images of a folder in which there is no marker; raise BenchError."""
+    cv2.setNumThreads(1)
+    return no_markers.report(folder)
+
+
 def frames():
     """Return the Frames under test."""
     if not _frames:
@@ -107,6 +121,7 @@ def scores(tool, results):
             out[f'{tool}_recall_{name}'] = [found[name].recall]
             if found[name].found:
                 out[f'{tool}_position_{name}'] = [found[name].position(50)]
+                out[f'{tool}_distance_{name}'] = [found[name].distance()]
                 out[f'{tool}_rotation_{name}'] = [found[name].rotation(95)]
                 out[f'{tool}_corner_{name}'] = found[name].corners() or [math.nan]
     return out
@@ -120,11 +135,12 @@ def _timed(samples, key, function, *arguments):
     return found
 
 
-def _all_frames(tool, detect):
-    """Return the scores and times of detect(frame, image, camera) on every frame."""
+def _all_frames(tool, detect, exponent=1.0):
+    """Return the scores and times of detect(frame, image, camera) on every frame, with this gamma of its camera."""
     cv2.setNumThreads(1)
     samples, results = {}, {}
-    for frame, image, camera in frames():
+    for frame, rendered, camera in frames():
+        image = with_gamma(rendered, exponent)
         detect(frame, image, camera)  # a first call does what is needed only once
         size = SIZES.get(image.shape[::-1], 'other')
         found = _timed(samples, f'{tool}_{size}', detect, frame, image, camera)
@@ -134,12 +150,22 @@ def _all_frames(tool, detect):
 
 def single(_subject, _scale):
     """Return the scores and times of our detector, each frame on its own."""
-    detector = Detector(1.0)
+    return _all_frames('ours', _detect())
+
+
+def gamma(_subject, _scale):
+    """Return the same of the frames as a camera with GAMMA shows them."""
+    return _all_frames('gamma', _detect(), GAMMA)
+
+
+def _detect():
+    detectors = {}  # of each camera
 
     def detect(frame, image, camera):
+        detector = detectors.setdefault(frame['camera'], Detector(1.0))
         detector.size = frame.get('marker_size_m') or 1.0
         return [detection_record(found) for found in detector.detect(image, camera)]
-    return _all_frames('ours', detect)
+    return detect
 
 
 def aruco(_subject, _scale):
@@ -147,6 +173,24 @@ def aruco(_subject, _scale):
     baseline = ArucoBaseline()
     return _all_frames('aruco', lambda frame, image, camera: baseline.detect(image, camera,
                                                                               frame.get('marker_size_m') or 1.0))
+
+
+def many(_subject, scale):
+    """Return how many of the markers of crowded images are missed, the time, and the same of cameras with GAMMA."""
+    cv2.setNumThreads(1)
+    samples = {}
+    for count, layout in CROWDS.items():
+        for number in range(max(1, 3 // scale)):
+            shot = marker_classes.crowd(*layout, number)
+            for key, exponent in ('many', 1.0), ('gamma_many', GAMMA):
+                image, detector = with_gamma(shot.image, exponent), Detector(marker_classes.SIZE)
+                detector.detect(image, shot.camera)
+                found = _timed(samples, f'{key}_{count}', detector.detect, image, shot.camera)
+                score = score_frame(shot.frame, shot.camera, layout[0], [detection_record(each) for each in found])
+                samples.setdefault(f'{key}_{count}_missed', []).append(count - len(score.found))
+                samples.setdefault(f'{key}_{count}_false', []).append(score.false + score.wrong)
+                samples.setdefault(f'{key}_{count}_corner', []).extend(score.corners())
+    return samples
 
 
 def tracking(_subject, scale):
@@ -196,10 +240,12 @@ def classes(_subject, scale):
     half, count = _classes.get('half', marker_classes.DEVELOPMENT), max(1, class_scores.PER_CLASS // scale)
     if 'results' not in _classes:
         results = class_scores.scores(class_scores.tools(), half, count)
+        results.update(class_scores.scores({SHOWN: class_scores.detector_of(marker_classes.SIZE)}, half, count, GAMMA))
         if _classes.get('peers'):
             results.update(class_scores.peer_scores(half, count, print))
         _classes['results'] = results
-    return class_scores.figures(_classes['results']['here'])
+    results = _classes['results']
+    return {**class_scores.figures(results['here']), **class_scores.figures(results[SHOWN], 'gamma_class')}
 
 
 def sensitivity(progress):
@@ -210,7 +256,9 @@ def sensitivity(progress):
 
 MEASUREMENTS = {
     'single': Measurement(single, 'score and time, each frame on its own', in_process=True),
+    'gamma': Measurement(gamma, f'the same with a camera of gamma {GAMMA}', in_process=True),
     'tracking': Measurement(tracking, 'time with tracking', in_process=True),
+    'many': Measurement(many, 'many markers at once', in_process=True),
     'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
     'stored': Measurement(stored, 'scores of stored answers', in_process=True),
     'classes': Measurement(classes, 'scores by class: light, paper, camera', in_process=True),
@@ -256,10 +304,14 @@ def _score_figures():
                      Target('below', position))
         yield Figure(f'rotation error, {name}, 95th percentile', f'ours_rotation_{name}', 'degrees', median,
                      Target('below', rotation))
-        for pool, words, limit in zip((median, p95), ('median', '95th percentile'), corner):
-            yield Figure(f'worst corner, {name}, {words}', f'ours_corner_{name}', 'px', pool, Target('below', limit))
+        for key, words, limits in ('ours', 'linear', corner), ('gamma', f'gamma {GAMMA}', GAMMA_CORNERS[name]):
+            for pool, of, limit in zip((median, p95), ('median', '95th percentile'), limits):
+                yield Figure(f'worst corner, {name}, {words}, {of}', f'{key}_corner_{name}', 'px', pool,
+                             Target('below', limit))
+            yield Figure(f'distance too long, {name}, {words}, median', f'{key}_distance_{name}', '%', median)
     for key, words in (('flips', 'unflagged flips'), ('false', 'false positives'), ('wrong', 'wrong ids')):
-        yield Figure(words, f'ours_{key}', 'in all', max, Target('below', 1.0))
+        for tool, of in ('ours', 'linear'), ('gamma', f'gamma {GAMMA}'):
+            yield Figure(f'{words}, {of}', f'{tool}_{key}', 'in all', max, Target('below', 1.0))
 
 
 def _time_figures():
@@ -272,24 +324,37 @@ def _time_figures():
     yield Figure('found while tracking, of those found singly', 'tracking_found', '%', median, Target('at_least', 99.0))
 
 
-def _class_figures():
-    for key, words, limit in (('shadows', 'shadows', 95), ('blinds', 'blinds', 90), ('margin', 'thin margins', 99),
-                              ('tiny', '13 to 20 px', 80)):
-        yield Figure(f'recall, {words}', f'class_recall_{key}', '%', median, Target('at_least', limit))
-    for name, pool, limits in (('light', median, (0.15, 1.0)), ('light', p95, (0.6, None))):
-        of = 'median' if pool is median else '95th percentile'
-        yield Figure(f'worst corner in bad light, {of}', f'class_corner_{name}', 'px', pool, Target('below', limits[0]))
+def _class_figures(key, of):
+    for name, words, limit in (('shadows', 'shadows', 95), ('blinds', 'blinds', 90), ('margin', 'thin margins', 99),
+                               ('tiny', '13 to 20 px', 80)):
+        yield Figure(f'recall, {words}, {of}', f'{key}_recall_{name}', '%', median, Target('at_least', limit))
+    for pool, words, limits in (median, 'median', (0.15, 1.0)), (p95, '95th percentile', (0.6, None)):
+        yield Figure(f'worst corner in bad light, {of}, {words}', f'{key}_corner_light', 'px', pool,
+                     Target('below', limits[0]))
         if limits[1]:
-            yield Figure(f'rotation in bad light, {of}', f'class_rotation_{name}', 'degrees', pool,
+            yield Figure(f'rotation in bad light, {of}, {words}', f'{key}_rotation_light', 'degrees', pool,
                          Target('below', limits[1]))
-    yield Figure('worst corner on bent paper, median', 'class_corner_paper', 'px', median, Target('below', 0.5))
-    yield Figure('rotation, bent, radius 10 cm, median', 'class_rotation_bent', 'degrees', median, Target('below', 1.5))
-    yield Figure('rotation, radius 6 cm and creased, median', 'class_rotation_creased', 'degrees', median,
-                 Target('below', 3.0))
-    for key, words, limit in (('off', 'off by 5 degrees without a flag', 1), ('flips', 'flips', 1),
-                              ('false', 'false positives', 1), ('wrong', 'wrong ids', 1)):
-        yield Figure(f'classes: {words}', f'class_{key}', 'in all', max, Target('below', float(limit)))
-    yield Figure('classes: flagged, but right', 'class_flagged_good', '%', max, Target('below', 3.0))
+    for name, words, unit, limit in (
+            ('corner_paper', 'worst corner on bent paper', 'px', 0.5),
+            ('rotation_bent', 'rotation, bent, radius 10 cm', 'degrees', 1.5),
+            ('rotation_creased', 'rotation, radius 6 cm and creased', 'degrees', 3.0)):
+        yield Figure(f'{words}, {of}, median', f'{key}_{name}', unit, median, Target('below', limit))
+    for name, words in (('off', 'off by 5 degrees without a flag'), ('flips', 'flips'), ('false', 'false positives'),
+                        ('wrong', 'wrong ids')):
+        yield Figure(f'classes, {of}: {words}', f'{key}_{name}', 'in all', max, Target('below', 1.0))
+    yield Figure(f'classes, {of}: flagged, but right', f'{key}_flagged_good', '%', max, Target('below', 3.0))
 
 
-FIGURES = (*_score_figures(), *_time_figures(), *_class_figures())
+def _many_figures():
+    for count in CROWDS:
+        for key, of in ('many', 'linear'), ('gamma_many', f'gamma {GAMMA}'):
+            yield Figure(f'{count} at once, {of}: missed', f'{key}_{count}_missed', 'in an image', max,
+                         Target('below', 1))
+            yield Figure(f'{count} at once, {of}: false or wrong', f'{key}_{count}_false', 'in an image', max,
+                         Target('below', 1))
+            yield Figure(f'{count} at once, {of}: worst corner, median', f'{key}_{count}_corner', 'px', median)
+            yield Figure(f'{count} at once, {of}: CPU, median', f'{key}_{count}_cpu', 'ms', median)
+
+
+FIGURES = (*_score_figures(), *_time_figures(), *_many_figures(), *_class_figures('class', 'linear'),
+           *_class_figures('gamma_class', f'gamma {GAMMA}'))

@@ -22,6 +22,9 @@ double correlation(const float* values, const float* drawing, const float* share
     return (vt - v * t) / std::sqrt(energy * (tt - t * t) + 1e-6);
 }
 
+// Whether the code of a candidate is one that dark things look like by chance
+bool is_plain(const Features& f, const Thresholds& limit) { return f.edges <= limit.PLAIN_EDGES; }
+
 const Demand& demand(const Features& f, const Thresholds& limit, const char* (&names)[3]) {
     struct Choice {
         const Demand& demand;
@@ -31,8 +34,10 @@ const Demand& demand(const Features& f, const Thresholds& limit, const char* (&n
         {limit.CODE_COVERED, {"CODE_COVERED.fit", "CODE_COVERED.surplus", "CODE_COVERED.detail"}},
         {limit.COVERED, {"COVERED.fit", "COVERED.surplus", "COVERED.detail"}},
         {limit.CLEAR, {"CLEAR.fit", "CLEAR.surplus", "CLEAR.detail"}},
-        {limit.UNLIKE, {"UNLIKE.fit", "UNLIKE.surplus", "UNLIKE.detail"}}};
-    const int which = f.bad_inside >= limit.CODE_COVERED_CELLS && f.gap > limit.WIDE_GAP ? 0
+        {limit.UNLIKE, {"UNLIKE.fit", "UNLIKE.surplus", "UNLIKE.detail"}},
+        {limit.PLAIN, {"PLAIN.fit", "PLAIN.surplus", "PLAIN.detail"}}};
+    const int which = is_plain(f, limit)                                                 ? 4
+                      : f.bad_inside >= limit.CODE_COVERED_CELLS && f.gap > limit.WIDE_GAP ? 0
                       : f.bad_rim + 2 * f.bad_inside >= limit.COVERED_CELLS               ? 1
                       : f.likeness > limit.CLEAR_LIKENESS                                 ? 2
                                                                                           : 3;
@@ -105,7 +110,7 @@ Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
     const char* names[3];
     const Demand& asked = demand(f, limit, names);
     const double surplus = f.gap / (limit.BEST_FIT - std::min(f.fit, 1.0));
-    if (f.fit > limit.SURE.fit && surplus > limit.SURE.surplus && f.detail > limit.SURE.detail)
+    if (!is_plain(f, limit) && f.fit > limit.SURE.fit && surplus > limit.SURE.surplus && f.detail > limit.SURE.detail)
         // of bent paper only the middle agrees with the drawing
         return first_missed({above("SURE_KEPT", f.kept, limit.SURE_KEPT),
                              above("SURE_OUTSIDE", f.outside, limit.SURE_OUTSIDE)});
@@ -118,6 +123,6 @@ Shortfall alvar::shortfall(const Features& f, const Thresholds& limit) {
 }
 
 bool alvar::may_be_covered(const Features& f, const Thresholds& limit) {
-    return f.kept > limit.MIN_KEPT && f.bad_rim <= limit.MAX_BAD_RIM && f.bad_rim + f.bad_inside > 0
-           && f.outside > limit.MIN_OUTSIDE && f.fit > limit.CHANGED_FIT;
+    return !is_plain(f, limit) && f.kept > limit.MIN_KEPT && f.bad_rim <= limit.MAX_BAD_RIM
+           && f.bad_rim + f.bad_inside > 0 && f.outside > limit.MIN_OUTSIDE && f.fit > limit.CHANGED_FIT;
 }

@@ -1,5 +1,6 @@
-// candidates.refined and candidates.distinct
+// candidates.refined, candidates.distinct and candidates.in_turn
 #include <cstring>
+#include <numeric>
 
 #include "algebra.h"
 #include "steps.h"
@@ -116,14 +117,31 @@ std::vector<int> alvar::distinct(const double* quads, const double* score, std::
                                  const Thresholds& limit) {
     std::stable_sort(which.begin(), which.end(), [&](int a, int b) { return score[a] > score[b]; });
     std::vector<int> kept;
+    std::vector<double> sides;  // of those
     for (const int i : which) {
         const double* quad = quads + 8 * i;
         const double side = std::sqrt(std::fabs(area(quad)));
-        const bool known = std::any_of(kept.begin(), kept.end(), [&](int k) {
-            const double* other = quads + 8 * k;
-            return alike(quad, other, limit.SAME_QUAD * std::min(side, std::sqrt(std::fabs(area(other)))));
-        });
-        if (!known) kept.push_back(i);
+        bool known = false;
+        for (std::size_t k = 0; k < kept.size() && !known; ++k)
+            known = alike(quad, quads + 8 * kept[k], limit.SAME_QUAD * std::min(side, sides[k]));
+        if (!known) kept.push_back(i), sides.push_back(side);
     }
     return kept;
+}
+
+std::vector<int> alvar::in_turn(const double* quads, const std::vector<int>& which, const Turn& turn) {
+    const std::int64_t count = which.size();
+    std::vector<int> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    if (count <= turn.most) return order;
+    // by what changes little from image to image: how far down they are
+    const auto down = [&](int place) {
+        const double* quad = quads + 8 * which[place];
+        return quad[1] + quad[3] + quad[5] + quad[7];
+    };
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return down(a) < down(b); });
+    std::rotate(order.begin(), order.begin() + turn.first % count, order.end());
+    order.resize(turn.most);
+    std::sort(order.begin(), order.end());
+    return order;
 }

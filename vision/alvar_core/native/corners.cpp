@@ -23,7 +23,7 @@ struct Offsets {
 
 void measure_offsets(const Image& grey, const Lens& lens, const double* h, double half, const double* across,
                      const Thresholds& limit, Offsets& out) {
-    float step[kPlaces], rest[kPlaces], sorted[kPlaces];
+    float step[kPlaces], rest[kPlaces], seen[kPlaces], sorted[kPlaces];
     for (int side = 0; side < kSides; ++side) {
         const double *n = kNormals[side], reach = across[side];
         for (int i = 0; i < kAlong; ++i) {
@@ -43,13 +43,14 @@ void measure_offsets(const Image& grey, const Lens& lens, const double* h, doubl
             const float black = (read[0] + read[1] + read[2]) / 3;
             const float white = (read[kAcross - 3] + read[kAcross - 2] + read[kAcross - 1]) / 3;
             step[side * kAlong + i] = white - black, rest[side * kAlong + i] = sum / kAcross - black;
+            seen[side * kAlong + i] = grey.grey_of(white) - grey.grey_of(black);
         }
     }
-    std::copy(step, step + kPlaces, sorted);
+    std::copy(seen, seen + kPlaces, sorted);
     const double least = limit.MIN_EDGE_STEP
                          * std::max<double>(nth(sorted, kPlaces, kPlaces / 2), limit.MIN_EDGE_CONTRAST);
     for (int i = 0; i < kPlaces; ++i) {
-        const bool enough = step[i] > least;
+        const bool enough = seen[i] > least;
         const double share = rest[i] / (enough ? step[i] : 1.0f);
         out.enough[i] = enough;
         out.offset[i] = across[i / kAlong] * (1 - 2 * share) * kAcross / (kAcross - 1);
@@ -195,13 +196,15 @@ bool combine(const double* sharp, const double* of_edges, double* corners, doubl
 
 // Corners (4, 2) by the edges of all cells, and their covariance (8, 8); false if too few are seen.
 bool measure_cells(const Image& grey, const Lens& lens, const double* start, int cells, const std::uint8_t* black,
-                   const double* scale, const Thresholds& limit, double* corners, double* covariance) {
+                   const double* scale, const Thresholds& limit, const Light* asked, double* corners,
+                   double* covariance, ResponseEvidence* evidence) {
     const double half = 0.5 * cells;
     const EdgePoints points = edge_points(black, cells, {-0.25, 0.25});  // edge_alignment.PLACES
     double h[9];
     from_square(start, half, h);
     const double reach = std::min(limit.LOCAL_REACH * side_of(start) / (2 * half), limit.MAX_LOCAL_REACH);
-    const EdgeFit fit = fit_edges(grey, lens, h, points, scale, reach, reach, limit.CELL_STEPS, limit);
+    const EdgeFit fit = fit_edges(grey, lens, h, points, scale, reach, reach, limit.CELL_STEPS, limit, asked,
+                                  evidence);
     if (!fit.seen_enough) return false;
     int seen = 0;
     for (const auto each : fit.agrees) seen += each;
@@ -217,6 +220,46 @@ bool near(const double* a, const double* b, double reach) {
     for (int i = 0; i < 8; ++i) all = all && std::fabs(a[i] - b[i]) < reach;
     return all;
 }
+
+// An aligned marker, aligned once more in light if the image has a table of it; sets the corners (4, 2) of that.
+struct InLight {
+    std::vector<double> numbers, normal;
+    std::vector<float> samples;
+    AlignedMarker marker;
+
+    InLight(const Pyramid& pyramid, const Lens& lens, const Aligner& aligner, const AlignedMarker& aligned,
+            const Thresholds& limit, double* corners)
+        : marker(aligned) {
+        if (!pyramid.atlas.light) return;
+        const int count = aligner.count * aligner.count;
+        double black = 0;
+        for (int i = 0; i < count; ++i) black += aligned.dark[i] / count;
+        const double contrast = *aligned.contrast;
+        const auto at = [&](double grey) {
+            return pyramid.atlas.light[std::min(std::max(int(std::lround(grey)), 0), kGreys - 1)];
+        };
+        // the contrast keeps its size: thresholds and noise are greys
+        const double scale = contrast / std::max<double>(at(black + contrast) - at(black), 1e-3);
+        float light[kGreys];
+        for (int i = 0; i < kGreys; ++i) light[i] = scale * pyramid.atlas.light[i];
+        numbers.assign(aligned.h, aligned.h + 9);
+        numbers.resize(13), numbers[9] = *aligned.blur;
+        normal.resize(kParameters * kParameters), samples.resize(std::size_t(6) * count);
+        float* first = samples.data();
+        double* own = numbers.data();
+        std::vector<AlignedMarker> one = {{own, own + 9, aligned.level, aligned.black, first, first + count,
+                                           first + 2 * count, first + 3 * count, first + 4 * count, first + 5 * count,
+                                           own + 10, own + 11, own + 12, normal.data()}};
+        const Pyramid lit = {pyramid.atlas.lit(light), pyramid.levels};
+        aligner.run(lit, lens, one, int(limit.LIGHT_STEPS), 0, limit);
+        double moved[8];
+        corners_at(own, 0.5 * aligner.cells, moved);
+        if (!near(moved, corners, limit.MAX_EDGE_MOVE * side_of(corners) / aligner.cells)) return;
+        marker = one[0];
+        std::copy(moved, moved + 8, corners);
+    }
+    InLight(const InLight&) = delete;
+};
 
 }  // namespace
 
@@ -243,8 +286,12 @@ bool alvar::refine_edges(const Image& grey, const Lens& lens, const double* h, d
     return measure_edges(grey, lens, h, half, across, px, limit, corners, covariance) && good;
 }
 
-void alvar::measure_corners(const Image& grey, const Lens& lens, const AlignedMarker& marker, int cells, double kept,
-                            const double* scale, const Thresholds& limit, double* corners, double* information) {
+void alvar::measure_corners(const Measured& image, const Lens& lens, const Aligner& aligner,
+                            const AlignedMarker& aligned, double kept, const double* scale, const Thresholds& limit,
+                            double* corners, double* information, ResponseEvidence* evidence) {
+    const InLight in_light(image.pyramid, lens, aligner, aligned, limit, corners);
+    const AlignedMarker& marker = in_light.marker;
+    const int cells = aligner.cells;
     const double half = 0.5 * cells, side = side_of(corners), size = std::pow(2.0, marker.level);
     double covariance[64], sharp[8], sharp_covariance[64];
     std::fill(information, information + 64, 0.0);
@@ -257,10 +304,14 @@ void alvar::measure_corners(const Image& grey, const Lens& lens, const AlignedMa
     for (int i = 0; i < 8; ++i) covariance[9 * i] += floor * floor;
     if (side > limit.MIN_EDGE_SIDE) {
         const double reach = limit.MAX_EDGE_MOVE * side / cells, sigma = std::sqrt(*marker.blur) * size;
-        bool moved = refine_edges(grey, lens, marker.h, half, sigma, limit, sharp, sharp_covariance)
+        bool moved = refine_edges(image.full, lens, marker.h, half, sigma, limit, sharp, sharp_covariance)
                      && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
-        moved |= measure_cells(grey, lens, corners, cells, marker.black, scale, limit, sharp, sharp_covariance)
-                 && near(sharp, corners, reach) && combine(sharp, sharp_covariance, corners, covariance);
+        ResponseEvidence seen = {};
+        const bool agree = measure_cells(image.full, lens, corners, cells, marker.black, scale, limit, image.asked,
+                                         sharp, sharp_covariance, &seen)
+                           && near(sharp, corners, reach);
+        if (agree && evidence) *evidence = seen;
+        moved |= agree && combine(sharp, sharp_covariance, corners, covariance);
         for (int i = 0; moved && i < 8; ++i)
             covariance[9 * i] += limit.CORNER_MODEL_ERROR * limit.CORNER_MODEL_ERROR;
     }

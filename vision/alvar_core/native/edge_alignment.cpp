@@ -72,7 +72,9 @@ int measure(Fit& fit, const Image& grey, const Lens& lens, const double* start, 
         const float black = (read[0] + read[1] + read[2]) / kEnds;
         const float white = (read[kAcross - 3] + read[kAcross - 2] + read[kAcross - 1]) / kEnds;
         const float step = white - black, mean = sum / kAcross;
-        bool good = step > limit.MIN_LOCAL_CONTRAST * (white + black + limit.DARK_GREY) && step > limit.MIN_LOCAL_STEP;
+        const float low = grey.grey_of(black), high = grey.grey_of(white);
+        bool good = high - low > limit.MIN_LOCAL_CONTRAST * (high + low + limit.DARK_GREY)
+                    && high - low > limit.MIN_LOCAL_STEP;
         for (int k = 0; k < kAcross; k += kAcross - 1)
             good = good && px[k] > 0 && px[k] < grey.width - 1 && py[k] > 0 && py[k] < grey.height - 1;
         good = good && mean >= black && mean <= white;  // else the step lies beyond what is read
@@ -81,6 +83,29 @@ int measure(Fit& fit, const Image& grey, const Lens& lens, const double* start, 
         visible += good;
     }
     return visible;
+}
+
+// How much the offsets say about the response of the camera: those that a steeper one gives are fitted beside the
+// parameters of the homography.
+void weigh_response(const Fit& fit, const Fit& steeper, int count, const double* normal, double error,
+                    const Thresholds& limit, ResponseEvidence* out) {
+    double copy[kFree * kFree], inverse[kFree * kFree], with[kFree] = {}, offset[kFree] = {}, share[kFree];
+    double square = 0, both = 0;
+    std::memcpy(copy, normal, sizeof copy);
+    if (!invert(copy, inverse, kFree)) return;
+    for (int i = 0; i < count; ++i) {
+        const double weight = steeper.good[i] ? fit.weight[i] : 0;
+        const double by = (fit.offset[i] - steeper.offset[i]) / Light::kChange;
+        square += weight * by * by, both += weight * by * fit.offset[i];
+        for (int k = 0; k < kFree; ++k) {
+            const double row = weight * fit.jacobian[k * count + i];
+            with[k] += row * by, offset[k] += row * fit.offset[i];
+        }
+    }
+    multiply(inverse, with, share, kFree, kFree, 1);
+    for (int k = 0; k < kFree; ++k) square -= with[k] * share[k], both -= offset[k] * share[k];
+    const double least = std::max(error, limit.MIN_EDGE_NOISE), variance = limit.CELL_VARIANCE * least * least;
+    out->information = square / variance, out->weighted = both / variance;
 }
 
 // The weighted normal equations, with a small ridge; their right side in `change`.
@@ -127,12 +152,13 @@ EdgePoints alvar::edge_points(const std::uint8_t* black, int cells, const std::v
 }
 
 EdgeFit alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points,
-                         const double* scale, double reach, double first_reach, int steps, const Thresholds& limit) {
+                         const double* scale, double reach, double first_reach, int steps, const Thresholds& limit,
+                         const Light* asked, ResponseEvidence* evidence) {
     const int count = points.x.size();
     EdgeFit result = {};
     double *theta = result.parameters, *covariance = result.covariance;
     Fit fit(count);
-    double normal[kFree * kFree], copy[kFree * kFree], change[kFree], error = 0;
+    double normal[kFree * kFree], copy[kFree * kFree], change[kFree], before[kFree] = {}, error = 0;
     for (int step = 0; step < steps; ++step) {
         const int visible = measure(fit, grey, lens, h, theta, points, scale, step ? reach : first_reach, limit);
         if (visible < 3 * kFree) return result;
@@ -154,8 +180,14 @@ EdgeFit alvar::fit_edges(const Image& grey, const Lens& lens, const double* h, c
             }
             error = fit.weigh(count, half, limit);
         }
+        std::copy_n(theta, kFree, before);
         for (int k = 0; k < kFree; ++k) theta[k] += change[k] * scale[k];
         if (step && furthest < limit.EDGES_SETTLED) break;
+    }
+    if (asked) {
+        Fit steeper(count);
+        measure(steeper, grey.lit(asked->steeper), lens, h, before, points, scale, reach, limit);
+        weigh_response(fit, steeper, count, normal, error, limit, evidence);
     }
     if (!invert(normal, covariance, kFree)) return result;
     const double square = std::max(error, 0.03) * std::max(error, 0.03);

@@ -1,5 +1,6 @@
 // Grey images, and the lens of a camera, as detection/pyramid.py and camera.py have them.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -17,13 +18,53 @@ constexpr int kPartBits = 10;
 constexpr std::int32_t kParts = 1 << kPartBits;
 constexpr int kBlock = 72;
 
-// Rows of `width` greys, `stride` bytes from one to the next.
+constexpr int kGreys = 256;
+
+// light.Light: how much light each grey stands for, by the exponent of the camera's response and by a steeper one
+struct Light {
+    static constexpr double kChange = 0.1;  // the logarithm of the ratio of both exponents
+    static constexpr int kSteps = 1 << 16;
+    double gamma;
+    float of_grey[kGreys], steeper[kGreys];
+    std::uint8_t grey_at[kSteps];  // the grey that stands for the light at each step, from none to that of white
+
+    explicit Light(double exponent) : gamma(exponent) {
+        for (int grey = 0; grey < kGreys; ++grey) {
+            const double share = grey / (kGreys - 1.0);
+            of_grey[grey] = (kGreys - 1) * std::pow(share, gamma);
+            steeper[grey] = (kGreys - 1) * std::pow(share, gamma * std::exp(kChange));
+        }
+        for (int grey = 0, step = 0; grey < kGreys; ++grey) {
+            const int next = (kSteps - 1) * std::pow(std::min((grey + 0.5) / (kGreys - 1), 1.0), gamma);
+            while (step <= next) grey_at[step++] = grey;
+        }
+    }
+
+    // Of an Image: none, if greys are light
+    const float* table() const { return gamma == 1 ? nullptr : of_grey; }
+};
+
+// Rows of `width` greys, `stride` bytes from one to the next. `light` (kGreys,), rising, is how much light each grey
+// stands for; without it, greys are light.
 struct Image {
     const std::uint8_t* greys;
     std::int64_t stride;
     int width, height;
+    const float* light = nullptr;
 
-    // The greys at `count` places, at most kBlock: between pixels, interpolated; beyond the image, those of its edge.
+    // The same image, read as light
+    Image lit(const float* by) const { return {greys, stride, width, height, by}; }
+
+    // The grey that stands for this much light, between whole ones
+    float grey_of(float value) const {
+        if (!light) return value;
+        const int above = std::upper_bound(light, light + kGreys - 1, value) - light;
+        if (above == 0) return 0;
+        return above - 1 + (value - light[above - 1]) / (light[above] - light[above - 1]);
+    }
+
+    // The greys, or their light, at `count` places, at most kBlock: between pixels, interpolated; beyond the image,
+    // those of its edge.
     ALVAR_INLINE void read(const float* x, const float* y, int count, float* out) const {
         read(x, y, count, 0, 0, static_cast<float>(width - 1), static_cast<float>(height - 1), out);
     }
@@ -37,6 +78,19 @@ struct Image {
             row[i] = static_cast<std::int32_t>(within(y[i], top, bottom) * kParts);
         }
         const int last_column = (width - 1) * kParts - 1, last_row = (height - 1) * kParts - 1;
+        if (light) {
+            for (int i = 0; i < count; ++i) {
+                const int across = column[i] < last_column ? column[i] : last_column;
+                const int down = row[i] < last_row ? row[i] : last_row;
+                const std::uint8_t* p = greys + (down >> kPartBits) * stride + (across >> kPartBits);
+                const float more = (across & (kParts - 1)) * (1.0f / kParts);
+                const float below = (down & (kParts - 1)) * (1.0f / kParts);
+                const float upper = light[p[0]] + (light[p[1]] - light[p[0]]) * more;
+                const float lower = light[p[stride]] + (light[p[stride + 1]] - light[p[stride]]) * more;
+                out[i] = upper + (lower - upper) * below;
+            }
+            return;
+        }
         for (int i = 0; i < count; ++i) {
             const int across = column[i] < last_column ? column[i] : last_column;
             const int down = row[i] < last_row ? row[i] : last_row;

@@ -63,6 +63,18 @@ Pyramid pyramid_of(const py::array_t<std::uint8_t>& atlas, const Floats& table) 
     return {image_of(atlas), reinterpret_cast<const Level*>(table.data())};
 }
 
+// `ask`: what markers say about the light
+Measured measured_of(const py::array_t<std::uint8_t>& atlas, const Floats& table, const py::array_t<std::uint8_t>& full,
+                     const Light& light, bool ask) {
+    const Pyramid greys = pyramid_of(atlas, table);
+    return {{greys.atlas.lit(light.table()), greys.levels}, image_of(full).lit(light.table()), ask ? &light : nullptr};
+}
+
+Turn turn_of(std::int64_t most, std::int64_t first) {
+    if (most < 1 || first < 0) throw py::value_error("at least one candidate has a turn, and the first is 0 or above");
+    return {most, first};
+}
+
 void check_levels(const Integers& levels, py::ssize_t count) {
     check(levels, {count}, "level");
     for (py::ssize_t m = 0; m < count; ++m)
@@ -192,8 +204,9 @@ py::array_t<float> sample(const Aligner& self, const py::array_t<std::uint8_t>& 
 }
 
 Features features_of(double likeness, double outside, double detail, std::int64_t bad_inside, std::int64_t bad_rim,
-                     double kept, double contrast, double noise, double blur, double fit, double gap) {
-    return {likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap};
+                     double kept, double contrast, double noise, double blur, double fit, double gap,
+                     std::int64_t edges) {
+    return {likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap, edges};
 }
 
 py::object shortfall_of(const Shortfall& found) {
@@ -219,9 +232,11 @@ void extend(const py::object& ended, const Trail& trail) {
 
 PYBIND11_MODULE(ALVAR_MODULE, m) {
     m.doc() = "The compiled steps of the detector; native/steps.h says what each takes.";
-    PYBIND11_NUMPY_DTYPE(Features, likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap);
+    PYBIND11_NUMPY_DTYPE(Features, likeness, outside, detail, bad_inside, bad_rim, kept, contrast, noise, blur, fit, gap,
+                         edges);
     PYBIND11_NUMPY_DTYPE(Solution, rotation, position, error, chi2);
-    PYBIND11_NUMPY_DTYPE(FoundMarker, number, corners, information, poses, solutions, features);
+    PYBIND11_NUMPY_DTYPE(ResponseEvidence, information, weighted);
+    PYBIND11_NUMPY_DTYPE(FoundMarker, number, corners, information, poses, solutions, features, evidence);
     PYBIND11_NUMPY_DTYPE(Start, h, blur, level, word, fit, gap);
     PYBIND11_NUMPY_DTYPE(WellRead, quad, word);
     PYBIND11_NUMPY_DTYPE(LocalMatch, rim, contrast, plain, fit, gap, word);
@@ -242,6 +257,21 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
              }),
              py::kw_only(), "fx"_a, "fy"_a, "cx"_a, "cy"_a, "k1"_a, "k2"_a, "p1"_a = 0, "p2"_a = 0, "k3"_a, "k4"_a,
              "k5"_a = 0, "k6"_a = 0, "fisheye"_a = false);
+
+    py::class_<Light>(m, "Light")
+        .def(py::init<double>(), py::kw_only(), "gamma"_a)
+        .def_property_readonly("of_grey", [](const Light& self) {
+            return array_of(std::vector<float>(self.of_grey, self.of_grey + kGreys));
+        })
+        .def(
+            "halve",
+            [](const Light& self, const py::array_t<std::uint8_t>& grey, py::array_t<std::uint8_t> out) {
+                const Image image = image_of(grey), half = image_of(out);
+                if (half.width != image.width / 2 || half.height != image.height / 2)
+                    throw py::value_error("out is not half of grey");
+                halve(image, self, out.mutable_data(), half.stride);
+            },
+            py::kw_only(), "grey"_a, "out"_a);
 
     m.def("noise_of", [](const py::array_t<std::uint8_t>& grey) { return noise_of(image_of(grey)); }, "grey"_a);
 
@@ -283,6 +313,16 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
             return distinct(quads.data(), score.data(), which, limit);
         },
         py::kw_only(), "quads"_a, "score"_a, "which"_a, "limit"_a);
+
+    m.def(
+        "in_turn",
+        [](const Doubles& quads, const std::vector<int>& which, std::int64_t most, std::int64_t first) {
+            check(quads, {kAny, 4, 2}, "quads");
+            for (const int each : which)
+                if (each < 0 || each >= quads.shape(0)) throw py::index_error("no quad has this index");
+            return in_turn(quads.data(), which, turn_of(most, first));
+        },
+        py::kw_only(), "quads"_a, "which"_a, "most"_a, "first"_a);
 
     m.def(
         "distinct_parts",
@@ -390,7 +430,7 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
 
     py::class_<Features>(m, "Features")
         .def(py::init(&features_of), py::kw_only(), "likeness"_a, "outside"_a, "detail"_a, "bad_inside"_a, "bad_rim"_a,
-             "kept"_a, "contrast"_a, "noise"_a, "blur"_a, "fit"_a, "gap"_a);
+             "kept"_a, "contrast"_a, "noise"_a, "blur"_a, "fit"_a, "gap"_a, "edges"_a);
     m.def("shortfall", [](const Features& f, const Thresholds& limit) { return shortfall_of(shortfall(f, limit)); },
           py::kw_only(), "features"_a, "limit"_a);
     m.def("may_be_covered", &may_be_covered, py::kw_only(), "features"_a, "limit"_a);
@@ -449,11 +489,11 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
         "fit_plane",
         [](const py::array_t<std::uint8_t>& grey, const Lens& lens, const Doubles& h, const Doubles& middle,
            const Doubles& outward, const Doubles& scale, double reach, double first_reach, int steps,
-           const Thresholds& limit) -> py::object {
+           const Light& light, const Thresholds& limit) -> py::object {
             const py::ssize_t count = middle.shape(0);
             check(h, {3, 3}, "h"), check(middle, {count, 2}, "middle"), check(outward, {count, 2}, "outward");
             check(scale, {8}, "scale");
-            const Image image = image_of(grey);
+            const Image image = image_of(grey).lit(light.table());
             EdgePoints points;
             for (py::ssize_t i = 0; i < count; ++i) {
                 points.x.push_back(middle.at(i, 0)), points.y.push_back(middle.at(i, 1));
@@ -473,53 +513,57 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
                             "error"_a = fit.error, "agrees"_a = agrees, "cost"_a = fit.cost);
         },
         py::kw_only(), "grey"_a, "lens"_a, "h"_a, "middle"_a, "outward"_a, "scale"_a, "reach"_a, "first_reach"_a,
-        "steps"_a, "limit"_a);
+        "steps"_a, "light"_a, "limit"_a);
 
     m.def(
         "refine_edges",
         [](const py::array_t<std::uint8_t>& grey, const Lens& lens, const Doubles& h, double half, const Doubles& sigma,
-           const Thresholds& limit) {
+           const Light& light, const Thresholds& limit) {
             const py::ssize_t count = h.shape(0);
             check(h, {count, 3, 3}, "h"), check(sigma, {count}, "sigma");
             const py::ssize_t two = 2, four = 4, eight = 8;
             py::array_t<double> corners({count, four, two}), covariance({count, eight, eight});
             py::array_t<bool> good = line_of<bool>(count);
             for (py::ssize_t m = 0; m < count; ++m)
-                good.mutable_at(m) = refine_edges(image_of(grey), lens, h.data() + 9 * m, half, sigma.at(m), limit,
-                                                  corners.mutable_data() + 8 * m, covariance.mutable_data() + 64 * m);
+                good.mutable_at(m) = refine_edges(image_of(grey).lit(light.table()), lens, h.data() + 9 * m, half,
+                                                  sigma.at(m), limit, corners.mutable_data() + 8 * m,
+                                                  covariance.mutable_data() + 64 * m);
             return py::make_tuple(corners, covariance, good);
         },
-        py::kw_only(), "grey"_a, "lens"_a, "h"_a, "half"_a, "sigma"_a, "limit"_a);
+        py::kw_only(), "grey"_a, "lens"_a, "h"_a, "half"_a, "sigma"_a, "light"_a, "limit"_a);
 
     m.def(
         "bows",
         [](const py::array_t<std::uint8_t>& grey, const Lens& lens, const Doubles& corners, int cells,
-           const Thresholds& limit) {
+           const Light& light, const Thresholds& limit) {
             check(corners, {kAny, 4, 2}, "corners");
             py::array_t<double> bows = line_of<double>(corners.shape(0));
             for (py::ssize_t m = 0; m < corners.shape(0); ++m)
-                bows.mutable_at(m) = bow(image_of(grey), lens, corners.data() + 8 * m, cells, limit);
+                bows.mutable_at(m) = bow(image_of(grey).lit(light.table()), lens, corners.data() + 8 * m, cells, limit);
             return bows;
         },
-        py::kw_only(), "grey"_a, "lens"_a, "corners"_a, "cells"_a, "limit"_a);
+        py::kw_only(), "grey"_a, "lens"_a, "corners"_a, "cells"_a, "light"_a, "limit"_a);
 
     m.def(
         "measure_corners",
-        [](const py::array_t<std::uint8_t>& grey, const Lens& lens, const py::object& state, const Bytes& black,
-           const Doubles& kept, const Doubles& scale, const Doubles& corners, const Thresholds& limit) {
-            const int cells = black.shape(1);
+        [](const Aligner& aligner, const py::array_t<std::uint8_t>& atlas, const Floats& table,
+           const py::array_t<std::uint8_t>& full, const Lens& lens, const Light& light, const py::object& state,
+           const Bytes& black, const Doubles& kept, const Doubles& scale, const Doubles& corners,
+           const Thresholds& limit) {
             Alignment all = alignment_of(state, black);
-            const std::vector<AlignedMarker> markers = all.markers(all.values.shape(1), cells);
+            const std::vector<AlignedMarker> markers = all.markers(aligner.count * aligner.count, aligner.cells);
             const py::ssize_t count = markers.size();
             check(kept, {count}, "kept"), check(scale, {8}, "scale"), check(corners, {count, 4, 2}, "corners");
             Doubles moved = copy_of(corners);
             py::array_t<double> information({count, py::ssize_t(8), py::ssize_t(8)});
+            const Measured image = measured_of(atlas, table, full, light, false);
             for (py::ssize_t m = 0; m < count; ++m)
-                measure_corners(image_of(grey), lens, markers[m], cells, kept.at(m), scale.data(), limit,
-                                moved.mutable_data() + 8 * m, information.mutable_data() + 64 * m);
+                measure_corners(image, lens, aligner, markers[m], kept.at(m), scale.data(), limit,
+                                moved.mutable_data() + 8 * m, information.mutable_data() + 64 * m, nullptr);
             return py::make_tuple(moved, information);
         },
-        py::kw_only(), "grey"_a, "lens"_a, "state"_a, "black"_a, "kept"_a, "scale"_a, "corners"_a, "limit"_a);
+        py::kw_only(), "aligner"_a, "atlas"_a, "table"_a, "full"_a, "lens"_a, "light"_a, "state"_a, "black"_a, "kept"_a,
+        "scale"_a, "corners"_a, "limit"_a);
 
     m.def(
         "solve_poses",
@@ -588,32 +632,36 @@ PYBIND11_MODULE(ALVAR_MODULE, m) {
 
     py::class_<Search>(m, "Search")
         .def(py::init([](const CoarseDecoder& decoder, const Aligner& aligner, const Appearance& appearance,
-                         const Reader& reader, const Doubles& scale, const Bytes& black_words) {
+                         const Reader& reader, const Doubles& scale, const Bytes& black_words, const Integers& edges) {
                  check(scale, {8}, "scale"), check(black_words, {decoder.all_words, aligner.cells, aligner.cells}, "black_words");
-                 return Search{decoder, aligner, appearance, reader, vector_of(scale), vector_of(black_words)};
+                 check(edges, {decoder.all_words}, "edges");
+                 return Search{decoder, aligner, appearance, reader, vector_of(scale), vector_of(black_words),
+                               vector_of(edges)};
              }),
-             py::kw_only(), "decoder"_a, "aligner"_a, "appearance"_a, "reader"_a, "scale"_a, "black_words"_a,
+             py::kw_only(), "decoder"_a, "aligner"_a, "appearance"_a, "reader"_a, "scale"_a, "black_words"_a, "edges"_a,
              py::keep_alive<1, 2>(), py::keep_alive<1, 3>(), py::keep_alive<1, 4>(), py::keep_alive<1, 5>())
         .def(
             "find",
             [](const Search& self, const py::array_t<std::uint8_t>& smooth, const py::array_t<std::uint8_t>& atlas,
-               const Floats& table, const py::array_t<std::uint8_t>& full, const Lens& lens, double noise,
-               const Doubles& quads, const Doubles& sizes, const Thresholds& limit, const py::object& ended) {
+               const Floats& table, const py::array_t<std::uint8_t>& full, const Lens& lens, const Light& light, bool ask,
+               double noise, const Doubles& quads, const Doubles& sizes, std::int64_t most, std::int64_t first,
+               const Thresholds& limit, const py::object& ended) {
                 check(quads, {kAny, 4, 2}, "quads"), check(sizes, {256}, "sizes");
-                const Image image = image_of(smooth), full_image = image_of(full);
-                const Pyramid pyramid = pyramid_of(atlas, table);
+                const Image image = image_of(smooth);
+                const Measured measured = measured_of(atlas, table, full, light, ask);
                 SearchResult found;
                 {
                     const bool explain = !ended.is_none();
                     Unlocked unlocked;
-                    found = self.find(image, pyramid, full_image, lens, noise, vector_of(quads), sizes.data(), limit,
-                                      explain);
+                    found = self.find(image, measured, lens, noise, vector_of(quads), sizes.data(),
+                                      turn_of(most, first), limit, explain);
                 }
                 extend(ended, found.ended);
                 return py::dict("markers"_a = array_of(found.markers), "unsure"_a = array_of(found.unsure),
                                 "well_read"_a = array_of(found.well_read),
+                                "left_out"_a = found.left_out,
                                 "refined"_a = array_of(found.refined, {py::ssize_t(found.refined.size()) / 8, 4, 2}));
             },
-            py::kw_only(), "smooth"_a, "atlas"_a, "table"_a, "full"_a, "lens"_a, "noise"_a, "quads"_a, "sizes"_a,
-            "limit"_a, "ended"_a = py::none());
+            py::kw_only(), "smooth"_a, "atlas"_a, "table"_a, "full"_a, "lens"_a, "light"_a, "ask"_a, "noise"_a,
+            "quads"_a, "sizes"_a, "most"_a, "first"_a, "limit"_a, "ended"_a = py::none());
 }

@@ -47,10 +47,11 @@ struct State {
 
 class ImageSearch {
 public:
-    ImageSearch(const Search& search, const Image& smooth, const Pyramid& pyramid, const Image& full, const Lens& lens,
-                 double noise, const double* sizes, const Thresholds& limit, bool explain)
-        : is(search), smooth(smooth), pyramid(pyramid), full(full), lens(lens), image_noise(noise), sizes(sizes),
-          limit(limit), cells(search.aligner.cells), half(0.5 * search.aligner.cells),
+    ImageSearch(const Search& search, const Image& smooth, const Measured& image, const Lens& lens, double noise,
+                 const double* sizes, const Turn& turn, const Thresholds& limit, bool explain)
+        : is(search), smooth(smooth), image(image), greys{image.pyramid.atlas.lit(nullptr), image.pyramid.levels},
+          lens(lens), image_noise(noise), sizes(sizes), turn(turn), limit(limit), cells(search.aligner.cells),
+          half(0.5 * search.aligner.cells),
           trail(explain ? &result.ended : nullptr) {}
 
     SearchResult run(std::vector<double> quads) {
@@ -66,12 +67,17 @@ public:
             else end_at(trail, &dark[8 * i], {"MIN_COARSE_FIT", match.fit[i], limit.MIN_COARSE_FIT}, match.word[i]);
         }
         std::vector<int> chosen = distinct(dark.data(), rank.data(), near, limit);
-        for (std::size_t k = limit.MAX_ALIGNED; k < chosen.size(); ++k)
-            end_at(trail, &dark[8 * chosen[k]], {"MAX_ALIGNED", k + 1.0, limit.MAX_ALIGNED}, match.word[chosen[k]]);
-        if (chosen.size() > limit.MAX_ALIGNED) chosen.resize(limit.MAX_ALIGNED);
+        const std::vector<int> taken = in_turn(dark.data(), chosen, turn);
+        result.left_out = chosen.size() - taken.size();
+        for (std::size_t k = 0, next = 0; k < chosen.size(); ++k) {
+            if (next < taken.size() && taken[next] == int(k)) ++next;
+            else end_at(trail, &dark[8 * chosen[k]], {"max_candidates", double(chosen.size()), double(turn.most)},
+                        match.word[chosen[k]]);
+        }
         result.refined = std::move(quads);
         std::vector<Start> starts;
-        for (const int i : chosen) {
+        for (const int place : taken) {
+            const int i = chosen[place];
             starts.push_back(start_of(&dark[8 * i], match, i));
             if (match.fit[i] > limit.WELL_READ_FIT && match.gap[i] > limit.WELL_READ_GAP) {
                 WellRead well;
@@ -83,24 +89,20 @@ public:
         Changed changed;
         judge(starts, starts, &changed);
         judge(changed.now, changed.before, nullptr);
-        for (std::size_t k = 0; k < unsure.size(); ++k) {
-            const Place& at = unsure_places[k];
-            const bool known = std::any_of(places.begin(), places.end(), [&](const Place& other) {
-                return std::hypot(other.x - at.x, other.y - at.y) < limit.OVERLAP * at.side;
-            });
-            if (!known) result.unsure.push_back(unsure[k]);
-        }
+        for (std::size_t k = 0; k < unsure.size(); ++k)
+            if (!is_known(unsure_places[k])) result.unsure.push_back(unsure[k]);
         return std::move(result);
     }
 
 private:
     const Search& is;
     const Image& smooth;
-    const Pyramid& pyramid;
-    const Image& full;
+    const Measured& image;
+    const Pyramid greys;
     const Lens& lens;
     const double image_noise;
     const double* sizes;
+    const Turn& turn;
     const Thresholds& limit;
     const int cells;
     const double half;
@@ -108,6 +110,12 @@ private:
     Trail* const trail;
     std::vector<Start> unsure;
     std::vector<Place> places, unsure_places;  // of the markers, of what is unsure
+
+    bool is_known(const Place& at) const {
+        return std::any_of(places.begin(), places.end(), [&](const Place& other) {
+            return std::hypot(other.x - at.x, other.y - at.y) < limit.OVERLAP * at.side;
+        });
+    }
 
     Start start_of(const double* quad, const CoarseMatch& match, int i) const {
         Start start;
@@ -131,7 +139,7 @@ private:
     void judge(const std::vector<Start>& starts, const std::vector<Start>& origins, Changed* changed) {
         if (starts.empty()) return;
         State state(is, starts);
-        is.aligner.run(pyramid, lens, state.markers, int(limit.ALIGNMENT_STEPS), 1u << 1, limit);
+        is.aligner.run(greys, lens, state.markers, int(limit.ALIGNMENT_STEPS), 1u << 1, limit);
         for (std::size_t m = 0; m < starts.size(); ++m) {
             const AlignedMarker& marker = state.markers[m];
             const double sampled = limit.SAMPLED_NOISE * image_noise / std::pow(2.0, marker.level);
@@ -148,6 +156,7 @@ private:
             f.fit = starts[m].fit, f.gap = starts[m].gap;
             if (!changed || !(f.fit > limit.SURE_FIT && f.gap > limit.SURE_GAP && f.likeness > limit.SURE_FIT))
                 word = read(marker, noise, f);
+            f.edges = is.edges[word];
             const Place place = {(corners[0] + corners[2] + corners[4] + corners[6]) / 4,
                                  (corners[1] + corners[3] + corners[5] + corners[7]) / 4, std::sqrt(area(corners))};
             const bool drawn = word == starts[m].word;
@@ -212,8 +221,9 @@ private:
     // Measures a marker, and adds it if a pose fits its corners; returns what the pose misses.
     Shortfall add(const AlignedMarker& aligned, std::int64_t word, double* corners, const Features& f) {
         double information[64], turned[8];
-        measure_corners(full, lens, aligned, cells, f.kept, is.scale.data(), limit, corners, information);
         FoundMarker marker = {};
+        measure_corners(image, lens, is.aligner, aligned, f.kept, is.scale.data(), limit, corners, information,
+                        &marker.evidence);
         const int turns = word / kNumbers, number = word % kNumbers;
         const auto from = [&](int i) { return (2 * turns + i) % 8; };  // corner and axis in the order of the drawing
         for (int i = 0; i < 8; ++i) {
@@ -234,7 +244,8 @@ private:
 
 }  // namespace
 
-SearchResult Search::find(const Image& smooth, const Pyramid& pyramid, const Image& full, const Lens& lens, double noise,
-                          std::vector<double> quads, const double* sizes, const Thresholds& limit, bool explain) const {
-    return ImageSearch(*this, smooth, pyramid, full, lens, noise, sizes, limit, explain).run(std::move(quads));
+SearchResult Search::find(const Image& smooth, const Measured& image, const Lens& lens, double noise,
+                          std::vector<double> quads, const double* sizes, const Turn& turn,
+                          const Thresholds& limit, bool explain) const {
+    return ImageSearch(*this, smooth, image, lens, noise, sizes, turn, limit, explain).run(std::move(quads));
 }

@@ -17,6 +17,9 @@ constexpr float kNormalStep[3] = {0.7977178f, 0.03679826f, -0.000315808f};
 // prepared_image.noise_of
 double noise_of(const Image& grey);
 
+// Half of an image (height / 2, width / 2), each grey that of the mean light of four
+void halve(const Image& grey, const Light& light, std::uint8_t* out, std::int64_t stride);
+
 // candidates.outlines: quads (N, 4, 2) around the outlines of what is darker than the mean by `offset`, and the straight
 // parts (K, 2, 2) of all outlines, if `parted`.
 struct Outlines {
@@ -51,6 +54,12 @@ int refine_sides(const Image& smooth, int count, double* quads, const Thresholds
 
 // candidates.distinct: those of `which` whose corners are not near those of one with a higher score, best first
 std::vector<int> distinct(const double* quads, const double* score, std::vector<int> which, const Thresholds& limit);
+
+// candidates.in_turn: of more than `most` quads, those whose turn it is, as places in `which`
+struct Turn {
+    std::int64_t most, first;
+};
+std::vector<int> in_turn(const double* quads, const std::vector<int>& which, const Turn& turn);
 
 // broken_outlines.distinct_parts: moves parts (count, 2, 2) that are dark on their right to the front; returns how many.
 int distinct_parts(const Image& smooth, int count, double* parts, const Thresholds& limit);
@@ -122,6 +131,7 @@ struct Features {
     double likeness, outside, detail;
     std::int64_t bad_inside, bad_rim;
     double kept, contrast, noise, blur, fit, gap;
+    std::int64_t edges;
 };
 
 // acceptance.Appearance: `share` (P,), `weight`: sum of the weights; `data` (D,): samples of the data cells; `smooth`
@@ -135,7 +145,7 @@ struct Appearance {
     std::vector<std::int32_t> group;
     std::vector<std::uint8_t> is_data;
 
-    // The Features without fit and gap
+    // The Features without what is read: fit, gap and edges
     Features features(const AlignedMarker& marker, double noise, const Thresholds& limit) const;
 };
 
@@ -152,14 +162,22 @@ struct EdgePoints {
 };
 EdgePoints edge_points(const std::uint8_t* black, int cells, const std::vector<double>& places);
 
+// What a marker says about the logarithm of the exponent of Light: its information, and that times the change that it
+// asks for
+struct ResponseEvidence {
+    double information, weighted;
+};
+
 // edge_alignment.EdgeFit
 struct EdgeFit {
     bool seen_enough;
     double parameters[8], covariance[64], error, cost;
     std::vector<std::uint8_t> agrees;
 };
+// `asked`: the Light that `grey` is read with; then the evidence is set
 EdgeFit fit_edges(const Image& grey, const Lens& lens, const double* h, const EdgePoints& points, const double* scale,
-                  double reach, double first_reach, int steps, const Thresholds& limit);
+                  double reach, double first_reach, int steps, const Thresholds& limit,
+                  const Light* asked = nullptr, ResponseEvidence* evidence = nullptr);
 
 // edge_refiner.EdgeRefiner.refine: corners (4, 2) and their covariance (8, 8); whether all sides are visible
 bool refine_edges(const Image& grey, const Lens& lens, const double* h, double half, double sigma,
@@ -167,10 +185,18 @@ bool refine_edges(const Image& grey, const Lens& lens, const double* h, double h
 // edge_refiner.EdgeRefiner.bow [px], of a marker with corners (4, 2)
 double bow(const Image& grey, const Lens& lens, const double* corners, int cells, const Thresholds& limit);
 
+// The images in which markers are measured: `pyramid` and `full` are read as light; `asked`: the Light, if it is asked
+// what markers say about it, or null.
+struct Measured {
+    Pyramid pyramid;
+    Image full;
+    const Light* asked;
+};
 // corners.CornerEstimator.measure: changes corners (4, 2), sets their information (8, 8), which is 0 if a matrix is
 // singular. `scale` (8,): edge_alignment.scale_of
-void measure_corners(const Image& grey, const Lens& lens, const AlignedMarker& marker, int cells, double kept,
-                     const double* scale, const Thresholds& limit, double* corners, double* information);
+void measure_corners(const Measured& image, const Lens& lens, const Aligner& aligner, const AlignedMarker& aligned,
+                     double kept, const double* scale, const Thresholds& limit, double* corners, double* information,
+                     ResponseEvidence* evidence);
 
 // pose.Solution
 struct Solution {
@@ -207,6 +233,7 @@ struct FoundMarker {
     std::int64_t poses;
     Solution solutions[2];
     Features features;
+    ResponseEvidence evidence;
 };
 
 // A candidate that needs a closer look: where its alignment starts, and its coarse decoding
@@ -227,6 +254,7 @@ struct SearchResult {
     std::vector<Start> unsure;
     std::vector<WellRead> well_read;
     std::vector<double> refined;  // quads (N, 4, 2)
+    std::int64_t left_out;        // candidates whose turn it is not
     Trail ended;                  // only if it is asked for
 };
 
@@ -238,10 +266,12 @@ struct Search {
     const Reader& reader;
     std::vector<double> scale;  // of edges: edge_alignment.scale_of
     std::vector<std::uint8_t> black_words;
+    std::vector<std::int64_t> edges;  // (W,): acceptance.edges
 
     // `sizes` (256,) [m]: of the marker with each number
-    SearchResult find(const Image& smooth, const Pyramid& pyramid, const Image& full, const Lens& lens, double noise,
-                      std::vector<double> quads, const double* sizes, const Thresholds& limit, bool explain) const;
+    SearchResult find(const Image& smooth, const Measured& image, const Lens& lens, double noise,
+                      std::vector<double> quads, const double* sizes, const Turn& turn, const Thresholds& limit,
+                      bool explain) const;
 };
 
 }  // namespace alvar

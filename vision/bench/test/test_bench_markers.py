@@ -49,20 +49,22 @@ def test_measurements_score_and_time_each_tool(folder):
         pool.update(measurement.run(None, suite_markers.QUICK))
     assert pool['ours_recall_easy'] == pool['aruco_recall_easy'] == [100] and pool['real_recall_easy'] == [0]
     assert pool['ours_position_easy'][0] < 0.2 and pool['aruco_position_easy'][0] < 1.0
+    assert abs(pool['ours_distance_easy'][0]) < 0.05 and abs(pool['gamma_distance_easy'][0]) < 0.05
     assert pool['ours_flips'] == pool['ours_false'] == pool['ours_wrong'] == [0]
     assert len(pool['ours_640x480']) == 1 and len(pool['tracking_640x480']) == suite_markers.STEPS - 1
     assert pool['tracking_found'] == [100] and pool['real_640x480'] == [7.0]
     text = suite_markers.preface({OURS: pool})
-    assert [line.split('  ')[0] for line in text.splitlines()[2:5]] == ['here', 'ArUco', 'real tracker, stored']
+    assert [line.split('  ')[0] for line in text.splitlines()[2:6]] == [
+        'here', 'here, gamma 2.2', 'ArUco', 'real tracker, stored']
     used = {figure.key for figure in suite_markers.FIGURES if 'medium' not in figure.key and 'hard' not in figure.key
-            and '1280' not in figure.key and not figure.key.startswith('class_')}
+            and '1280' not in figure.key and 'class_' not in figure.key}
     assert used <= set(pool)
 
 
 def test_classes_are_scored_once_and_shown():
     count = suite_markers.class_scores.PER_CLASS
     pool = suite_markers.MEASUREMENTS['classes'].run(None, count)  # one photo of each class
-    assert {figure.key for figure in suite_markers.FIGURES if figure.key.startswith('class_')} <= set(pool)
+    assert {figure.key for figure in suite_markers.FIGURES if 'class_' in figure.key} <= set(pool)
     assert pool['class_wrong'] == pool['class_false'] == [0]
     assert suite_markers.MEASUREMENTS['classes'].run(None, count) == pool
     lines = suite_markers.preface({OURS: pool}).splitlines()
@@ -80,6 +82,21 @@ def test_every_id_is_in_the_baselines_dictionary():
 def test_folder_without_frames_is_refused(tmp_path):
     with pytest.raises(BenchError, match='no frames with ground truth'):
         suite_markers.use_folder(str(tmp_path))
+
+
+def test_what_is_found_without_markers_is_false(tmp_path):
+    """A folder with a marker, a grey image below, and a text."""
+    scene = np.full((200, 200), 220, np.uint8)
+    scene[50:149, 50:149] = drawing.marker_image(42, 99)
+    (tmp_path / 'below').mkdir()
+    cv2.imwrite(str(tmp_path / 'a.png'), scene)
+    cv2.imwrite(str(tmp_path / 'below' / 'b.jpg'), np.full((100, 100), 90, np.uint8))
+    (tmp_path / 'c.png').write_text('no image')
+    lines = suite_markers.of_none(str(tmp_path)).splitlines()
+    assert lines[0].startswith(f'{tmp_path}/a.png: id 42 at 99, 99, 99 px wide, confidence 0.9')
+    assert lines[1:] == [f'{tmp_path}: 2 images without markers; false detections: 1']
+    with pytest.raises(BenchError, match='has no images of at least 16x16 pixels'):
+        suite_markers.of_none(str(tmp_path / 'none'))
 
 
 def bag_of(path, images, infos, **topics):

@@ -14,6 +14,8 @@ import numpy as np
 from alvar_core import native
 from alvar_core.arrays import ArrayLike, Floats
 
+MAX_STRETCH = 3  # wide lenses with a plumb_bob model have up to 1.3 half-way to the edge
+
 
 class CameraError(ValueError):
     """A camera matrix or distortion cannot be used."""
@@ -33,6 +35,21 @@ class Camera:
         self.distorted = bool(np.any(self.distortion))
         self.fx, self.fy, self.cx, self.cy = self.matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
         self.focal, self.centre = self.matrix[[0, 1], [0, 1]], self.matrix[:2, 2]
+        if self.distorted:
+            self._check_distortion()
+
+    def _check_distortion(self) -> None:
+        """Raise CameraError if pixels half-way to the image's edges are far from ideal ones: no lens does that."""
+        half = np.array(self.size) / 2 if self.size else np.maximum(self.centre, 1)
+        away = half / 2 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+        with np.errstate(all='ignore'):
+            ideal = self.to_ideal(self.centre + away) - self.centre
+            again = np.stack(self.to_real(*(ideal + self.centre).T), 1) - self.centre
+            stretch = np.linalg.norm(ideal, axis=1) / np.linalg.norm(away, axis=1)
+        if not (np.abs(again - away).max() < 1 and 1 / MAX_STRETCH < stretch.min() <= stretch.max() < MAX_STRETCH):
+            raise CameraError(f'distortion D is {self.distortion.tolist()}: half-way to the edge of the image it moves '
+                              f'pixels by a factor of more than {MAX_STRETCH}, or nowhere; no lens has this. Is the '
+                              'camera calibrated?')
 
     @cached_property
     def lens(self) -> Any:

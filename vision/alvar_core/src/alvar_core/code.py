@@ -16,6 +16,7 @@ The behaviour is that of ALVAR 2.0 as used by ar_track_alvar, with resolutions u
 """
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from numbers import Real
 from typing import Iterable, Sequence, Tuple, Union
@@ -228,6 +229,13 @@ def encode(value: Value, kind: int | None = None, strong: bool = False, resoluti
     flat[free] = True
     flat[free[:len(bits)]] = ~np.array(bits, bool)
     return flat.reshape(n, n)
+
+
+@functools.lru_cache(maxsize=1)
+def mirrored_numbers() -> tuple[int, ...]:
+    """Return as which number each of resolution 5 is read in a mirror."""
+    contents = [decode(np.fliplr(encode(number)), max_wrong=0) for number in range(256)]
+    return tuple(int(content.value) for content in contents if content is not None)
 
 
 def decode_upright(cells: ArrayLike, max_fixed_errors: int = 0) -> Content | None:

@@ -99,3 +99,11 @@ def test_impossible_resolutions(resolution):
 def test_text_does_not_fit_in_five():
     with pytest.raises(code.CodeError, match='holds only a number'):
         code.encode('a', resolution=5)
+
+
+def test_each_mirrored_number_is_a_valid_one():
+    """Those of 16 are the same."""
+    mirrored = code.mirrored_numbers()
+    assert sorted(mirrored) == list(range(256)) and all(mirrored[mirrored[number]] == number for number in range(256))
+    assert sum(mirrored[number] == number for number in range(256)) == 16
+    assert mirrored[5] == code.decode(np.fliplr(code.encode(5))).value != 5

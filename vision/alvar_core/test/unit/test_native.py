@@ -185,8 +185,8 @@ def test_corners_without_information(square):
     """A singular matrix says nothing: both poses are then as good."""
     state, image, black = aligned(*square)
     state.normal[:] = np.nan
-    estimator = CornerEstimator(9)
-    corners, information = estimator.measure(image, state, estimator.start(state), black, np.array([0.95]))
+    estimator, aligner = CornerEstimator(9), Aligner(9, 3)
+    corners, information = estimator.measure(image, aligner, state, estimator.start(state), black, np.array([0.95]))
     assert not np.nan_to_num(information).any()
     solutions = pose.solve(corners, [0.1], square[0].camera, np.nan_to_num(information))[0]
     assert pose.ambiguity(solutions)[1] or len(solutions) < 2

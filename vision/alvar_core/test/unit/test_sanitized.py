@@ -27,6 +27,7 @@ from alvar_core import native
 from alvar_core.camera import default_camera
 from alvar_core.detection.detector import Detector
 from alvar_core.fisheye import FisheyeCamera
+from photo import with_gamma
 
 assert native.steps is steps
 cv2.setNumThreads(1)
@@ -42,6 +43,8 @@ for width, height in (16, 16), (17, 200), (321, 63), (320, 240):
 for name in 'even', 'blinds', 'thin margin', 'bent 6 cm', 'frame edge', 'occluded':
     shot = marker_classes.photo(name, marker_classes.DEVELOPMENT, 0)
     found += len(detector.detect(shot.image, shot.camera))
+    for gamma in 1.0, 2.2, None:
+        Detector(marker_classes.SIZE, gamma=gamma, max_candidates=1).detect(with_gamma(shot.image, 2.2), shot.camera)
 print(found)
 '''
 

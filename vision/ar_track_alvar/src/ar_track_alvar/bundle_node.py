@@ -4,7 +4,7 @@ import shlex
 
 import rospy
 
-from alvar_core import bundles
+from alvar_core import bundles, code
 from alvar_core.detection.bundle_pose import BundleTracker
 from ar_track_alvar import conversions, settings, start
 from ar_track_alvar.conversions import MarkerPose
@@ -13,6 +13,7 @@ from ar_track_alvar.node import MarkerNode
 from rospy_support import parameters
 
 MASTER, OTHERS = ('main_shapes', (1.0, 0.0, 0.0, 1.0)), ('basic_shapes', (0.0, 1.0, 0.0, 0.7))  # in rviz
+MIRRORED = code.mirrored_numbers()
 ODD_PICTURES = 5  # consecutive images in which a marker contradicts its bundle, before a warning
 EXAMPLE = f'{command_line.EXAMPLE} _bundle_files:="FILE.xml OTHER.xml"'
 
@@ -26,7 +27,7 @@ class BundleNode(MarkerNode):
     def __init__(self, settings, known):
         """``known`` are the alvar_core.bundles.Bundles to search for."""
         super().__init__(settings, sizes_of(known))
-        self._bundles = BundleTracker(known)
+        self._bundles, self._known = BundleTracker(known), known
         self._masters = {bundle.master for bundle in known}
         self._odd = {}  # (source, id) of a marker: consecutive images in which it contradicted its bundle
 
@@ -34,8 +35,18 @@ class BundleNode(MarkerNode):
         """Return the MarkerPoses of the bundles with a detected marker and, for rviz only, those of other markers."""
         found = self.found_bundles(detections)
         self._notice_odd(found)
+        self._notice_mirrored(detections)
         others = [self._marker_pose(d.id, d, False, OTHERS) for d in detections if d.id not in self._masters]
         return others + [self._marker_pose(one.bundle.master, one, True, MASTER) for one in found]
+
+    def _notice_mirrored(self, detections):
+        """Warn if the markers seen are in no bundle, but their mirror images are."""
+        seen = sorted({d.id for d in detections if d.id in range(len(MIRRORED))})
+        known = {number for bundle in self._known for number in bundle.ids}
+        if len(seen) > 1 and not known.intersection(seen) and known.issuperset(MIRRORED[number] for number in seen):
+            self.complain('mirrored', f'The markers {_listed(seen)} are in no bundle, but their mirror images '
+                          f'{_listed(MIRRORED[number] for number in seen)} are: is the image mirrored, as some webcams '
+                          'show it? Switch that off in the driver')
 
     def found_bundles(self, detections):
         """Return the BundlePoses of the bundles with a marker among the Detections of the next image."""
@@ -53,6 +64,10 @@ class BundleNode(MarkerNode):
             if pictures >= ODD_PICTURES:
                 self.complain(('odd', source, number), f'Marker {number} is not where {source} says (or has another '
                               'size); it is ignored. Was it moved, or is there a second one with this number?')
+
+
+def _listed(numbers):
+    return ', '.join(map(str, numbers))
 
 
 def sizes_of(known):

@@ -193,11 +193,16 @@ class MarkerNode:
         if image is not None and self._tracker is not None:
             self._use_spare_time(image[0])
 
+    def _detector(self):
+        settings = self.settings
+        return Detector(settings.marker_size / 100.0, settings.marker_resolution, settings.marker_margin, self._sizes,
+                        settings.gamma or None, settings.max_candidates)
+
     def _apply_settings(self):
         settings = self.settings
         size = settings.marker_size / 100.0
         if self._tracker is None or self._tracker.detector.size != size:
-            detector = Detector(size, settings.marker_resolution, settings.marker_margin, self._sizes)
+            detector = self._detector()
             # With simulated time the result must not depend on the available time: search each image completely.
             self._tracker = Tracker(detector) if rospy_internals.is_wall_time() else Tracker(detector, full_every=1)
         if settings.enabled and self._subscriber is None:
@@ -230,6 +235,7 @@ class MarkerNode:
             topic = rospy.resolve_name('camera_info') if isinstance(error, CameraError) else self._topic
             self.complain('input', f'{topic}: {error}', changed=CHANGED_PERIOD)
             return
+        self._notice_left_out()
         numbered, others = conversions.numbered(found)
         for content in others:
             self.complain('content', f'A marker with the content {content!r} is visible, but not published: '
@@ -242,14 +248,21 @@ class MarkerNode:
             drawn = debug_image.draw(self.bgr_of(message), camera, found, detections, self.size_of)
             self._debug.publish(images.to_image(drawn, header=message.header))
 
+    def _notice_left_out(self):
+        left_out, most = self._tracker.detector.left_out, self.settings.max_candidates
+        if left_out:
+            text = (f'{most + left_out} places in an image may be markers, and ~max_candidates is {most}: they take '
+                    'turns from image to image. Set a larger ~max_candidates to search all of them in each')
+            self._statistics.trouble(text)
+            rospy.logwarn_once('%s', text)
+
     def _explain(self, message, info):
         """Answer the calls of ~explain: say where the search for each candidate of an image ended, and show it."""
         with self._condition:
             questions, self._questions = self._questions, []
         try:
             grey = self.grey_of(message)
-            detector = Detector(self.settings.marker_size / 100.0, self.settings.marker_resolution,
-                                self.settings.marker_margin, self._sizes)  # that of the tracker still has an image
+            detector = self._detector()  # that of the tracker still has an image
             explained = explanation.explain(detector, grey, self._camera_for(info, grey))
             drawn = explained.draw(self.bgr_of(message))
             self._explained.publish(images.to_image(drawn, header=message.header))

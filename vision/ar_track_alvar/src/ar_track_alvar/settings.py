@@ -4,10 +4,13 @@ from dataclasses import dataclass
 import rospy
 
 from alvar_core.code import MARGIN, MAX_MARGIN, MAX_RESOLUTION, MIN_RESOLUTION, CodeError, check_resolution
+from alvar_core.detection.light import GAMMAS
+from alvar_core.detection.thresholds import MAX_CANDIDATES
 from ar_track_alvar.cfg import ParamsConfig
 from rospy_support import parameters
 from rospy_support.parameters import Boolean, Integer, Number, Table, Text
 
+LEARNT = 0.0  # of ~gamma: it is learnt from the markers
 RAW, RECTIFIED, AUTO = 'raw', 'rectified', 'auto'
 DEFAULT, LOW, HIGH = ParamsConfig.defaults, ParamsConfig.min, ParamsConfig.max  # of cfg/Params.cfg
 
@@ -25,7 +28,9 @@ PARAMETERS = Table(
     Boolean('~enabled', DEFAULT['enabled']), _changeable('max_frequency', 'Hz'),
     _changeable('marker_size', 'cm', clamp=False), _changeable('max_new_marker_error'), _changeable('max_track_error'),
     Integer('~marker_resolution', MIN_RESOLUTION, MIN_RESOLUTION, MAX_RESOLUTION, 'cells'),
-    Integer('~marker_margin', MARGIN, 1, MAX_MARGIN, 'cells'), Text('~output_frame', ''),
+    Integer('~marker_margin', MARGIN, 1, MAX_MARGIN, 'cells'),
+    Number('~gamma', LEARNT, LEARNT, GAMMAS[1]), Integer('~max_candidates', MAX_CANDIDATES, 1, 10000),
+    Text('~output_frame', ''),
     Text('~image_transport', 'raw', ('raw', 'compressed')), Text('~image_geometry', AUTO, (AUTO, RAW, RECTIFIED)),
     Number('~transform_tolerance', 0.1, 0.0, 10.0, 's'))
 
@@ -43,6 +48,8 @@ class Settings:
     max_track_error: float
     marker_resolution: int
     marker_margin: int
+    gamma: float
+    max_candidates: int
     output_frame: str
     image_geometry: str
     transform_tolerance: float
@@ -63,6 +70,10 @@ def read(declared=PARAMETERS, frame_from_message=False):
             f'parameter {rospy.resolve_name("~output_frame")} must be set: the tf frame of the '
             'published markers, such as that of the camera; set it with _output_frame:=FRAME on the command line or in '
             'the launch file')
+    if settings.gamma and settings.gamma < GAMMAS[0]:
+        raise parameters.ParameterError(
+            f'parameter {rospy.resolve_name("~gamma")} is {settings.gamma:g}: it must be from {GAMMAS[0]:g}, if the '
+            f'values of the images are proportional to light, to {GAMMAS[1]:g}, or {LEARNT:g}: learnt from the markers')
     try:
         check_resolution(settings.marker_resolution)
     except CodeError as error:

@@ -1,5 +1,6 @@
 """ar_track_alvar.bundle_node: what it takes from bundle files, and the examples that come with the package."""
 import pathlib
+from types import SimpleNamespace
 
 import pytest
 import rospy
@@ -7,6 +8,7 @@ import rospy
 from alvar_core import bundles, drawing
 from alvar_core.printing import create_marker
 from ar_track_alvar import bundle_node
+from ar_track_alvar.bundle_node import MIRRORED
 from rospy_support.parameters import ParameterError
 
 FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'vision' / 'ar_track_alvar' / 'bundles'
@@ -58,6 +60,17 @@ def test_sizes_are_those_of_the_first_bundle():
     small, large = (bundles.Bundle('', 1, (1, n), {1: drawing.object_corners(side), n: drawing.object_corners(side)})
                     for n, side in ((2, 0.05), (3, 0.1)))
     assert bundle_node.sizes_of([small, large]) == pytest.approx({1: 0.05, 2: 0.05, 3: 0.1})
+
+
+@pytest.mark.parametrize('seen, told', [
+    ((8, 9), ''), ([MIRRORED[8]], ''), ([MIRRORED[8], 200], ''), ([MIRRORED[8], MIRRORED[10]], 'mirror images')])
+def test_mirrored_markers_are_warned_of(seen, told, warnings, monkeypatch):
+    """Of one marker, another number would be as likely; 200 is in no bundle, nor is its mirror image."""
+    node, said = object.__new__(bundle_node.BundleNode), []
+    node._known = bundle_node.read_bundles(str(FOLDER / 'board.xml'))
+    monkeypatch.setattr(node, 'complain', lambda _, text: said.append(text), raising=False)
+    node._notice_mirrored([SimpleNamespace(id=number) for number in seen])
+    assert [told in text for text in said] == [True] * bool(told)
 
 
 @pytest.mark.parametrize('names, said', [

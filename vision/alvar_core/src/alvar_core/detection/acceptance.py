@@ -6,10 +6,11 @@ from typing import Any, NamedTuple, Tuple
 import numpy as np
 
 from alvar_core import native
-from alvar_core.arrays import Floats
+from alvar_core.arrays import ArrayLike, Floats, Integers
 from alvar_core.detection import thresholds
 from alvar_core.detection.alignment import Aligner, Alignment
 
+UNREAD = 10 ** 6  # edges of cells that are not read
 Shortfall = Tuple[str, float, float]  # the first threshold that a candidate misses, its value, what is needed
 # Where the search for a candidate ended: its corners (4, 2) [real px], its Shortfall, the code word it resembles, or -1
 Ended = Tuple[Floats, str, float, float, int]
@@ -24,7 +25,7 @@ class Features(NamedTuple):
     * ``bad_inside``, ``bad_rim``: number of data cells and of border cells that differ from the drawing
     * ``kept``: share of the samples that agree with the drawing
     * ``contrast``, ``noise`` [greys]; ``blur``: variance [px^2 at the level]
-    * ``fit``, ``gap``: those of the Reading
+    * ``fit``, ``gap``: those of the Reading; ``edges``: those of its cells
     """
 
     likeness: float
@@ -38,11 +39,20 @@ class Features(NamedTuple):
     blur: float
     fit: float = 0.0
     gap: float = 0.0
+    edges: int = UNREAD
 
     @classmethod
     def of_row(cls, row: Any) -> Features:
         """Return those of a record of the compiled steps."""
         return cls(**dict(zip(row.dtype.names, row.tolist())))
+
+
+def edges(black: ArrayLike) -> Integers:
+    """Return the number of edges between black and white cells of markers (..., n, n), bool, but the outer ones."""
+    black = np.asarray(black, bool)
+    count: Integers = ((black[..., 1:, :] != black[..., :-1, :]).sum((-2, -1))
+                       + (black[..., 1:] != black[..., :-1]).sum((-2, -1)))
+    return count
 
 
 def shortfall(f: Features) -> Shortfall | None:

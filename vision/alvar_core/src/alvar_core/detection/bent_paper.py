@@ -24,6 +24,7 @@ from alvar_core.detection.edge_alignment import (
     directions,
     edge_points,
 )
+from alvar_core.detection.light import LINEAR, Light
 from alvar_core.rotations import angle_between
 
 FIRST_PLACES = np.array([0.0])  # along an edge, [cells], while the axis is fixed
@@ -171,7 +172,7 @@ class BentPaper:
         self._square = drawing.UNIT_CORNERS[:, :2] * [cells, -cells]
 
     def measure(self, grey: Image, camera: Camera, black: Bools, poses: Sequence[tuple[Floats, Floats]], size: float,
-                reach: float, max_error: float) -> Sheet | None:
+                reach: float, max_error: float, light: Light = LINEAR) -> Sheet | None:
         """Return the Sheet of a marker; None if its edges cannot be followed.
 
         ``black`` (n, n) are its upright cells, ``poses`` (rotation, position [m]) those of a flat marker there,
@@ -185,7 +186,7 @@ class BentPaper:
         folded = [[fold, way, thresholds.CREASE_START] for fold in thresholds.FOLD_STARTS for way in ways]
         found: list[Fit] = []
         for model, shapes in (Cylinder(camera, self.cells), bent), (Crease(camera, self.cells), folded):
-            found += self._fits(grey, camera, model, black, flat, shapes, reach)
+            found += self._fits(grey, camera, model, black, flat, shapes, reach, light)
         found = [each for each in found if each.edges.parameters[5] > 0]
         if not found:
             return None
@@ -193,18 +194,18 @@ class BentPaper:
         return self._sheet(best, self._sure(best, found), size, max_error)
 
     def _fits(self, grey: Image, camera: Camera, model: Curved, black: Bools, flat: Sequence[Sequence[float]],
-              shapes: Sequence[Sequence[float]], reach: float) -> list[Fit]:
+              shapes: Sequence[Sequence[float]], reach: float, light: Light) -> list[Fit]:
         """Return the Fits of a model from each of the poses ``flat`` and each of ``shapes``."""
         starts = np.array([[*pose, *shape] for pose in flat for shape in shapes])
         # where the axis or the crease is stays fixed until the end: flat paper has none
         fits = self._aligner.fit(grey, camera, model, starts, edge_points(black, FIRST_PLACES), SCALE[:7], reach,
-                                 thresholds.BEND_STEPS)
+                                 thresholds.BEND_STEPS, light=light)
         best = [fit.parameters for k in range(0, len(fits), len(shapes))
                 for fit in _best_first(fits[k:k + len(shapes)])[:thresholds.BEND_FREED]]
         if not best:
             return []
         fits = self._aligner.fit(grey, camera, model, np.array(best), edge_points(black, PLACES),
-                                 SCALE[:starts.shape[1]], reach, thresholds.BEND_STEPS)
+                                 SCALE[:starts.shape[1]], reach, thresholds.BEND_STEPS, light=light)
         found = _best_first(fits)
         for fit in found:
             fit.parameters = model.of_middle(fit.parameters)

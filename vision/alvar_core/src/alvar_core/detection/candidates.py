@@ -74,3 +74,32 @@ def distinct(quads: Floats, score: Floats, which: Integers) -> list[int]:
     """Return those of the indices ``which``, best score first, whose corners are not near those of a better quad."""
     kept: list[int] = native.steps.distinct(quads=quads, score=score, which=which.tolist(), limit=native.limit)
     return kept
+
+
+class Turns:
+    """Who has a turn if there are more than ``most`` candidates: all get one, image after image.
+
+    ``left_out``: how many had none in the last image.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most, self.first, self.left_out = most, 0, 0
+
+    def start(self) -> None:
+        """Start with an image."""
+        if self.left_out:
+            self.first += self.most
+        self.left_out = 0
+
+    def passed(self, left_out: int) -> None:
+        """Note how many candidates had no turn."""
+        self.left_out = max(self.left_out, left_out)
+
+    def of(self, quads: Floats, which: list[int]) -> list[int]:
+        """Return the places in ``which``, indices of quads, whose turn it is.
+
+        They take turns from top to bottom in the image.
+        """
+        places: list[int] = native.steps.in_turn(quads=quads, which=which, most=self.most, first=self.first)
+        self.passed(len(which) - len(places))
+        return places

@@ -6,7 +6,7 @@ import numpy as np
 from alvar_core import native
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import edge_alignment, homography
-from alvar_core.detection.alignment import Alignment
+from alvar_core.detection.alignment import Aligner, Alignment
 from alvar_core.detection.edge_refiner import EdgeRefiner
 from alvar_core.detection.prepared_image import PreparedImage
 
@@ -30,16 +30,17 @@ class CornerEstimator:
 
     def bow(self, image: PreparedImage, corners: Floats) -> Floats:
         """Return the second largest height [px] of a side's bow, (M,), of markers with corners (M, 4, 2) [ideal px]."""
-        return self._edges.bow(image.pyramid, image.camera, corners)
+        return self._edges.bow(image.pyramid, image.camera, corners, image.light)
 
-    def measure(self, image: PreparedImage, state: Alignment, corners: Floats,
+    def measure(self, image: PreparedImage, aligner: Aligner, state: Alignment, corners: Floats,
                 black: Bools, kept: Floats) -> tuple[Floats, Floats]:
         """Return the corners (M, 4, 2) [ideal px] and their inverse covariance (M, 8, 8) [1/px^2].
 
-        ``corners`` are those of ``start``. ``black`` (M, n, n): the cells of the markers;
-        ``kept`` (M,): share of the samples that agree.
+        ``aligner`` has made the ``state``; ``corners`` are those of ``start``. ``black`` (M, n, n): the cells of the
+        markers; ``kept`` (M,): share of the samples that agree.
         """
         found: tuple[Floats, Floats] = native.steps.measure_corners(
-            grey=image.pyramid.full, lens=image.camera.lens, state=state, black=black, kept=kept, scale=self.scale,
+            aligner=aligner.steps, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,
+            light=image.light.steps, state=state, black=black, kept=kept, scale=self.scale,
             corners=corners, limit=native.limit)
         return found

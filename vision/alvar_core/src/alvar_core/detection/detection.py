@@ -58,6 +58,11 @@ class Detection:
         (ax, ay), (bx, by), (cx, cy), (dx, dy) = self.corners.tolist()
         return math.sqrt(abs((ax - cx) * (by - dy) - (ay - cy) * (bx - dx)) / 2)
 
+    @cached_property
+    def reach(self) -> float:
+        """Return how far the corners are from the centre, at most [px]."""
+        return max(math.dist(corner, self.centre) for corner in self.corners.tolist())
+
     def covers(self, point: tuple[float, float]) -> bool:
         """Return whether a point [real px] lies on the marker."""
         if math.dist(point, self.centre) > 4 * self.side:  # no visible square is longer
@@ -75,8 +80,11 @@ def best_of_overlapping(found: Sequence[Detection]) -> list[Detection]:
 
     The others are cells of a marker that look like a marker.
     """
-    kept: list[Detection] = []
+    kept: list[tuple[Detection, float, float, float]] = []
     for d in sorted(found, key=lambda d: -d.confidence):
-        if all(math.dist(d.centre, k.centre) > thresholds.OVERLAP * d.side and not k.covers(d.centre) for k in kept):
-            kept.append(d)
-    return kept
+        x, y = d.centre
+        near = thresholds.OVERLAP * d.side
+        if not any(abs(x - left) < reach + near and abs(y - top) < reach + near
+                   and (math.dist((x, y), (left, top)) <= near or k.covers((x, y))) for k, left, top, reach in kept):
+            kept.append((d, x, y, d.reach))
+    return [each for each, *_ in kept]

@@ -1,6 +1,6 @@
 """The marker detector: returns ids, corners and poses from an image, its camera and the marker size.
 
-Each image is searched independently of all others.
+Each image is searched independently of all others; only the response of the camera (light.py) is learnt over images.
 
 An image passes these stages, each on all candidates at once:
 
@@ -33,6 +33,7 @@ from alvar_core.detection.bent_paper import BentPaper, Sheet
 from alvar_core.detection.corners import CornerEstimator
 from alvar_core.detection.covered_cells import CoveredReader
 from alvar_core.detection.detection import Detection, best_of_overlapping
+from alvar_core.detection.light import MOST_AGAIN, Evidence, Response
 from alvar_core.detection.prepared_image import ImageBuffers, PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, Reader, Reading, black_cells
 from alvar_core.detection.search import Search
@@ -54,6 +55,13 @@ def checked_margin(margin: int) -> int:
         raise ValueError(f'marker margin {margin!r}: a whole number of cells from {MARGINS[0]} to {MARGINS[-1]} '
                          'is needed')
     return int(margin)
+
+
+def checked_candidates(most: int) -> int:
+    """Return the number of candidates that are looked at in one image; raise ValueError if it cannot be used."""
+    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
+        raise ValueError(f'max_candidates {most!r}: a whole number of at least 1 is needed')
+    return most
 
 
 class _Start(NamedTuple):
@@ -79,14 +87,17 @@ class _Accepted(NamedTuple):
 
 
 class Detector:
-    """Finds ALVAR markers of one resolution and margin.
+    """Finds ALVAR markers of one resolution and margin in the images of one camera.
 
     ``size`` [m] is the width of the black square, ``sizes`` {id: [m]} that of markers that differ; ``resolution`` and
-    ``margin`` are in cells. Not thread-safe: one thread uses a Detector at a time.
+    ``margin`` are in cells. ``gamma`` is the exponent of the camera's response: light is grey ** gamma; None: it is
+    learnt from the markers. If an image has more than ``max_candidates`` that may be markers, they take turns from
+    image to image, and none is searched for in uneven light. Not thread-safe: one thread uses a Detector at a time.
     """
 
     def __init__(self, size: float, resolution: int = code.MIN_RESOLUTION, margin: int = code.MARGIN,
-                 sizes: Mapping[int | str, float] | None = None) -> None:
+                 sizes: Mapping[int | str, float] | None = None, gamma: float | None = None,
+                 max_candidates: int = thresholds.MAX_CANDIDATES) -> None:
         self.buffers, self._even_buffers = ImageBuffers(), ImageBuffers()
         self.size, self.sizes = size, {value: checked_size(each) for value, each in (sizes or {}).items()}
         self.resolution, self.margin = code.check_resolution(resolution), checked_margin(margin)
@@ -101,6 +112,9 @@ class Detector:
         self._corners, self._paper = CornerEstimator(self.cells), BentPaper(self.cells)
         self._uneven = UnevenLight(self.margin) if self._decoder.words is not None else None
         self._search = None
+        self._response, self._turns = Response(gamma), candidates.Turns(checked_candidates(max_candidates))
+        self._asks = False
+        self._evidence: list[Evidence] = []  # of the markers in the image that is searched
         self._ended: list[Ended] | None = None  # gets the candidates that are no markers, while explain() runs
         if self._decoder.words is not None:
             self._black_words = black_cells(self._decoder.words, self.margin)
@@ -115,6 +129,16 @@ class Detector:
     @size.setter
     def size(self, size: float) -> None:
         self._size = checked_size(size)
+
+    @property
+    def left_out(self) -> int:
+        """Return how many candidates of the last image were not looked at, because there were too many."""
+        return self._turns.left_out
+
+    @property
+    def gamma(self) -> float:
+        """Return the exponent of the camera's response: the one that is known, or as learnt so far."""
+        return self._response.light.gamma
 
     def detect(self, image: Image, camera: Camera) -> list[Detection]:
         """Return the Detections in an image; raise ImageError or CameraError."""
@@ -134,7 +158,7 @@ class Detector:
 
     def prepare(self, image: Image, camera: Camera) -> PreparedImage:
         """Return the image prepared for ``examine``; it is valid until the next call."""
-        return PreparedImage(image, camera, self.buffers)
+        return PreparedImage(image, camera, self.buffers, self._response.light)
 
     def examine(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats] | None = ()) -> list[Detection]:
         """Return the Detections among candidate quads (N, 4, 2) [real px], clockwise.
@@ -142,12 +166,26 @@ class Detector:
         ``parts``: those that candidates.candidates found; squares in uneven light are made of them. None: do not search
         for markers in uneven light at all, which takes as long as all the rest.
         """
+        self._asks = self._response.asks()
+        self._turns.start()
+        for _ in range(MOST_AGAIN):
+            self._evidence = []
+            found = self._examined(image, quads, parts)
+            if not self._response.learn(self._evidence):
+                return found
+            image.relight(self._response.light)
+            if self._ended:
+                self._ended.clear()  # they end again
+        self._asks = False
+        return self._examined(image, quads, parts)
+
+    def _examined(self, image: PreparedImage, quads: Floats, parts: Sequence[Floats] | None) -> list[Detection]:
         found, refined = self._in_even_light(image, quads)
         if self._uneven is None:
             return found
         found = [self._checked(image, each) for each in found]
         striped: list[Detection] = []
-        if parts is not None:
+        if parts is not None and not self.left_out:  # who has no turn would be found there
             free = self._uneven.free_parts(image, parts, found)
             striped = self._between_stripes(image, free, found)
             found = best_of_overlapping(found + striped)
@@ -167,7 +205,8 @@ class Detector:
             image.stripes = striped_light.stripe_angle(np.concatenate(parts), math.hypot(*image.grey.shape))
         if image.stripes is None:
             return []
-        even = PreparedImage(striped_light.without_stripes(image.grey, image.stripes), image.camera, self._even_buffers)
+        even = PreparedImage(striped_light.without_stripes(image.grey, image.stripes), image.camera,
+                             self._even_buffers, image.light)
         quads = candidates.candidates(even.smooth, buffers=self._even_buffers)
         quads = quads[free_of(known, quads.mean(1))]
         found = [self._checked(even, each) for each in self._in_even_light(even, quads)[0]]
@@ -181,7 +220,9 @@ class Detector:
         if self._search is None:
             quads = candidates.refined(image.smooth, quads, self._ended)
             return self._cell_by_cell(image, quads), quads
-        seen, unsure, well_read, refined = self._search.find(image, quads, self.size, self.sizes, self._ended)
+        seen, unsure, well_read, refined = self._search.find(image, quads, self.size, self.sizes, self._turns,
+                                                             self._ended, self._asks)
+        self._evidence += [each.evidence for each in seen if each.features.kept > thresholds.EVEN_KEPT]
         found = [_detection(each.number, each.corners, each.solutions, each.features, each.information)
                  for each in seen]
         if len(unsure):
@@ -202,9 +243,9 @@ class Detector:
             self._end(quads[m], ('MIN_COARSE_FIT', float(match.fit[m]), thresholds.MIN_COARSE_FIT))
         rank = match.fit + thresholds.COARSE_GAP_WEIGHT * match.gap
         distinct = candidates.distinct(quads, rank, near)
-        chosen = distinct[:thresholds.MAX_ALIGNED]
-        for place, m in enumerate(distinct[len(chosen):], len(chosen) + 1):
-            self._end(quads[m], ('MAX_ALIGNED', place, thresholds.MAX_ALIGNED))
+        chosen = [distinct[place] for place in self._turns.of(quads, distinct)]
+        for m in set(distinct).difference(chosen):
+            self._end(quads[m], ('max_candidates', len(distinct), self._turns.most))
         if not chosen:
             return []
         quads = quads[chosen]
@@ -224,6 +265,8 @@ class Detector:
                 continue
             one = self._uneven.aligned(image, quad, word)
             least = thresholds.AGAIN_THIN_FIT if one is not None and one.thin else thresholds.AGAIN_FIT
+            if self._uneven.is_plain(word):
+                least = thresholds.PLAIN.fit
             if one is None or one.word != word or one.fit < least \
                     or self._has_other_margin(image, one):
                 continue
@@ -245,7 +288,8 @@ class Detector:
                 size = self.sizes.get(detection.id, self.size)
                 poses = [(each.rotation, each.position) for each in detection.solutions]
                 limit = thresholds.MAX_BENT_ERROR if _is_in_even_light(detection) else thresholds.MAX_UNEVEN_ERROR
-                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit)
+                sheet = self._paper.measure(image.grey, image.camera, black, poses, size, reach, limit,
+                                           image.light)
                 detection.doubtful = odd or sheet is None and bow > thresholds.MAX_BOW
                 if sheet is None:
                     continue
@@ -375,7 +419,7 @@ class Detector:
             if reading is None:
                 continue
             if missed is None:
-                found.append(_Accepted(m, reading, features[m]._replace(fit=reading.fit, gap=reading.gap)))
+                found.append(_Accepted(m, reading, _read(features[m], reading)))
             elif missed[0] == 'SAME_WORD':
                 changed.append((m, reading))
         return found, changed
@@ -389,7 +433,7 @@ class Detector:
         if (black[inner, inner] == reading.white).any():
             sure = reading.fit > thresholds.CHANGED_FIT
             return ('SAME_WORD', 0.0, 0.0) if sure else ('CHANGED_FIT', reading.fit, thresholds.CHANGED_FIT)
-        seen = features._replace(fit=reading.fit, gap=reading.gap)
+        seen = _read(features, reading)
         return acceptance.shortfall(seen) or self._other_margin(image, corners, seen.detail)
 
     def _uncover(self, image: PreparedImage, state: Alignment, blur: Covariance, black: Bools, corners: Floats,
@@ -401,7 +445,7 @@ class Detector:
         taken = [each.place for each in found]
         for m, reading in enumerate(readings):
             seen = features[m]
-            if reading is None or m in taken or not may_be_covered(seen, reading.fit):
+            if reading is None or m in taken or not may_be_covered(_read(seen, reading), reading.fit):
                 continue
             near = thresholds.OVERLAP * float(homography.mean_side(corners[m:m + 1])[0])
             if any(math.dist(corners[m].mean(0), corners[k].mean(0)) < near for k in taken):
@@ -416,7 +460,7 @@ class Detector:
             elif again.gap > thresholds.COVERED_GAP + thresholds.COVERED_GAP_BY_ERROR * again.error \
                     and seen.likeness > thresholds.COVERED_LIKENESS \
                     and self._other_margin(image, corners[m], seen.detail) is None:
-                found.append(_Accepted(m, reading, seen._replace(fit=reading.fit, gap=reading.gap)))
+                found.append(_Accepted(m, reading, _read(seen, reading)))
 
     def _other_margin(self, image: PreparedImage, corners: Floats, detail: float = 0.0) -> Shortfall | None:
         """Return the margin with which the cells match a code word better, if it is one cell narrower or wider.
@@ -455,7 +499,7 @@ class Detector:
             return []
         which = np.array([each.place for each in found])
         corners, information = self._corners.measure(
-            image, state.take(which), corners[which],
+            image, self._aligner, state.take(which), corners[which],
             np.array([black_cells(each.reading.white, self.margin) for each in found]),
             np.array([each.features.kept for each in found]))
         order = np.array([[(k + each.reading.content.turns) % 4 for k in range(4)] for each in found])
@@ -473,6 +517,11 @@ class Detector:
             else:
                 self._end(real[m], _missed_by_pose(solutions, float(sides[m])))
         return out
+
+
+def _read(features: Features, reading: Reading) -> Features:
+    """Return the Features of a candidate after its cells were read."""
+    return features._replace(fit=reading.fit, gap=reading.gap, edges=reading.edges)
 
 
 def _missed_by_pose(solutions: Sequence[pose.Solution], side: float) -> Shortfall:
@@ -504,7 +553,7 @@ def _bend(detection: Detection, sheet: Sheet, camera: Camera) -> None:
     detection.solutions = [pose.Solution(sheet.rotation, sheet.position, sheet.error, 0.0)]
     detection.ambiguous, detection.ambiguity = not sheet.sure, 0.0 if sheet.sure else 0.5
     detection.bend, detection.doubtful = sheet.bend, sheet.doubtful
-    for cached in ('centre', 'side'):
+    for cached in ('centre', 'side', 'reach'):
         detection.__dict__.pop(cached, None)
 
 

@@ -17,6 +17,7 @@ from alvar_core import native
 from alvar_core.arrays import Bools, Floats, Image, Integers
 from alvar_core.camera import Camera
 from alvar_core.detection import homography, thresholds
+from alvar_core.detection.light import LINEAR, Light
 
 PLACES = np.array([-0.25, 0.25])  # along an edge, where a marker that is flat is read
 
@@ -105,22 +106,23 @@ class EdgeAligner:
         self._ends[:, 2] = 1 / len(self.ACROSS)
 
     def fit(self, grey: Image, camera: Camera, model: Model, starts: Floats, points: EdgePoints, scale: Floats,
-            reach: float, steps: int, first_reach: float | None = None) -> list[EdgeFit | None]:
+            reach: float, steps: int, first_reach: float | None = None,
+            light: Light = LINEAR) -> list[EdgeFit | None]:
         """Return the EdgeFit of a model from each of ``starts`` (K, n); None if too few edges are seen.
 
-        ``scale`` (m,): small changes of the first m parameters, the others stay; ``reach`` [px]: half the width that is
-        read across an edge, ``first_reach`` that of the first step (None: FIRST_LOCAL_REACH times
-        as much).
+        The edges are those of the ``light``. ``scale`` (m,): small changes of the first m parameters, the others stay;
+        ``reach`` [px]: half the width that is read across an edge, ``first_reach`` that of the first step (None:
+        FIRST_LOCAL_REACH times as much).
         """
         if first_reach is None:
             first_reach = thresholds.FIRST_LOCAL_REACH * reach
-        theta = starts.astype(np.float64)
+        seen, theta = light.of(grey), starts.astype(np.float64)
         count, free = len(theta), len(scale)
         seen_enough = np.ones(count, bool)
         for step in range(steps):
             at, direction, jacobian = model.edges(theta, points)
             jacobian = jacobian[:, :free] * scale[:, None]
-            offset, good = self._offsets(grey, camera, at, direction, reach if step else first_reach)
+            offset, good = self._offsets(seen, light, camera, at, direction, reach if step else first_reach)
             visible = good.sum(1)
             seen_enough &= visible >= 3 * free
             if not seen_enough.any():
@@ -146,20 +148,21 @@ class EdgeAligner:
         return [EdgeFit(theta[k], covariance[k], float(error[k]), agrees[k], float(cost[k])) if seen_enough[k]
                 else None for k in range(count)]
 
-    def _offsets(self, grey: Image, camera: Camera, at: Floats, direction: Floats,
+    def _offsets(self, seen: Image | Floats, light: Light, camera: Camera, at: Floats, direction: Floats,
                  reach: float) -> tuple[Floats, Bools]:
         """Return how far [px] the edges lie beyond the points, and which are edges, each (K, P)."""
         where = at.astype(np.float32)[..., None] + direction.astype(np.float32)[..., None] * (reach * self.ACROSS)
         count = len(where)
         x, y = camera.to_real(where[:, 0].reshape(count, -1), where[:, 1].reshape(count, -1))
-        read = cv2.remap(grey, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        read = cv2.remap(seen, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         black, white, mean = (read.astype(np.float32).reshape(-1, len(self.ACROSS)) @ self._ends).T.reshape(
             3, count, -1)
         step = white - black
-        good = (step > thresholds.MIN_LOCAL_CONTRAST * (white + black + thresholds.DARK_GREY))
-        good &= step > thresholds.MIN_LOCAL_STEP
+        low, high = light.greys(black), light.greys(white)
+        good = (high - low > thresholds.MIN_LOCAL_CONTRAST * (high + low + thresholds.DARK_GREY))
+        good &= high - low > thresholds.MIN_LOCAL_STEP
         good &= (mean >= black) & (mean <= white)  # else the step lies beyond what is read
-        for place, size in (x, grey.shape[1]), (y, grey.shape[0]):
+        for place, size in (x, seen.shape[1]), (y, seen.shape[0]):
             if not (place.min() > 0 and place.max() < size - 1):
                 ends = place.reshape(*good.shape, -1)[..., ::len(self.ACROSS) - 1]
                 good &= ((ends > 0) & (ends < size - 1)).all(-1)
@@ -197,7 +200,7 @@ def directions(along: Floats, outward: Floats) -> Floats:
 
 
 def fit_plane(grey: Image, camera: Camera, h: Floats, points: EdgePoints, scale: Floats, reach: float,
-              steps: int) -> EdgeFit | None:
+              steps: int, light: Light = LINEAR) -> EdgeFit | None:
     """Return the EdgeFit of a flat marker, from a homography ``h`` (3, 3) on; None if too few edges are seen.
 
     Its parameters (8,) are small changes of ``h`` (homography.small). ``scale`` and ``reach`` are those of
@@ -205,7 +208,7 @@ def fit_plane(grey: Image, camera: Camera, h: Floats, points: EdgePoints, scale:
     """
     found = native.steps.fit_plane(grey=grey, lens=camera.lens, h=h, middle=points.middle, outward=points.outward,
                                    scale=scale, reach=reach, first_reach=thresholds.FIRST_LOCAL_REACH * reach,
-                                   steps=steps, limit=native.limit)
+                                   steps=steps, light=light.steps, limit=native.limit)
     return None if found is None else EdgeFit(**found)
 
 

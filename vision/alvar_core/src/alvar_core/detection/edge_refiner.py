@@ -13,6 +13,7 @@ import numpy as np
 from alvar_core import native
 from alvar_core.arrays import Bools, Floats
 from alvar_core.camera import Camera
+from alvar_core.detection.light import LINEAR, Light
 from alvar_core.detection.pyramid import Pyramid
 
 
@@ -22,21 +23,23 @@ class EdgeRefiner:
     def __init__(self, cells: int) -> None:
         self._cells = cells
 
-    def refine(self, pyramid: Pyramid, camera: Camera, h: Floats, sigma: Floats) -> tuple[Floats, Floats, Bools]:
+    def refine(self, pyramid: Pyramid, camera: Camera, h: Floats, sigma: Floats,
+               light: Light = LINEAR) -> tuple[Floats, Floats, Bools]:
         """Return (corners, covariance, good) of markers at ``h`` (M, 3, 3); ``sigma`` (M,) [px] is the image's blur.
 
         ``corners`` (M, 4, 2) [ideal px], their ``covariance`` (M, 8, 8) [px^2], ``good`` (M,): all sides are visible.
         """
         found: tuple[Floats, Floats, Bools] = native.steps.refine_edges(
-            grey=pyramid.full, lens=camera.lens, h=h, half=self._cells / 2, sigma=sigma, limit=native.limit)
+            grey=pyramid.full, lens=camera.lens, h=h, half=self._cells / 2, sigma=sigma, light=light.steps,
+            limit=native.limit)
         return found
 
-    def bow(self, pyramid: Pyramid, camera: Camera, corners: Floats) -> Floats:
+    def bow(self, pyramid: Pyramid, camera: Camera, corners: Floats, light: Light = LINEAR) -> Floats:
         """Return the height [px] of the second largest bow of a side, (M,), by corners (M, 4, 2) [ideal px].
 
         Bent paper makes bows of at least two sides, something that covers a part of one, or a crease, makes one: if the
         largest is much larger, it counts by thresholds.BOW_OF_ONE. A bow that noise explains counts 0.
         """
         bows: Floats = native.steps.bows(grey=pyramid.full, lens=camera.lens, corners=np.asarray(corners),
-                                         cells=self._cells, limit=native.limit)
+                                         cells=self._cells, light=light.steps, limit=native.limit)
         return bows

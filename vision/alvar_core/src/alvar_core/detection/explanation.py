@@ -31,7 +31,7 @@ class Stage(NamedTuple):
     sentences: dict[str, str]
 
 
-DEMANDS = 'CLEAR', 'UNLIKE', 'COVERED', 'CODE_COVERED'
+DEMANDS = 'CLEAR', 'UNLIKE', 'COVERED', 'CODE_COVERED', 'PLAIN'
 # From the first stage to the last: of several candidates in one place, that which got furthest counts.
 STAGES = (
     Stage('sides', (150, 150, 150), {
@@ -51,8 +51,8 @@ STAGES = (
     Stage('code', (0, 140, 255), {
         'MIN_COARSE_FIT': 'its cells differ from every code word: the best fit is {value:.2f}, more than '
                           '{needed:.2f} is needed',
-        'MAX_ALIGNED': 'it is number {value:.0f} of the candidates, best first; only {needed:.0f} are looked at in one '
-                       'image'}),
+        'max_candidates': 'there are {value:.0f} candidates, and only max_candidates, {needed:.0f}, take turns in an '
+                          'image'}),
     Stage('alignment', (0, 220, 255), {
         'MIN_MARKER_AREA': 'it is too small: {area:.0f} square pixels, more than {needed:.0f} are needed',
         'MIN_LIKENESS': 'it does not look like the marker that it resembles most: likeness {value:.2f}, more than '
@@ -66,12 +66,12 @@ STAGES = (
         'LOCAL_PLAIN': 'its border is not plain: {value:.0%} of it, more than {needed:.0%} is needed',
         'LOCAL_RIM': 'white follows its black border on only {value:.0%} of its length, more than {needed:.0%} is '
                      'needed',
-        'LOCAL_FIT': 'the edges of its cells differ from that code word: the fit is {value:.2f}, more than '
-                     '{needed:.2f} is needed',
+        **dict.fromkeys(('LOCAL_FIT', 'PLAIN_LOCAL_FIT'), 'the edges of its cells differ from that code word: the fit '
+                        'is {value:.2f}, more than {needed:.2f} is needed'),
         'LOCAL_GAP': 'the edges of its cells fit two code words alike: the best fits better by {value:.3f}, more than '
                      '{needed:.3f} is needed',
-        'LOCAL_SURPLUS': 'the best code word is hardly better than the next: by {value:.2f} of what it leaves '
-                         'unexplained, more than {needed:.2f} is needed'}),
+        **dict.fromkeys(('LOCAL_SURPLUS', 'PLAIN_LOCAL_SURPLUS'), 'the best code word is hardly better than the next: '
+                        'by {value:.2f} of what it leaves unexplained, more than {needed:.2f} is needed')}),
     Stage('reading', (255, 160, 0), {
         'CHANGED_FIT': 'its cells are no code word: the best fit is {value:.2f}, more than {needed:.2f} is needed',
         'SAME_WORD': 'each time it is read it is another code word'}),

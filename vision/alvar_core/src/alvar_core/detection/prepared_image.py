@@ -9,6 +9,7 @@ import numpy as np
 from alvar_core import native
 from alvar_core.arrays import Image
 from alvar_core.camera import Camera, CameraError
+from alvar_core.detection.light import LINEAR, Light
 from alvar_core.detection.pyramid import Pyramid
 
 MIN_IMAGE_SIDE = 16  # px
@@ -57,16 +58,17 @@ class ImageBuffers:
 class PreparedImage:
     """An image prepared for the search: ``grey`` and ``smooth`` (height, width) uint8, and its ``camera``.
 
-    ``stripes`` [rad]: angle of the stripes of light on it, as far as they are known. It is valid until the buffers are
-    used for the next image. The constructor raises ImageError or CameraError.
+    ``light`` is what its greys stand for. ``stripes`` [rad]: angle of the stripes of light on it, as far as they are
+    known. It is valid until the buffers are used for the next image. The constructor raises ImageError or CameraError.
     """
 
     stripes: float | None = None
 
-    def __init__(self, image: Image, camera: Camera, buffers: ImageBuffers | None = None) -> None:
+    def __init__(self, image: Image, camera: Camera, buffers: ImageBuffers | None = None,
+                 light: Light = LINEAR) -> None:
         if not isinstance(camera, Camera):
             raise CameraError(f'a Camera is needed to search an image, got {type(camera).__name__}')
-        self.grey, self.camera = grey_image(image), camera
+        self.grey, self.camera, self.light = grey_image(image), camera, light
         height, width = self.grey.shape
         if camera.size and camera.size != (width, height):
             raise ImageError('the image has {}x{} pixels, but the camera is calibrated for {}x{}: calibrate it for '
@@ -79,11 +81,16 @@ class PreparedImage:
         """Return the standard deviation of the image's noise [greys]."""
         return noise_of(self.grey)
 
+    def relight(self, light: Light) -> None:
+        """Read the greys as another Light."""
+        self.light = light
+        self.__dict__.pop('pyramid', None)
+
     @cached_property
     def pyramid(self) -> Pyramid:
         """Return the image in three sizes; it is computed when first needed."""
         height, width = self.grey.shape
-        return Pyramid(self.grey, self.buffers.get('atlas', height + height // 2, width))
+        return Pyramid(self.grey, self.buffers.get('atlas', height + height // 2, width), self.light)
 
 
 def noise_of(grey: Image) -> float:

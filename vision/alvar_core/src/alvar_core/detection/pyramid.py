@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from alvar_core.arrays import Floats, Image
+from alvar_core.detection.light import LINEAR, Light
 
 LEVELS = range(3)  # full, half and quarter size
 
@@ -15,18 +16,23 @@ LEVELS = range(3)  # full, half and quarter size
 class Pyramid:
     """A grey image (uint8) at full, half and quarter size, in one array.
 
-    ``buffer`` (height + height // 2, width) uint8 is used for that array; without it, a new one is allocated.
+    Smaller sizes have the greys of the mean ``light``. ``buffer`` (height + height // 2, width) uint8 is used for that
+    array; without it, a new one is allocated.
     """
 
-    def __init__(self, grey: Image, buffer: Image | None = None) -> None:
+    def __init__(self, grey: Image, buffer: Image | None = None, light: Light = LINEAR) -> None:
         self._height, width = grey.shape
         height = self._height
         boxes, self._table = _layout(width, height)
         self._atlas: Image = np.empty((height + height // 2, width), np.uint8) if buffer is None else buffer
         self._atlas[:height], finer = grey, grey
         for x, y, wide, high in boxes[1:]:
-            finer = cv2.resize(finer, (wide, high), dst=self._atlas[y:y + high, x:x + wide],
-                               interpolation=cv2.INTER_AREA)
+            coarser = self._atlas[y:y + high, x:x + wide]
+            if light.linear:
+                cv2.resize(finer, (wide, high), dst=coarser, interpolation=cv2.INTER_AREA)
+            else:
+                light.steps.halve(grey=finer, out=coarser)
+            finer = coarser
 
     @property
     def full(self) -> Image:

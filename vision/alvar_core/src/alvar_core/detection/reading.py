@@ -9,7 +9,7 @@ import numpy as np
 from alvar_core import code, native
 from alvar_core.arrays import ArrayLike, Bools, Floats, Image, Integers
 from alvar_core.detection import thresholds
-from alvar_core.detection.acceptance import Ended, Shortfall
+from alvar_core.detection.acceptance import Ended, Shortfall, edges
 from alvar_core.detection.alignment import Covariance, Grid
 
 
@@ -46,6 +46,11 @@ class Reading:
     fit: float
     gap: float
     white: Bools
+
+    @property
+    def edges(self) -> int:
+        """Return the number of edges between black and white cells."""
+        return int(edges(black_cells(self.white, 1)))
 
 
 @dataclass

@@ -10,9 +10,11 @@ import numpy as np
 
 from alvar_core import native
 from alvar_core.arrays import Bools, Floats
-from alvar_core.detection.acceptance import Appearance, Ended, Features
+from alvar_core.detection.acceptance import Appearance, Ended, Features, edges
 from alvar_core.detection.alignment import Aligner
+from alvar_core.detection.candidates import Turns
 from alvar_core.detection.corners import CornerEstimator
+from alvar_core.detection.light import Evidence
 from alvar_core.detection.pose import Solution
 from alvar_core.detection.prepared_image import PreparedImage
 from alvar_core.detection.reading import CoarseDecoder, Reader
@@ -21,13 +23,17 @@ NUMBERS = range(256)  # of markers of resolution 5
 
 
 class Seen(NamedTuple):
-    """A marker: its number, corners (4, 2) [real px] as drawn, their information (8, 8), its poses and Features."""
+    """A marker: its number, corners (4, 2) [real px] as drawn, their information (8, 8), its poses and Features.
+
+    ``evidence``: what it says about the light.
+    """
 
     number: int
     corners: Floats
     information: Floats
     solutions: list[Solution]
     features: Features
+    evidence: Evidence
 
 
 class Search:
@@ -36,24 +42,30 @@ class Search:
     def __init__(self, decoder: CoarseDecoder, aligner: Aligner, appearance: Appearance, reader: Reader,
                  corners: CornerEstimator, black_words: Bools) -> None:
         self._steps = native.steps.Search(decoder=decoder.steps, aligner=aligner.steps, appearance=appearance.steps,
-                                          reader=reader.steps, scale=corners.scale, black_words=black_words)
+                                          reader=reader.steps, scale=corners.scale, black_words=black_words,
+                                          edges=edges(black_words))
 
-    def find(self, image: PreparedImage, quads: Floats, size: float, sizes: Mapping[int | str, float],
-             ended: list[Ended] | None = None) -> tuple[list[Seen], Any, Any, Floats]:
+    def find(self, image: PreparedImage, quads: Floats, size: float, sizes: Mapping[int | str, float], turns: Turns,
+             ended: list[Ended] | None = None,
+             ask: bool = False) -> tuple[list[Seen], Any, Any, Floats]:
         """Return what is Seen among quads (N, 4, 2) [real px], what is unsure, what is well read, and refined quads.
+
+        If there are too many candidates, only those are searched whose turn it is.
 
         ``size`` [m] is that of markers not in ``sizes``. Of what is unsure, ``h`` (3, 3), ``blur`` and ``level`` are
         where an alignment starts, ``word``, ``fit`` and ``gap`` the coarse decoding; ``quad`` (4, 2) and ``word`` are
-        those of what is well read. ``ended`` gets all others.
+        those of what is well read. ``ended`` gets all others. Markers have evidence if they are asked for it.
         """
         found = self._steps.find(
             smooth=image.smooth, **image.pyramid.memory, full=image.pyramid.full, lens=image.camera.lens,
-            noise=image.noise, quads=quads, sizes=np.array([sizes.get(number, size) for number in NUMBERS]),
-            limit=native.limit, ended=ended)
+            light=image.light.steps, ask=ask, noise=image.noise, quads=quads,
+            sizes=np.array([sizes.get(number, size) for number in NUMBERS]),
+            most=turns.most, first=turns.first, limit=native.limit, ended=ended)
+        turns.passed(found['left_out'])
         return ([_seen(each) for each in found['markers']], found['unsure'], found['well_read'], found['refined'])
 
 
 def _seen(marker: Any) -> Seen:
     return Seen(int(marker['number']), marker['corners'], marker['information'],
                 [Solution.of_row(each) for each in marker['solutions'][:marker['poses']]],
-                Features.of_row(marker['features']))
+                Features.of_row(marker['features']), Evidence(*marker['evidence'].tolist()))

@@ -68,7 +68,7 @@ MIN_RIM_STEP, MIN_RIM_STEP_SHARE = 2.0, 0.35  # greys, of the contrast: a place 
 MIN_DARK_RIM = 0.7  # share of the places on the rim
 MIN_COARSE_FIT = 0.64  # with the best code word: worth an alignment
 COARSE_GAP_WEIGHT = 0.5  # of the gap to the next word beside the fit, to rank candidates
-MAX_ALIGNED = 16  # candidates in one image
+MAX_CANDIDATES = 400  # worth an alignment in one image, by default; rooms full of things, but markers, have up to 10
 
 # -- Alignment with the drawn marker (alignment.py)
 # Sensitivity: one marker less of hard and 7x7; rotation up to +1.1 (SAMPLES_PER_CELL). Limits change nothing.
@@ -108,6 +108,9 @@ CLEAR, UNLIKE = Demand(0.87, 0.55, 0.83), Demand(0.86, 0.85, 0.86)  # likeness a
 COVERED, CODE_COVERED = Demand(0.86, 0.9, 0.78), Demand(0.86, 0.7, 0.78)  # cells differ: any; data cells, with WIDE_GAP
 CLEAR_LIKENESS = 0.88
 SURE = Demand(0.92, 1.5, 0.92)  # no chance: less is asked of what surrounds the code, ...
+# Codes with few edges between black and white cells resemble what is dark with something bright in it, as windows are:
+# 255 has 16 edges, 246 and 249 have 18, 240 and 244 have 20; half of all numbers have more than 30.
+PLAIN_EDGES, PLAIN = 20, Demand(0.94, 1.2, 0.93)  # at most; this is then asked whatever the likeness is
 SURE_KEPT, SURE_OUTSIDE = 0.6, -0.5  # ... as MIN_KEPT, MIN_OUTSIDE
 MIN_GAP, WIDE_GAP = 0.03, 0.1  # to the next best word
 BEST_FIT = 1.03  # the fit that leaves nothing unexplained
@@ -146,6 +149,7 @@ MIN_EDGE_NOISE = 0.03  # px: rounding, pixels that are no points
 MIN_EDGE_SEEN = 0.6  # share of each side
 CELL_STEPS = 2  # of the fit to the edges of all cells, from where the outer edges are
 CELL_VARIANCE = 2.0  # times that of this fit: errors of neighbouring edges are not independent
+LIGHT_STEPS = 3  # of the alignment in light, from where that in greys ends
 
 # -- Squares of broken outlines (broken_outlines.py)
 # Sensitivity, on photos of shadows: none.
@@ -183,6 +187,7 @@ LOCAL_STEPS = 4
 EDGES_SETTLED = 0.02  # px: a step that moves no edge further is the last
 MIN_SEEN_EDGES = 0.6  # share of the edges that are seen and agree
 LOCAL_FIT, LOCAL_GAP, LOCAL_SURPLUS = 0.72, 0.035, 0.25  # of the aligned marker: accepted; as of a Demand
+PLAIN_LOCAL_FIT, PLAIN_LOCAL_SURPLUS = 0.85, 0.5  # the same of codes with few edges (PLAIN_EDGES)
 LOCAL_PLAIN, LOCAL_RIM = 0.75, 0.8  # shares of its edges: accepted
 RIM_INSIDE, RIM_NEAR, RIM_FAR = 0.36, 0.14, 0.6  # cells inside the rim, and beyond it, where margins are read
 THIN_MARGIN_STEP, THIN_MARGIN_SHARE = 0.75, 0.5  # of the contrast near the rim, share of the rim: less is a thin margin

@@ -8,7 +8,7 @@ import numpy as np
 from alvar_core import code
 from alvar_core.arrays import Bools, Floats
 from alvar_core.detection import broken_outlines, candidates, edge_alignment, homography, thresholds
-from alvar_core.detection.acceptance import Ended, Shortfall, above
+from alvar_core.detection.acceptance import Ended, Shortfall, above, edges
 from alvar_core.detection.detection import Detection
 from alvar_core.detection.edge_alignment import EdgeFit, EdgePoints
 from alvar_core.detection.local_contrast import LocalDecoder
@@ -41,6 +41,7 @@ class UnevenLight:
         self.half = self.decoder.half
         self.margin, half = margin, self.half
         self._scale = edge_alignment.scale_of(half)
+        self._inner_edges = edges(black_cells(self.decoder.words, margin))
         self._points: dict[tuple[int, str], EdgePoints] = {}  # of the code words seen so far
         self._square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         self._near, self._far = (self._rim_points(beyond) for beyond in (thresholds.RIM_NEAR, thresholds.RIM_FAR))
@@ -136,14 +137,20 @@ class UnevenLight:
                        ('LOCAL_RIM', rim, thresholds.LOCAL_RIM),
                        ('MIN_SEEN_EDGES', result.seen, thresholds.MIN_SEEN_EDGES))
         if missed is None and not known:
+            plain = ([('PLAIN_LOCAL_FIT', again.fit[0], thresholds.PLAIN_LOCAL_FIT),
+                      ('PLAIN_LOCAL_SURPLUS', surplus, thresholds.PLAIN_LOCAL_SURPLUS)] if self.is_plain(word) else [])
             missed = above(('LOCAL_FIT', again.fit[0], thresholds.LOCAL_FIT),
                            ('LOCAL_GAP', again.gap[0], thresholds.LOCAL_GAP),
-                           ('LOCAL_SURPLUS', surplus, thresholds.LOCAL_SURPLUS))
+                           ('LOCAL_SURPLUS', surplus, thresholds.LOCAL_SURPLUS), *plain)
         if missed is not None:
             return missed
         corners = homography.apply(h[None], self._square)[0]
         covariance = covariance + np.eye(8) * thresholds.CORNER_MODEL_ERROR ** 2
         return Found(word, float(again.fit[0]), float(again.gap[0]), corners, covariance, thin)
+
+    def is_plain(self, word: int) -> bool:
+        """Return whether dark things look like this code word by chance, so that more is asked of it."""
+        return bool(self._inner_edges[word] <= thresholds.PLAIN_EDGES)
 
     def _of_corners(self, h: Floats, covariance: Floats) -> Floats:
         """Return the covariance (8, 8) [px^2] of the corners, from that of small changes of ``h``."""
@@ -222,7 +229,8 @@ class UnevenLight:
         longest = float(np.linalg.norm(np.roll(corners, -1, 1) - corners, axis=2).max())
         cell = float(homography.mean_side(corners)[0]) ** 2 / longest / (2 * self.half)  # its smaller width, if tilted
         result = edge_alignment.fit_plane(image.grey, image.camera, h, self._edges(word, which), self._scale,
-                                          min(reach * cell, thresholds.MAX_LOCAL_REACH), thresholds.LOCAL_STEPS)
+                                          min(reach * cell, thresholds.MAX_LOCAL_REACH), thresholds.LOCAL_STEPS,
+                                          image.light)
         if result is None:
             return None
         return edge_alignment.changed(h, result.parameters), result

@@ -188,6 +188,18 @@ def test_unusable_distortion_is_refused(distortion):
         Camera(K, distortion)
 
 
+@pytest.mark.parametrize('distortion', [[50], [-300], [0, 4000], [0, 0, 0, 0, -1e5], [1e300] * 8])
+def test_distortion_that_no_lens_has_is_refused(distortion):
+    with pytest.raises(CameraError, match=r'distortion D is .* no lens has this'):
+        Camera(K, distortion)
+
+
+@pytest.mark.parametrize('distortion', [
+    [-0.35, 0.15, 0.001, -0.001, 0], [0.3, -0.1], [-0.5, 0.3, 0, 0, -0.1], [0.4, -2.6, 0, 0, 1.5, 0.3, -2.4, 1.4]])
+def test_distortion_of_lenses_is_not(distortion):
+    assert Camera(K, distortion).distorted
+
+
 @pytest.mark.parametrize('arguments, text', [
     ((0,), 'marker size 0 m'), ((-1,), 'above 0'), ((float('nan'),), 'nan'), ((float('inf'),), 'inf'),
     ((None,), 'None'), (('0.1',), "'0.1'"), ((0.1, 6), 'resolution 6'), ((0.1, 3), 'from 5'), ((0.1, None), 'None'),
