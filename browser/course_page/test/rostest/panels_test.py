@@ -244,7 +244,7 @@ class PanelsTest(SimulatorCase):
         self.browser.find('.image-box canvas')[0].click()
         self.until_text('Pixel x', 'red')
         self.open('image?topic=/nobody/image')
-        self.until_text('Nobody publishes /nobody/image')
+        self.until_text('No node publishes /nobody/image')
 
     def test_a_course_step_is_marked_when_it_is_seen(self):
         self.open('course')

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""turtle_teleop_key in a real terminal (pty) and behind a pipe: what it sends, how it ends, what it leaves behind."""
+"""turtle_teleop_key in a real terminal (pty) and behind a pipe: its messages, its end, the state of the terminal."""
 import fcntl
 import os
 import pty
@@ -37,7 +37,7 @@ class Terminal:
         return termios.tcgetattr(self._program)
 
     def printed(self):
-        """Return what was printed so far."""
+        """Return the output so far."""
         return self._printed.decode(errors='replace')
 
     def wait_for(self, text):

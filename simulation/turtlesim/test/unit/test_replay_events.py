@@ -29,7 +29,7 @@ def write(path, rows):
 
 
 def record(path, ticks, effects, booked=None):
-    """Write the recording of a DrawnWorld: ``effects`` {tick: event} happen, ``booked`` says what the file says."""
+    """Write the recording of a DrawnWorld: ``effects`` {tick: event} happen, ``booked`` are those in the file."""
     drawn, rows = DrawnWorld(), []
     actions = {'cmd': drawn.world.command, 'pen': drawn.world.set_pen}
     for tick in range(ticks):

@@ -122,7 +122,7 @@ class PosesTest(TrackerCase):
             self.assertEqual(value, rospy.get_param(f'{self.tracker}/{name}'))
 
     def test_ar_rectified(self):
-        """A topic image_rect_color: P describes the pictures, D what they were before."""
+        """A topic image_rect_color: P describes the pictures, D the raw ones."""
         poses, camera = self.collected(), self.camera(topic='/cam/image_rect_color').show(*PLACED.values())
         camera.info.D, camera.info.K = [-0.4, 0.1, 0.0, 0.0, 0.0], [2.0 * value for value in camera.info.K]
         self.assert_poses(self.next_with(poses, *PLACED))

@@ -6,7 +6,7 @@ import shlex
 from typing import Any, Iterable, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 SHEBANG = '#!/usr/bin/env python3'
-LONGEST_VALUE = 80  # characters of a parameter: a robot_description has thousands
+MAX_VALUE_LENGTH = 80  # characters of a parameter: a robot_description has thousands
 DOES = {'publishes': 'publishes {0}, which nobody reads', 'subscribes': 'subscribes to {0}, which nobody publishes',
         'serves': 'offers {0}, which nobody calls', 'uses': 'uses {0}, which does not exist'}
 
@@ -310,7 +310,7 @@ def camera_unusable(said: str) -> Finding:
 def _typed(value: Any) -> str:
     """Return a parameter's value as rosparam takes it, shortened to a line."""
     text = ' '.join((str(value).lower() if isinstance(value, bool) else str(value)).split())
-    return text if len(text) <= LONGEST_VALUE else f'{text[:LONGEST_VALUE]}...'
+    return text if len(text) <= MAX_VALUE_LENGTH else f'{text[:MAX_VALUE_LENGTH]}...'
 
 
 def _span(seconds: float) -> str:

@@ -1,4 +1,4 @@
-"""doctor.addresses: what a machine announces, and why other machines cannot use it."""
+"""doctor.addresses: the address that a machine announces, and why other machines cannot use it."""
 import socket
 
 import pytest
