@@ -18,7 +18,7 @@ from rospy_support.topics import LatestPublisher
 MAX_SHIFT = 4.0  # [px] between a point and its pixel; farther apart, they do not belong together
 CHECKED = 8  # rows and columns in which this is checked
 REASONS = {depth.NO_DEPTH: 'the cloud has too few points on it (nearer or farther than the depth camera sees, or a '
-                           'surface that shines or swallows its light)',
+                           'shiny or very dark surface)',
            depth.NO_PLANE: 'its points do not lie on one plane (something covers it, or it is bent)',
            depth.BENT: 'its paper is bent, which the image measures better'}
 
@@ -81,7 +81,7 @@ class DepthInput:
                           f'show it {100 * found.size:.1f} cm wide and {np.linalg.norm(found.detection.position):.2f} '
                           f'm away, but its size is set to {100 * size:.1f} cm, which would be '
                           f'{np.linalg.norm(detection.position):.2f} m. Is marker_size the width of the black square? '
-                          'The points count.')
+                          'The pose follows the points.')
         if self._points.wanted():
             self._points.publish(conversions.points_marker_of(
                 detection.id, depth.points_on(self._cloud, detection.corners, self._cloud.shape), self._header))
