@@ -106,7 +106,7 @@ def hand_in(sample, student):
 
 
 def check_one_of_each(folder):
-    """Return the errors in the gradings of the first right and the first wrong sample of every exercise."""
+    """Return what is wrong with the gradings of the first right and the first wrong sample of every exercise."""
     students, expected = folder.with_name(f'{folder.name}_students'), {}
     for path in sorted((DATA / 'submissions').iterdir()):
         for kind in ('right', 'wrong'):

@@ -15,7 +15,7 @@ const MAX_LENGTH = 4000; // characters of a message
 export default {
   id: 'console',
   title: 'Console',
-  help: ['The log of all nodes since this panel was opened. Choose levels, or filter by node and text; repeated messages '
+  help: ['What all nodes log, since this panel was opened. Choose levels, or filter by node and text; repeated messages '
          + 'are counted.', 'In a terminal: rostopic echo /rosout_agg.'],
   mount(element, context) {
     const panel = new ConsolePanel(element, context);

@@ -14,7 +14,7 @@ const ZOOM = 1.25; // at each press
 const LEAST = 0.02; // of the graph that a zoomed view shows
 const STEP = 60; // px that an arrow key moves the view
 const LARGEST = 1.4; // scale: small graphs are not enlarged
-const SMALLEST = 0.75; // scale at first: the user moves a larger graph
+const SMALLEST = 0.75; // scale at first; what does not fit then is reached by moving
 
 export default {
   id: 'graph',

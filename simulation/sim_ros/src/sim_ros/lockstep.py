@@ -64,7 +64,7 @@ class Lockstep:
         while not rospy.is_shutdown():
             runs, now = self._run_times(), timer.elapsed()
             settling.observe(runs, now)
-            # check twice on a busy machine: the kernel may not have delivered a message yet
+            # check twice on a busy machine: the kernel may not have delivered yet what a node has sent
             if runs is not None and settling.is_over(now) and (self._same(before, runs) or not self._machine.is_busy()):
                 if self._master_settled(runs, settling, now):
                     return True
@@ -155,7 +155,7 @@ class _Settling:
         self.needed, self._since = needed, now
 
     def observe(self, runs, now):
-        """Note ``runs``, {process: run time [ns]} at ``now`` [s] or None. The short run times of polls do not count."""
+        """Note ``runs``, {process: run time [ns]} at ``now`` [s] or None. The short run times of polls are no work."""
         if runs and self.needed:
             if self._runs is None or _worked(self._runs, runs):
                 self._since = now

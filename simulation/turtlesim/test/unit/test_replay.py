@@ -1,4 +1,4 @@
-"""turtlesim.core.replay: recordings of the real turtlesim are reproduced; differences are found and reported."""
+"""turtlesim.core.replay: recordings of the real turtlesim come out equal; what is not equal is found and told."""
 import csv
 import pathlib
 import shutil
@@ -155,7 +155,7 @@ def test_recording_may_begin_with_any_number(tmp_path):
 
 @pytest.mark.parametrize('cut', range(1, 12))
 def test_last_row_that_is_cut_is_left_out(straight, capsys, cut):
-    """Any part may be missing: the rest of a number may still be a number."""
+    """However much of it is missing: what is left of a number may be one, too."""
     content, ticks = straight.read_bytes(), replay.replay(str(straight)).ticks
     assert capsys.readouterr().err == ''
     straight.write_bytes(content[:-cut])

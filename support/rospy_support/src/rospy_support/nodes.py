@@ -49,7 +49,7 @@ _ending = threading.Event()  # set once the node shuts down
 def init_node(name, declared=(), argv=None, **options):
     """Initialise rospy; ``declared``: the Parameters that the node may read; ``options`` as those of rospy.init_node.
 
-    Raises rospy.exceptions.ROSInitException if the node is stopped before a master answers.
+    Raises rospy.exceptions.ROSInitException when it was stopped before a master answered.
     """
     parameters.declare(declared)
     servers.protect()
