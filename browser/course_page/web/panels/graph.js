@@ -13,7 +13,7 @@ const FONT = '13px system-ui, sans-serif';
 const ZOOM = 1.25; // at each press
 const LEAST = 0.02; // of the graph that a zoomed view shows
 const STEP = 60; // px that an arrow key moves the view
-const LARGEST = 1.4; // scale: small graphs are not enlarged
+const LARGEST = 1.4; // scale: small graphs are not blown up
 const SMALLEST = 0.75; // scale at first; what does not fit then is reached by moving
 
 export default {
@@ -36,7 +36,7 @@ class GraphPanel {
     this._chosen = '';
     this._drawn = '';
     this._view = null; // {x, y, width, height}
-    this._moved = false; // whether the user has moved the view, which then stays when nodes appear
+    this._moved = false; // whether the user has moved the view, which new nodes do not change then
     const given = context.parameters;
     const change = () => {
       context.setParameters({filter: this._filter.input.value.trim(), show: this._kind.input.value === 'all' ? '' : 'nodes',
