@@ -4,7 +4,7 @@ Every frame is searched on its own. DIR/frames.json names the frames with file, 
 cameras with K and D; OUT gets
 {"tool", "frames": {name: {"detections": [{"id", "position", "orientation", ...}], "detect_ms"}}}.
 
---explain prints for each candidate in each frame why it is a marker or not, and draws it into FOLDER/NAME.png.
+--explain prints for each candidate of each frame why it is a marker or not, and draws that into FOLDER/NAME.png.
 """
 import argparse
 import functools
@@ -57,7 +57,7 @@ def explain(detector, image, camera, name, pictures=None, point=None):
 
 
 def run(folder, repeats=1, look=None):
-    """Return the results of all frames in a folder; raise OSError or ValueError with the reason.
+    """Return the results of all frames in a folder; raise OSError or ValueError that says what is wrong.
 
     ``look(detector, image, camera, name)`` is called for each frame.
     """

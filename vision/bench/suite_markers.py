@@ -1,7 +1,7 @@
 """The bench of the marker detector: score and time on frames with ground truth, beside ArUco and the real tracker.
 
-The frames are in test/data/alvar, or in another folder with frames.json. The results of other detectors beside it
-(real_alvar.json, aruco.json) are scored, too, and without a folder also photos by class (marker_classes.py).
+The frames are those of test/data/alvar, or of another folder with frames.json; answers of others that lie beside it
+(real_alvar.json, aruco.json) are scored, too. Without a folder, photos by class (marker_classes.py) are scored, too.
 """
 
 import json
@@ -31,7 +31,7 @@ NEEDS_NODE = False
 FOLDER = str(pathlib.Path(__file__).resolve().parents[2] / 'test' / 'data' / 'alvar')
 DIFFICULTIES = ('easy', 'medium', 'hard')
 SIZES = {(640, 480): '640x480', (1280, 720): '1280x720'}
-STEP, STEPS = (2, 1), 6  # [px] per step by which a frame moves for the tracker; the first step does not count
+STEP, STEPS = (2, 1), 6  # [px] how far a frame moves a step while tracking is measured; the first step is no sample
 FULL, QUICK = 1, 6  # every n-th frame is timed
 STORED = {'real': ('real_alvar.json', 'real tracker, stored'), 'aruco_stored': ('aruco.json', 'ArUco, stored')}
 TOOLS = {'ours': 'here', 'aruco': 'ArUco', **{key: words for key, (_, words) in STORED.items()}}
@@ -85,7 +85,7 @@ def use_classes(half, peers):
 
 
 def of_bag(path):
-    """Return the markers in the images of a bag as text; raise BenchError."""
+    """Return as text what is found in the images of a bag; raise BenchError."""
     cv2.setNumThreads(1)
     return marker_bag.report(path)
 
@@ -125,7 +125,7 @@ def _all_frames(tool, detect):
     cv2.setNumThreads(1)
     samples, results = {}, {}
     for frame, image, camera in frames():
-        detect(frame, image, camera)  # the first call includes work that is done only once
+        detect(frame, image, camera)  # a first call does what is needed only once
         size = SIZES.get(image.shape[::-1], 'other')
         found = _timed(samples, f'{tool}_{size}', detect, frame, image, camera)
         results[frame['name']] = {'detections': found}
@@ -133,7 +133,7 @@ def _all_frames(tool, detect):
 
 
 def single(_subject, _scale):
-    """Return the scores and times of our detector on single frames."""
+    """Return the scores and times of our detector, each frame on its own."""
     detector = Detector(1.0)
 
     def detect(frame, image, camera):
@@ -150,7 +150,7 @@ def aruco(_subject, _scale):
 
 
 def tracking(_subject, scale):
-    """Return the time of the tracker on moving frames, and the share of the markers in single frames that it finds."""
+    """Return the time of the tracker, and the share of the markers found singly that it finds while frames move."""
     cv2.setNumThreads(1)
     samples, seen, alone = {}, 0, 0
     chosen = [each for each in frames() if each[0]['markers']][::scale]
@@ -168,7 +168,7 @@ def tracking(_subject, scale):
 
 
 def _moved(camera, step):
-    """Return the Camera with its centre moved like the image, so that markers stay squares to it."""
+    """Return the Camera with its centre moved as the image is: else markers would no longer be squares to it."""
     matrix = camera.matrix.copy()
     matrix[:2, 2] += np.multiply(step, STEP)
     return Camera(matrix, camera.distortion, camera.size)
@@ -203,7 +203,7 @@ def classes(_subject, scale):
 
 
 def sensitivity(progress):
-    """Return the effects of -10 % and +10 % of each of the detector's thresholds as text and figures."""
+    """Return as text and figures what -10 % and +10 % of each of the detector's thresholds change."""
     cv2.setNumThreads(1)
     return sensitivity_report(frames(), progress)
 
@@ -211,8 +211,8 @@ def sensitivity(progress):
 MEASUREMENTS = {
     'single': Measurement(single, 'score and time, each frame on its own', in_process=True),
     'tracking': Measurement(tracking, 'time with tracking', in_process=True),
-    'aruco': Measurement(aruco, 'the same for cv2.aruco', in_process=True),
-    'stored': Measurement(stored, 'scores of stored results', in_process=True),
+    'aruco': Measurement(aruco, 'the same of cv2.aruco', in_process=True),
+    'stored': Measurement(stored, 'scores of stored answers', in_process=True),
     'classes': Measurement(classes, 'scores by class: light, paper, camera', in_process=True),
 }
 
@@ -265,7 +265,7 @@ def _score_figures():
 def _time_figures():
     for key, words, limits in (('ours', 'single', (3.5, 5.0)), ('tracking', 'with tracking', (2.0, 3.5))):
         for size, limit in zip(SIZES.values(), limits):
-            # judge the CPU time of one thread: other load on the machine makes the wall time longer
+            # CPU time is judged: what one thread takes. Other load on the machine makes the wall time longer.
             yield Figure(f'{words}, {size}, CPU, median', f'{key}_{size}_cpu', 'ms', median, Target('below', limit))
             yield Figure(f'{words}, {size}, wall, median', f'{key}_{size}', 'ms', median)
             yield Figure(f'{words}, {size}, wall, p95', f'{key}_{size}', 'ms', p95)

@@ -250,7 +250,7 @@ class MarkerNode:
         try:
             grey = self.grey_of(message)
             detector = Detector(self.settings.marker_size / 100.0, self.settings.marker_resolution,
-                                self.settings.marker_margin, self._sizes)  # the tracker's own one still holds an image
+                                self.settings.marker_margin, self._sizes)  # that of the tracker still has an image
             explained = explanation.explain(detector, grey, self._camera_for(info, grey))
             drawn = explained.draw(self.bgr_of(message))
             self._explained.publish(images.to_image(drawn, header=message.header))
