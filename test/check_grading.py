@@ -6,7 +6,7 @@ usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at
        check_grading.py same_ten_times FOLDER
        check_grading.py red_team_LEVEL FOLDER        the quick ones of check_red_team.py
 
-one_of_each grades, as one class, one right and one wrong sample of every exercise.
+one_of_each grades, as one class, one sample of every exercise: a right one and a wrong one by turns.
 
 A sample `right_*` has to pass, and holds nothing but the program, since pages of the course print it. The first two
 lines of another one say what has to come out: `# expected: failed: TEXT`, where TEXT is a part of the reasons, or
@@ -16,6 +16,7 @@ ten times, four at once, and wants ten equal verdicts. FOLDER takes all files. E
 else a text says what is not.
 """
 import csv
+import itertools
 import json
 import os
 import re
@@ -106,13 +107,12 @@ def hand_in(sample, student):
 
 
 def check_one_of_each(folder):
-    """Return what is wrong with the gradings of the first right and the first wrong sample of every exercise."""
+    """Return what is wrong with the gradings of the first right or the first wrong sample of every exercise."""
     students, expected = folder.with_name(f'{folder.name}_students'), {}
-    for path in sorted((DATA / 'submissions').iterdir()):
-        for kind in ('right', 'wrong'):
-            sample = min([*path.glob(f'{kind}_*.py'), *path.glob(f'{kind}_*.launch')])
-            is_package = (path / 'package.xml').exists()
-            expected.update(hand_in(sample, students / (f'{kind}_{path.name}' if is_package else kind)))
+    for path, kind in zip(sorted((DATA / 'submissions').iterdir()), itertools.cycle(('right', 'wrong'))):
+        sample = min([*path.glob(f'{kind}_*.py'), *path.glob(f'{kind}_*.launch')])
+        is_package = (path / 'package.xml').exists()
+        expected.update(hand_in(sample, students / (f'{kind}_{path.name}' if is_package else kind)))
     return check_class([str(students)], expected, folder)
 
 

@@ -6,11 +6,11 @@ import pytest
 
 from collection.kinds import REPOSITORY
 
-SUITES = 'web', 'interrupts'
-LONG_SUITES = 'soak',
+SUITES = 'soak', 'web', 'interrupts'
 
 
-@pytest.mark.parametrize('suite', [*(pytest.param(suite, marks=pytest.mark.release) for suite in LONG_SUITES), *SUITES])
+@pytest.mark.release
+@pytest.mark.parametrize('suite', SUITES)
 def test_stress(suite, run_case, case_folder):
     run_case(sys.executable, REPOSITORY / 'stress' / 'stress.py', suite, '--small', '--seed', '1',
              '--json', case_folder / 'figures.json',

@@ -3,6 +3,7 @@ import os
 import re
 import shutil
 import tempfile
+import time
 from pathlib import Path
 
 import pytest
@@ -137,6 +138,21 @@ def pytest_runtest_setup(item):
     reason = ros.missing(kinds.real(item.path))
     if reason:
         pytest.skip(reason)
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_protocol(item):
+    """Add what a test took to the file times.tsv of the results: processor time and time [s], name."""
+    processor, begin = _processor_time(), time.monotonic()
+    yield
+    with open(item.config.results / 'times.tsv', 'a', encoding='utf-8') as file:
+        file.write(f'{_processor_time() - processor:.2f}\t{time.monotonic() - begin:.2f}\t{item.nodeid}\n')
+
+
+def _processor_time():
+    """Return the processor time [s] of this process and of those that it has started and that have ended."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
 
 
 @pytest.fixture

@@ -112,6 +112,37 @@ def test_what_computes_runs_beside_what_waits():
     assert names_of_runs('test_collection.py') == ['tests']
 
 
+def run_of(code, *failed):
+    """Return the command of a run of pytest that adds failed tests to its results, and ends with an exit code."""
+    return [sys.executable, '-c', 'import sys; open("failed", "a").write(sys.argv[2]); sys.exit(int(sys.argv[1]))',
+            str(code), ''.join(f'{name}\n' for name in failed)]
+
+
+@pytest.mark.parametrize('waiting, computing, alone, repeated, code', [
+    ((0,), (0,), 1, [], 0),
+    ((1, 'a'), (1, 'b'), 0, ['a', 'b'], 0),
+    ((1, 'a'), (0,), 1, ['a'], 1),
+    ((1, 'a'), (3,), 0, ['a'], 1),  # pytest itself broke
+    ((1, *map(str, range(run_tests.MAX_REPEATED + 1))), (0,), 0, [], 1),
+], ids=['passed', 'load', 'fault', 'broken', 'many'])
+def test_few_failed_tests_are_repeated_alone(tmp_path, monkeypatch, capfd, waiting, computing, alone, repeated, code):
+    asked = []
+
+    def start(name, command, results, shown):
+        if name == 'repeated':
+            asked.extend(part for part in command if len(part) <= 2 and part[0] != '-')
+            command = run_of(alone)
+        return subprocess.Popen(command, cwd=results)
+    monkeypatch.setattr(run_tests, 'start', start)
+    monkeypatch.setattr(run_tests.signal, 'signal', lambda *_: None)  # not of this process
+    monkeypatch.setattr(run_tests, 'commands', lambda _: {'computing': run_of(*computing), 'waiting': run_of(*waiting)})
+    (tmp_path / 'computing.txt').touch()
+    assert run_tests.main(['--results', str(tmp_path)]) == code
+    assert asked == repeated
+    printed = capfd.readouterr().out
+    assert ('REPEATED alone' in printed) == bool(repeated) and all(f'\n  {name}\n' in printed for name in repeated)
+
+
 def is_running(number):
     return os.path.exists(f'/proc/{number}')
 

@@ -14,7 +14,7 @@ UNKNOWN = [  # an argument that a node does not have; what its text must contain
     ('set_pen.py', '_colour:=red', ['parameter /case4/colour', 'It has b, g, off, r, width']),
     ('drive_shape.py', 'square', ['argument square', 'no such parameter']),
 ]
-NO_SIMULATOR_DEADLINE = 25.0  # [s] they wait 10 s themselves
+NO_SIMULATOR_DEADLINE = 60.0  # [s] they wait 10 s themselves
 REFUSED = [  # node, argument, and the words that its error must contain beside the parameter's name
     ('velocity_publisher.py', '_linear:=fast', ["'fast'", 'a number']),
     ('velocity_publisher.py', '_angular:=.nan', ['nan', 'a number']),

@@ -7,7 +7,7 @@ import rospy
 from rostest_support.common import DEADLINE, MIDDLE, run
 from rostest_support.course import POSITION_TOLERANCE, CourseCase, wrapped
 
-SHAPE_DEADLINE = 40.0  # [s] a shape takes 4 to 8
+SHAPE_DEADLINE = 90.0  # [s] a shape takes 4 to 8
 START = (8.0, 3.0, 2.0)  # of the turtle: x [m], y [m], theta [rad]
 
 

@@ -16,8 +16,8 @@ from turtlesim.srv import TeleportAbsolute
 from rostest_support.common import BACKGROUND, FLOAT32_TOLERANCE, MIDDLE, PEN, Collected, Process, proxy, run, until
 from rostest_support.course import POSITION_TOLERANCE, CourseCase, stands
 
-DRIVE_DEADLINE = 40.0  # [s] drives take up to 10
-LAUNCH_DEADLINE = 40.0  # [s] of a roslaunch of its own
+DRIVE_DEADLINE = 90.0  # [s] drives take up to 10
+LAUNCH_DEADLINE = 90.0  # [s] of a roslaunch of its own
 
 
 class LaunchFilesTest(CourseCase):

@@ -20,7 +20,7 @@ from rostest_support.common import Collected, run, until
 from rostest_support.course import BackgroundCall
 
 ROUNDS = int(os.environ.get('ROUNDS', '2'))
-END_DEADLINE = 30.0  # [s] for all to end; well under a second each where the machine is not loaded
+END_DEADLINE = 60.0  # [s] for all to end; well under a second each where the machine is not loaded
 CODES = {'velocity_publisher': 0, 'stop_at_x': 0, 'drive_shape': 1, 'drive_server': 0, 'draw_square': 0, 'mimic': 0,
          'drive_shape_robot': 1, 'ar_control': 0, 'follower': 0}  # 1: it did not get where it was told to
 SIMULATORS = 'turtlesim', 'robotont', 'broadcaster', 'follower_broadcaster'  # and the tf frames that the others need

@@ -77,7 +77,24 @@ def test_a_busy_process_makes_a_busy_machine(run):
 
 def test_a_machine_that_does_not_tell_counts_as_busy(monkeypatch):
     monkeypatch.setattr(idle_threads, 'PROC', '/nonexistent')
-    assert Machine().is_busy()
+    assert Machine().is_busy() and not Machine().is_delivering()
+
+
+@pytest.mark.parametrize('columns, delivering', [
+    ((0, 0), False), ((0, 3), True), ((0xa, 0), True),
+    ((), False),  # before Linux 5.10
+])
+def test_packets_that_wait_for_a_core_are_seen(monkeypatch, tmp_path, columns, delivering):
+    lines = [' '.join(['00001393', *['00000001'] * 10, f'{waiting:08x}', f'{core:08x}'])
+             for core, waiting in enumerate(columns)] or [' '.join(['00001393'] * 11)]
+    (tmp_path / 'net').mkdir()
+    (tmp_path / 'net' / 'softnet_stat').write_text('\n'.join(lines) + '\n', encoding='ascii')
+    monkeypatch.setattr(idle_threads, 'PROC', str(tmp_path))
+    assert Machine().is_delivering() == delivering
+
+
+def test_a_quiet_network_delivers_nothing():
+    until(lambda: not Machine().is_delivering())
 
 
 def test_an_ended_process_is_gone(run):

@@ -2,12 +2,15 @@
 import pathlib
 import subprocess
 
+import pytest
+
 HERE = pathlib.Path(__file__).parent
 NATIVE = HERE.parents[1] / 'native'
 FLAGS = ('-std=c++17', '-O1', '-g', '-fsanitize=address,undefined', '-fno-sanitize-recover=undefined',
          '-D_GLIBCXX_ASSERTIONS', '-DROBOTONT_FAST=', '-Wall', '-Wextra', '-Wno-psabi')
 
 
+@pytest.mark.release
 def test_address_and_undefined_behaviour_sanitizers_find_nothing(tmp_path):
     program = tmp_path / 'random_scenes'
     sources = [HERE / 'random_scenes.cpp', *(NATIVE / f'{name}.cpp' for name in ('visibility', 'picture', 'depth'))]

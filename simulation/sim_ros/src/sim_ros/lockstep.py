@@ -60,16 +60,17 @@ class Lockstep:
         """Wait until all are idle; return whether they were in time."""
         timer, pause = ActiveTimer(time.monotonic), FIRST_PAUSE
         timeout = self._step if self.busy else self._timeout
-        settling, before = _Settling(), None
+        settling, before, delivered = _Settling(), None, False
         while not rospy.is_shutdown():
             runs, now = self._run_times(), timer.elapsed()
             settling.observe(runs, now)
             # check twice on a busy machine: the kernel may not have delivered yet what a node has sent
-            if runs is not None and settling.is_over(now) and (self._same(before, runs) or not self._machine.is_busy()):
+            if runs is not None and settling.is_over(now) and (
+                    delivered and self._same(before, runs) or not self._machine.is_busy()):
                 if self._master_settled(runs, settling, now):
                     return True
                 runs = None  # the request has woken the master
-            before = runs
+            before, delivered = runs, runs is not None and not self._machine.is_delivering()
             if now >= timeout:
                 self.late += 1
                 self.busy = self._busy_names() or self.busy or NOBODY

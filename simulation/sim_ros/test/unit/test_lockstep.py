@@ -82,10 +82,15 @@ class Scene:
         self.parameters = {}
         monkeypatch.setattr(rospy, 'has_param', self.parameters.__contains__)
         monkeypatch.setattr(rospy, 'set_param', self.parameters.__setitem__)
-        self.machine_is_busy = False
+        self.machine_is_busy, self.undelivered = False, 0  # checks that find packets on their way
         self.lockstep = Lockstep(self.publisher, TIMEOUT, STEP)
-        monkeypatch.setattr(self.lockstep, '_machine', types.SimpleNamespace(is_busy=lambda: self.machine_is_busy))
+        monkeypatch.setattr(self.lockstep, '_machine', types.SimpleNamespace(
+            is_busy=lambda: self.machine_is_busy, is_delivering=self.is_delivering))
         self.wait()  # the master settles
+
+    def is_delivering(self):
+        self.undelivered -= 1
+        return self.undelivered >= 0
 
     def node(self, name):
         connection = Connection(name)
@@ -137,6 +142,15 @@ def test_on_a_busy_machine_what_comes_late_is_waited_for(scene, monkeypatch):
     scene.machine_is_busy = True
     assert scene.wait()[0]
     assert next(runs, None) is None
+
+
+@pytest.mark.parametrize('undelivered', [1, 5])
+def test_on_a_busy_machine_packets_on_their_way_are_waited_for(scene, monkeypatch, undelivered):
+    node, checks = scene.node('/one'), []
+    monkeypatch.setattr(node, 'sleeps', lambda: checks.append(0) or True)
+    scene.machine_is_busy, scene.undelivered = True, undelivered
+    assert scene.wait()[0]
+    assert len(checks) == 2 + undelivered
 
 
 def test_the_simulator_may_not_run_while_all_are_looked_at(scene, monkeypatch):

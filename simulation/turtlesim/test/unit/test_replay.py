@@ -1,5 +1,4 @@
 """turtlesim.core.replay: recordings of the real turtlesim come out equal; what is not equal is found and told."""
-import csv
 import pathlib
 import shutil
 import struct
@@ -9,10 +8,10 @@ import sys
 import pytest
 
 from turtlesim.core import replay
+from unit_support.recordings import COLUMNS, read, write
 
 GOLDEN = pathlib.Path(__file__).resolve().parents[4] / 'test' / 'data' / 'golden'
 RECORDINGS = sorted(GOLDEN.glob('*.csv'))
-COLUMNS = ['tick', 'event', 'x', 'y', 'theta', 'linear_velocity', 'angular_velocity', 'r', 'g', 'b']
 HEADER = ','.join(COLUMNS)
 ROW = '0,,5.54444456,5.54444456,0,0,0,69,86,255'  # turtle1 at rest in the middle, on the background
 MIDDLE = ROW[3:]
@@ -24,18 +23,6 @@ def straight(tmp_path):
     for name in ('straight.csv', 'straight.png'):
         shutil.copyfile(GOLDEN / name, tmp_path / name)
     return tmp_path / 'straight.csv'
-
-
-def read(path):
-    with open(path, newline='', encoding='utf-8') as file:
-        return list(csv.DictReader(file))
-
-
-def write(path, rows):
-    with open(path, 'w', newline='', encoding='utf-8') as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def next_float32(text):

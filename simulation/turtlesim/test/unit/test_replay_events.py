@@ -2,30 +2,16 @@
 
 The recordings are made here, with a DrawnWorld, so that what really happened in which tick is known.
 """
-import csv
-
 import pytest
 
 from kinematic_core.worlds.turtle_world import BACKGROUND, float32
 from turtlesim.core import replay
 from turtlesim.core.drawn_world import DrawnWorld
+from unit_support.recordings import COLUMNS, read, write
 
 T = 'turtle1'
-COLUMNS = ['tick', 'event', 'x', 'y', 'theta', 'linear_velocity', 'angular_velocity', 'r', 'g', 'b']
 # circles of 1 m/s / 3 rad/s = 0.33 m, one in 131 ticks; steps of 0.72 px stay on the line's own cap of 1.5 px
 DRIVE = {0: 'cmd 1 0 3', 50: 'cmd 1 0 3', 100: 'cmd 1 0 3'}
-
-
-def read(path):
-    with open(path, newline='', encoding='utf-8') as file:
-        return list(csv.DictReader(file))
-
-
-def write(path, rows):
-    with open(path, 'w', newline='', encoding='utf-8') as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def record(path, ticks, effects, booked=None):

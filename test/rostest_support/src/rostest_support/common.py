@@ -36,8 +36,8 @@ import rostest
 from plain_support.processes import BackgroundProcess
 
 PACKAGE = 'turtle_robotont'
-DEADLINE = 20.0  # [s] for things that take well under a second on an idle machine
-END_STAGES = tuple((number, DEADLINE) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL))
+DEADLINE = 60.0  # [s] for things that take well under a second on an idle machine
+END_STAGES = tuple((number, 20.0) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL))  # [s]
 POLL = 0.01  # [s]
 
 DT = 0.016  # [s] one step of the simulator

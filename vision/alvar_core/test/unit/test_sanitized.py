@@ -6,6 +6,8 @@ import sys
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
+
 import marker_classes
 
 NATIVE = pathlib.Path(__file__).resolve().parents[2] / 'native'
@@ -44,6 +46,7 @@ print(found)
 '''
 
 
+@pytest.mark.release
 def test_no_step_leaves_its_memory(tmp_path):
     compiler, include = os.environ.get('CXX', 'c++'), '-I' + sysconfig.get_paths()['include']
 

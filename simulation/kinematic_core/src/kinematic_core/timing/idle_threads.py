@@ -7,7 +7,7 @@ asleep at the same time: a thread that woke another after its check would have r
 
 This misses two cases: a thread that sleeps in wall time (``time.sleep``) counts as idle, because only its program knows
 that it will go on; and data that the kernel delays wakes a thread later. On a busy machine, this may be any data,
-because the kernel's own threads wait for a core, too: see ``Machine``.
+because the kernel's own threads wait for a core, too: ask ``Machine`` whether packets are on their way.
 """
 import os
 import time
@@ -16,6 +16,8 @@ from typing import Dict, Iterable
 PROC = '/proc'
 ASLEEP = b'SIZX'  # states: waiting (also idle), or ended
 OF_PROCESS, OF_THREAD = 2, 6  # lowest bits of the number of a clock; see CPUCLOCK_SCHED in Linux
+BACKLOG = 11  # column of /proc/net/softnet_stat since Linux 5.10: packets that this core has yet to deliver
+STATISTICS = 1 << 16  # [bytes] of that file, at most
 NO_THREADS = 2  # links of the folder of a process's threads, which has one more for each; a file system may not count
 
 
@@ -27,10 +29,7 @@ class Machine:
     """All threads of this machine."""
 
     def __init__(self) -> None:
-        try:
-            self._load = os.open(f'{PROC}/loadavg', os.O_RDONLY | os.O_CLOEXEC)
-        except OSError:
-            self._load = -1
+        self._load, self._network = _opened('loadavg'), _opened('net/softnet_stat')
 
     def is_busy(self) -> bool:
         """Return whether another thread than this one, the kernel's included, runs or waits for a core."""
@@ -38,6 +37,16 @@ class Machine:
             return int(os.pread(self._load, 100, 0).split()[3].split(b'/')[0]) > 1
         except (OSError, IndexError, ValueError):  # the system does not tell
             return True
+
+    def is_delivering(self) -> bool:
+        """Return whether the network (also loopback) has packets that have not reached their sockets, as far as Linux
+        tells. They wait for a core if the kernel's own thread (ksoftirqd) delivers them.
+        """
+        try:
+            lines = os.pread(self._network, STATISTICS, 0).splitlines()
+            return any(int(line.split()[BACKLOG], 16) for line in lines)
+        except (OSError, IndexError, ValueError):  # the system does not tell
+            return False
 
 
 class ProcessThreads:
@@ -108,6 +117,14 @@ class ProcessThreads:
                 pass
             except OSError as error:
                 raise Gone(str(error)) from None
+
+
+def _opened(name: str) -> int:
+    """Return the descriptor of a file in /proc, -1 if it cannot be read."""
+    try:
+        return os.open(f'{PROC}/{name}', os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return -1
 
 
 def _clock(number: int, kind: int) -> int:
