@@ -13,7 +13,7 @@ _SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 16  # [entries]
 
 
 class InvalidInput(ValueError):
-    """A value was refused, and nothing has changed; the text names the value and what is allowed."""
+    """A value was refused, and nothing has changed; the text names the value and the allowed range."""
 
 
 def shown(value: object) -> str:

@@ -61,7 +61,7 @@ class Console:
             pass
 
     def _let_go(self):
-        """Discard all further output, including what is still buffered."""
+        """Discard all further output, including buffered text."""
         with contextlib.suppress(OSError, ValueError):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self._stream.fileno())

@@ -28,7 +28,7 @@ _declared = None  # names that this node may read; None: any, for tests of a par
 
 
 class ParameterError(ValueError):
-    """A parameter has an invalid value; the text names it, what is allowed, and what to type."""
+    """A parameter has an invalid value; the text names it, the allowed values, and the line to type."""
 
 
 class MasterAway(ParameterError):

@@ -129,7 +129,7 @@ FAULTS = [
           ('there is no python2.9 here', "sed -i '1s|.*|#!/usr/bin/env python3|' /")),
     Fault('wrong_extension', False, package(name='publisher.py.txt'), ('publisher.py.txt', 'type mv /')),
     Fault('outside_package', False, package(after='cp "$program" $folder/ros_ws/src/loose.py'),
-          ('/src/loose.py is in no package', 'catkin_create_pkg')),
+          ('/src/loose.py is not in a package', 'catkin_create_pkg')),
     Fault('misnamed', False, nodes(TURTLE, ('/publisher', '/turtle/cmd_vel', TWIST, 'publish')),
           ('/publisher publishes /turtle/cmd_vel, which nobody reads: did you mean /turtle1/cmd_vel? Correct',
            '/turtle/cmd_vel:=/turtle1/cmd_vel')),
