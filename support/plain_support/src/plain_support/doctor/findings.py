@@ -297,7 +297,7 @@ def dead_display(display: str, said: str = '') -> Finding:
 
 def left_over(holder: str, what: str) -> Finding:
     """A process of ROS still runs although the program that started it has ended."""
-    return Finding('left_over', f'{holder} still runs, but the program that started it has ended: {what}',
+    return Finding('left_over', f'{holder} still runs, though what started it has ended: {what}',
                    f'end it: kill {holder.rpartition(" ")[2].rstrip(")")}', fails=False)
 
 
