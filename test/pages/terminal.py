@@ -35,7 +35,7 @@ class Terminal:
         self._master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, SIZE)
         self._process = subprocess.Popen(['bash', '--norc', '--noprofile', '-i'], cwd=folder, stdin=slave, stdout=slave,
-                                         stderr=slave, start_new_session=True, preexec_fn=_take_terminal,
+                                         stderr=slave, start_new_session=True, preexec_fn=_use_terminal,
                                          env=dict(environment, PS1=OWN_PROMPT, TERM='dumb'))
         os.close(slave)
         self._output, self._typed_at, self._last_news = '', 0, time.monotonic()
@@ -119,5 +119,5 @@ class Terminal:
         return stubborn
 
 
-def _take_terminal():
+def _use_terminal():
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)

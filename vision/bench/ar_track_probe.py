@@ -43,9 +43,9 @@ class Camera:
         self.sent, self.received = {}, {}
         self._images = rospy.Publisher('camera_image', Image, queue_size=1, tcp_nodelay=True)
         self._infos = rospy.Publisher('camera_info', CameraInfo, queue_size=1, tcp_nodelay=True)
-        self._subscriber = rospy.Subscriber('ar_pose_marker', rospy.AnyMsg, self._take, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber('ar_pose_marker', rospy.AnyMsg, self._store, tcp_nodelay=True)
 
-    def _take(self, message):
+    def _store(self, message):
         now = clock()
         _, seconds, nanoseconds = HEADER.unpack(message._buff[:HEADER.size])
         self.received.setdefault((seconds, nanoseconds), now)

@@ -4,7 +4,7 @@ sitecustomize.py beside this file says how it gets into all programs of a worksp
 have to be right with the original rospy, too.
 
 **Ctrl-C.** rospy shuts down inside its signal handler, and so in the main thread. If that thread is just executing
-publish() or loginfo(), it holds a lock that the shutdown needs: it waits for itself for ever, and only SIGKILL or
+publish() or loginfo(), it holds a lock that the shutdown needs: it waits for itself forever, and only SIGKILL or
 SIGQUIT ends the program. Here the shutdown waits until the main thread leaves rospy, a moment later. If it stays there
 for PATIENCE, say in the call of a service, another thread shuts down meanwhile. All else is as with the original: the
 hooks of rospy.on_shutdown run once, normally in the main thread, which goes on after the shutdown. One thing is new:

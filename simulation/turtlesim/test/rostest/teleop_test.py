@@ -28,7 +28,7 @@ class Terminal:
         self._printed = b''
         self.mode_before = self.mode()
         self.process = subprocess.Popen([TELEOP, *arguments], stdin=self._program, stdout=self._program,
-                                        stderr=self._program, start_new_session=True, preexec_fn=_take_terminal,
+                                        stderr=self._program, start_new_session=True, preexec_fn=_use_terminal,
                                         env=dict(os.environ, **environment))
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -69,7 +69,7 @@ class Terminal:
         os.close(self._user)
 
 
-def _take_terminal():
+def _use_terminal():
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
 

@@ -58,12 +58,12 @@ class Master:
         if self._proxy is None:
             self._transport = _Transport(self._timeout)
             self._proxy = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=self._transport)
-        several = xmlrpc.client.MultiCall(self._proxy)
+        multicall = xmlrpc.client.MultiCall(self._proxy)
         for method, *arguments in calls:
-            getattr(several, method)(rospy.get_name(), *arguments)
+            getattr(multicall, method)(rospy.get_name(), *arguments)
         self._transport.unread = unread
         try:
-            return list(several())
+            return list(multicall())
         except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
             self._proxy('close')()
             self._proxy = None
