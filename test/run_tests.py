@@ -81,21 +81,29 @@ def main(arguments):
         signal.signal(number, signal.default_int_handler)
     chosen = commands(options)
     options.results.mkdir(parents=True, exist_ok=True)
-    runs = {name: start(name, command, options.results, name == list(chosen)[-1]) for name, command in chosen.items()}
     try:
-        codes = {name: process.wait() for name, process in reversed(list(runs.items()))}
+        codes = finish({name: start(name, command, options.results, name == list(chosen)[-1])
+                        for name, command in chosen.items()})
+        for name in list(chosen)[:-1]:
+            if codes[name] != NOTHING_COLLECTED:
+                print((options.results / f'{name}.txt').read_text(encoding='utf-8', errors='replace'))
+        if repeat(options.results):
+            codes = {name: 0 if code == TESTS_FAILED else code for name, code in codes.items()}
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return tell(codes, options)
+
+
+def finish(runs):
+    """Return {name: exit code} once all runs have ended; an interrupt ends them, too."""
+    try:
+        return {name: process.wait() for name, process in reversed(list(runs.items()))}
     except KeyboardInterrupt:
         for process in runs.values():
             process.send_signal(signal.SIGINT)
         for process in runs.values():
             process.wait()
-        return INTERRUPTED
-    for name in list(runs)[:-1]:
-        if codes[name] != NOTHING_COLLECTED:
-            print((options.results / f'{name}.txt').read_text(encoding='utf-8', errors='replace'))
-    if repeat(options.results):
-        codes = {name: 0 if code == TESTS_FAILED else code for name, code in codes.items()}
-    return tell(codes, options)
+        raise
 
 
 def repeat(results):
@@ -107,7 +115,7 @@ def repeat(results):
     print('REPEATED alone, as they failed beside others:', *failed, sep='\n  ', flush=True)
     command = [sys.executable, '-m', 'pytest', '-q', '--tb=short', '--all', f'--results={results / "repeated"}',
                *failed]
-    return start('repeated', command, results, shown=True).wait() == 0
+    return finish({'repeated': start('repeated', command, results, shown=True)}) == {'repeated': 0}
 
 
 def tell(codes, options):

@@ -1,7 +1,9 @@
 """What ./run test and pytest select, how the result of a rostest is read, and that nothing is left running."""
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -141,6 +143,17 @@ def test_few_failed_tests_are_repeated_alone(tmp_path, monkeypatch, capfd, waiti
     assert asked == repeated
     printed = capfd.readouterr().out
     assert ('REPEATED alone' in printed) == bool(repeated) and all(f'\n  {name}\n' in printed for name in repeated)
+
+
+def test_an_interrupt_ends_every_run():
+    runs = {name: subprocess.Popen(['bash', '-c', 'trap "exit 7" INT; echo; while :; do sleep 0.05; done'],
+                                   stdout=subprocess.PIPE) for name in ('computing', 'waiting')}
+    for process in runs.values():
+        process.stdout.readline()  # the trap is set
+    with pytest.raises(KeyboardInterrupt):
+        threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+        run_tests.finish(runs)
+    assert [process.poll() for process in runs.values()] == [7, 7]
 
 
 def is_running(number):
