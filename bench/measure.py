@@ -26,7 +26,7 @@ from processes import BenchError, stop_all
 from session import Subject, find_node, split_command
 
 REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-FOLDERS = sorted(glob.glob(os.path.join(REPOSITORY, '*', 'bench')))  # each beside what it measures
+FOLDERS = sorted(glob.glob(os.path.join(REPOSITORY, '*', 'bench')))  # each beside the code that it measures
 sys.path += FOLDERS
 DEFAULT_SUITE = 'turtlesim'
 ROUNDS = 3

@@ -17,7 +17,7 @@ POLL = 0.005  # [s]
 
 
 class Silent(RuntimeError):
-    """The node did not do what the probe waited for."""
+    """The node did not react as the probe expected."""
 
 
 def say(**document):

@@ -19,7 +19,7 @@ POLL = 0.05  # [s]
 
 
 class BenchError(RuntimeError):
-    """What was to be measured did not start, ended early or did not answer; the text says what to do."""
+    """The measured program did not start, ended early or did not answer; the text says what to do."""
 
 
 def tree(pid):
@@ -45,7 +45,7 @@ class Cpu:
         return used
 
     def seconds(self):
-        """Return the CPU time [s] so far; what started meanwhile counts from its start."""
+        """Return the CPU time [s] so far; processes that started in the meantime count from their start."""
         return sum(used - self._before.get(member, 0.0) for member, used in self._now(self._pid).items())
 
     def percent(self):

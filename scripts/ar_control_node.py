@@ -21,9 +21,9 @@ class ArControl:
     def __init__(self):
         self.marker_id = rospy.get_param('~marker_id', 1)
         self.frame_axes = rospy.get_param('~frame_axes', 'auto')
-        self.log_rate = rospy.get_param('~log_rate', 0.0)   # messages to print in a second; 0: all
+        self.log_rate = rospy.get_param('~log_rate', 0.0)   # messages printed per second, at most; 0: all
         self.ahead = self.left = 0.0                        # where the marker was seen [m]
-        self.seen = self.printed = -math.inf                # and when [s]; when a message was printed [s]
+        self.seen = self.printed = -math.inf                # and when [s]; when the last message was printed [s]
         self.status = ''
         rospy.Subscriber('ar_pose_marker', AlvarMarkers, self.on_markers)
         rospy.loginfo('Subscribing to %s', rospy.resolve_name('ar_pose_marker'))

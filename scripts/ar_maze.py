@@ -19,8 +19,8 @@ class ArMaze:
     def __init__(self, tour):
         self.tour = tour
         self.axes = rospy.get_param('~frame_axes', 'auto')
-        self.log_rate = rospy.get_param('~log_rate', 1.0)    # messages to print in a second; 0: all
-        self.printed = 0.0                                   # when a message was printed [s]
+        self.log_rate = rospy.get_param('~log_rate', 1.0)    # messages printed per second, at most; 0: all
+        self.printed = 0.0                                   # when the last message was printed [s]
         self.publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         rospy.on_shutdown(lambda: self.publisher.publish(Twist()))   # all zeros: the robot stops
         rospy.Subscriber('ar_pose_marker', AlvarMarkers, self.on_markers)
@@ -49,7 +49,7 @@ class ArMaze:
         while not self.tour.finished and not rospy.is_shutdown():
             rate.sleep()
             now = rospy.get_time()
-            command = self.tour.step(min(max(0.0, now - before), 0.15))   # not longer, if somebody sets the clock
+            command = self.tour.step(min(max(0.0, now - before), 0.15))   # at most 0.15 s, even if the clock jumps
             before = now
             velocity = Twist()
             velocity.linear.x, velocity.linear.y, velocity.angular.z = command
@@ -66,7 +66,7 @@ def main():
                  turn_speed=number(0.1, 10.0, 'rad/s'), search_speed=number(-3.0, 3.0, 'rad/s'),
                  rate=number(2.0, 100.0, 'Hz'), frame_axes=one_of(*AXES), log_rate=number(0.0, 1000.0, 'Hz'))
     limits = Limits(rospy.get_param('~speed', 0.5), rospy.get_param('~turn_speed', 1.0))   # [m/s], [rad/s]
-    settings = Settings(rospy.get_param('~distance', 1.0),      # counts as reached [m]
+    settings = Settings(rospy.get_param('~distance', 1.0),      # at which a marker counts as reached [m]
                         rospy.get_param('~strafe', False),      # True: move sideways instead of turning
                         rospy.get_param('~lost_after', 0.5),    # [s]
                         limits)

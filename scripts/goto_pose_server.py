@@ -21,7 +21,7 @@ class GotoPoseServer:
         self.mode = rospy.get_param('~mode', 'drive')
         self.speed = rospy.get_param('~speed', 2.0)            # at most [m/s]
         self.turn_speed = rospy.get_param('~turn_speed', 5.0)  # at most [rad/s]
-        self.goal = None                                       # the newest one
+        self.goal = None                                       # the newest goal
         self.publisher = rospy.Publisher(f'{turtle}/cmd_vel', Twist, queue_size=10)
         self.teleport = rospy.ServiceProxy(f'{turtle}/teleport_absolute', TeleportAbsolute)
         rospy.on_shutdown(self.stop)
@@ -62,7 +62,7 @@ class GotoPoseServer:
                 rospy.loginfo('Drive to (%.2f, %.2f): done in %.1f s', goal.x, goal.y, rospy.get_time() - start)
                 return
             velocity.angular.z = max(-self.turn_speed, min(self.turn_speed, GAIN * turn))
-            if distance > NEAR and abs(turn) < 0.3:   # it looks in the right direction: drive
+            if distance > NEAR and abs(turn) < 0.3:   # it faces the goal: drive
                 velocity.linear.x = min(self.speed, GAIN * distance)
             self.publisher.publish(velocity)
             rate.sleep()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Lesson 2, a subscriber: this node prints where the turtle is, each time that the simulator says so."""
+"""Lesson 2, a subscriber: this node prints where the turtle is, whenever the simulator publishes it."""
 import rospy
 from turtlesim.msg import Pose
 
@@ -12,7 +12,7 @@ def print_pose(pose):
 
 rospy.init_node('pose_subscriber', anonymous=True)
 check_params(rate=number(0.0, 1000.0, 'Hz'))
-rate = rospy.get_param('~rate', 0.0)         # lines per second, at most [Hz]; 0: each pose
+rate = rospy.get_param('~rate', 0.0)         # lines per second, at most [Hz]; 0: every pose
 period = 1.0 / rate if rate > 0.0 else 0.0   # between two lines [s]
 rospy.Subscriber('turtle1/pose', Pose, print_pose)
 rospy.spin()

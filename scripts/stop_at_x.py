@@ -11,8 +11,8 @@ from turtle_robotont.params import check_params, number, ros_name
 
 GAIN = 4.0     # speed for each metre, or radian, that is left [1/s]
 NEAR = 0.005   # close enough [m]
-ALIGNED = 0.05  # looks in the right direction [rad]
-pose = None    # the newest one
+ALIGNED = 0.05  # faces the right direction [rad]
+pose = None    # the newest pose
 
 
 def store_pose(message):

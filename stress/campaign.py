@@ -1,4 +1,4 @@
-"""Attack the nodes of this project for a long time, and say what was lost.
+"""Attack the nodes of this project for a long time, and report the losses.
 
 `./run stress [SUITE ...]` calls it in the built workspace. The same seed sends the same inputs. Exit code: 0 nothing
 was lost and every target was reached, 1 something was lost, missed or could not be tried, 2 usage error, 130

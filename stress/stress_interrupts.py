@@ -15,8 +15,8 @@ from trial import Attack, running, until
 
 OFF = {'TURTLE_ROBOTONT_REPAIR_ROSPY': '0'}
 TOGETHER = 12  # programs that run at once
-LONGEST_RUN = 2.0  # [s] from the moment at which rospy catches signals to Ctrl-C
-LONGEST_END = 15.0  # [s] after Ctrl-C; a program that still runs then never ends
+MAX_RUN = 2.0  # [s] from the moment at which rospy catches signals to Ctrl-C
+END_TIMEOUT = 15.0  # [s] after Ctrl-C; a program that still runs then never ends
 POLL = 0.02  # [s]
 BUSY = '''import rospy
 from geometry_msgs.msg import Twist
@@ -35,7 +35,7 @@ def repaired(subject, scale, rng):
 
 
 def original(subject, scale, rng):
-    """The same programs with rospy as it is."""
+    """The same programs with the original rospy."""
     return {f'original_{key}': values
             for key, values in _interrupted(subject, scale.count(300, TOGETHER), rng, **OFF).items()}
 
@@ -56,7 +56,7 @@ def _interrupted(subject, count, rng, **environment):
                 for program, seconds in _ends(programs, rng):
                     found['hung'].append(int(seconds is None))
                     found['failed'].append(int('Traceback' in program.output()))
-                    found['time'].append(LONGEST_END if seconds is None else seconds)
+                    found['time'].append(END_TIMEOUT if seconds is None else seconds)
                     if seconds is None:
                         program.process.kill()
     return found
@@ -80,7 +80,7 @@ def _catches_signals(program):
 
 def _ends(programs, rng):
     """Interrupt the programs at random moments; return [(program, time to its end [s], or None)]."""
-    due = {program: time.monotonic() + rng.uniform(0.0, LONGEST_RUN) for program in programs}
+    due = {program: time.monotonic() + rng.uniform(0.0, MAX_RUN) for program in programs}
     ended, interrupted = {}, set()
     while len(ended) < len(programs):
         now = time.monotonic()
@@ -92,7 +92,7 @@ def _ends(programs, rng):
             elif program in interrupted and program not in ended:
                 if program.process.poll() is not None:
                     ended[program] = now - due[program]
-                elif now > due[program] + LONGEST_END:
+                elif now > due[program] + END_TIMEOUT:
                     ended[program] = None
         time.sleep(POLL)
     return list(ended.items())
@@ -104,12 +104,12 @@ ATTACKS = {
 }
 FIGURES = (
     Figure('Ctrl-C', 'repaired_hung', '', len),
-    Figure(f'programs not ended after {LONGEST_END:g} s', 'repaired_hung', '', sum, Target('at_most', 0)),
+    Figure(f'programs not ended after {END_TIMEOUT:g} s', 'repaired_hung', '', sum, Target('at_most', 0)),
     Figure('programs that ended with a traceback', 'repaired_failed', '', sum),
     Figure('time to the end, median', 'repaired_time', 's', median),
-    Figure('time to the end, longest', 'repaired_time', 's', max, Target('below', LONGEST_END)),
+    Figure('time to the end, longest', 'repaired_time', 's', max, Target('below', END_TIMEOUT)),
     Figure('rospy as it is: Ctrl-C', 'original_hung', '', len),
-    Figure(f'rospy as it is: programs not ended after {LONGEST_END:g} s', 'original_hung', '', sum),
+    Figure(f'rospy as it is: programs not ended after {END_TIMEOUT:g} s', 'original_hung', '', sum),
     Figure('rospy as it is: programs that ended with a traceback', 'original_failed', '', sum),
     Figure('rospy as it is: time to the end, median', 'original_time', 's', median),
 )

@@ -120,7 +120,7 @@ def half_headers(nodes, _lost, rng):
 
 
 def impossible(nodes, lost, rng):
-    """Ask both simulators for what they must refuse."""
+    """Send both simulators requests that they must refuse."""
     turtlesim, robotont = nodes['turtlesim'], nodes['robotont']
     for _ in range(MISBEHAVING // 5):
         absurd = rng.choice(ABSURD)

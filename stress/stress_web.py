@@ -123,7 +123,7 @@ class Witness:
         return self.answers > answers
 
     def samples(self, name):
-        """End; return what it noticed."""
+        """Stop; return the problems that were noticed."""
         unanswered = 0 if self.ask() else 1
         lost = self.lost
         with contextlib.suppress(OSError):
@@ -136,7 +136,7 @@ class Witness:
 
 @contextlib.contextmanager
 def attacked(subject, name, found, *keys):
-    """Yield the Servers of these kinds of nodes beside a Witness; put what was lost into ``found``."""
+    """Yield the Servers of these kinds of nodes beside a Witness; put losses into ``found``."""
     with running(subject, 'turtlesim', 'rosbridge', *keys) as nodes:
         servers = {key: Server(nodes[key]) for key in dict.fromkeys(('rosbridge', *keys))}
         witness = Witness(servers['rosbridge'])
@@ -252,7 +252,7 @@ def _nested_fragments(_):
     return text
 
 
-MESSAGES = {  # that the server must refuse, and go on with the client
+MESSAGES = {  # that the server must refuse, but keep the client
     'a wrong type': _wrong_type,
     'an unknown operation': lambda rng: json.dumps({'op': rng.choice((
         'fly', '', '__init__', '_drain', 'auth', 'x' * 9999, None, 5, [], {}))}),
@@ -272,7 +272,7 @@ MESSAGES = {  # that the server must refuse, and go on with the client
     'fragments in fragments': _nested_fragments,
     'a PNG bomb': _png_bomb,
     'a number of 100,000 digits': lambda rng: '1' * 100000,
-    'CBOR that is no operation': lambda rng: rng.choice((
+    'CBOR that is not an operation': lambda rng: rng.choice((
         cbor2.dumps(5), cbor2.dumps([]), cbor2.dumps({1: 2}), b'\xc1\xfb' + b'\xff' * 8, b'\xd8\x23\x61(', b'\xf7',
         b'\xc5\x82\x1a\xff\xff\xff\xff\x01')),
 }

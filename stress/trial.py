@@ -1,4 +1,4 @@
-"""Nodes under attack: starts them with what they need, watches them from outside, counts what was lost. No rospy."""
+"""Nodes under attack: start them with the nodes that they need, watch them from outside, count losses. No rospy."""
 import contextlib
 import socket
 import subprocess
@@ -110,7 +110,7 @@ class Node:
 
 @contextlib.contextmanager
 def running(subject, *keys):
-    """Yield {key: Node} of the kinds with these keys and what they need, all registered; end them afterwards."""
+    """Yield {key: Node} of the kinds with these keys and of those they need, all registered; end them afterwards."""
     folder = node_kinds.make_picture(tempfile.mkdtemp(dir=subject.folder))
     with contextlib.ExitStack() as stack:
         nodes = {}
@@ -129,7 +129,7 @@ class Trial:
     def __init__(self, node):
         self.node = node
         self.inputs = self.hung = 0
-        node.answers()  # what a first listener makes the node open is there from now on
+        node.answers()  # the node now has everything open that a first listener needs
         self._descriptors, self._threads = node.peer.descriptors(), node.peer.threads()
 
     def answered(self, call):

@@ -1,4 +1,4 @@
-"""Grades the sample submissions of an exercise and checks verdicts, reasons, and that nothing is left behind.
+"""Grade the sample submissions of an exercise; check verdicts, reasons, and that nothing is left behind.
 
 usage: check_grading.py SAMPLES FOLDER     such as test/data/submissions/stop_at_x
        check_grading.py one_of_each FOLDER
@@ -59,7 +59,7 @@ def expectation(path):
 
 
 def run(arguments, folder):
-    """Run the grader with places of its own; return (exit code, output, what it has left behind as texts)."""
+    """Run the grader with places of its own; return (exit code, output, leftovers as texts)."""
     shutil.rmtree(folder, ignore_errors=True)
     places = {name: folder / name.lower() for name in ('HOME', 'TMPDIR', 'WORK')}
     for place in places.values():
@@ -80,7 +80,7 @@ def run(arguments, folder):
 
 
 def check_samples(path, folder):
-    """Return what is wrong with the gradings of the samples of an exercise."""
+    """Return the errors in the gradings of the samples of an exercise."""
     if (path / 'package.xml').exists():
         return check_packages(path, folder)
     _, found, _ = submissions.find_flat(str(path), path.name)
@@ -97,7 +97,7 @@ def check_packages(path, folder):
 
 
 def hand_in(sample, student):
-    """Copy a sample, with the package that it lies in, into the folder of a student; return what is expected."""
+    """Copy a sample, with the package that it lies in, into the folder of a student; return the expected result."""
     student.mkdir(parents=True, exist_ok=True)
     exercise = sample.parent.name
     if sample.suffix == '.launch' and (sample.parent / 'package.xml').exists():
@@ -117,13 +117,13 @@ def check_one_of_each(folder):
 
 
 def check_course_nodes(path, folder):
-    """Return what is wrong with the gradings of the commands in the folder of one student."""
+    """Return the errors in the gradings of the commands in the folder of one student."""
     return check_class([str(path), '--isolation', 'none'],
                        {(file.parent.name, file.stem): ('passed', '') for file in path.glob('*/*')}, folder)
 
 
 def check_class(arguments, expected, folder):
-    """Grade a class; return what is wrong. ``expected``: {(student, exercise): (outcome, part of the reasons)}."""
+    """Grade a class; return the errors. ``expected``: {(student, exercise): (outcome, part of the reasons)}."""
     code, said, left = run(['--all', *arguments, '--seed', str(SEED), '--jobs', str(JOBS), '--output',
                             str(folder / 'class')], folder)
     print(said)
@@ -138,7 +138,7 @@ def check_class(arguments, expected, folder):
 
 
 def check_result(folder, outcome, text):
-    """Return what is wrong with what a grading has written."""
+    """Return the errors in the files of a grading."""
     if not (folder / 'result.json').is_file():
         return ['there is no result.json']
     result = json.loads((folder / 'result.json').read_text(encoding='utf-8'))

@@ -1,4 +1,4 @@
-"""Grades the hostile programs of test/data/red_team beside honest ones, and checks that nobody was harmed.
+"""Grade the hostile programs of test/data/red_team beside honest ones, and check that they did no harm.
 
 usage: check_red_team.py LEVEL FOLDER [NAME ...]     LEVEL: namespace, uid, none; a NAME is a part of a program's name
 
@@ -78,7 +78,7 @@ def listed(*folders):
 
 
 def check(level, folder, names):
-    """Return what is wrong after a class at this level."""
+    """Return the errors after grading a class at this level."""
     shutil.rmtree(folder, ignore_errors=True)
     expected = make_class(folder / 'class', level, names)
     home, token = folder / 'home', uuid.uuid4().hex
@@ -103,7 +103,7 @@ def check(level, folder, names):
 
 
 def _look(results, level, outcome, text, token):
-    """Return what is wrong with the results of one program."""
+    """Return the errors in the results of one program."""
     if not (results / 'result.json').is_file():
         return ['there is no result.json']
     result = json.loads((results / 'result.json').read_text(encoding='utf-8'))

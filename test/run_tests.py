@@ -1,6 +1,6 @@
 """Run the tests in the built workspace, as ./run test does: pytest twice at once.
 
-One run takes what only computes, at a lower priority, in the time in which the nodes of the other run wait.
+One run has the tests that only compute, at a lower priority, while the nodes of the other run wait.
 """
 import argparse
 import os
@@ -25,7 +25,7 @@ def parse(arguments):
     parser.add_argument('names', nargs='*', metavar='NAME', help='only tests whose KIND/PATH contains a NAME')
     amount = parser.add_mutually_exclusive_group()
     amount.add_argument('--fast', action='store_true', help='only units that are not slow, lint and types')
-    amount.add_argument('--all', action='store_true', help='also what only a release needs')
+    amount.add_argument('--all', action='store_true', help='also the tests for a release')
     parser.add_argument('--results', type=Path, required=True, help=argparse.SUPPRESS)
     return parser.parse_args(arguments)
 
@@ -74,7 +74,7 @@ def start(name, command, results, shown):
 def main(arguments):
     """Run the tests; return the exit code."""
     options = parse(arguments)
-    # Tests send these signals. Somebody who was started by nohup or in the background would let all nodes ignore them.
+    # Tests send these signals. Under nohup or in the background, all nodes would inherit that they are ignored.
     for number in (signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_DFL)
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -63,7 +63,7 @@ free_port() {
 }
 
 # Prints rosbash (roscd, rosls, completion) changed: it skips every path with a hidden folder in it, and so all of
-# ~/.cache; what it has to skip are the hidden folders below a workspace's src.
+# ~/.cache; it only has to skip the hidden folders below a workspace's src.
 rosbash() {
   local file=/usr/share/bash-completion/completions/rosbash
   [ ! -f "$ros_dir/share/rosbash/rosbash" ] || file=$ros_dir/share/rosbash/rosbash
@@ -96,7 +96,7 @@ write_shell_files() {
     echo './run() { if [ -x ./run ]; then command ./run "$@"; else run "$@"; fi; }'
   } >"$ws/env.bash"
   cat >"$ws/shell.bash" <<END
-# Written by ./run: what an interactive ./run shell reads.
+# Written by ./run, for an interactive ./run shell.
 turtle_robotont_folder=\$PWD
 # A ~/.bashrc with exec zsh or exit would end this shell, one with set -e at the first command that fails.
 exec() { [ \$# = 0 ] || echo "Left out of your ~/.bashrc: exec \$*. ./run shell needs bash." >&2; }

@@ -41,7 +41,7 @@ STILL = 1200  # [ms] of the last one of a scene
 QUALITY = 70  # of WebP
 SQUARE = [(-2.5, -0.5), (-1.0, 0.9)]  # [m] the part of the maze in which the robot drives its square
 FROM_DEMO = {'follower': 'follower', 'launch_two_turtles': 'launch_file', 'between_posts': 'between_posts',
-             'follow_marker': 'follow_a_marker'}  # {picture: what the demo calls it}
+             'follow_marker': 'follow_a_marker'}  # {picture: its name in the demo}
 
 
 def moving_picture(harness):
@@ -220,7 +220,7 @@ def _paste(frame, picture, left, top, height):
 
 
 def _terminal(frame, left, top, width, height, command, output):
-    """Draw a terminal that shows the end of what a program has printed."""
+    """Draw a terminal that shows the end of the output of a program."""
     terminal = frame[top:top + height, left:left + width]
     terminal[:] = TERMINAL
     printed = [re.sub(r'\x1b\[[0-9;]*m|\[\d+\.\d+(, \d+\.\d+)?\]: ', '', line) for line in output.splitlines()

@@ -82,7 +82,7 @@ def yaml_texts(content):
 
 
 def texts_of(path):
-    """Yield (line, text) of what a user can see of the file ``path``."""
+    """Yield (line, text) of the texts in the file ``path`` that a user can see."""
     for ending, read in READERS.items():
         if path.endswith(ending) and not UNSEEN.match(path):
             with open(path, encoding='utf-8') as file:

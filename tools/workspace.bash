@@ -181,7 +181,7 @@ open_workspace() {
   fi
 }
 
-# Every checkout has a workspace of its own. Where the checkout is gone, removes what can be made again.
+# Every checkout has a workspace of its own. If the checkout is gone, remove all files that can be made again.
 forget_lost_workspaces() {
   local marker
   for marker in "$default_parent"/*/.checkout; do
@@ -455,7 +455,7 @@ has_venv() {
 is_built() { [ -f "$ws/devel/setup.bash" ] && [ "$(build_stamp)" = "$(cat "$ws/.built" 2>/dev/null)" ]; }
 is_ready() { has_venv && is_built && [ -z "$(missing_packages)" ]; }
 
-# Installs and builds what is missing; on return the workspace is ready and locked against changes.
+# Install and build missing parts; on return the workspace is ready and locked against changes.
 prepare() {
   find_ros
   [ "$(uname -s)" = Linux ] || check_system

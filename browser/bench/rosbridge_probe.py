@@ -62,7 +62,7 @@ def number_of(frame):
 
 
 def echoing():
-    """Return a Page that gets back what it publishes."""
+    """Return a Page that subscribes to its own messages."""
     page = connected()
     page.advertise(ECHO, 'std_msgs/String')
     page.subscribe(ECHO, 'std_msgs/String', queue_length=1000)
@@ -76,7 +76,7 @@ def echoing():
 
 
 def settle(page, seconds):
-    """Drop what comes until nothing has come for this time."""
+    """Drop messages until none has come for this time."""
     while select.select([page], [], [], seconds)[0]:
         for _ in page.frames():
             pass
@@ -110,7 +110,7 @@ def round_trip(count, beside_images=False):
 
 
 def wait(page, end):
-    """Read, and drop, what comes until a time."""
+    """Read and drop messages until a time."""
     while True:
         left = end - clock()
         if left <= 0:

@@ -52,7 +52,7 @@ def rate(subject, scale):
 
 
 def memory(subject, scale):
-    """Measure what the server's memory grows by while it delivers many messages."""
+    """Measure the growth of the server's memory while it delivers many messages."""
     with subject.node(*ARGUMENTS) as node, subject.probe(PROBE, 'memory', count=scale.messages) as probe:
         answer(probe, scale.messages / SLOWEST, node)
         before, begun = tree_memory(node.pid)[0], time.perf_counter()

@@ -49,7 +49,7 @@ def right_program(exercise):
 
 
 def wrong_program(exercise):
-    """Return a wrong program of an exercise, preferably one that nearly does what is asked."""
+    """Return a wrong program of an exercise, preferably one that nearly passes."""
     return max(_programs(exercise, WRONG.get(exercise, 'wrong_*')))
 
 
@@ -159,7 +159,7 @@ def repeats_beside_busy_loops(subject, times):
 
 
 def many(_subject, times):
-    """Grade ten times as many in one run: its memory at the end against that at the beginning, and what it leaves."""
+    """Grade ten times as many in one run: its memory at the end, compared with the beginning, and its leftovers."""
     mark, samples = uuid.uuid4().hex, []
 
     def watch(pid):

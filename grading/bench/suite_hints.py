@@ -65,7 +65,7 @@ def count(kind):
 
 
 def _right(path, wanted):
-    """Return 100 if a result.json has the hint, else 0; say what it has instead."""
+    """Return 100 if a result.json has the hint, else 0; print the hints that it has."""
     result = json.loads(path.read_text(encoding='utf-8'))
     if any(re.search(wanted, hint) for hint in result['hints']):
         return 100.0

@@ -1,4 +1,4 @@
-"""The bench of robotont_gazebo: how fast the simulator's parts are, and what the nodes take at the rate of the clock.
+"""The bench of robotont_gazebo: the speed of the simulator's parts, and the processor time of its nodes in real time.
 
 "Times real time" is simulated seconds a second of one core.
 """

@@ -1,4 +1,4 @@
-"""The bench of turtlesim: what is measured at a turtlesim_node, how, and what it has to reach.
+"""The bench of turtlesim: the measurements of a turtlesim_node, their probes, and their targets.
 
 A suite is a module suite_NAME.py with PACKAGE and EXECUTABLE (the node that rosrun would start), FIGURES, and
 MEASUREMENTS: {name: session.Measurement}, with FULL and QUICK, the scales that their run() gets.
@@ -84,7 +84,7 @@ def _descriptors(node):
 
 
 def _idle(node, scale):
-    """Return the CPU [% of a core] of a node that nobody uses."""
+    """Return the CPU [% of a core] of an idle node."""
     time.sleep(SETTLE)
     return Cpu(node.pid).percent_over(scale.window)
 
@@ -102,7 +102,7 @@ def thousand(subject, scale):
     """Measure spawning a thousand turtles, listening to all of them, and resetting."""
     found = {}
     with subject.node() as node:
-        subject.ask(node, PROBE, 'calls', service='turtle1/set_pen', count=2)  # what the first calls make stays
+        subject.ask(node, PROBE, 'calls', service='turtle1/set_pen', count=2)  # the memory of the first calls stays
         quiet, files = _idle(node, scale), _descriptors(node)
         with subject.probe(PROBE, 'many', turtles=MANY) as probe:
             answer(probe, 0.0, node)
@@ -125,7 +125,7 @@ def thousand(subject, scale):
 def load(turtles, subject, scale):
     """Measure CPU, memory and received rates with so many turtles, at rest and then driving circles.
 
-    Both, because a node may save work on turtles at rest: those alone would show it too good.
+    Both, because a node may save work on turtles at rest: alone, they would flatter it.
     """
     found = {}
     with subject.node() as node:

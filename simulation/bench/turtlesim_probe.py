@@ -294,7 +294,7 @@ def many(turtles):
 
 
 def reset():
-    """Report the time [s] of a reset and turtle1's longest pose gap [s] meanwhile and a little later."""
+    """Report the time [s] of a reset and turtle1's longest pose gap [s] during it and shortly after."""
     receiver, caller = Receiver(['turtle1']), Caller('reset')
     receiver.clear()
     seconds = caller.time('')

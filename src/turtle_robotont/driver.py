@@ -1,7 +1,7 @@
 """Drive a turtle or a robot with a controller of turtle_robotont.driving: poses come in, velocities go out.
 
-Threads: rospy calls ``_take`` for each message in a thread of its own. It lets the current drive take a step and
-publishes its command; ``drive`` waits in another thread until the drive has ended. A lock guards what both use.
+Threads: rospy calls ``_on_pose`` for each message in a thread of its own. It steps the current drive and publishes its
+command; ``drive`` waits in another thread until the drive has ended. A lock guards the data of both.
 """
 import math
 import threading
@@ -46,9 +46,9 @@ class Driver:
         self._status = rospy.Publisher(f'{prefix}drive_status', DriveStatus, queue_size=10)
         rospy.on_shutdown(lambda: self.cancel('the node is shutting down'))
         if turtle:
-            rospy.Subscriber(f'{turtle}/pose', Pose, lambda pose: self._take(pose, TURTLE_STEP), tcp_nodelay=True)
+            rospy.Subscriber(f'{turtle}/pose', Pose, lambda pose: self._on_pose(pose, TURTLE_STEP), tcp_nodelay=True)
         else:
-            rospy.Subscriber('odom', Odometry, self._take_odometry, tcp_nodelay=True)
+            rospy.Subscriber('odom', Odometry, self._on_odometry, tcp_nodelay=True)
 
     def ready(self):
         """Wait until the vehicle publishes poses and takes commands; return its pose. Raise DriveError after 10 s."""
@@ -130,17 +130,17 @@ class Driver:
         velocity.linear.x, velocity.linear.y, velocity.angular.z = command
         self._velocity.publish(velocity)
 
-    def _take_odometry(self, odometry):
+    def _on_odometry(self, odometry):
         stamp, before = odometry.header.stamp.to_sec(), self._stamp
         if before and stamp <= before:
             rospy.logwarn_throttle(5.0, f'{self.pose_topic}: the time {stamp:.3f} s is not after that of the last '
                                         f'message, {before:.3f} s; ignored. Do two nodes publish it? (rostopic info)')
             return
         self._stamp = stamp
-        self._take(pose_of(odometry), min(stamp - before, self.silence) if before else 0.0)
+        self._on_pose(pose_of(odometry), min(stamp - before, self.silence) if before else 0.0)
 
-    def _take(self, pose, dt):
-        """Store a pose that comes ``dt`` [s] after the one before, and let the current drive take a step."""
+    def _on_pose(self, pose, dt):
+        """Store a pose that comes ``dt`` [s] after the previous one, and step the current drive."""
         with self._lock:
             self._pose, self._count, drive = pose, self._count + 1, self._drive
             if drive is None:

@@ -6,9 +6,9 @@ A lesson stays plain rospy. It says once which parameters it has, and reads them
     check_params(x=number(0.0, 11.0889, 'm'), speed=number(0.05, 10.0, 'm/s'))
     x = rospy.get_param('~x', 10.0)
 
-A program without the second line works, too. What that line adds: a value that is not allowed, a name that does not
-exist (``_sped:=2``) and a forgotten underscore (``speed:=2``) are errors instead of being ignored, and a parameter of
-the command line applies to this run only.
+A program without the second line works, too. With it, a value that is not allowed, an unknown name (``_sped:=2``) and a
+missing underscore (``speed:=2``) are errors instead of being ignored, and a parameter of the command line applies to
+this run only.
 """
 import difflib
 import math
@@ -24,7 +24,7 @@ WRONG_PARAMETER = 2  # exit code
 
 
 class Allowed(NamedTuple):
-    """What a parameter may be: a text for people, an example of a value to type, and a function that tells."""
+    """The allowed values of a parameter: a description, an example to type, and a function that checks a value."""
 
     text: str
     example: str
@@ -48,7 +48,7 @@ def whole(low: int, high: float = math.inf, unit: str = '') -> Allowed:
 
 
 def one_of(*choices: str) -> Allowed:
-    """Allow one of some words."""
+    """Allow one of these words."""
     return Allowed(f'one of {", ".join(choices)}', choices[0], lambda value: value in choices)
 
 

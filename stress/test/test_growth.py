@@ -27,7 +27,7 @@ def test_margin_by_hand():
     # sum (t - 9.5)(v - 0.5) = 10 * 0.5 = 5, sum (t - 9.5)^2 = 665; 5 / 665 = 1 / 133
     found = growth.growth([(float(t), float(t % 2)) for t in range(20)])
     assert found.slope == pytest.approx(growth.DAY / 133.0)
-    rest = 20 * 0.25 - 5.0 ** 2 / 665.0  # what the line does not explain
+    rest = 20 * 0.25 - 5.0 ** 2 / 665.0  # not explained by the line
     assert found.margin == pytest.approx(growth.DAY * 2.101 * math.sqrt(rest / 18.0 / 665.0))
 
 

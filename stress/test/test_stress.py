@@ -1,4 +1,4 @@
-"""Options, verdicts and suites of the campaign, and what the soak takes for a node's memory; no master is needed."""
+"""Options, verdicts and suites of the campaign, and the memory of a node as the soak measures it. Without a master."""
 import json
 import mmap
 import os

@@ -1,1 +1,1 @@
-"""A pytest plugin: which tests there are, of which kind, and what they need."""
+"""A pytest plugin that collects all tests, with their kinds and requirements."""

@@ -1,4 +1,4 @@
-"""The hooks of pytest: options, kinds, time limits, what is skipped here, and the end of left-over processes."""
+"""The hooks of pytest: options, kinds, timeouts, skipped tests, and the end of left-over processes."""
 import os
 import re
 import shutil
@@ -17,7 +17,7 @@ def pytest_addoption(parser):
     """Add the options of ./run test."""
     group = parser.getgroup('turtle_robotont')
     group.addoption('--fast', action='store_true', help='only units that are not slow, lint and types')
-    group.addoption('--all', action='store_true', help='also what only a release needs')
+    group.addoption('--all', action='store_true', help='also the tests for a release')
     group.addoption('--select', metavar='NAME', action='append', default=[],
                     help='only tests whose KIND/PATH contains NAME')
     group.addoption('--kinds', metavar='KIND,...', help=f'only these kinds: {", ".join(kinds.TIME_LIMITS)}')
@@ -26,7 +26,7 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     """Mark the processes of all tests, and choose the folder of the outputs."""
-    if not config.getoption('numprocesses', None):  # the workers of xdist are marked, not their controller
+    if not config.getoption('numprocesses', None):  # mark the workers of xdist, not their controller
         os.environ[programs.TESTS] = str(os.getpid())
     if ros.run_workspace():
         os.environ.setdefault('ws', str(ros.run_workspace()))
@@ -44,7 +44,7 @@ def _wanted_kinds(config):
 
 
 def pytest_unconfigure(config):
-    """End what tests have left over; remove outputs that nobody asked for, unless a test failed."""
+    """End left-over processes; remove outputs in a temporary folder, unless a test failed."""
     programs.end_leftovers(programs.TESTS, os.getpid())
     if not config.getoption('results') and not getattr(config, 'has_failed', False):
         shutil.rmtree(config.results, ignore_errors=True)
@@ -56,7 +56,7 @@ def pytest_sessionfinish(session):
 
 
 def pytest_ignore_collect(collection_path, config):
-    """Leave out files that hold nothing of what is wanted: importing them takes longest."""
+    """Ignore files without a selected test: importing them takes longest."""
     if collection_path.suffix not in ('.py', '.test') or not collection_path.is_file():
         return None
     path = collection_path
@@ -74,7 +74,7 @@ def pytest_collect_file(file_path, parent):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_make_collect_report(collector):
-    """Skip a module that needs ROS, or a Python package, which is not here."""
+    """Skip a module that needs ROS or a Python package that is not installed."""
     outcome = yield
     report = outcome.get_result()
     if report.failed and isinstance(collector, pytest.Module):
@@ -85,7 +85,7 @@ def pytest_make_collect_report(collector):
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item):
-    """Skip a test that imports, while it runs, what is not here."""
+    """Skip a test that imports a missing module while it runs."""
     outcome = yield
     report = outcome.get_result()
     reason = _missing_import(str(report.longrepr)) if report.failed else ''
@@ -94,7 +94,7 @@ def pytest_runtest_makereport(item):
 
 
 def _missing_import(text):
-    """Return what a failed import says is missing, where no workspace is sourced; else an empty text."""
+    """Return the name of the missing module of a failed import if no workspace is sourced; else an empty text."""
     found = NO_MODULE.search(text)
     return f'needs a sourced workspace: {found.group(1)}' if found and not ros.workspace_packages() else ''
 
@@ -134,7 +134,7 @@ def _longest_first(items):
 
 
 def pytest_runtest_setup(item):
-    """Skip what cannot run here."""
+    """Skip tests that cannot run here."""
     reason = ros.missing(kinds.real(item.path))
     if reason:
         pytest.skip(reason)

@@ -1,7 +1,7 @@
-"""Tests that are programs: each runs in a folder of its own, and whatever it leaves behind is ended.
+"""Tests that are programs: each runs in a folder of its own, and its left-over processes are killed.
 
 All processes inherit two variables of the environment: TURTLE_ROBOTONT_CASE is the folder, and ends with a slash;
-TURTLE_ROBOTONT_TESTS is the id of the process of pytest. So those that are left over are found, detached ones too.
+TURTLE_ROBOTONT_TESTS is the id of the process of pytest. So left-over processes are found, even detached ones.
 """
 import os
 import signal
@@ -19,7 +19,7 @@ class ProgramFailed(Exception):
 
 
 def run(command, folder, environment=None):
-    """Run a command; return its exit code and output. What it started is ended, when the test is interrupted too."""
+    """Run a command; return its exit code and output. Kill the processes that it leaves, also on an interrupt."""
     folder.mkdir(parents=True, exist_ok=True)
     output, case = folder / 'output.txt', f'{folder}/'
     variables = {**os.environ, CASE: case, 'ROS_HOME': f'{folder}/ros_home', **(environment or {})}

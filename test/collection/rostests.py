@@ -22,7 +22,7 @@ class RostestFile(pytest.File):
 
 
 class Rostest(pytest.Item):
-    """The run of a .test file. ``methods``: {outcome: [method]} of what it ran, from rostest's result files."""
+    """The run of a .test file. ``methods``: {outcome: [method]}, from rostest's result files."""
 
     methods = ()
 

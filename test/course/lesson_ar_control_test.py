@@ -11,7 +11,7 @@ class LessonArControl(LessonCase):
     turtle = False
 
     def setUp(self):
-        """Publish what the tracker would publish."""
+        """Publish the message of a tracker."""
         super().setUp()
         if rospy.has_param('ar_control'):
             rospy.delete_param('ar_control')  # a node that was killed leaves its parameters

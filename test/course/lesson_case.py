@@ -1,4 +1,4 @@
-"""What the tests of the lessons share: they start a program as a student does, and watch the turtle.
+"""Base class for tests of lessons: start a program as a student does, and watch the turtle.
 
 They need rospy, rostest, any turtlesim and ar_track_alvar_msgs, and nothing else of this repository.
 Threads: rospy appends messages to lists in threads of its own; the tests read these.
@@ -32,7 +32,7 @@ class Program:
         self.ended = lambda: self._process.poll() is not None
 
     def output(self):
-        """Return what it has printed."""
+        """Return its output."""
         self._output.seek(0)
         return self._output.read()
 

@@ -1,4 +1,4 @@
-"""Does what a page of the documentation says, as a reader would, and checks that it comes out as the page says.
+"""Follow a page of the documentation as a reader would, and check that the results are those on the page.
 
 usage: check_page.py PAGE FOLDER     such as docs/course.md; FOLDER takes what the terminals showed
 
@@ -28,9 +28,9 @@ LOOKS = re.compile(r'rostopic echo -n ?1 |rosservice call /turtlesim/snapshot') 
 SNAPSHOT = re.compile(r'message: "(/\S+\.png)"')
 TROUBLE = re.compile(r'^Traceback \(most|^\S+: error: |^ERROR|\[(?:ERROR|FATAL)\]|command not found|No such file',
                      re.MULTILINE)
-SILENCE = 200.0  # [s] without a new line on a loaded machine, after which nothing more is expected of a program
-PRINTING = 300.0  # [s] after which no more is expected of a program that prints for ever
-LOOKING = 60.0  # [s] until what is looked at must be as the page says
+SILENCE = 200.0  # [s] without a new line, on a loaded machine, after which the output of a program is complete
+PRINTING = 300.0  # [s] after which a program that prints forever has printed enough
+LOOKING = 60.0  # [s] for repeated commands to print the lines on the page
 CLOSING = 30.0  # [s] in which all programs end by Ctrl-C
 KEY_PAUSE = 0.3  # [s] between two keys, as fingers need
 POLL = 0.1  # [s]
@@ -43,7 +43,7 @@ class WrongError(Exception):
 
 
 class Reader:
-    """Somebody who does what a page in ``folder`` says; ``terminals`` {number: Terminal}."""
+    """A reader who follows a page in ``folder``; ``terminals`` {number: Terminal}."""
 
     def __init__(self, folder, home, workspace):
         self.terminals, self._folder, self._commands, self._last = {}, folder, {}, None
@@ -60,7 +60,7 @@ class Reader:
             raise WrongError(wrong[0])
 
     def _trouble(self):
-        """Return what is wrong in the terminals though the page does not say so: errors of any command."""
+        """Return the errors in the terminals that the page does not mention."""
         found = [(number, terminal.transcript, TROUBLE.search(terminal.transcript))
                  for number, terminal in self.terminals.items()]
         return [f'terminal {number} shows trouble:\n{text[match.start():][:1000]}'
@@ -78,7 +78,7 @@ class Reader:
         return self.terminals[number]
 
     def _turn_to(self, number):
-        """Return the terminal with a number; what was typed in another one has started by then."""
+        """Return the terminal with a number; wait until the commands in the others have started."""
         terminal = self._terminal(number)
         if self._last not in (None, number):
             self.terminals[self._last].wait_started()
@@ -99,7 +99,7 @@ class Reader:
 
     def _write(self, file):
         if file.name.startswith('~/'):
-            self._turn_to(file.terminal).wait_started()  # what was typed before may make the folder
+            self._turn_to(file.terminal).wait_started()  # an earlier command may make the folder
             path = Path(self._environment['HOME']) / file.name[2:]
         else:
             terminal = self._turn_to(file.terminal)
@@ -119,7 +119,7 @@ class Reader:
     def _expect(self, output):
         terminal, end = self._terminal(output.terminal), time.monotonic() + LOOKING
         while True:
-            over = (terminal.free() or terminal.silent_for() > SILENCE  # what is read next is complete then
+            over = (terminal.free() or terminal.silent_for() > SILENCE  # then the output is complete
                     or time.monotonic() > end + PRINTING)
             line = page.missing(output.lines, terminal.printed())
             if line is None:
@@ -152,7 +152,7 @@ class Reader:
         return found.group(1) if found and os.path.exists(found.group(1)) else None
 
     def close(self):
-        """End everything; return what is wrong then: programs that do not end by Ctrl-C, or not without errors."""
+        """End everything; return the errors: programs that do not end on Ctrl-C, or only with errors."""
         wrong = []
         for number, terminal in sorted(self.terminals.items(), reverse=True):  # roscore at last
             wrong += [f'terminal {number} {text}' for text in terminal.close(CLOSING)]
@@ -160,7 +160,7 @@ class Reader:
 
 
 def follow(path, workspace, folder):
-    """Do what the page ``path`` says; return what is not as it says."""
+    """Follow the page ``path``; return the differences from it."""
     home = Path(tempfile.mkdtemp(prefix='page_'))
     reader, wrong = Reader(path.parent, home, workspace), []
     try:

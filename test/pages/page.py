@@ -1,10 +1,10 @@
-"""Reads a page of the documentation as a list of actions: what a reader types, and what the page says comes of it.
+"""Read a page of the documentation as a list of actions: the commands of a reader, and the results on the page.
 
 The page stays plain Markdown, and nothing in it is hidden from the reader:
 
 * A ```bash block holds commands, one a line. `# terminal 2` after one names the terminal; without a number anywhere in
   the block it is a terminal in the repository's folder.
-* A ```text block holds what a terminal prints: the one that the paragraph above it names, else the one typed in last.
+* A ```text block has the output of a terminal: the one that the paragraph above names, else the one typed in last.
   `...` stands for anything. The other lines must come in this order; others may stand between them. Whole numbers
   must be equal, decimal ones within TOLERANCE or RELATIVE_TOLERANCE; the time stamps of log lines do not count.
 * A ```python, ```xml or ```yaml block is a file if the paragraph above it says "as `NAME.py`"; `~/` is the home folder.
@@ -18,7 +18,7 @@ import re
 from typing import NamedTuple
 
 REPOSITORY_TERMINAL = 0  # the number of the terminal in the repository's folder
-TOLERANCE = 0.05  # of a decimal number; in metres and radians what a drive may be off
+TOLERANCE = 0.05  # of a decimal number; the error of a drive in metres and radians
 RELATIVE_TOLERANCE = 0.02
 FILES = {'python': 'py', 'xml': 'launch|xml', 'yaml': 'yaml'}  # language of a block: how the file's name ends
 KEYS = {'↑': '\x1b[A', '↓': '\x1b[B', '→': '\x1b[C', '←': '\x1b[D', 'Ctrl+C': '\x03', 'Enter': '\n'}
@@ -48,7 +48,7 @@ class Keys(NamedTuple):
 
 
 class Output(NamedTuple):
-    """What a terminal prints: lines of the page, without those of `...` alone."""
+    """The output of a terminal: lines of the page, without those that are only `...`."""
 
     terminal: int
     lines: tuple
@@ -69,7 +69,7 @@ class Picture(NamedTuple):
 
 
 class PageError(ValueError):
-    """The page is not written as the module says."""
+    """The page does not follow the rules of this module."""
 
 
 def actions(text):
@@ -103,7 +103,7 @@ def _of_prose(prose):
 
 
 def key_bytes(markup):
-    """Return what a terminal sends for `<kbd>x</kbd>` or `<kbd>Ctrl</kbd>+<kbd>C</kbd>`."""
+    """Return the bytes that a terminal sends for `<kbd>x</kbd>` or `<kbd>Ctrl</kbd>+<kbd>C</kbd>`."""
     key = re.sub(r'</?kbd>', '', markup)
     if key not in KEYS and len(key) != 1:
         raise PageError(f'there is no key {key}; there are {", ".join(KEYS)} and single characters')
@@ -158,7 +158,7 @@ def missing(expected, printed):
 
 
 def fits(expected, printed):
-    """Return whether a printed line is what the page says, by the rules of this module."""
+    """Return whether a printed line matches the page, by the rules of this module."""
     pattern, numbers, end = '', [], 0
     expected, printed = (TIME_STAMP.sub('[TIME]', line.rstrip()) for line in (expected, printed))
     for part in re.finditer(rf'\.\.\.|{NUMBER.pattern}', expected):

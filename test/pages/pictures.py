@@ -9,7 +9,7 @@ GREENER = 20  # than red and blue: of a turtle
 
 
 def differences(page, saved):
-    """Return what the saved picture shows otherwise than the page's, or an empty text; both are BGR arrays."""
+    """Return how the saved picture differs from the one on the page, or an empty text; both are BGR arrays."""
     if page.shape != saved.shape:
         return f'its size is {saved.shape[1]} x {saved.shape[0]} px, on the page {page.shape[1]} x {page.shape[0]} px'
     page, saved = _numbered(page), _numbered(saved)

@@ -1,4 +1,4 @@
-"""A terminal that somebody types into: a bash behind a pseudo-terminal, its output collected by a thread.
+"""A terminal to type into: a bash behind a pseudo-terminal, whose output a thread collects.
 
 Threads: the reading thread appends to the output, the others only read it.
 """
@@ -18,14 +18,14 @@ PROMPT = re.compile(r'(?:\(turtle_robotont\) [^\n]*|(?:\A|\n)page)[$#] \Z')
 OWN_PROMPT = 'page$ '
 ANSI = re.compile(r'\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|\x1b[=>]|\x07')
 SIZE = struct.pack('HHHH', 50, 1000, 0, 0)  # rows and columns, so that nothing is wrapped
-STARTED = 1.0  # [s] after its first line a program has started, as far as somebody can see who types the next command
+STARTED = 1.0  # [s] after its first line, a program counts as started by the reader who types the next command
 SILENT = 10.0  # [s] the same for a program that prints nothing
-AGAIN = 10.0  # [s] after which Ctrl-C is pressed again: roslaunch takes its time, and a second one makes it hurry
+AGAIN = 10.0  # [s] after which Ctrl-C is pressed again: roslaunch is slow, and a second one makes it faster
 POLL = 0.05  # [s]
 
 
 class TerminalError(RuntimeError):
-    """The terminal did not do what was waited for; the text says what."""
+    """The terminal did not reach the expected state; the text names it."""
 
 
 class Terminal:
@@ -35,7 +35,7 @@ class Terminal:
         self._master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, SIZE)
         self._process = subprocess.Popen(['bash', '--norc', '--noprofile', '-i'], cwd=folder, stdin=slave, stdout=slave,
-                                         stderr=slave, start_new_session=True, preexec_fn=_take_terminal,
+                                         stderr=slave, start_new_session=True, preexec_fn=_use_terminal,
                                          env=dict(environment, PS1=OWN_PROMPT, TERM='dumb'))
         os.close(slave)
         self._output, self._typed_at, self._last_news = '', 0, time.monotonic()
@@ -101,7 +101,7 @@ class Terminal:
         return '\n'.join(f'  | {line}' for line in self.printed()[-20:])
 
     def close(self, timeout):
-        """Press Ctrl-C until the prompt is there, then end the shells; return a list: what did not end, or nothing."""
+        """Press Ctrl-C until the prompt is there, then end the shells; return the list of programs that did not end."""
         end, stubborn = time.monotonic() + timeout, []
         while not self.free() and not stubborn:
             self.send('\x03')
@@ -119,5 +119,5 @@ class Terminal:
         return stubborn
 
 
-def _take_terminal():
+def _use_terminal():
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)

@@ -17,7 +17,7 @@ from unit_support.imports import imported, imports_in, imports_of, in_standard_l
 from unit_support.packages import COURSE, OPENED, PACKAGES, REPOSITORY, ROOMS, later_than
 
 OURS = set(PACKAGES)
-EXCEPTIONS = {  # (package, what it names of a later room): why
+EXCEPTIONS = {  # (package, name of a later room that it uses): why
     **OPENED,
     ('plain_support', COURSE): 'it asks whether rosrun finds this package',
     ('plain_support', 'turtlesim'): 'it asks whether rosrun finds this package, and knows its background',
@@ -44,7 +44,7 @@ ROS_FREE = {'simulation/kinematic_core/src': IMAGES | {'gymnasium'},  # most do 
             'src/turtle_robotont/driving': PLAIN,
             'src/turtle_robotont/markers': PLAIN,
             **{str(folder.relative_to(REPOSITORY)): IMAGES | {'yaml'}
-               for folder in sorted(REPOSITORY.glob('*/*/src/*/core'))}}  # folder: what it uses beside Python and us
+               for folder in sorted(REPOSITORY.glob('*/*/src/*/core'))}}  # folder: foreign packages that it uses
 INTERNALS = 'support/rospy_support/src/rospy_support/rospy_internals'  # .py or a folder; may use private parts of rospy
 REPAIR = 'support/rospy_support/python_path/rospy_repair.py'  # too: it is loaded where rospy_support is not
 PRIVATE_MODULES = [f'rospy.{name}' for name in ('core', 'impl', 'msg', 'names', 'rostime', 'service', 'topics')]
@@ -159,7 +159,7 @@ def test_circles_are_found(needs, found):
 
 
 def test_no_circle_between_packages():
-    """Strings are left out: a name in one may be that of a plug-in, or of what a text tells to start."""
+    """Strings do not count: they may name a plug-in, or a program that a text tells the user to start."""
     excepted = {name: {named for owner, named in EXCEPTIONS if owner == name} for name in PACKAGES}
     needs = {name: {needed for kind, names in uses(package).items() if kind != 'strings' for needed in names}
              for name, package in PACKAGES.items()}
@@ -266,7 +266,7 @@ def names_in(requirements):
 
 @pytest.mark.parametrize('folder', REQUIREMENTS)
 def test_a_command_installs_what_its_modules_import(folder):
-    """Other commands' requirements, which are installed here, would hide what is missing."""
+    """The requirements of other commands, which are installed here, would hide missing packages."""
     distribution_of, requires = distributions()
     required = names_in(line for file in REQUIREMENTS[folder]
                         for line in (REPOSITORY / file).read_text().splitlines())

@@ -185,7 +185,7 @@ def test_an_interrupted_program_is_ended(tmp_path, monkeypatch):
 
 
 def test_without_ros_packages_are_found():
-    """Modules that need no ROS are tested without a sourced workspace, and others say what they lack."""
+    """Modules that need no ROS are tested without a sourced workspace, and others name the missing part."""
     environment = {name: value for name, value in os.environ.items() if 'ROS' not in name and name != 'PYTHONPATH'}
     done = subprocess.run([sys.executable, '-m', 'pytest', '-q', '-rs', 'test/course/lesson_square.test',
                            'test/unit/turtle_robotont/test_shapes.py'], cwd=kinds.REPOSITORY, env=environment,

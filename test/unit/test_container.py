@@ -54,7 +54,7 @@ def test_programs_do_not_run_as_root():
     user = instructions('USER')[-1]
     assert f' {user}' in ''.join(line for line in DOCKERFILE.splitlines() if 'useradd' in line)
     assert DEVCONTAINER['remoteUser'] == user and 'user' not in COURSE
-    assert DOCKERFILE.rindex('\nRUN ') < DOCKERFILE.rindex('\nUSER ')  # what is installed belongs to root
+    assert DOCKERFILE.rindex('\nRUN ') < DOCKERFILE.rindex('\nUSER ')  # installed files belong to root
 
 
 def test_the_port_of_the_page_is_one_number():

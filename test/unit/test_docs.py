@@ -15,9 +15,9 @@ PAGES = [REPOSITORY / 'README.md', REPOSITORY / 'CONTRIBUTING.md', *sorted(REPOS
          *sorted(REPOSITORY.glob('*/*/README.md')), REPOSITORY / 'grading' / 'integrations' / 'README.md']
 README = REPOSITORY / 'README.md'
 COURSE_NEXT = REPOSITORY / 'docs' / 'course_next.md'
-MOST_LINES, LONGEST_LINE = 140, 120  # of README.md
-MOST_BYTES = 1.5e6  # of the moving picture in README.md
-LONGEST_PROSE = 120  # [columns] of other pages, but for tables and code
+MAX_LINES, MAX_LINE = 140, 120  # of README.md
+MAX_BYTES = 1.5e6  # of the moving picture in README.md
+MAX_PROSE = 120  # [columns] of other pages, but for tables and code
 MADE_BY_RUNNING = {'path.png', 'output.txt', 'scores.csv', 'grades.csv', 'path.svg', 'index.html', 'codes.csv',
                    'anonymous.csv', 'junit.xml', 'result.json', 'results.json',
                    'release-body.md', 'autograder.zip', 'camera.yaml', 'frames.json', 'output/'}
@@ -53,7 +53,7 @@ def anchors(text):
 
 
 def dead_links(text, folder):
-    """Return the links of a page in ``folder`` that lead to no file, or to no heading."""
+    """Return the links of a page in ``folder`` to missing files or headings."""
     dead = []
     for link in re.findall(r'\]\(([^)\s]+)\)', without_code(text)):
         name, _, anchor = link.partition('#')
@@ -68,7 +68,7 @@ def dead_links(text, folder):
 
 
 def dead_names(text, folder, root=REPOSITORY):
-    """Return the file names in backticks that are no file's below the folder of the page, or the repository."""
+    """Return the file names in backticks that do not exist below the folder of the page or the repository."""
     dead = []
     for name in re.findall(r'(?<!`)`([^`\s]+)`(?!`)', without_code(text)):
         stands_for_many = re.search('[A-Z]{4}', name)  # NAME.yaml
@@ -100,20 +100,20 @@ def test_nodes_and_launch_files_that_are_typed_exist(path):
 @pytest.mark.parametrize('path', [path for path in PAGES if path.parent in (REPOSITORY, REPOSITORY / 'docs')], ids=str)
 def test_lines_can_be_read(path):
     long = [line for line in without_code(text_of(path)).splitlines()
-            if len(line) > LONGEST_PROSE and not line.startswith(('|', '!'))]
+            if len(line) > MAX_PROSE and not line.startswith(('|', '!'))]
     assert long == []
 
 
 def test_readme_is_one_page():
     lines = text_of(README).splitlines()
-    assert len(lines) <= MOST_LINES
-    assert [line for line in lines if len(line) > LONGEST_LINE] == []
+    assert len(lines) <= MAX_LINES
+    assert [line for line in lines if len(line) > MAX_LINE] == []
 
 
 def test_the_moving_picture_moves_and_is_small():
     picture = (REPOSITORY / re.search(r'!\[[^]]*\]\(([^)]+)\)', text_of(README)).group(1)).read_bytes()
     assert picture[:4] == b'RIFF' and picture[8:12] == b'WEBP'
-    assert picture.count(b'ANMF') > 50 and len(picture) < MOST_BYTES  # a frame each
+    assert picture.count(b'ANMF') > 50 and len(picture) < MAX_BYTES  # a frame each
 
 
 def test_every_page_is_linked_from_the_readme():

@@ -22,7 +22,7 @@ each_system = pytest.mark.parametrize('system', START)
 
 
 class System:
-    """A folder with what the system provides, and a grader that notes how it is started."""
+    """A folder as the system provides it, and a grader that notes its arguments."""
 
     def __init__(self, folder, name):
         self.name, self.folder = name, folder
@@ -37,7 +37,7 @@ class System:
         (self.submission / 'vpl_environment.sh').write_text('export VPL_GRADEMAX=10\n')
 
     def arguments(self):
-        """Run the script; return what the grader was started with."""
+        """Run the script; return the arguments of the grader."""
         place = {'ASSIGNMENT': 'stop-at-x', 'CLASSROOM50_BUNDLE_DIR': str(self.teacher), 'AUTOGRADER': str(self.folder),
                  'TURTLE_ROBOTONT_WS': str(self.folder / 'ws'), 'STARTED': str(self.folder / 'started')}
         done = subprocess.run(START[self.name], cwd=self.submission, env={**os.environ, **place}, check=False,

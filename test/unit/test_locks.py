@@ -1,4 +1,4 @@
-"""The .lock files, which ./run installs: all that the requirements ask for, each with hashes, for every Python."""
+"""The .lock files, which ./run installs: all required packages, with hashes, for every Python."""
 import pathlib
 import re
 

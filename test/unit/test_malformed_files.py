@@ -20,8 +20,8 @@ from robotont_gazebo.core import worlds
 from usb_cam.core import calibration
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
-LONGEST_TEXT = 1000  # characters of an error
-LONGEST_TIME = 20.0  # [s] of a loaded machine, for what is refused in well under one
+MAX_TEXT = 1000  # characters of an error
+TIME_LIMIT = 20.0  # [s] on a loaded machine, for a refusal that takes far less than 1 s
 CAMERA = marker_sequence.calibration_yaml([500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0], [0.1] + [0.0] * 4)
 SDF = '''<sdf version="1.6"><world name="w"><scene><background>0.1 0.2 0.3 1</background></scene>
 <model name="m"><pose>1 2 0.5 0 0 0.3</pose><link name="l"><pose>0 0 0 0 0 0</pose>
@@ -66,7 +66,7 @@ def check(kind, path, content):
         read(str(path))
     except error as refusal:
         assert str(path) in str(refusal)
-        assert len(str(refusal)) < LONGEST_TEXT + len(str(path))
+        assert len(str(refusal)) < MAX_TEXT + len(str(path))
         return str(refusal)
     return None
 
@@ -156,7 +156,7 @@ ENTITIES = ('<!DOCTYPE a [<!ENTITY a0 "ha">'
 def test_files_that_are_made_to_hurt(kind, path, yaml_text, xml_text, said):
     begin = time.monotonic()
     text = check(kind, path, yaml_text if KINDS[kind][0] == '.yaml' else xml_text)
-    assert text and time.monotonic() < begin + LONGEST_TIME
+    assert text and time.monotonic() < begin + TIME_LIMIT
     assert all(word in text for word in said)
 
 
@@ -167,8 +167,8 @@ def test_bytes_that_are_no_text_and_an_empty_file(kind, path):
 
 
 def test_too_large(kind, path, monkeypatch):
-    monkeypatch.setattr(documents, 'LARGEST_XML', 100)
-    monkeypatch.setattr(documents, 'LARGEST_YAML', 100)
+    monkeypatch.setattr(documents, 'MAX_XML', 100)
+    monkeypatch.setattr(documents, 'MAX_YAML', 100)
     assert 'too large; at most 0.0001 MB are allowed' in check(kind, path, KINDS[kind][1][-1] + ' ' * 100)
 
 

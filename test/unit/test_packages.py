@@ -1,4 +1,4 @@
-"""What each package.xml says is true: its dependencies are what its files use, its licence and version are ours.
+"""Each package.xml is true: its dependencies are those that its files use, its licence and version are ours.
 
 ROS: rosdep's names; see ``ROSDEP``. Dependencies of tests are not compared, because helpers of tests know all packages.
 """
@@ -22,7 +22,7 @@ each_package = pytest.mark.parametrize('package', PACKAGES.values(), ids=list(PA
 
 
 def required(package):
-    """Return what a package's files import, launch and name in messages, as rosdep calls it."""
+    """Return the rosdep keys of the packages that a package's files import, launch and use in messages."""
     modules = {top(name) for name in package.imports()}
     modules |= {top(name) for path in package.python() for name in imports_of(path)} & {'tkinter'}
     own = {package.name, *(path.stem for path in package.python()), *package.libraries()} | OPTIONAL

@@ -1,4 +1,4 @@
-"""test/pages/page.py reads the actions of a page, and compares what is printed with what the page says."""
+"""test/pages/page.py reads the actions of a page, and compares output with the page."""
 import importlib.util
 import pathlib
 

@@ -32,7 +32,7 @@ LAUNCH_FILES = sorted([*REPOSITORY.glob('launch/*.launch'), *REPOSITORY.glob('*/
 
 
 def parameters_of(script):
-    """Return the parameters that a script's node declares, beside its main(); none of a script that is no node."""
+    """Return the parameters that a script's node declares beside its main(); none for a script without a node."""
     loader = importlib.machinery.SourceFileLoader(f'script_{script.stem}', str(script))
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
     loader.exec_module(module)
@@ -40,7 +40,7 @@ def parameters_of(script):
 
 
 def lesson_parameters(source):
-    """Return {name: (default, Allowed)} of a lesson; a default that is no literal is None."""
+    """Return {name: (default, Allowed)} of a lesson; a default that is not a literal is None."""
     tree, known = ast.parse(source), {**vars(params), 'shapes': shapes, 'AXES': AXES}
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
     for node in tree.body:
@@ -59,7 +59,7 @@ def lesson_parameters(source):
 
 
 def lesson_differences(parameters, text):
-    """Return what the parameter table of a lesson's section says wrong."""
+    """Return the errors in the parameter table of a lesson's section."""
     rows = {row['parameter'].strip('`~'): row for row in table(text, PARAMETER_COLUMNS)}
     wrong = [f'{name} is on one side only' for name in sorted(set(rows) ^ set(parameters))]
     for name in sorted(set(rows) & set(parameters)):
@@ -90,7 +90,7 @@ def unchecked_parameters(source):
 
 
 def unchecked_differences(read, text):
-    """Return what the parameter tables of a lesson's section say wrong."""
+    """Return the errors in the parameter tables of a lesson's section."""
     rows = {row['parameter'].strip('`'): row for row in table(text, PARAMETER_COLUMNS)}
     return ([f'{name} is missing' for name in sorted(set(read) - set(rows))]
             + [f'{name} is not in the code' for name in sorted(set(rows) - set(read))]
@@ -100,7 +100,7 @@ def unchecked_differences(read, text):
 
 
 def expected_cells(parameter):
-    """Return {column: what it must say}; where only words can say it, any will do."""
+    """Return {column: expected text}; a column that needs words may have any text."""
     cells = {'range': parameter.range} if parameter.range else {}
     words = isinstance(parameter.default, list) and parameter.default and isinstance(parameter.default[0], list)
     if not words:
@@ -110,7 +110,7 @@ def expected_cells(parameter):
 
 
 def parameter_differences(parameters, text):
-    """Return what the parameter tables of a section say wrong."""
+    """Return the errors in the parameter tables of a section."""
     rows = {row['parameter'].strip('`'): row for row in table(text, PARAMETER_COLUMNS)}
     declared = {parameter.name: parameter for parameter in parameters}
     private = {name for name in declared if name.startswith('~')}
@@ -155,7 +155,7 @@ def test_parameters_of_a_node_are_described_as_they_are(script):
 
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda script: script.name)
 def test_services_that_a_node_calls_are_there(script):
-    """What a node publishes, subscribes to and serves is compared with the running node: nodes_master_returns.test."""
+    """Topics and services are compared with the running node: nodes_master_returns.test."""
     served = {(name, service) for page in NODE_PAGES.values() for name, kind, service in names(page)
               if kind == 'serves'}
     called = {(name, service) for name, kind, service in names(sections(page_of(script))[script.name])

@@ -1,4 +1,4 @@
-"""The root package by itself, as catkin sees a clone: what it says without turtlesim, what it needs, how it installs.
+"""The root package by itself, as catkin sees a clone: its error without turtlesim, its needs, its installation.
 
 Only Debian's ROS and packages that the tests put beside it are there, nothing else of this repository.
 """
@@ -15,7 +15,7 @@ from rospy_support.own_master import own_master
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 ENVIRONMENT = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8',
-               'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs'}  # Python is what the programs need
+               'ROS_LANG_DISABLE': 'gencpp:geneus:genlisp:gennodejs'}  # the programs need only Python
 BUILD_TIMEOUT = 120.0  # [s]; it takes 15
 START_TIMEOUT = 60.0  # [s] until a program has registered; it takes 1
 STARTERS = {'browser.py': 'course_page', 'demo.py': 'course_demo', 'grade.py': 'course_grader',

@@ -1,4 +1,4 @@
-"""The workspace of ./run: what a rebuild keeps, who is waited for, and what the steps show."""
+"""The workspace of ./run: files that a rebuild keeps, waiting for other builds, and the progress display."""
 import os
 import pathlib
 import signal

@@ -1,4 +1,4 @@
-"""./run link: what is linked into a catkin workspace of the user's own, what is left out, and what is refused."""
+"""./run link: linking packages into a catkin workspace of the user; skipped packages; refused folders."""
 import os
 import pathlib
 import re
@@ -21,7 +21,7 @@ def src(tmp_path):
 
 
 def link(folder):
-    """Return (exit code, what it says) of ./run link; no ROS but Debian's counts."""
+    """Return (exit code, output) of ./run link; only Debian's ROS counts."""
     result = subprocess.run([REPOSITORY / 'run', 'link', folder], capture_output=True, text=True, check=False)
     return result.returncode, result.stderr
 

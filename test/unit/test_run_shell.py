@@ -18,7 +18,7 @@ def workspace(tmp_path):
 
 
 def shell(workspace, bashrc, typed, folder=None, **environment):
-    """Return (what the shell prints, its errors) for a user with this ~/.bashrc who types a line."""
+    """Return (output, errors) of the shell for a user with this ~/.bashrc who types a line."""
     (workspace.parent / '.bashrc').write_text(bashrc)
     environment = {'PATH': '/usr/bin:/bin', 'HOME': str(workspace.parent), 'LANG': 'C.UTF-8', **environment}
     done = subprocess.run(['bash', '--rcfile', workspace / 'shell.bash', '-i'], input=typed, text=True,

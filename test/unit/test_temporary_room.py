@@ -9,7 +9,7 @@ SCRIPT = '. "$0/tools/environment.bash"; ws=$1; find_temporary_room; echo "$TMPD
 
 
 def room(workspace, tmpdir, before=''):
-    """Return (TMPDIR afterwards, what was said)."""
+    """Return (TMPDIR afterwards, output)."""
     result = subprocess.run(['bash', '-euc', before + SCRIPT, REPOSITORY, workspace], capture_output=True, text=True,
                             check=True, env={'PATH': '/usr/bin:/bin', 'TMPDIR': str(tmpdir)})
     return result.stdout.strip(), result.stderr

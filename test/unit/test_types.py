@@ -1,4 +1,4 @@
-"""Type hints: which folders mypy checks, and that what is left unchecked says why."""
+"""Type hints: the folders that mypy checks, and the reasons for the others."""
 import configparser
 import pathlib
 import re

@@ -17,7 +17,7 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 FOLDERS = {'plain_support': REPOSITORY / 'support' / 'plain_support',
            'kinematic_core': REPOSITORY / 'simulation' / 'kinematic_core',
            'alvar_core': REPOSITORY / 'vision' / 'alvar_core'}
-NEEDED = ('numpy', 'cv2', 'psutil', 'yaml')  # what the wheels ask for; linked, as pip would have to download it
+NEEDED = ('numpy', 'cv2', 'psutil', 'yaml')  # required by the wheels; linked, because pip would have to download them
 EXTRA = 'environments'  # a folder that needs the extra gymnasium, see test_environments.py
 LIBRARIES = ('numpy.libs', 'opencv_python_headless.libs')
 COMPILED = {'alvar_core': {'_native', '_native_avx2'}}  # the second one only on x86
@@ -41,7 +41,7 @@ def wheels(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def python(tmp_path_factory, wheels):
-    """Return the Python of a fresh virtual environment with the wheels and what they need."""
+    """Return the Python of a fresh virtual environment with the wheels and their requirements."""
     folder = tmp_path_factory.mktemp('fresh') / 'venv'
     venv.create(folder)
     packages, = folder.glob('lib/python*/site-packages')

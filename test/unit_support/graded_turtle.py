@@ -4,7 +4,7 @@ from kinematic_core.worlds.turtle_world import DT, TurtleWorld
 
 
 class GradedTurtle:
-    """turtle1 of a TurtleWorld; ``observed`` grows by what it does."""
+    """turtle1 of a TurtleWorld, which appends its motion to ``observed``."""
 
     def __init__(self, x=5.5, y=5.5, theta=0.0):
         self.world = TurtleWorld()

@@ -1,4 +1,4 @@
-"""The packages of this repository: their rooms, what each uses of others, and what its package.xml says."""
+"""The packages of this repository: their rooms, the packages that each uses, and its package.xml."""
 import functools
 import os
 import pathlib
@@ -14,7 +14,7 @@ ROOMS = tuple(room for rooms in ORDER for room in rooms)
 OF_THE_COURSE = 'scripts', 'src', 'launch', 'msg', 'srv'  # its folders in the root
 LAUNCH_FILES = '.launch', '.xacro', '.urdf'
 FOUND = re.compile(r'\$\(find (\w+)\)')
-OPENED = {  # (package, what one of its launch files starts of a later room): why
+OPENED = {  # (package, package of a later room that one of its launch files starts): why
     ('robotont_description', 'teleop_twist_keyboard'): 'gazebo_teleop_keyboard.launch, as in the original',
     ('robotont_teleop', 'teleop_twist_keyboard'): 'its launch files start it, as in the original',
     ('robotont_gazebo', 'course_page'): 'gazebo.launch browser:=true',
@@ -78,7 +78,7 @@ class Package:
         return {'std_msgs' if name == 'Header' else name.partition('/')[0] for name in types}
 
     def named(self):
-        """Return what strings in its Python files may name: words, modules, types, and what a command starts."""
+        """Return the names in strings of its Python files: words, modules, types, and programs in commands."""
         strings = {text for path in self.python() for text in strings_in(tree_of(path))}
         return ({re.split('[./]', text)[0] for text in strings if re.fullmatch(r'\w+(\.\w+)*|\w+/\w+', text)}
                 | {name for text in strings for name in COMMAND.findall(text)})

@@ -23,7 +23,7 @@ class Robot:
 
     @property
     def pose(self):
-        """Return the pose as odometry tells it."""
+        """Return the pose by odometry."""
         return VehicleState(self.x, self.y, self.theta, math.hypot(self.velocity.linear_x, self.velocity.linear_y),
                             self.velocity.angular_z)
 

@@ -1,11 +1,11 @@
-"""What the processes of test_warm_start.py do: in a module that a Python process started anew can import."""
+"""The work of the processes in test_warm_start.py, in a module that a new Python process can import."""
 import os
 import signal
 import time
 
 
 def work(module, argument):
-    """Do what the argument says; the module is json."""
+    """Do the work that the argument names; the module is json."""
     if argument == 'crash':
         raise RuntimeError('as asked')
     if argument == 'kill':

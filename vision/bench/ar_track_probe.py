@@ -16,7 +16,7 @@ from rostest_support.marker_scenes import Scene, image_of, random_markers
 
 NODE = 'marker_detect'
 FRAME = 'camera'
-HEADER = struct.Struct('<3I')  # seq, seconds, nanoseconds: how AlvarMarkers begins
+HEADER = struct.Struct('<3I')  # seq, seconds, nanoseconds: the start of an AlvarMarkers
 MARKERS, RATE = 4, 30.0  # in an image; [Hz] of images
 SIZE = 0.1  # [m] of the markers
 
@@ -36,16 +36,16 @@ def shown(width, height, colour):
 
 
 class Camera:
-    """Publish an image at a rate, note the time of each by its stamp, and receive the node's answers."""
+    """Publishes an image at a rate, notes the time of each by its stamp, and receives the node's answers."""
 
     def __init__(self, image, info):
         self._image, self._info = image, info
         self.sent, self.received = {}, {}
         self._images = rospy.Publisher('camera_image', Image, queue_size=1, tcp_nodelay=True)
         self._infos = rospy.Publisher('camera_info', CameraInfo, queue_size=1, tcp_nodelay=True)
-        self._subscriber = rospy.Subscriber('ar_pose_marker', rospy.AnyMsg, self._take, tcp_nodelay=True)
+        self._subscriber = rospy.Subscriber('ar_pose_marker', rospy.AnyMsg, self._store, tcp_nodelay=True)
 
-    def _take(self, message):
+    def _store(self, message):
         now = clock()
         _, seconds, nanoseconds = HEADER.unpack(message._buff[:HEADER.size])
         self.received.setdefault((seconds, nanoseconds), now)
@@ -72,10 +72,10 @@ class Camera:
 
 
 def watch(limit, seconds, settle=1.0, width=640, height=480, colour=False):
-    """Set the node's parameters, show markers, and report what comes in ``seconds`` after ``settle`` [s].
+    """Set the node's parameters, show markers, and report the messages in ``seconds`` after ``settle`` [s].
 
-    Answers: that all is ready; when the first message came; that the window opens; times [s] from the call of
-    publish() to the message at a subscriber, and stamps [s] of the messages.
+    Reports: ready; the time of the first message; the start of the window; times [s] from the call of publish() to
+    the message at a subscriber, and stamps [s] of the messages.
     """
     for name, value in (('output_frame', FRAME), ('marker_size', 100.0 * SIZE), ('max_frequency', limit)):
         rospy.set_param(f'{NODE}/{name}', value)

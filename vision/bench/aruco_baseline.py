@@ -1,4 +1,4 @@
-"""What OpenCV alone makes of ALVAR's markers: its ArUco detector with a dictionary of the ids 0 to 255."""
+"""The baseline: OpenCV's ArUco detector on ALVAR's markers, with a dictionary of the ids 0 to 255."""
 import cv2
 import numpy as np
 
@@ -24,7 +24,7 @@ class ArucoBaseline:
         self._detector = cv2.aruco.ArucoDetector(dictionary(), parameters)
 
     def detect(self, image, camera, size):
-        """Detections as markers_cli writes them: id, position m, orientation x y z w, corners; size: their width, m."""
+        """Return the detections of markers ``size`` [m] wide: id, position [m], orientation x y z w, corners."""
         corners, ids, _ = self._detector.detectMarkers(image)
         return [record for quad, number in zip(corners, [] if ids is None else ids.ravel().tolist())
                 for record in self.pose(number, quad.reshape(4, 2).astype(float), camera, size)]

@@ -1,6 +1,6 @@
 """Score detectors on the photos of marker_classes, and print the scores by class. A peer reads tags of its own family.
 
-Peers run in a virtual environment of their own that is made for the measurement and deleted after it.
+Peers run in a virtual environment that is created for the measurement and deleted after it.
 """
 import json
 import os
@@ -22,7 +22,7 @@ from processes import BenchError
 
 PER_CLASS = 24  # photos of each class, in each half
 LOOK_ALIKE_PHOTOS = 35  # for each photo of another class: 10,080 squares
-OFF, GOOD = 5.0, 2.0  # degrees: a pose that is to be flagged, one that is not
+OFF, GOOD = 5.0, 2.0  # [degrees] error of a pose that must be flagged, and of one that must not
 PEER_FAMILY = 'AprilTag 36h11'
 PEERS = ('napa-vision', 'locus-tag', 'pupil-apriltags')
 PEER_SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'peer_detections.py')
@@ -182,7 +182,7 @@ def _peer_photos(folder, half, count):
 
 
 def _scored(shots, answers):
-    """Return {class: ClassScore} of a peer's ids and corners; look-alikes are tags to it, so they are left out."""
+    """Return {class: ClassScore} of a peer's ids and corners; without look-alikes, which are real tags for it."""
     out = {name: ClassScore() for name in (*KINDS, LOOK_ALIKES)}
     pose = ArucoBaseline.pose
     for (name, shot), (found, ms) in zip(shots, answers):

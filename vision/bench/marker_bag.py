@@ -1,9 +1,8 @@
-"""What detectors find in the images of a rosbag: no ground truth, but how steady ids, corners and poses are.
+"""Detections in the images of a rosbag: without ground truth, but with the stability of ids, corners and poses.
 
 The bag must hold one image topic and its camera_info. A marker counts as visible from the first image to the last in
-which a detector sees its id; recall is the share of these images in which it does. The scatter is that of three
-neighbouring images: how far the one in the middle is off the mean of the others. A moving camera adds its acceleration
-to it.
+which a detector sees its id; recall is the share of these images in which it does. The scatter is the distance of an
+image's value from the mean of both neighbouring images. A moving camera adds its acceleration to it.
 """
 import numpy as np
 
@@ -13,8 +12,8 @@ from class_scores import detector_of
 from marker_score import rotation_between
 from processes import BenchError
 
-RARE = 3  # images: an id seen in fewer is doubtful
-SIZE = 0.05  # m: without ground truth it changes no figure
+RARE = 3  # images: an id that is seen in fewer is doubtful
+SIZE = 0.05  # m: has no effect without ground truth
 IMAGES = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage')
 
 

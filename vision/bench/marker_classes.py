@@ -1,4 +1,4 @@
-"""Photos of markers by class: what light, paper and camera do to a marker, with ground truth, in two halves.
+"""Photos of markers by class: effects of light, paper and camera, with ground truth, in two halves.
 
 ``photo(name, half, number)`` returns the same image every time. The detector is developed on the half DEVELOPMENT; the
 half TEST is used only for the figures in docs/measurements.md.
@@ -15,7 +15,7 @@ from alvar_core.camera import default_camera
 from photo import Creased, Cylinder, Photo, Sheet, band, gradient, shadow, spot, stripes
 
 DEVELOPMENT, TEST = 'development', 'test'
-HALVES = {DEVELOPMENT: 0, TEST: 5}  # seeds; the test half gets a new one once its photos have been seen
+HALVES = {DEVELOPMENT: 0, TEST: 5}  # seeds; change that of the test half after a look at its photos
 WIDTH, HEIGHT = 640, 480
 SIZE = 0.05  # m
 STEEPEST = 80.0  # degrees between a marker's axis and the line of sight
@@ -59,7 +59,7 @@ def _sheet(rng, side, tilt, cells, number, camera, **options):
         position = np.append(camera.to_rays(camera.to_ideal(at)), 1.0) * distance
         sheet = Sheet(cells, number, SIZE, rotation, position, **options)
         corners = sheet.corners(camera)
-        # off the middle of the image, the angle to the line of sight is another one: from behind, print is mirrored
+        # away from the middle of the image, the angle to the line of sight differs: from behind, print is mirrored
         facing = -float(rotation[:, 2] @ position) / np.linalg.norm(position) > math.cos(math.radians(STEEPEST))
         if facing and (corners > 6).all() and (corners < [WIDTH - 7, HEIGHT - 7]).all():
             return sheet
@@ -75,7 +75,7 @@ class _Recipe(NamedTuple):
     side: float
 
     def near(self, reach):
-        """Return a pixel at random, up to ``reach`` sides from the middle along each axis."""
+        """Return a random pixel, up to ``reach`` sides from the middle along each axis."""
         return self.middle + self.rng.uniform(-reach, reach, 2) * self.side
 
     def angle(self):
@@ -145,7 +145,7 @@ def _jpeg(r):
 
 
 def _frame_edge(r):
-    """Move the marker so that its margin is cut by the image's edge, its square is not."""
+    """Move the marker so that the edge of the image cuts its margin, but not its square."""
     sheet = r.photo.sheets[0]
     corners = sheet.corners(r.photo.camera)
     gap = np.concatenate([corners.min(0), [WIDTH - 1, HEIGHT - 1] - corners.max(0)])
@@ -168,7 +168,7 @@ def _occluded(r):
 
 
 class Kind(NamedTuple):
-    """A class: what changes the Photo, the range of the side [px] and of the tilt [degrees]."""
+    """A class: a function that changes the Photo, the ranges of the side [px] and of the tilt [degrees]."""
 
     make: Any = None
     side: Any = (50, 130)
@@ -230,7 +230,7 @@ def crowd(width, height, columns, rows, number):
 
 
 def _look_alikes(rng):
-    """Return a Shot of twelve squares that are no ALVAR markers, of six families, some in bad light."""
+    """Return a Shot of twelve squares that are not ALVAR markers, of six families, some in bad light."""
     camera = CAMERAS[int(rng.integers(2))]
     made = Photo(camera, (WIDTH, HEIGHT), [], blur=float(rng.uniform(0.4, 0.9)), noise=float(rng.uniform(1, 3)))
     families = sorted(FAMILIES)

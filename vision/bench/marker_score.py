@@ -1,9 +1,9 @@
 """Score of marker detections against frames with ground truth.
 
-A detection of id i counts as found if the marker i of the frame (ids are unique) has its centre within a side, or a
-tenth of the image's width, of where the detection's position projects to; without a position the id alone counts. Of
-several the nearest counts, the others are doubles. All others are wrong ids if they lie on a marker, else false
-positives. Markers with `ignore` (cut by the image's edge) are ignored (neither found nor missed). A flip is a
+The detection of an id counts if its position projects to within a side, or a tenth of the image's width, of the centre
+of the marker with that id, which is unique in a frame; without a position, the id alone counts. If there are several,
+the nearest one counts, and the others are doubles. All other detections are wrong ids if they lie on a marker, else
+false positives. Markers with `ignore` (cut by the image's edge) count neither as found nor as missed. A flip is a
 rotation error above FLIP that is not flagged.
 """
 import math
@@ -14,7 +14,7 @@ import numpy as np
 from alvar_core.camera import Camera
 
 FLIP = 30.0  # degrees
-ON_MARKER = 1.15  # times a marker's size: what is inside lies on it
+ON_MARKER = 1.15  # times a marker's size: detections inside lie on it
 
 
 def flagged(detection):
@@ -47,7 +47,7 @@ class Match:
 
 @dataclass
 class Score:
-    """Which markers of some frames were found, and how exactly."""
+    """The markers that were found in some frames, and their errors."""
 
     matches: list = field(default_factory=list)
     false: int = 0
@@ -92,7 +92,7 @@ class Score:
 
     @property
     def flips(self):
-        """Return how many poses are flipped and not flagged as ambiguous."""
+        """Return the number of poses that are flipped and not flagged as ambiguous."""
         return sum(m.flipped for m in self.found)
 
 
@@ -155,7 +155,7 @@ def cameras_of(truth):
 
 
 def score(truth, results):
-    """Return {difficulty: Score} of markers_cli's ``frames`` on a frames.json; without a result nothing was found."""
+    """Return {difficulty: Score} of markers_cli's ``frames`` on a frames.json; no result counts as empty."""
     cameras, out = cameras_of(truth), {}
     for frame in truth['frames']:
         found = results.get(frame['name'], {}).get('detections', [])

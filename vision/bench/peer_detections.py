@@ -1,8 +1,8 @@
 """Run a peer's detector on numpy images, for class_scores: peer_detections.py PEER FOLDER COUNT OUT.json.
 
-It runs in the peers' own virtual environment, so it imports nothing of this project. Corners are written as top left,
-top right, bottom right, bottom left of the tag as drawn, in pixels whose centres are whole numbers; with those of each
-image goes the CPU time of all threads [ms].
+It runs in the peers' own virtual environment, so it imports nothing of this project. Corners are top left, top right,
+bottom right, bottom left of the tag as drawn, in pixels whose centres are whole numbers; each image also has the CPU
+time of all threads [ms].
 """
 import json
 import sys

@@ -1,9 +1,8 @@
-"""What the detector's thresholds are worth: each one changed by -10 % and +10 %, on frames and on rendered scenes.
+"""The effect of the detector's thresholds: each one changed by -10 % and +10 %, on frames and on rendered scenes.
 
-The scenes show what the frames lack: markers of 7x7 cells (``7x7``), markers of margins that the detector does not
-look for (``margin``), motion (``tracking``), bundles, one marker of which was moved in half of them (``bundles``), and
-shadows (``light``), bent paper (``paper``).
-What only the tracker or only bundles use is tried on their scenes alone.
+The scenes add what the frames lack: markers of 7x7 cells (``7x7``), markers with other margins than the detector's
+(``margin``), motion (``tracking``), bundles, half of them with a marker that has moved (``bundles``), shadows
+(``light``) and bent paper (``paper``). Thresholds of only the tracker or only bundles are tried on their scenes alone.
 """
 import math
 import multiprocessing
@@ -28,14 +27,14 @@ from rostest_support.marker_scenes import Placed, Scene, image_of, random_marker
 CHANGE = 0.1  # of a threshold
 STEPS = {'window': 2}  # the window of a Pass is odd
 SIZE = 0.1  # m, of rendered markers
-LEAST_TURN = 0.05  # degrees: smaller changes of the rotation error are not named
+MIN_TURN_CHANGE = 0.05  # degrees: smaller changes of the rotation error are not reported
 PAPER_CLASSES = ('even', 'bent 10 cm', 'bent 6 cm', 'creased')
-OF_PAPER = re.compile('BOW|BEND|BENT|FLAT|STRAIGHT|CREASE|FOLD')  # thresholds that are tried on these, too
+OF_PAPER = re.compile('BOW|BEND|BENT|FLAT|STRAIGHT|CREASE|FOLD')  # thresholds that are also tried on paper
 LIGHT_CLASSES = ('shadow 0.35', 'shadow 0.2', 'soft shadow', 'pole', 'blinds', 'look-alikes')
 COUNTS = ('false', 'wrong', 'flips')
 OWN_SCENES = {'tracker': 'tracking', 'bundle_pose': 'bundles', 'uneven_light': 'light', 'local_contrast': 'light',
               'broken_outlines': 'light', 'edge_alignment': 'light',
-              'striped_light': 'light', 'bent_paper': 'paper'}  # of what only these modules use
+              'striped_light': 'light', 'bent_paper': 'paper'}  # of the thresholds that only these modules use
 PHOTOS = 4  # of each class
 
 
@@ -87,7 +86,7 @@ def changed(part: Part, sign: int) -> float:
 
 @contextmanager
 def set_to(part: Part, number: float) -> Iterator[None]:
-    """Put another number into thresholds.py while the with statement lasts."""
+    """Change a number in thresholds.py during the with statement."""
     before = getattr(thresholds, part.threshold)
     setattr(thresholds, part.threshold, _with(before, part.path, number))
     native.limit.read(thresholds)
@@ -141,7 +140,7 @@ class Scenes:
         return image_of(rng, self.camera, placed, scene, margin), placed
 
     def _moving(self, seed):
-        """Yield (image, Placed) of 20 frames: a marker swings and recedes, one passes by and is hidden for a while."""
+        """Yield (image, Placed) of 20 frames: a marker swings and recedes, one passes by and is hidden for a time."""
         rng = np.random.default_rng(seed)
         scene = Scene(blur=0.7, noise=3.0, clutter=5)
         for frame in range(20):
@@ -154,7 +153,7 @@ class Scenes:
             yield image_of(rng, self.camera, placed, scene), placed
 
     def _board(self, seed):
-        """Return an image, rotation and position of the board in it, and the ids of the markers that were moved."""
+        """Return an image, rotation and position of the board in it, and the ids of the markers that have moved."""
         rng = np.random.default_rng(seed)
         rotation = rotations.facing(*rng.uniform([0.0, 0, 0], [1.0, 6.3, 6.3]))
         position = np.array([0, 0, rng.uniform(0.7, 1.6)]) - rotation @ [0.16, 0.08, 0]
@@ -167,7 +166,7 @@ class Scenes:
         return image, (rotation, position), set(moved)
 
     def run(self, only: str = '') -> Dict[str, Score]:
-        """{set: Score} with the thresholds as they are now; only: one of OWN_SCENES, or all the others."""
+        """Return {set: Score} with the current thresholds; ``only``: one of OWN_SCENES, by default all others."""
         if only == 'tracking':
             total = Score()
             for sequence in self.motion:
@@ -205,7 +204,7 @@ class Scenes:
         return total
 
     def _scored_boards(self, detector) -> Score:
-        """Count as wrong the markers that were moved and taken, or not moved and left out."""
+        """Count as wrong each marker that has moved but is used, or has not moved but is ignored."""
         total = Score()
         bundle = bundles.Bundle('board', 0, tuple(self.BOARD), self.BOARD)
         for image, (rotation, position), moved in self.boards:
@@ -233,7 +232,7 @@ def differences(before: Dict[str, Dict[str, float]], after: Dict[str, Dict[str, 
         old = before[name]
         changes = [f'recall {new["recall"] - old["recall"]:+.1f}'] if abs(new['recall'] - old['recall']) > 1e-9 else []
         changes += [f'{key} {new[key] - old[key]:+d}' for key in COUNTS if new[key] != old[key]]
-        if abs(new['rotation'] - old['rotation']) >= LEAST_TURN:
+        if abs(new['rotation'] - old['rotation']) >= MIN_TURN_CHANGE:
             changes.append(f'rotation {new["rotation"] - old["rotation"]:+.2f}')
         if changes:
             texts.append(f'{name}: {", ".join(changes)}')
@@ -241,7 +240,7 @@ def differences(before: Dict[str, Dict[str, float]], after: Dict[str, Dict[str, 
 
 
 def baseline_table(before: Dict[str, Dict[str, float]]) -> List[str]:
-    """Return the lines of a table of the figures with the present thresholds."""
+    """Return the lines of a table of the figures with the current thresholds."""
     rows = ['| set | recall % | false | wrong | flips | rotation, degrees, 95th percentile |',
             '|---|---|---|---|---|---|']
     for name, row in before.items():

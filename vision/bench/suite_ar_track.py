@@ -1,7 +1,7 @@
 """The bench of the marker tracker's node: time from an image to its message, rate and processor time.
 
-The time is that from the camera's publish() to the message at a subscriber. It includes the transport of the image,
-which the node cannot influence.
+The time runs from the camera's publish() to the message at a subscriber. It includes the transport of the image, which
+the node cannot influence.
 """
 
 import functools
@@ -26,7 +26,7 @@ __all__ = ['EXECUTABLE', 'FIGURES', 'FULL', 'MEASUREMENTS', 'PACKAGE', 'QUICK']
 
 
 def start(subject, scale):
-    """Measure the time from the start of the process to its first message; the camera runs already."""
+    """Measure the time from the start of the process to its first message, with a running camera."""
     return {'start': seconds_to_first(subject, scale, lambda: subject.probe(
         PROBE, 'watch', limit=30, seconds=0.1, settle=0.1))}
 

@@ -1,8 +1,8 @@
-"""The bench of poses from image and points: their errors beside those of the image alone and of the points alone.
+"""The bench of poses from image and points: their errors, compared with the image alone and the points alone.
 
 A marker of 10 cm is rendered at several distances and tilts, in sets that differ in light and in the noise of the
 points. Points have the noise of a Kinect or RealSense: a standard deviation that grows with the square of the distance
-and is shared by neighbouring pixels, an error of scale and one of the calibration between the two cameras.
+and is correlated between neighbouring pixels, a scale error, and an error of the calibration between the two cameras.
 No node is needed.
 """
 import itertools
@@ -26,9 +26,9 @@ SETS = {  # noise [greys], blur [px], white minus black [greys]; standard deviat
     'bright': (2.0, 0.6, 160.0, 0.002), 'bright, coarse points': (2.0, 0.6, 160.0, 0.005),
     'noisy': (5.0, 0.8, 120.0, 0.002), 'dim': (8.0, 1.4, 60.0, 0.002), 'dim, fine points': (8.0, 1.4, 60.0, 0.001)}
 FULL, QUICK = 5, 1  # markers at each distance and tilt
-SMOOTH = 1.2  # [px] over which errors of depths are shared
+SMOOTH = 1.2  # [px] over which errors of depths are correlated
 SCALE_ERROR, SHIFT = 0.005, 0.3  # of the depth; [px] between image and points
-HARDLY_WORSE = 1.25  # times the error of the image alone: in bright light points add only noise
+HARDLY_WORSE = 1.25  # times the error of the image alone: in bright light, points only add noise
 WALL = 4.0  # [m] behind the markers
 HEIGHT, WIDTH = 480, 640
 CAMERA = default_camera(WIDTH, HEIGHT)

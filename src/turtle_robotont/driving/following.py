@@ -37,7 +37,7 @@ class Settings(NamedTuple):
 
 
 class Follower:
-    """Follows the marker with one id; ``state`` and the text ``status`` tell what it is doing."""
+    """Follows the marker with one id; ``state`` and the text ``status`` describe its progress."""
 
     def __init__(self, marker_id: int, settings: Optional[Settings] = None) -> None:
         self.marker_id, self.settings = marker_id, settings or Settings()

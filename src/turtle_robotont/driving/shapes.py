@@ -22,7 +22,7 @@ EDGE = 1e-6  # [m] by which rounding may put a corner outside
 
 
 class InvalidInput(ValueError):
-    """A value was refused; the text names the value and what is allowed."""
+    """A value was refused; the text names the value and the allowed range."""
 
 
 class HasPosition(Protocol):

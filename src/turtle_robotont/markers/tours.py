@@ -15,7 +15,7 @@ FRESH = 0.3  # [s] a marker seen within this time is in view: two messages of a 
 AHEAD = 0.2  # [rad] from the marker's direction: small enough to drive while turning the rest
 FACING = 0.05  # [rad] at smaller bearings the robot faces the marker
 NEAR = 0.05  # [m] a marker counts as reached within this of the distance
-MOST_TURNS = 2.0  # full turns without seeing the marker, after which the tour gives up
+MAX_TURNS = 2.0  # full turns without seeing the marker, after which the tour gives up
 
 
 class State(enum.Enum):
@@ -64,7 +64,7 @@ class Tour:
             return 'visited the markers ' + ', '.join(f'{visit.marker_id} ({visit.distance:.2f} m)'
                                                       for visit in self.reached)
         if self.state is State.FAILED:
-            return (f'marker {self.marker_id} was not found in {MOST_TURNS:g} turns; check that it is there and lit, '
+            return (f'marker {self.marker_id} was not found in {MAX_TURNS:g} turns; check that it is there and lit, '
                     'and ~marker_size of the tracker')
         if self._silent:
             return 'waiting: the tracker publishes nothing'
@@ -111,7 +111,7 @@ class Tour:
             return STOP
         command = self._settings.limits.apply(Twist2D(angular_z=self._search_angular_z))
         self._turned += abs(command.angular_z) * dt
-        if self._turned > MOST_TURNS * 2.0 * math.pi:
+        if self._turned > MAX_TURNS * 2.0 * math.pi:
             self.state = State.FAILED
             return STOP
         return command

@@ -4,7 +4,7 @@ sitecustomize.py beside this file says how it gets into all programs of a worksp
 have to be right with the original rospy, too.
 
 **Ctrl-C.** rospy shuts down inside its signal handler, and so in the main thread. If that thread is just executing
-publish() or loginfo(), it holds a lock that the shutdown needs: it waits for itself for ever, and only SIGKILL or
+publish() or loginfo(), it holds a lock that the shutdown needs: it waits for itself forever, and only SIGKILL or
 SIGQUIT ends the program. Here the shutdown waits until the main thread leaves rospy, a moment later. If it stays there
 for PATIENCE, say in the call of a service, another thread shuts down meanwhile. All else is as with the original: the
 hooks of rospy.on_shutdown run once, normally in the main thread, which goes on after the shutdown. One thing is new:
@@ -39,8 +39,8 @@ import rospy.impl.registration
 CHECKED = '1.15.', '1.16.', '1.17.'  # versions of rospy; others stay as they are
 PATIENCE = 0.5  # [s] for the main thread to leave rospy; publish and loginfo take less than 1 ms
 GRACE = 2.0  # [s] in which further Ctrl-C do nothing, as with rospy: the first one needs some tenths of a second
-LONGEST_WAIT = 5.0  # [s] for a shutdown that another thread executes
-LONGEST_SENDING = 0.2  # [s] of what the hooks have published
+SHUTDOWN_TIMEOUT = 5.0  # [s] for a shutdown that another thread executes
+SENDING_TIMEOUT = 0.2  # [s] for messages that the hooks have published
 MASTER_POLL = 0.2  # [s]
 MASTER_TIMEOUT = 2.0  # [s] for the answer of a master
 HOLD_NO_LOCK = {  # functions of rospy that hold no lock while they wait, so that the shutdown may run inside them
@@ -111,7 +111,7 @@ def _shut_down_later(number):
 
 def _await_shutdown():
     """Wait until another thread has called the hooks of a shutdown, if one does."""
-    if rospy.core._shutdown_lock.acquire(timeout=LONGEST_WAIT):
+    if rospy.core._shutdown_lock.acquire(timeout=SHUTDOWN_TIMEOUT):
         rospy.core._shutdown_lock.release()
 
 
@@ -129,7 +129,7 @@ def _publish(publisher, *arguments, **fields):
 def _send_rest(_):
     """Wait until the threads that write to subscribers have taken and sent what waits."""
     topics = list(rospy.impl.registration.get_topic_manager().pubs.values())
-    end = time.monotonic() + LONGEST_SENDING
+    end = time.monotonic() + SENDING_TIMEOUT
     while time.monotonic() < end and any(getattr(connection, '_queue', None) for topic in topics
                                          for connection in topic.connections):
         time.sleep(0.005)
@@ -158,7 +158,7 @@ def _check_parameters(argv):
 
 
 def _wait_for_master():
-    """Wait until the master answers or the node is shut down; say once what is missing."""
+    """Wait until the master answers or the node is shut down; report the missing master once."""
     uri, told = rosgraph.get_master_uri(), False
     if not re.match(r'https?://\S', uri):
         sys.exit(f'ROS_MASTER_URI is {uri!r}, but must look like http://localhost:11311')

@@ -71,7 +71,7 @@ def drawn(strategy, count):
 
 
 class Attacks:
-    """What a peer does to one node; what each method leaves open is closed with ``hostile``."""
+    """The attacks of a peer on one node; ``hostile`` closes the connections that a method leaves open."""
 
     def __init__(self, peer, kind, output):
         self.peer, self.kind, self.output = peer, kind, output
@@ -234,7 +234,7 @@ class Attacks:
         self.assert_answers('a message of 4 GB')
 
     def no_descriptors(self):
-        """The node has no file descriptor left: it waits without burning processor time, says why, and comes back."""
+        """The node has no file descriptor left: it waits without using processor time, says why, and recovers."""
         soft, hard = resource.prlimit(self.peer.pid, resource.RLIMIT_NOFILE)
         until(lambda: self.peer.descriptors() < 200, f'{self.kind.key} has closed what the attack before has left')
         resource.prlimit(self.peer.pid, resource.RLIMIT_NOFILE, (self.peer.descriptors(), hard))
@@ -252,7 +252,7 @@ class Attacks:
         assert share < 0.8, (self.kind.key, f'{share:.0%} of a core without descriptors')
 
     def many_publishers(self):
-        """Somebody says again and again that a topic has publishers, none of which answers."""
+        """A peer announces again and again that a topic has publishers, none of which answers."""
         if self.kind.subscribed:
             threads = self.peer.threads()
             with socket.create_server(('localhost', 0), backlog=SILENT) as silent:

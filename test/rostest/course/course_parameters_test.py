@@ -15,7 +15,7 @@ UNKNOWN = [  # an argument that a node does not have; what its text must contain
     ('drive_shape.py', 'square', ['argument square', 'no such parameter']),
 ]
 NO_SIMULATOR_DEADLINE = 60.0  # [s] they wait 10 s themselves
-REFUSED = [  # what is given to which node; what its text must contain beside the parameter's name
+REFUSED = [  # node, argument, and the words that its error must contain beside the parameter's name
     ('velocity_publisher.py', '_linear:=fast', ["'fast'", 'a number']),
     ('velocity_publisher.py', '_angular:=.nan', ['nan', 'a number']),
     ('velocity_publisher.py', '_rate:=0', ['is 0', '0.1 to 1000 Hz']),
@@ -47,7 +47,7 @@ class ParametersTest(CourseCase):
     simulator = None
 
     def test_course_bad_parameters(self):
-        """Exit code 2 and one line that names the parameter, its value and what is allowed."""
+        """Exit code 2 and one line that names the parameter, its value and the allowed values."""
         for begin in range(0, len(REFUSED), AT_A_TIME):
             some = list(enumerate(REFUSED[begin:begin + AT_A_TIME], begin))
             processes = [self.start(script, f'__name:=case{number}', argument)
@@ -63,7 +63,7 @@ class ParametersTest(CourseCase):
             self.assertIn(text, lines[0])
 
     def test_course_unknown_parameters(self):
-        """A misspelt parameter, a forgotten underscore or colon: exit code 2 and one line with what was meant."""
+        """A misspelt parameter, a forgotten underscore or colon: exit code 2 and one line with the right name."""
         processes = [self.start(script, f'__name:=case{number}', argument)
                      for number, (script, argument, _) in enumerate(UNKNOWN)]
         for (script, argument, texts), process in zip(UNKNOWN, processes):
@@ -74,7 +74,7 @@ class ParametersTest(CourseCase):
                     self.assertIn(text, lines[0])
 
     def test_course_without_simulator(self):
-        """Exit code 1 and a line that says what is missing, within the 10 s that a node waits."""
+        """Exit code 1 and a line that names the missing part, within the 10 s that a node waits."""
         processes = [(script, self.start(script)) for script in DRIVERS]
         pen = self.start('set_pen.py')
         for script, process in processes:

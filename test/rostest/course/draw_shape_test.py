@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The service turtle1/draw_shape: what it draws, what it answers, what it refuses."""
+"""The service turtle1/draw_shape: shapes, answers, and refused requests."""
 import math
 
 import rospy
@@ -11,7 +11,7 @@ from rostest_support.course import POSITION_TOLERANCE, BackgroundCall, CourseCas
 from turtle_robotont.driving.shapes import SHAPES
 
 MEASURED_TOLERANCE = 0.02  # [m] between two measurements: the server may miss the first and last poses
-REFUSED = [  # shape, size, corners, speed, what the reason must contain
+REFUSED = [  # shape, size, corners, speed, words in the reason
     ('star', 0.0, [], 0.0, ["'star'", ', '.join(SHAPES)]),
     ('', 0.0, [], 0.0, ["''", ', '.join(SHAPES)]),
     ('square', 7.0, [], 0.0, ['(12.54, 5.54)', 'the largest possible size is 5.54 m']),
@@ -66,7 +66,7 @@ class DrawShapeTest(CourseCase):
         self.assert_drawn(self.draw('corners', speed=6.0), poses.messages, [(6.0, 6.0), (6.5, 6.5), (6.0, 6.0)])
 
     def test_draw_shape_refuses(self):
-        """Nonsense and what does not fit is answered with a reason, and the turtle has not moved."""
+        """Nonsense, and shapes that do not fit, are answered with a reason, and the turtle does not move."""
         before, commands = self.pose(), self.commands()
         for shape, size, corners, speed, texts in REFUSED:
             with self.subTest(shape=shape, size=size, corners=corners, speed=speed):

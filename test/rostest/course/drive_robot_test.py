@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""drive_shape.py _robot:=true and ar_maze.py, closed over a robot that obeys: what it drives, and that it stops."""
+"""drive_shape.py _robot:=true and ar_maze.py, with a simulated robot in the loop: its path, and that it stops."""
 import math
 import signal
 
@@ -78,7 +78,7 @@ class DriveRobotTest(RobotCase):
         until(lambda: velocities.messages[-1] == STOP, 'a last Twist of zeros')
 
     def test_drive_robot_stale_odometry(self):
-        """Somebody else sends odometry that is long past: left out with one warning, and the square is driven."""
+        """Another node sends old odometry: it is ignored with one warning, and the square is driven."""
         stale = rospy.Publisher('odom', Odometry, queue_size=10)
         self.addCleanup(stale.unregister)
         message = Odometry()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""drive_shape.py: the corners of every shape, measured on the turtle's own poses; that it ends; what it refuses."""
+"""drive_shape.py: the corners of every shape, measured on the turtle's own poses; its end; refused parameters."""
 import math
 
 import rospy
@@ -19,7 +19,7 @@ def ahead(start, distance, turn):
 class ShapeCase(CourseCase):
 
     def draw(self, *arguments, speed=2.0):
-        """Draw a shape; return the poses meanwhile, after assertions that hold for all shapes."""
+        """Draw a shape; return its poses, after assertions that hold for all shapes."""
         poses = self.poses()
         self.ended(self.start('drive_shape.py', *arguments), deadline=SHAPE_DEADLINE)
         self.assert_stands(poses)

@@ -15,7 +15,7 @@ SPEED = 1.0  # [m/s]
 class ShutdownTest(CourseCase):
 
     def drive_and_end(self, process, end, code=1):
-        """Wait until the turtle drives, end the node, look at how the turtle stops."""
+        """Wait until the turtle drives, end the node, and check how the turtle stops."""
         poses, commands = self.poses(), self.commands()
         poses.next(lambda pose: pose.linear_velocity > 0.9 * SPEED, 'the turtle driving')
         end()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The topic turtle1/drive_status: what is told of a drive, and how often."""
+"""The topic turtle1/drive_status: its contents and its rate."""
 import math
 
 import rospy
@@ -10,7 +10,7 @@ from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collecte
 from rostest_support.course import BackgroundCall, CourseCase
 
 ENDED = (DriveStatus.ARRIVED, DriveStatus.FAILED, DriveStatus.PREEMPTED)
-LEFT_TOLERANCE = 0.01  # [m, rad] what a drive that arrived may have left
+LEFT_TOLERANCE = 0.01  # [m, rad] that may remain after an arrival
 OVERSHOOT = 0.02  # [m] by which the distance left may grow again
 RATE, RATE_TOLERANCE = 10.0, 2.0  # [Hz]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The service turtle1/drive_to: what it answers, its speed and tolerance, what it refuses."""
+"""The service turtle1/drive_to: answers, speed and tolerance, refused requests."""
 import math
 
 import rospy
@@ -11,7 +11,7 @@ from rostest_support.course import HEADING_TOLERANCE, SPEED_TOLERANCE, CourseCas
 DEFAULT_TOLERANCE = 0.01  # [m]
 ELAPSED_TOLERANCE = 0.5  # [s] poses may come late
 GOAL = {'x': 5.0, 'y': 6.0, 'theta': 0.0, 'use_heading': False, 'speed': 0.0, 'tolerance': 0.0}
-REFUSED = [  # what is asked, what the reason must contain
+REFUSED = [  # request, words in the reason
     ({'x': math.nan}, ['x is nan', 'finite']),
     ({'y': -math.inf}, ['y is -inf', 'finite']),
     ({'theta': math.nan, 'use_heading': True}, ['theta is nan', 'finite']),
@@ -55,7 +55,7 @@ class DriveToTest(CourseCase):
         self.assertAlmostEqual((driving[-1] - driving[0]) * DT, answer.elapsed, delta=ELAPSED_TOLERANCE)
 
     def test_drive_to_without_heading(self):
-        """theta is left out: the turtle ends looking along its way."""
+        """Without theta, the turtle keeps the direction in which it arrives."""
         answer = self.drive_to(x=7.0, y=7.0, theta=-2.0)
         self.assert_arrived(answer, 7.0, 7.0)
         self.assertEqual(0.0, answer.heading_error)

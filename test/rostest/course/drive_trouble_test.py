@@ -29,7 +29,7 @@ class TroubleTest(CourseCase):
         return call
 
     def assert_given_up(self, call):
-        """Assert that there is no pose any more: the call is answered so, and the last Twist is one of zeros."""
+        """Assert that no pose arrives any more: the answer says so, and the last Twist is all zeros."""
         answer = call.ended()
         self.assertFalse(answer.arrived)
         self.assertRegex(answer.reason, GONE)
@@ -50,7 +50,7 @@ class TroubleTest(CourseCase):
         self.assert_drives_again()
 
     def test_drive_teleported_away(self):
-        """Somebody teleports the turtle: it drives on to its goal from where it is."""
+        """The turtle is teleported: it drives on to its goal from there."""
         call = self.drive(8.5, MIDDLE, 1.0, True, 1.0, 0.0)
         self.jump(7.0, 7.0, -1.0)
         answer = call.ended()
@@ -58,7 +58,7 @@ class TroubleTest(CourseCase):
         self.assert_at(self.pose(), 8.5, MIDDLE, 1.0)
 
     def test_drive_reset(self):
-        """Somebody resets the simulator: it drives on from the middle."""
+        """The simulator is reset: the turtle drives on from the middle."""
         call = self.drive(8.0, MIDDLE, 0.0, False, 1.5, 0.0)
         self.call('reset')
         answer = call.ended()
@@ -66,7 +66,7 @@ class TroubleTest(CourseCase):
         self.assert_at(self.pose(), 8.0, MIDDLE)
 
     def test_drive_teleported_for_ever(self):
-        """Somebody teleports the turtle again and again: the drive is given up, with where it was and is now."""
+        """The turtle is teleported again and again: the drive is given up, and the reason has both positions."""
         call = self.drive(*FAR)
         for number in range(TELEPORTS):
             if call.is_alive():
@@ -78,7 +78,7 @@ class TroubleTest(CourseCase):
         until(lambda: self.sent.messages[-1] == STOP, 'a last Twist of zeros')
 
     def test_drive_shape_teleported_away(self):
-        """Somebody teleports the turtle while it draws: the shape is given up, and the turtle stands."""
+        """The turtle is teleported while it draws: the shape is given up, and the turtle stops."""
         rospy.wait_for_service('/turtle1/draw_shape', DEADLINE)
         poses = self.poses()
         call = BackgroundCall('/turtle1/draw_shape', DrawShape, 'square', 4.0, [], 1.0)
@@ -98,7 +98,7 @@ class TroubleTest(CourseCase):
         self.assert_pose(self.pose(), MIDDLE, MIDDLE, 0.0)
 
     def test_drive_paused(self):
-        """Simulated time stands for longer than a pose may take: the drive waits, and goes on when time does."""
+        """Simulated time stands still for longer than a pose may take: the drive waits, and continues with the time."""
         call = self.drive(8.0, MIDDLE, 0.0, False, 1.0, 0.0)
         self.assertTrue(proxy('/turtlesim/pause', Trigger)().success)
         time.sleep(2.0)  # of wall time: there is nothing to poll for
@@ -109,7 +109,7 @@ class TroubleTest(CourseCase):
         self.assert_at(self.pose(), 8.0, MIDDLE)
 
     def test_drive_waits_in_vain(self):
-        """No turtle, or nobody who takes commands: answered after the 10 s in which somebody might have come."""
+        """No turtle, or no subscriber to its commands: the answer comes after a wait of 10 s."""
         for turtle in ('nobody', 'turtle1'):
             rospy.wait_for_service(f'/{turtle}/drive_to', DEADLINE)
         calls = [BackgroundCall(f'/{turtle}/drive_to', DriveTo, *NEAR) for turtle in ('nobody', 'turtle1')]
@@ -147,7 +147,7 @@ class SimulatorGoneTest(TroubleTest):
         self.assertRegex(self.ended(process, code=1), r'\[FATAL\].*did not arrive within .* s: ' + GONE)
 
     def test_drive_machine_stands_still(self):
-        """Everything stands still for longer than a pose may take, and goes on: so does the drive."""
+        """The whole machine stands still for longer than a pose may take: the drive continues afterwards."""
         poses = self.poses()
         process = self.start('drive_shape.py', '_size:=1.0')
         poses.next(lambda pose: pose.x > MIDDLE + 0.1, 'the turtle driving')

@@ -13,7 +13,7 @@ from rostest_support.course import BackgroundCall, CourseCase, stands
 
 SERVICE = '/turtle1/gotoPose'
 TOP_SPEED = 2.0  # [m/s] of the server by default
-BAD_GOALS = [  # x, y, theta, what the text must contain
+BAD_GOALS = [  # x, y, theta, words in the error
     ((math.nan, 5.0, 0.0), ['x is nan', 'finite']),
     ((5.0, math.inf, 0.0), ['y is inf', 'finite']),
     ((5.0, 5.0, -math.inf), ['theta is -inf', 'finite']),
@@ -29,7 +29,7 @@ class GotoPoseTest(CourseCase):
         rospy.wait_for_service(SERVICE, DEADLINE)
 
     def rosservice_call(self, *arguments):
-        """Type rosservice call; return what it printed."""
+        """Run rosservice call; return its output."""
         done = subprocess.run(['rosservice', 'call', SERVICE, *arguments], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, timeout=2.0 * DEADLINE, check=False)
         self.assertEqual(0, done.returncode, done.stdout)
@@ -77,7 +77,7 @@ class GotoPoseTest(CourseCase):
         self.assertEqual([], commands.messages)
 
     def test_goto_pose_bad_goals(self):
-        """The call fails with the value and what is allowed; the turtle has not moved, and the next goal is served."""
+        """The call fails with value and range; the turtle does not move, and the next goal is served."""
         self.assert_refuses_bad_goals()
         proxy(SERVICE, TeleportAbsolute)(6.0, 5.5, 0.0)
         self.assert_at(self.pose(), 6.0, 5.5, 0.0)
@@ -115,7 +115,7 @@ class GotoPoseTest(CourseCase):
             self.assertTrue(call.answer is not None or 'preempted' in call.error, call.error)
 
     def test_goto_pose_teleport_ends_a_drive(self):
-        """A server that drives and one that teleports, for the same turtle: the drive goes on from where it is put."""
+        """A server that drives and one that teleports the same turtle: the drive continues from the new position."""
         poses = Collected('/turtle1/pose', type(self.pose()))
         drive = BackgroundCall(SERVICE, TeleportAbsolute, 8.0, MIDDLE, 0.0)
         poses.next(lambda pose: pose.x > MIDDLE + 0.3, 'the turtle on its way')

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The launch files, started for real: what the turtle does then, and what their arguments change.
+"""The launch files, started for real: the motion of the turtle, and the effect of the arguments.
 
 The nodes may be done before a test looks, so most of what is asserted stays: where the turtle stands, what it drew.
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""ar_control_node.py: what it prints, what it leaves out, what it says when nothing comes, how it drives and stops."""
+"""ar_control_node.py: output, ignored markers, the warning without messages, driving and stopping."""
 import math
 import re
 import signal
@@ -17,7 +17,7 @@ LINE = r'Detected marker with ID (\d+) at x: (\S+) y: (\S+) z: (\S+) m, distance
 PERIOD_TOLERANCE = 0.2  # [s] of 1 s
 LOST_TOLERANCE = 0.5  # [s] by which a loaded machine may be late
 MARKERS_PERIOD = 0.1  # [s]
-STILL = 1e-3  # [m, rad] that a robot at rest may move meanwhile
+STILL = 1e-3  # [m, rad] that a robot at rest may move
 REST = 30  # [messages of odometry] 1 s: longer than a stop while the marker is lost
 
 
@@ -101,7 +101,7 @@ class FollowTest(RobotCase):
         return process, velocities, self.tracker()
 
     def drive(self, velocities, track, ahead=2.0):
-        """Publish the marker until the robot is told to drive."""
+        """Publish the marker until the node drives the robot."""
         def driven():
             track({4: (ahead, 0.0, 0.0), 1: (0.5, 0.5, 0.0)})
             time.sleep(MARKERS_PERIOD)
@@ -148,7 +148,7 @@ class FollowTest(RobotCase):
         self.assertEqual((0.0, 0.0), (last.linear.x, last.angular.z))
 
     def test_ar_control_marker_lost(self):
-        """The marker is not among those seen: one stop, and it goes on when the marker is back."""
+        """The marker is not visible: the robot stops once, and continues when the marker is back."""
         process, velocities, track = self.follow()
         self.drive(velocities, track)
         self.stopped(velocities, lambda: (track({1: (0.5, 0.5, 0.0)}), time.sleep(MARKERS_PERIOD)))

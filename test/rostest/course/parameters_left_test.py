@@ -27,7 +27,7 @@ OLD = 'from an earlier run'
 
 
 def step(number):
-    """Return what the course's page says in a step: its Commands and Outputs for terminal 3."""
+    """Return the Commands and Outputs for terminal 3 in a step of the course."""
     text = (REPOSITORY / 'docs' / 'course.md').read_text(encoding='utf-8')
     section = re.search(rf'^## {number}\. .*?(?=^## )', text, re.MULTILINE | re.DOTALL).group()
     return [action for action in page.actions(section) if getattr(action, 'terminal', None) == 3]
@@ -42,7 +42,7 @@ class ParametersLeftTest(unittest.TestCase):
         return simulator
 
     def do(self, number):
-        """Type what a step of the page says, compare what it prints, and return that of each drive."""
+        """Type the commands of a step, compare their output with the page, and return the output of each drive."""
         drawn, printed = [], ''
         for action in step(number):
             if isinstance(action, page.Output):
@@ -108,7 +108,7 @@ class ParametersLeftTest(unittest.TestCase):
         first.stop()
 
     def test_what_a_launch_file_gives_is_not_old(self):
-        """The second start of a launch file finds what the first one has set; /use_sim_time ends with the simulator."""
+        """A launch file that starts again finds its earlier parameters; /use_sim_time ends with the simulator."""
         for _ in range(2):
             with Process('roslaunch', 'turtle_robotont', 'drive_shape.launch', 'sim_rate:=max', 'size:=1.5') as launch:
                 until(lambda launch=launch: not launch.runs(), 'the end of the launch', STEP_DEADLINE)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""pose_subscriber.py: what it prints and how often."""
+"""pose_subscriber.py: its output and its rate."""
 import re
 
 from rosgraph_msgs.msg import Log

@@ -17,7 +17,7 @@ LINE_DEADLINE = 60.0  # [s] for a command of ROS on a loaded machine
 
 
 class User:
-    """A user with a home folder and a workspace, which shares what is built with that of this test."""
+    """A user with a home folder and a workspace, which shares the built packages of this test."""
 
     def __init__(self, folder):
         self._workspace = folder / 'workspace'
@@ -34,7 +34,7 @@ class User:
                 'bash', '-c', IN_WORKSPACE, str(self._workspace), *command]
 
     def sees(self, *command):
-        """Return what a command prints, as lines."""
+        """Return the output of a command, as lines."""
         done = subprocess.run(self.types(*command), capture_output=True, text=True, check=False, timeout=LINE_DEADLINE)
         return done.stdout.splitlines()
 

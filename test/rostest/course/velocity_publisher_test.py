@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""velocity_publisher.py: what it publishes, where, and how it ends. How often by default: rate_test."""
+"""velocity_publisher.py: its messages, its topic, and its end. For the default rate see rate_test."""
 import signal
 
 from geometry_msgs.msg import Twist, Vector3

@@ -9,7 +9,7 @@ import time
 
 AT_ONCE = 500  # connections that are being tried
 PORTS = 65536
-LONGEST_SILENCE = 20.0  # [s] without an answer of any port, even that there is nobody
+MAX_SILENCE = 20.0  # [s] without any answer, not even a refused connection
 
 
 def open_ports(address):
@@ -32,7 +32,7 @@ def open_ports(address):
                 connection.close()
         if not waiting.get_map():
             return found
-        if time.monotonic() > answered + LONGEST_SILENCE:
+        if time.monotonic() > answered + MAX_SILENCE:
             raise TimeoutError(f'{len(waiting.get_map())} ports of {address} do not answer at all: is it there?')
         for key, _ in waiting.select(1.0):
             if key.fileobj.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) == 0:

@@ -51,7 +51,7 @@ class BeforeMasterTest(unittest.TestCase):
         return master, nodes
 
     def test_nodes_wait_for_the_master(self):
-        """Each says once what is missing; when roscore is there, all are registered, with their parameters."""
+        """Each reports the missing master once; when roscore runs, all are registered, with their parameters."""
         master, nodes = self.without_master()
         master.start()
         self.addCleanup(lambda: master.process.stop())

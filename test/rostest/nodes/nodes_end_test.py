@@ -23,7 +23,7 @@ ROUNDS = int(os.environ.get('ROUNDS', '2'))
 END_DEADLINE = 60.0  # [s] for all to end; well under a second each where the machine is not loaded
 CODES = {'velocity_publisher': 0, 'stop_at_x': 0, 'drive_shape': 1, 'drive_server': 0, 'draw_square': 0, 'mimic': 0,
          'drive_shape_robot': 1, 'ar_control': 0, 'follower': 0}  # 1: it did not get where it was told to
-SIMULATORS = 'turtlesim', 'robotont', 'broadcaster', 'follower_broadcaster'  # and what the others need of tf
+SIMULATORS = 'turtlesim', 'robotont', 'broadcaster', 'follower_broadcaster'  # and the tf frames that the others need
 TOPICS = {'drive_shape_robot': '/cmd_vel'}
 
 
@@ -94,7 +94,7 @@ class EndTest(unittest.TestCase):
         self.assertFalse(wrong, '\n'.join(wrong))
 
     def round(self, number, master_away):
-        """Start all nodes, end them while they drive; return what was wrong."""
+        """Start all nodes, end them while they drive; return the errors."""
         for kind in self.kinds:
             self.velocities[kind.key].messages.clear()
         self.nodes.start(*self.kinds)
@@ -119,7 +119,7 @@ class EndTest(unittest.TestCase):
         return wrong
 
     def ended(self, kind):
-        """Wait for a node's end; return what was wrong with it, or nothing."""
+        """Wait for the end of a node; return its errors."""
         process, collected = self.nodes.running.pop(kind), self.velocities[kind.key]
         try:
             until(lambda: not process.runs(), 'the end', END_DEADLINE)
@@ -139,7 +139,7 @@ class EndTest(unittest.TestCase):
 
 
 def moves(twist):
-    """Return whether a Twist is no stop."""
+    """Return whether a Twist moves the vehicle."""
     return twist != Twist()
 
 

@@ -52,7 +52,7 @@ class MasterTest(unittest.TestCase):
         self.assertEqual([], wrong_pages(self.types))
 
     def lacking(self):
-        """Return what is not registered as it was before, of the nodes that run: a drive may have arrived."""
+        """Return the missing registrations of the nodes that still run: a drive may have arrived."""
         running = [kind for kind in self.names if self.nodes.running[kind].runs()]
         found = [f'{kind.key}: {before - now}' for kind in running
                  for before, now in zip(self.names[kind], self.master.registered(kind.node)) if not before <= now]
@@ -89,7 +89,7 @@ class MasterTest(unittest.TestCase):
         self.assert_all_run()
 
     def start_ended(self):
-        """Start again what has come to where it was told to drive; in a long campaign there is time for that."""
+        """Restart nodes that have reached their goals, which happens in a long campaign."""
         for kind in self.names:
             process = self.nodes.running[kind]
             if not process.runs():

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Nodes whose output is closed, whose reader has gone, or whose log cannot be written: all but lessons go on as ever.
+"""Nodes whose output is closed, whose reader has gone, or whose log cannot be written: all but lessons continue.
 
 The environment's ROUNDS sets how often; conditions take turns, so that after four rounds each node has met each.
 """
@@ -49,7 +49,7 @@ class OutputTest(unittest.TestCase):
             nodes.stop()
 
     def assert_goes_on(self, nodes, kind, condition):
-        """The node runs, and what is wrong with its log it said once."""
+        """The node runs, and has reported the problem with its log once."""
         process, said = nodes.running[kind], nodes.output(kind)
         self.assertTrue(process.runs(), f'{kind.key} under {condition} ended with {process.process.poll()}:\n{said}')
         self.assertEqual(set(), {word for word in BROKEN if word in said}, said)

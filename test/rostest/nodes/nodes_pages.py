@@ -31,7 +31,7 @@ def of_any_turtle(name):
 
 
 def names_and_types(master, kind):
-    """Return {(name, kind, type)} of what a running node has registered, with names as its page has them."""
+    """Return {(name, kind, type)} of the registrations of a running node, with the names on its page."""
     types = dict(master.call('getTopicTypes'))
 
     def type_of_service(name):
@@ -54,7 +54,7 @@ def wrong_pages(found):
 
 
 def differences(found, script):
-    """Return what the page of a script says wrong; a section without such a table leaves the names to others."""
+    """Return the errors on the page of a script; a section without such a table refers to another one."""
     page = node_pages.page_of(script)
     found = {entry for entry in found if entry[:2] not in OF_LIBRARIES} - NOT_BY_DEFAULT
     said = node_pages.names(node_pages.sections(page)[script.name])

@@ -1,4 +1,4 @@
-"""What the tests of all kinds of nodes share: a master of their own, nodes beside it, and what they register."""
+"""Helpers for the tests of all kinds of nodes: a master, nodes registered with it, and their registrations."""
 import os
 import signal
 import subprocess
@@ -25,7 +25,7 @@ START_DEADLINE = 60.0  # [s] for all kinds at once, on two loaded cores
 
 
 class OwnMaster:
-    """A rosmaster on a port of its own; what is registered with it is asked by XML-RPC."""
+    """A rosmaster on a port of its own, which is asked for registrations by XML-RPC."""
 
     def __init__(self):
         self.uri = self.process = self._port = None
@@ -53,7 +53,7 @@ class OwnMaster:
         return value if code == 1 else None
 
     def registered(self, node):
-        """Return what a node has registered: (published, subscribed, services), sets of names."""
+        """Return the registrations of a node: (published, subscribed, services), sets of names."""
         return tuple({name for name, nodes in kind if node in nodes} for kind in self.call('getSystemState'))
 
 
@@ -86,7 +86,7 @@ class Nodes:
         return node_kinds.missing(kind, self._master.registered(kind.node))
 
     def output(self, kind):
-        """Return what a node has printed."""
+        """Return the output of a node."""
         return self.running[kind].output()
 
     def spawn_turtles(self):

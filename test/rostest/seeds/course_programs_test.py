@@ -10,7 +10,7 @@ from rostest_support import course_texts
 from rostest_support.common import DEADLINE, MIDDLE, PEN, Collected, Process, SimulatorCase, run, skip, until
 
 BLUE, BLACK = (0, 0, 255), (0, 0, 0)
-LOGGED = 2e-6  # [m] what a position printed with six places may be off
+LOGGED = 2e-6  # [m] error of a position that is printed with six decimals
 STAY = 'import runpy, rospy, sys; runpy.run_path(sys.argv[1], run_name="__main__"); rospy.spin()'
 
 
@@ -36,7 +36,7 @@ class CourseTest(SimulatorCase):
         return process
 
     def shell(self, command):
-        """Type a command into bash; return what it prints."""
+        """Type a command into bash; return its output."""
         done = subprocess.run(['bash', '-o', 'pipefail', '-c', command], stdout=subprocess.PIPE, timeout=2.0 * DEADLINE)
         self.assertEqual(0, done.returncode, command)
         return done.stdout.decode()
@@ -113,7 +113,7 @@ class CourseTest(SimulatorCase):
             self.assertEqual(BLACK, self.color())
 
     def test_course_commands(self):
-        """The course's rosservice commands that need only the simulator print what the course says."""
+        """The course's rosservice commands that need only the simulator print the lines of the course."""
         commands = [entry for entry in course_texts.commands(course_texts.text(1), 'rosservice')
                     if 'gotoPose' not in entry[0]]
         self.assertEqual(5, len(commands))

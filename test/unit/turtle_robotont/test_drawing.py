@@ -9,7 +9,7 @@ from turtle_robotont.driving.control import Goal, State
 from turtle_robotont.driving.shapes import InvalidInput
 from turtle_robotont.driving.vehicle import Limits
 
-CORNER_TOLERANCE = 0.05  # [m] what the course's shapes are held to; the control keeps within a fifth of it
+CORNER_TOLERANCE = 0.05  # [m] limit for the shapes of the course; the controller needs a fifth of it
 STRAIGHT_TOLERANCE = 0.03  # [m] off the lines between the corners
 FOUR = [[3.0, 3.0], [6.0, 3.5], [5.5, 7.0], [2.5, 6.0]]
 

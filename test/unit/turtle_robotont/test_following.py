@@ -1,4 +1,4 @@
-"""turtle_robotont.driving.following: what it wants, limits, losing the marker, and the closed loop."""
+"""turtle_robotont.driving.following: velocities, limits, a lost marker, and the closed loop."""
 import math
 
 import pytest

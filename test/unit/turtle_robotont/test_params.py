@@ -1,4 +1,4 @@
-"""turtle_robotont.params: what each kind of parameter takes, and what is said of anything else."""
+"""turtle_robotont.params: the values that each kind of parameter accepts, and the errors for others."""
 import math
 import sys
 
@@ -51,7 +51,7 @@ class Node:
             monkeypatch.setattr(rospy, level, lambda text, *values: self.said.append(text % values))
 
     def check(self, *arguments, stored=None, **allowed):
-        """Return the exit code, None if the program goes on."""
+        """Return the exit code, or None if the program continues."""
         self._monkeypatch.setattr(sys, 'argv', ['node.py', *arguments])
         self._monkeypatch.setattr(rospy, 'get_param', lambda name, default: stored or default)
         try:

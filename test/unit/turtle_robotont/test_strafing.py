@@ -12,7 +12,7 @@ from turtle_robotont.driving.strafing import StrafeTo, body_velocity
 from turtle_robotont.driving.vehicle import ROBOT, STOP, Limits
 from unit_support.robot_loop import Robot, drive
 
-CORNER_TOLERANCE = 0.02  # [m] what the course asks of a robot with ideal odometry
+CORNER_TOLERANCE = 0.02  # [m] limit for a robot with ideal odometry
 HEADING_TOLERANCE = 0.03  # [rad]
 DELAYS = (0, 5, 10)  # steps of 10 ms
 ROUNDING = 1e-9

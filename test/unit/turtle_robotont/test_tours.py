@@ -6,10 +6,10 @@ import pytest
 from turtle_robotont.driving.following import Settings
 from turtle_robotont.driving.vehicle import STOP, Limits
 from turtle_robotont.markers.sightings import Sighting
-from turtle_robotont.markers.tours import MOST_TURNS, State, Tour
+from turtle_robotont.markers.tours import MAX_TURNS, State, Tour
 from unit_support.robot_loop import STEP, Camera, Robot
 
-DISTANCE_TOLERANCE = 0.08  # [m] of 1 m: what is near enough, and what is left of the speed
+DISTANCE_TOLERANCE = 0.08  # [m] around 1 m: the tolerance of the goal, and the braking distance
 DT = 0.05  # [s]
 
 
@@ -45,7 +45,7 @@ def test_marker_that_is_not_there_ends_the_search_and_is_named():
     go(robot, tour, {1: (2.0, 0.0)}, 30.0)
     assert tour.state is State.FAILED and tour.finished and [visit.marker_id for visit in tour.reached] == [1]
     assert 'marker 9 was not found in 2 turns' in tour.status
-    assert robot.theta == pytest.approx(MOST_TURNS * 2.0 * math.pi, abs=0.3)
+    assert robot.theta == pytest.approx(MAX_TURNS * 2.0 * math.pi, abs=0.3)
 
 
 def test_silent_tracker_stops_the_robot_until_it_speaks():

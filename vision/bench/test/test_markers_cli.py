@@ -1,4 +1,4 @@
-"""./run markers: folders that cannot be used are named with what is wrong."""
+"""./run markers: unusable folders are named with the reason."""
 import json
 
 import cv2

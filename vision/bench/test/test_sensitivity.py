@@ -1,4 +1,4 @@
-"""The sweep of the detector's thresholds: how numbers change, what is named, and that it notices a bad one."""
+"""The sweep of the detector's thresholds: changed numbers, reported differences, a bad threshold that is noticed."""
 import math
 
 import pytest

@@ -1,4 +1,4 @@
-"""What a browser asks for, and the picture that it gets."""
+"""Requests of a browser, and the pictures that it gets."""
 import cv2
 import numpy as np
 import pytest

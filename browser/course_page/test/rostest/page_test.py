@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page in a real browser: it shows what the simulators do, drives them, and stops them when it is left."""
+"""The page in a real browser: it shows the simulators, drives them, and stops them when it is left."""
 import base64
 import contextlib
 import json
@@ -180,7 +180,7 @@ class PageTest(PageCase, SimulatorCase):
               lambda: f'{what}: {(self.pixels() != picture).any(axis=2).sum()} pixels differ')
 
     def test_canvas_has_the_pixels_of_the_snapshot(self):
-        """What was drawn before the page came and what is drawn while it is there, with all widths of pens."""
+        """The drawing from before the page was opened, and changes afterwards, with all widths of pens."""
         def draw(first):
             for step in range(first, first + 12):
                 self.call('turtle1/set_pen', 20 * step % 256, 255 - 9 * step, 40, 1 + step % 7, 0)
@@ -300,7 +300,7 @@ class PageTest(PageCase, SimulatorCase):
         self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
 
     def test_every_control_has_a_name(self):
-        """What a screen reader says for whatever can be reached."""
+        """The text of a screen reader for every control."""
         for panel in ('turtle', 'robot'):
             self.show(panel)
             self.page.until(lambda: self.page.find('.pose'), panel)

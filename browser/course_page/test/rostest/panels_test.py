@@ -277,7 +277,7 @@ class PanelsTest(SimulatorCase):
         self.browser.find('.image-box canvas')[0].click()
         self.until_text('Pixel x', 'red')
         self.open('image?topic=/nobody/image')
-        self.until_text('Nobody publishes /nobody/image')
+        self.until_text('No node publishes /nobody/image')
 
     def test_a_window_of_cv2_gets_keys_mouse_and_trackbars(self):
         """The topics of rospy_support's cv2_windows.py; here the test is the program."""

@@ -211,7 +211,7 @@ JUMPS = [(1 + 4 * (step % 2), 1 + 2 * step, 0.0) for step in range(5)]
     (('/stop_at_x', STEERING), TO_TEN, [1, 2, 3]),
     (('/stop_at_x', STEERING), TO_TEN[:-1], [1, 2]),  # it has not stopped
     (('/stop_at_x', STEERING), TO_TEN[-2:], [1, 2]),  # it was put there
-    (('/teleop_turtle', PUBLISHER), TO_TEN, [1]),  # somebody has driven it by keys
+    (('/teleop_turtle', PUBLISHER), TO_TEN, [1]),  # driven with the keyboard
     (('/drive_shape', STEERING), SQUARE, [1, 2, 4]),
     (('/drive_shape', STEERING), SQUARE[:-2], [1, 2]),  # not back yet
     (('/drive_shape', STEERING), SQUARE[:2] * 9, [1, 2]),  # to and fro

@@ -185,7 +185,7 @@ function describe(state) {
   if (state.link === 'open') return {kind: 'good', short: 'Connected', title: '', text: '', commands: []};
   return {kind: 'busy', short: state.link === 'lost' ? 'Reconnecting' : 'Connecting',
     title: state.link === 'lost' ? 'The connection to ROS was lost.' : 'Connecting to ROS.',
-    text: 'The page tries again twice a second. You need not do anything.', commands: []};
+    text: 'The page tries again twice a second. You do not need to do anything.', commands: []};
 }
 
 function helpOf(module) {

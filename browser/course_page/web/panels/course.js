@@ -89,7 +89,7 @@ class CoursePanel {
         this._mark();
       }
       sure = !sure;
-      again.textContent = sure ? 'Press again to forget what is done' : 'Start again';
+      again.textContent = sure ? 'Press again to forget all marks' : 'Start again';
     });
     fill(this._element, el('div', {class: 'toolbar'}, this._progress, this._count, again), this._notice.element,
          shown.map(({title, before, steps}) => [el('h2', {}, title), before.map((block) => show(block)),

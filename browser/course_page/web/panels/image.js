@@ -8,16 +8,16 @@ styleSheet('panels/panels.css');
 
 const RAW = 'sensor_msgs/Image';
 const COMPRESSED = 'sensor_msgs/CompressedImage';
-const LIST = 2; // s between two looks for topics
+const LIST = 2; // s between two polls for topics
 const POLL_INTERVAL = 1; // s between two checks of the picture
-const STILL = 5; // s without a change, after which it is said
+const STILL = 5; // s without a change, after which the panel says so
 const RATE = 15; // compressed images a second
 const FORMATS = {jpeg: 'image/jpeg', jpg: 'image/jpeg', png: 'image/png'};
 
 export default {
   id: 'image',
   title: 'Image',
-  help: ['What cameras and trackers publish, always the newest picture. Press on it to read the colour of a pixel.',
+  help: ['The pictures of cameras and trackers, always the newest one. Press on it to read the colour of a pixel.',
          'In a terminal: rosrun web_video_server web_video_server.'],
   mount(element, context) {
     const panel = new ImagePanel(element, context);
@@ -91,8 +91,8 @@ class ImagePanel {
     this._notice.say('');
     if (shown) {
       fill(this._empty, this._topic
-        ? emptyState('No such picture yet', `Nobody publishes ${clean(this._topic, 100)}. It is shown here as soon as somebody does.`)
-        : emptyState('No pictures yet', 'Nobody publishes any. These start a camera:',
+        ? emptyState('No such picture yet', `No node publishes ${clean(this._topic, 100)}. It appears here as soon as a node does.`)
+        : emptyState('No pictures yet', 'No node publishes pictures. These commands start a camera:',
                      'roslaunch turtle_robotont ar_control.launch', 'roslaunch robotont_gazebo world_minimaze_ar.launch'));
       return;
     }
@@ -148,7 +148,7 @@ class ImagePanel {
     if (!this._running || this._frozen) return;
     const seconds = (performance.now() - this._changed) / 1000;
     if (!width) {
-      setText(this._facts, seconds < STILL ? 'Waiting for the first picture …' : 'No picture has come yet: does somebody publish?');
+      setText(this._facts, seconds < STILL ? 'Waiting for the first picture …' : 'No picture has arrived yet: does a node publish?');
       return;
     }
     const print = this._fingerprint();

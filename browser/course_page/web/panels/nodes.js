@@ -13,7 +13,7 @@ const LOGGER = 'rosout'; // rospy's logger of what the program itself logs; rosc
 export default {
   id: 'nodes',
   title: 'Nodes',
-  help: ['Every running node with its topics and services. Open one to see them, and to choose what it logs.',
+  help: ['Every running node with its topics and services. Open one to see them, and to choose its log levels.',
          'In a terminal: rosnode list, rosnode info.'],
   mount(element, context) {
     const panel = new NodesPanel(element, context);
@@ -147,7 +147,7 @@ class NodeRow {
       level.input.value = logger.level.toLowerCase();
       fill(this._level, el('div', {class: 'row'}, level.element));
     } catch (error) {
-      fill(this._level, el('p', {class: 'muted small'}, `The node does not say what it logs: ${error.message}`));
+      fill(this._level, el('p', {class: 'muted small'}, `The node does not report its log levels: ${error.message}`));
     }
   }
 }

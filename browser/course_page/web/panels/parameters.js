@@ -6,9 +6,9 @@ import {clean} from './lib/values.js';
 
 styleSheet('panels/panels.css');
 
-const LIST = 2; // s between two looks
+const LIST = 2; // s between two polls
 const NAME = /^\/?[A-Za-z][\w/]*$/;
-const SURE = 4000; // ms in which a second press deletes
+const SURE = 4000; // ms in which a second press confirms the deletion
 
 export default {
   id: 'parameters',
@@ -69,7 +69,7 @@ class ParametersPanel {
     }
     setText(this._count, words.length ? `${shown} of ${this._rows.size} parameters` : `${this._rows.size} parameters`);
     if (!this._rows.size) {
-      fill(this._empty, emptyState('No parameters', 'Nodes and launch files set some.', 'rosparam set /example 1.5'));
+      fill(this._empty, emptyState('No parameters', 'Nodes and launch files set them.', 'rosparam set /example 1.5'));
     } else {
       fill(this._empty, shown ? [] : el('p', {class: 'muted'}, 'No name or value contains this. Clear the filter to see all.'));
     }

@@ -11,7 +11,7 @@ styleSheet('panels/panels.css');
 
 const MAX_FIELDS = 6;
 const DRAW = 66; // ms between two drawings
-const RETRY = 1; // s until a topic that is not there is looked for again
+const RETRY = 1; // s until the next search for a missing topic
 const POLL_INTERVAL = 5; // s between two updates of the suggestions
 const TABLE = 500; // ms between two updates of the table
 const ZOOM = 1.5;
@@ -22,7 +22,7 @@ export default {
   id: 'plot',
   title: 'Plot',
   help: [`Type a field such as /turtle1/pose/x, or several such as /turtle1/pose/x:y. Up to ${MAX_FIELDS} fields, the last 60 s. `
-         + 'Drag over a part to zoom in, press Live to go on.', 'CSV saves what is shown, for a spreadsheet or Python.'],
+         + 'Drag over a part to zoom in, press Live to continue.', 'CSV saves what is shown, for a spreadsheet or Python.'],
   mount(element, context) {
     const panel = new PlotPanel(element, context);
     return () => panel.scope.end();
@@ -112,7 +112,7 @@ class PlotPanel {
   _add(text) {
     const wanted = expand(text).filter((one) => !this._fields.some((field) => field.text === one));
     if (!wanted.length) {
-      this._notice.say(text.trim() ? 'This field is shown already.' : 'Type a field first, as /turtle1/pose/x.', true);
+      this._notice.say(text.trim() ? 'This field is shown already.' : 'Type a field first, such as /turtle1/pose/x.', true);
       this._input.input.focus();
       return;
     }
@@ -203,7 +203,7 @@ class PlotPanel {
   _list() {
     this.context.setParameters({fields: this._fields.map(({text}) => text).join(',')});
     fill(this._empty, this._fields.length ? [] : emptyState('Nothing to plot yet',
-      'Type a field of a topic above, as /turtle1/pose/x, and press Add. Or open this page from a terminal:',
+      'Type a field of a topic above, such as /turtle1/pose/x, and press Add. Or open this page from a terminal:',
       'rosrun rqt_plot rqt_plot /turtle1/pose/x:y'));
     this._table.hidden = this._box.hidden = !this._fields.length;
     fill(this._rows, this._fields.map((field) => {

@@ -25,7 +25,7 @@ export default {
     'Drive with the arrow keys or W, A, S, D; Q and E drive sideways, Space stops. On a phone, use both round sticks at once.',
     'The map shows the robot, its path, what the laser scanner measures and the markers that the tracker sees (green). If the '
       + 'odometry differs from the true pose, it is shown in orange.',
-    'Drag a marker (red) to put it somewhere else.',
+    'Drag a marker (red) to move it.',
     'Drag the map to move it, use the wheel or the buttons to zoom. After “Place the robot”, click where it should be, and drag '
       + 'to where it should look.',
   ],

@@ -8,7 +8,7 @@ import {clean} from './lib/values.js';
 
 styleSheet('panels/panels.css');
 
-const LIST = 2; // s between two looks for services
+const LIST = 2; // s between two polls for services
 const CALL_TIMEOUT = 600; // s for an answer: some services drive a robot somewhere
 const OF_EVERY_NODE = /\/(get_loggers|set_logger_level|tf2_frames)$|^\/rosapi\//;
 
@@ -30,7 +30,7 @@ class ServicesPanel {
     this._rows = new Map();
     this._wanted = context.parameters.service || '';
     this._filter = labelled('Filter', {type: 'search', placeholder: 'a part of a name', on: {input: () => this._arrange()}});
-    this._all = labelled('Also those that every node has', {
+    this._all = labelled('Also those of every node', {
       type: 'checkbox', checked: OF_EVERY_NODE.test(this._wanted), on: {change: () => this._arrange()}});
     this._count = el('p', {class: 'muted small', role: 'status'});
     this._notice = new Notice();
@@ -177,7 +177,7 @@ class ServiceRow {
       const tree = new Tree(response);
       tree.update(values);
       tree.element.querySelectorAll('details').forEach((branch) => { branch.open = true; });
-      fill(answer, response.fieldsOf().length ? tree.element : el('p', {}, 'The answer is empty, as this service promises.'),
+      fill(answer, response.fieldsOf().length ? tree.element : el('p', {}, 'The answer is empty, as it is for this service.'),
            command);
     } catch (error) {
       if (scope.ended) return;

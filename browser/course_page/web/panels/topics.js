@@ -10,8 +10,8 @@ import {bytesText, clean} from './lib/values.js';
 
 styleSheet('panels/panels.css');
 
-const LIST = 2; // s between two looks for topics
-const NODES = 3; // s between two looks for who publishes and subscribes
+const LIST = 2; // s between two polls for topics
+const NODES = 3; // s between two polls for publishers and subscribers
 const SHOW = 0.25; // s between two updates of what is open
 const PICTURES = new Set(['sensor_msgs/Image', 'sensor_msgs/CompressedImage']);
 const MOST_OPEN = 30;
@@ -175,7 +175,7 @@ class TopicRow {
     fill(this._body, el('p', {class: 'muted'}, 'Asking for the type …'));
     if (byHand) this._panel.keepOpen();
     try {
-      if (!this.type) throw new Error('Nobody has said the type of this topic yet. It appears with the first publisher.');
+      if (!this.type) throw new Error('The type of this topic is not known yet. It appears with the first publisher.');
       const types = await messageTypes(this._panel.context.ros, this.type);
       if (!scope.ended) this._showBody(scope, types);
     } catch (error) {
@@ -209,7 +209,7 @@ class TopicRow {
       const [publishers, subscribers] = await Promise.all([
         context.rosapi.publishers(this.name), context.rosapi.subscribers(this.name)]);
       setText(people, `Publishers: ${names(publishers)}. Subscribers: ${names(subscribers)}.`);
-      setText(this._waiting, publishers.length ? 'No message yet.' : 'No message yet: nobody publishes this topic now.');
+      setText(this._waiting, publishers.length ? 'No message yet.' : 'No message yet: no node publishes on this topic.');
     }, () => {});
   }
 

@@ -21,7 +21,7 @@ export default {
   help: [
     'Drive the chosen turtle with the arrow keys or W, A, S, D, with the buttons, or with the round stick. Space stops it.',
     'Choose what a click on the canvas does above it: choose a turtle, move it there, or spawn a new one. Drag to turn it.',
-    'Below the canvas is the command that does in a terminal what you did last here.',
+    'Below the canvas is the command that does the same in a terminal.',
   ],
   mount(element, context) {
     styleSheet('panels/turtle.css');
@@ -148,7 +148,7 @@ class TurtlePanel {
         }
         this._drawing.element.classList.toggle('select', tool === 'select');
       }}}, text));
-    return el('div', {class: 'row', role: 'group', 'aria-label': 'What a click on the canvas does'},
+    return el('div', {class: 'row', role: 'group', 'aria-label': 'Effect of a click on the canvas'},
       el('span', {class: 'muted small'}, 'A click:'), buttons);
   }
 

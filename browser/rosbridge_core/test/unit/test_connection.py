@@ -23,7 +23,7 @@ ACCEPT = 's3pPLMBiTxaQ9kYGzzhZRbK+xOo='  # RFC 6455, 1.3
 
 
 def frame(first, payload=b'', length=None):
-    """Return a client's frame; its mask is zero, which changes no byte. ``length``: what it claims."""
+    """Return a client's frame; its mask is zero, which changes no byte. ``length``: its claimed length."""
     length = len(payload) if length is None else length
     size = bytes((128 | length,)) if length < 126 else b'\xfe' + struct.pack('!H', length) if length < 65536 else \
         b'\xff' + struct.pack('!Q', length)
@@ -91,7 +91,7 @@ class Client:
 
 
 def served(work, **settings):
-    """Run ``work(connect, log)``; ``connect(handshake)`` returns a Client, ``log`` notes what the server does."""
+    """Run ``work(connect, log)``; ``connect(handshake)`` returns a Client, ``log`` notes the actions of the server."""
     async def run():
         log = []
         settings.setdefault('use_compression', False)

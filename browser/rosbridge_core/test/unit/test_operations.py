@@ -1,4 +1,4 @@
-"""What a client may send, and what it is told about everything else."""
+"""Valid operations of a client, and the errors for all others."""
 import cbor2
 import pytest
 

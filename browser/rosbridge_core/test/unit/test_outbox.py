@@ -1,4 +1,4 @@
-"""What a client gets first, and what it does not get any more."""
+"""The order of messages to a client, and the messages that are dropped."""
 import pytest
 
 from rosbridge_core.outbox import BURST, BURST_BYTES, LATEST, MAX_ANSWERS, PATIENCE, SMALL, Full, Outbox

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""rosbridge_websocket from outside: the protocol between a WebSocket client and nodes of ROS, and what is refused."""
+"""rosbridge_websocket from outside: the protocol between a WebSocket client and nodes of ROS, and refusals."""
 import asyncio
 import http.client
 import json
@@ -27,7 +27,7 @@ FORWARD, ZERO = {'linear': {'x': 1.0}}, {'linear': {'x': 0.0}}
 
 
 class Client:
-    """A WebSocket client; what comes is in ``received``, None once the connection is closed."""
+    """A WebSocket client; ``received`` has its messages, and None once the connection is closed."""
 
     def __init__(self, port, **headers):
         self.received = queue.Queue()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""web_video_server from outside: what a browser gets."""
+"""web_video_server from outside: its answers to a browser."""
 import http.client
 
 import cv2
@@ -11,7 +11,7 @@ from rospy_support.images import to_compressed, to_image
 from rostest_support.common import DEADLINE, SimulatorCase, run, until
 
 NODE, TOPIC = '/web_video_server', '/camera/image_raw'
-LOSSY = 6  # what a value of a colour may be off in JPEG
+LOSSY = 6  # error of a colour value in JPEG
 
 
 def plain(green):

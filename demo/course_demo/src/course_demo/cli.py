@@ -1,4 +1,4 @@
-"""Plays the whole course, and measures what the turtle and the robot do."""
+"""Play the whole course, and measure how the turtle and the robot move."""
 import argparse
 import contextlib
 import os

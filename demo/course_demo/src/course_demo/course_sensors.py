@@ -82,7 +82,7 @@ class Drive:
 
     @property
     def plan(self):
-        """Return the FloorPlan as it is now."""
+        """Return the current FloorPlan."""
         return world_plan(self._world.entries[-1])
 
 

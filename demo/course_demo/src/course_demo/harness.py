@@ -37,7 +37,7 @@ BACKGROUND = [f'turtlesim/background_{channel}' for channel in 'rgb']
 
 
 class DemoError(RuntimeError):
-    """A step cannot go on; the text says what it waited for."""
+    """A step cannot continue; the text says what it waited for."""
 
 
 class Process(BackgroundProcess):
@@ -77,7 +77,7 @@ class Recorder:
 
 
 class Observer:
-    """Records what one turtle does, from its topics alone."""
+    """Records the motion of one turtle, from its topics alone."""
 
     def __init__(self, turtle):
         self._poses = Recorder(f'{turtle}/pose', Pose, lambda pose: pose)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""demo.py: its exit code says what was measured. It has a master and a simulator of its own.
+"""demo.py: its exit code reports the measurements. It has a master and a simulator of its own.
 
 The test of README.md (test/pages) plays all steps.
 """
@@ -31,7 +31,7 @@ class DemoTest(CourseCase):
         return self.ended(process, code, DEMO_DEADLINE)
 
     def test_demo_step(self):
-        """A step that goes well: exit code 0, what was measured, and a picture."""
+        """A step that passes: exit code 0, the measurements, and a picture."""
         said = self.play('gotoPose', 0)
         self.assertRegex(said, r'✓ distance to the goal when the service answers 0\.0\d\d m')
         self.assertRegex(said, r'x 1\.\d\d\d m, y 2\.\d\d\d m, heading -?3\.1\d\d rad')
@@ -60,7 +60,7 @@ class DemoTest(CourseCase):
         self.assertRegex(said, r'✗ 0 of 1 steps passed')
 
     def test_demo_no_simulator(self):
-        """A simulator that does not start: exit code 1, what is missing, and where to look."""
+        """A simulator that does not start: exit code 1, the missing part, and the file with details."""
         said = self.play('gotoPose', 1, roslaunch='echo out of order; exit 7')
         self.assertRegex(said, r'the simulator publishes no pose: it has ended; roslaunch printed: out of order')
         self.assertTrue(re.search(r'Output of the nodes: \S+/log', said), said)

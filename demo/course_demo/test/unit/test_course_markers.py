@@ -1,4 +1,4 @@
-"""course_demo.course_markers: what the demo makes of a tracker's messages, and its contact sheet."""
+"""course_demo.course_markers: the verdict on a tracker's messages, and the contact sheet."""
 import types
 
 import cv2

@@ -1,4 +1,4 @@
-"""course_demo.core.track_metrics: what is measured on tracks whose answers are known."""
+"""course_demo.core.track_metrics: the measurements of tracks with known answers."""
 import math
 
 import pytest

@@ -1,4 +1,4 @@
-"""course_grader.formats.report: what is printed and written of a verdict."""
+"""course_grader.formats.report: the printed and written forms of a verdict."""
 import json
 import os
 import pathlib

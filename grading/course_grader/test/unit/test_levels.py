@@ -1,4 +1,4 @@
-"""course_grader.isolation.levels: which level a machine gets, and what is said about it."""
+"""course_grader.isolation.levels: the level of a machine, and the texts about it."""
 import subprocess
 import sys
 

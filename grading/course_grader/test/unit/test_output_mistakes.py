@@ -1,4 +1,4 @@
-"""course_grader.rules.output_mistakes: what a program prints instead of what is asked."""
+"""course_grader.rules.output_mistakes: output that differs from the expected lines."""
 import pathlib
 
 import pytest

@@ -1,4 +1,4 @@
-"""course_grader.rules.path_mistakes: what the path and the commands show."""
+"""course_grader.rules.path_mistakes: mistakes that the path and the commands show."""
 import pathlib
 
 import pytest
@@ -11,7 +11,7 @@ FOLDER = pathlib.Path(__file__).resolve().parents[4] / 'grading' / 'course_grade
 
 
 def found(name, act, check='draws', start=(3.0, 3.0)):
-    """Return the advice on a check for what a turtle did in an exercise."""
+    """Return the advice on a check for the motion of a turtle in an exercise."""
     turtle = GradedTurtle(*start)
     act(turtle)
     one = exercise.load(FOLDER / f'{name}.yaml')

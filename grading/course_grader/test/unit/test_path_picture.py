@@ -1,4 +1,4 @@
-"""course_grader.formats.path_picture: the path and what of it counted, and nothing that was not there."""
+"""course_grader.formats.path_picture: the path, the part that counted, and nothing else."""
 import pathlib
 from xml.etree import ElementTree
 

@@ -1,4 +1,4 @@
-"""course_grader.rules.quantities: numbers with units, and what is said of others."""
+"""course_grader.rules.quantities: numbers with units, and the errors for others."""
 import math
 
 import pytest

@@ -1,4 +1,4 @@
-"""course_grader.rules.robot_sensors, and the checks of what a robot's sensors tell."""
+"""course_grader.rules.robot_sensors, and the checks of a robot's sensors."""
 import math
 import pathlib
 
@@ -93,7 +93,7 @@ def judged(observed, stimulus=DISTANCES, **check):
 
 
 def sensed(*values, what='ahead'):
-    """Return what was Observed: a value [m] each second."""
+    """Return the Observed of a value [m] each second."""
     return Observed(sensed=[Sensed(float(t), what, value) for t, value in enumerate(values)])
 
 

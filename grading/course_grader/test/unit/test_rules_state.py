@@ -1,4 +1,4 @@
-"""Checks of parameters and transforms: what is read from ROS, and how it is judged."""
+"""Checks of parameters and transforms: values from ROS, and their verdicts."""
 import math
 import types
 
@@ -47,7 +47,7 @@ def test_the_background(events, points, seen):
 
 
 def broadcast(rate=10.0, seconds=3.0, off=0.0, parent='world', child='turtle1', turned=0.0, stamped=True):
-    """Return what was Observed of a turtle that drives, and of its transforms."""
+    """Return the Observed of a turtle that drives, and of its transforms."""
     turtle = GradedTurtle().drive(seconds, linear=0.5)
     samples = turtle.observed.track[::max(1, round(1.0 / rate / 0.016))]
     turtle.observed.transforms = [
@@ -152,7 +152,7 @@ def test_goals_of_an_action(goals, points, said):
 
 
 def repeated(turn=0.5, speed=0.5, seconds=4.0):
-    """Return what was Observed of an arc that the grader drove for 4 s, and one that the program drove after it."""
+    """Return the Observed of an arc that the grader drove for 4 s, and one that the program drove after it."""
     turtle = GradedTurtle().drive(4.0, 0.5, 0.5).drive(1.0)
     turtle.observed.commands.clear()  # those were the grader's
     return turtle.drive(seconds, speed, turn).drive(0.5).observed

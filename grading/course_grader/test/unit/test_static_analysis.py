@@ -1,4 +1,4 @@
-"""course_grader.attempt.static_analysis: what a command starts, and which programs look at the wall clock."""
+"""course_grader.attempt.static_analysis: the programs that a command starts, and programs that use the wall clock."""
 import os
 import shutil
 import sys

@@ -1,4 +1,4 @@
-"""course_grader.rules.symptoms: a program that lost points gets advice on what it may be."""
+"""course_grader.rules.symptoms: a program that lost points gets advice on the likely mistake."""
 import pathlib
 
 import pytest
@@ -16,7 +16,7 @@ OTHERS = {('/turtle1/cmd_vel', 'subscribes'), ('/turtle1/pose', 'publishes'), ('
 
 
 def hints(name, act=None, source='', trouble='', connections=()):
-    """Return the hints for what a turtle did in an exercise."""
+    """Return the hints for the motion of a turtle in an exercise."""
     turtle = GradedTurtle(4.0, 3.0)
     if act:
         act(turtle)

@@ -1,4 +1,4 @@
-"""course_grader.formats.systems: what the systems of teachers read, whatever a student has written."""
+"""course_grader.formats.systems: results for the systems of teachers, for any text of a student."""
 import csv
 import io
 import json

@@ -1,4 +1,4 @@
-"""course_grader.isolation.view: what a program sees, and which files are its own."""
+"""course_grader.isolation.view: the files that a program sees, and those that are its own."""
 import os
 
 import pytest

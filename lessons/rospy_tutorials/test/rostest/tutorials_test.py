@@ -31,7 +31,7 @@ LISTENERS = (  # package, program, velocity that it commands
     ('turtle_tf', 'turtle_tf_listener.py', TO_LEADER), ('turtle_tf', 'turtle_tf_listener', TO_LEADER),
     ('turtle_tf', 'turtle_tf_listener_wait.py', TO_CARROT), ('turtle_tf2', 'turtle_tf2_listener.py', TO_LEADER),
     ('turtle_tf2', 'turtle_tf2_listener', TO_LEADER), ('turtle_tf2', 'turtle_tf2_listener_wait.py', TO_LEADER))
-WRONG_LESSONS = (  # package, program, part of what it says
+WRONG_LESSONS = (  # package, program, part of its error
     ('turtle_tf', 'turtle_tf_broadcaster.py', 'Type: rosrun turtle_tf turtle_tf_broadcaster.py _turtle:=turtle1'),
     ('turtle_tf', 'turtle_tf_broadcaster', 'Type: rosrun turtle_tf turtle_tf_broadcaster turtle1'),
     ('turtle_tf2', 'turtle_tf2_broadcaster.py', 'Type: rosrun turtle_tf2 turtle_tf2_broadcaster.py _turtle:=turtle1'),
@@ -39,7 +39,7 @@ WRONG_LESSONS = (  # package, program, part of what it says
     ('rospy_tutorials', 'param_talker.py', "'/global_example' is not set. Type: roslaunch rospy_tutorials"),
     ('rospy_tutorials', 'add_two_ints_client', '3', 'Type: rosrun rospy_tutorials add_two_ints_client 3 4'),
     ('rospy_tutorials', 'add_two_ints_client', '3', '4.5', 'Two whole numbers are needed, or none'))
-WRONG = (  # package, program, arguments, part of what it says
+WRONG = (  # package, program, arguments, part of its error
     ('depthimage_to_laserscan', 'depthimage_to_laserscan', '_range_min:=5', '_range_max:=1',
      'range_min is 5; it must be below range_max, which is 1 m'),
     ('robotont_driver', 'fake_driver_node', "_odom_frame:=''", "odom_frame is ''; it must be a text that is not empty"))
@@ -177,7 +177,7 @@ class TutorialsTest(CourseCase):
         until(found, f'{child} where it should be in {frame}')
 
     def test_wrong_parameters_are_named(self):
-        """Each of these nodes ends, and says what is allowed, or what to type."""
+        """Each of these nodes ends, and names the allowed values, or the line to type."""
         started = [(self.program(package, name, f'__name:=wrong{number}', *arguments), said,
                     1 if (package, name, *arguments, said) in WRONG_LESSONS else 2)
                    for number, (package, name, *arguments, said) in enumerate((*WRONG, *WRONG_LESSONS))]

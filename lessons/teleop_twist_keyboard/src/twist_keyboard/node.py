@@ -67,7 +67,7 @@ class TwistKeyboard:
         return True
 
     def _wait_and_act(self, descriptor):
-        """Wait for keys or for the time to publish again; return whether to go on."""
+        """Wait for keys or for the time to publish again; return whether to continue."""
         silent_from = time.monotonic() + self._timeout
         while True:
             wait = min(silent_from - time.monotonic(), self._period)
@@ -80,7 +80,7 @@ class TwistKeyboard:
         return self._press(descriptor) if ready else self._silence()
 
     def _press(self, descriptor):
-        """Read keys and act on them; return whether to go on."""
+        """Read keys and act on them; return whether to continue."""
         try:
             data = os.read(descriptor, 1024)
         except OSError:  # the terminal was closed
@@ -94,7 +94,7 @@ class TwistKeyboard:
         return bool(data)
 
     def _silence(self):
-        """Stop the robot, as no key was pressed for so long; return that it goes on."""
+        """Stop the robot, because no key was pressed for too long; return True, to continue."""
         if self._steering.direction != STILL or self._period < math.inf:
             self._steering.direction = STILL
             self._publish()

@@ -1,4 +1,4 @@
-"""What the keys of teleop_twist_keyboard do."""
+"""The effects of the keys of teleop_twist_keyboard."""
 import pytest
 
 from twist_keyboard.core.steering import HELP, HELP_AFTER, STILL, Steering, keys_in

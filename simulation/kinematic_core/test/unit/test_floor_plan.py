@@ -1,4 +1,4 @@
-"""kinematic_core.worlds.floor_plan: what a plan may hold, what overlaps, panels that move."""
+"""kinematic_core.worlds.floor_plan: valid plans, overlaps, panels that move."""
 import math
 
 import pytest

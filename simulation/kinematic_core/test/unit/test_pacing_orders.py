@@ -13,7 +13,7 @@ STEP = 0.016  # [s]
 
 
 class Model:
-    """What a pacer has to do, in wall time that stands still but in ``advance``: the exact time until the next step."""
+    """The expected pacer, in wall time that only ``advance`` moves: the exact time until the next step."""
 
     def __init__(self):
         self.steps, self.requested, self.paused, self.left = 0, 0, False, STEP

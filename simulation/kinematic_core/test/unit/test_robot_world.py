@@ -138,7 +138,7 @@ def test_it_never_leaves_a_closed_room(seed, dt, top, limits):
 
 @given(x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), turn=st.floats(-10.0, 10.0))
 def test_odometry_follows_the_true_twist_at_walls(x, y, turn):
-    # rolled instead of copied: what the wheels measure leads to where the robot is
+    # rolled instead of copied: the measured wheels lead to the pose of the robot
     world = RobotWorld(ROOM, start=Pose2D(0.5, 0.5, 0.3))
     world.odometry.exact = False
     drive(world, 120, x, y, turn)

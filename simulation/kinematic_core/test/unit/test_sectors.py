@@ -13,7 +13,7 @@ NOTHING = Sector(math.nan, math.nan)
 
 @pytest.mark.parametrize('ranges, expected', [
     ((1, 3, 2, 4, 5, 7), Sectors(Sector(1, 2), Sector(2, 3), Sector(5, 6))),
-    ((1, 2, 3, 4), Sectors(Sector(1, 1), Sector(2, 2), Sector(3, 3.5))),  # what is left over belongs to the left
+    ((1, 2, 3, 4), Sectors(Sector(1, 1), Sector(2, 2), Sector(3, 3.5))),  # the rest belongs to the left
     ((math.nan, 2, math.inf, 4, math.inf, math.nan), Sectors(Sector(2, 2), Sector(4, 4), Sector(math.inf, math.nan))),
     ((), Sectors(NOTHING, NOTHING, NOTHING)),
     ((math.nan,) * 3, Sectors(NOTHING, NOTHING, NOTHING)),

@@ -215,7 +215,7 @@ def test_wall_of_a_turtle_that_cannot_move_is_reported_without_a_stroke(world):
         (advance,) = world.step()
         assert advance.wall is not None
         assert advance.stroke is None
-    assert world.turtles[T].pose().linear_velocity == 1.0  # what was commanded, as the real one says
+    assert world.turtles[T].pose().linear_velocity == 1.0  # the command, as in the real turtlesim
 
 
 def test_edge_of_the_arena_itself_is_no_wall(world):

@@ -74,7 +74,7 @@ def test_reset_leaves_turtle1_alone_and_restarts_the_numbering():
     turtle = advance.turtle
     assert turtle.pose() == (CENTRE, CENTRE, 0.0, 0.0, 0.0)
     assert (turtle.pen_on, turtle.pen_colour, turtle.pen_width) == (True, PEN_COLOUR, PEN_WIDTH)
-    assert world.steps == 2  # time goes on
+    assert world.steps == 2  # time continues
     assert spawn_unnamed(world) == 'turtle2'
 
 

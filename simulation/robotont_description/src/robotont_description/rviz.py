@@ -1,4 +1,4 @@
-"""Start rviz with the configuration for a Robotont, or say what is missing. Of ROS, it uses only rospkg."""
+"""Start rviz with the configuration for a Robotont, or name the missing part. Uses only rospkg of ROS."""
 import argparse
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""robotont_rviz: the command line of rviz, and what it says where rviz cannot be started."""
+"""robotont_rviz: the command line of rviz, and its error if rviz cannot be started."""
 import os
 import pathlib
 import subprocess

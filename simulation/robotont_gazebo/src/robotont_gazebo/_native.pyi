@@ -51,7 +51,7 @@ class Light:
     def __init__(self, *, upright: float, x: float, y: float) -> None: ...
 
 class Scene:
-    """What one camera sees in one world; only one thread at a time may use it.
+    """The view of one camera in one world; only one thread at a time may use it.
 
     pattern(solid=, face=, along=, up=): returns the Pattern of a face, 0 to 3, at two levels of its image.
     """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How the simulated Robotont drives, stops, is put elsewhere, and what it makes of nonsense."""
+"""The simulated Robotont drives, stops, is moved to another pose, and refuses nonsense."""
 import math
 import time
 

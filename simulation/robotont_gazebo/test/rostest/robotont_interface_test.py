@@ -27,7 +27,7 @@ class InterfaceTest(RobotontCase):
         return {name if name.startswith('/') else self.topic(name) for name in names}
 
     def assert_simulator(self, more=()):
-        """Assert what the simulator's node has registered."""
+        """Assert the registrations of the simulator's node."""
         self.message('odom', Odometry)
         self.assert_registered(self.topic('robotont_gazebo'), {*ALWAYS, 'gazebo/model_states', *more},
                                {'cmd_vel', 'gazebo/set_model_state'}, {*SERVICES, *GAZEBO_SERVICES})

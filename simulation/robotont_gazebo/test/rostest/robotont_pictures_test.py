@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the simulated Robotont's camera sees: markers where they are, depth, points, and nothing without subscribers."""
+"""The images of the simulated Robotont's camera: positions of markers, depth, points; nothing without subscribers."""
 import math
 
 import numpy as np
@@ -90,11 +90,11 @@ class PicturesTest(RobotontCase):
             self.assertAlmostEqual(1.0 / 30.0, later - earlier, delta=1e-6)
         status = self.message('~clock_status', ClockStatus)
         self.assertTrue(status.lockstep)
-        # it would never be at rest: roscpp looks at /clock a thousand times a second
+        # it would never be idle: roscpp checks /clock a thousand times a second
         self.assertNotIn('/clock', registered_names('/robot_state_publisher')[1])
 
     def test_robotont_camera_rests_without_subscribers(self):
-        """Nothing is rendered that nobody sees."""
+        """Without subscribers, nothing is rendered."""
         images = self.collected('camera/color/image_raw', Image)
         images.more(3)
         images.subscriber.unregister()

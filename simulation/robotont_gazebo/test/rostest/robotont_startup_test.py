@@ -34,7 +34,7 @@ class StartupTest(RobotontCase):
         return file.name
 
     def test_robotont_refuses_what_cannot_be(self):
-        """A start in a wall, bad worlds and parameters end the node with the file, the key and what is allowed."""
+        """A start in a wall, bad worlds and bad parameters end the node with file, key and allowed values."""
         bad = self.world_file('boxes: [{name: a, x: 0, y: 0, yaw: 0, length: 0, width: 1, height: 1}]', '.yaml')
         starts = [
             (('_world:=minimaze', '_x:=1.0'),
@@ -72,7 +72,7 @@ class StartupTest(RobotontCase):
         self.assertTrue(first.runs(), first.output())
 
     def test_robotont_takes_the_place_of_one_that_was_killed(self):
-        """What a killed simulator left registered does not stop the next one."""
+        """The registrations of a killed simulator do not prevent the next start."""
         first = self.start()
         self.message('odom', Odometry)
         first.process.kill()
@@ -111,7 +111,7 @@ class StartupTest(RobotontCase):
         self.assertLess(min(times), FIRST_ODOMETRY, times)
 
     def test_robotont_stops_where_time_jumps_back(self):
-        """Somebody else publishes /clock and goes back."""
+        """Another node publishes /clock and jumps back."""
         rospy.set_param('/use_sim_time', True)
         self.addCleanup(rospy.delete_param, '/use_sim_time')
         clock = rospy.Publisher('/clock', Clock, queue_size=10, latch=True)

@@ -1,11 +1,11 @@
-"""The launch files of robotont_gazebo: what they have in common is the same in all of them."""
+"""The launch files of robotont_gazebo: their common parts are the same."""
 import pathlib
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
 LAUNCH = pathlib.Path(__file__).resolve().parents[4] / 'simulation' / 'robotont_gazebo' / 'launch'
-OWN = {'world', 'x_pos'}  # arguments whose defaults are a world's own
+VARYING = {'world', 'x_pos'}  # arguments whose defaults depend on the world
 
 
 def arguments(path):
@@ -18,6 +18,6 @@ def arguments(path):
 def test_world_takes_the_arguments_of_gazebo_launch(path):
     common, here = arguments(LAUNCH / 'gazebo.launch'), arguments(path)
     assert set(here) == set(common)
-    assert {name: here[name] for name in set(here) - OWN} == {name: common[name] for name in set(common) - OWN}
+    assert {name: here[name] for name in set(here) - VARYING} == {name: common[name] for name in set(common) - VARYING}
     assert here['world'][0] == path.stem[len('world_'):]
-    assert {name: here[name][1] for name in OWN} == {name: common[name][1] for name in OWN}
+    assert {name: here[name][1] for name in VARYING} == {name: common[name][1] for name in VARYING}

@@ -35,7 +35,7 @@ def test_a_panel_that_moves_is_where_it_is_now(world):
 
 
 def test_a_state_in_the_frame_of_another_model(world):
-    # the robot looks along +y: what is 2 m along +x is 2 m to its right
+    # the robot faces +y, so 2 m along +x is 2 m to its right
     assert models.state(world, 'box', 'robotont').pose == pytest.approx((0.0, -2.0, 0.5 - math.pi / 2), abs=TOLERANCE)
     assert models.state(world, 'robotont', 'robotont').pose == pytest.approx((0.0, 0.0, 0.0), abs=TOLERANCE)
 

@@ -1,4 +1,4 @@
-"""The compiled steps of the renderer: any number of shapes and pixels, and errors that say what is missing."""
+"""The compiled steps of the renderer: any number of shapes and pixels, and errors that name the missing part."""
 import subprocess
 import sys
 

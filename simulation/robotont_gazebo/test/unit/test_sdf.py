@@ -1,4 +1,4 @@
-"""robotont_gazebo.core.sdf: what a Gazebo world is read as, and what it is said to lack."""
+"""robotont_gazebo.core.sdf: the solids of Gazebo worlds, and notes about skipped parts."""
 import math
 
 import pytest

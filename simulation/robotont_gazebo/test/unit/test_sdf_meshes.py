@@ -1,4 +1,4 @@
-"""robotont_gazebo.core.meshes and sdf: mesh files of a Gazebo world that are boxes, and what is said of the others."""
+"""robotont_gazebo.core.meshes and sdf: mesh files of a Gazebo world that are boxes, and notes about the others."""
 import itertools
 import math
 import struct

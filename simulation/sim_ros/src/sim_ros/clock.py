@@ -173,7 +173,7 @@ class SimulatorClock:
         return refuse if self._parent else handler
 
     def _restore(self):
-        """Restore what a restarted master has lost."""
+        """Restore the registrations and parameters that a restarted master has lost."""
         if self._lockstep:
             self._lockstep.watch_master()
         if self._sets_sim_time and not rospy.has_param(USE_SIM_TIME):

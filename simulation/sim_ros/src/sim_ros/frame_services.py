@@ -130,7 +130,7 @@ class _Job:
         self.done.set()
 
     def give(self, steps):
-        """Continue a generator with the result; return what it yields next."""
+        """Continue a generator with the result; return its next value."""
         return steps.send(self._result) if self._error is None else steps.throw(self._error)
 
 

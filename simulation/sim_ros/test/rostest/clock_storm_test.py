@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 
 from rostest_support.common import DEADLINE, Collected, Process, proxy, run, until
 
-SECONDS = 4.0  # before this was mended, a pause and a resume ended a simulator within one
+SECONDS = 4.0  # before the fix, a pause and a resume ended a simulator within 1 s
 STEPPED = (0, 1, 2, 25, 100)  # steps of one call
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Recordings of both simulators: what exists stays, what is cut can be read, a full disk ends the recording alone.
+"""Recordings of both simulators: old files stay, truncated ones can be read, a full disk ends only the recording.
 
 And the Gymnasium environments make the same ones.
 """

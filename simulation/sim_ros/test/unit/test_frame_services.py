@@ -1,4 +1,4 @@
-"""sim_ros.frame_services: which calls a step answers, in which order, and what it does not wait for."""
+"""sim_ros.frame_services: the calls that a step answers, their order, and calls that it does not wait for."""
 import threading
 import time
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ MOMENT = 0.05  # [s] of looking that something does not happen
 
 
 class Call:
-    """What is known of a request, and how it was answered: ['answer', response] or ['fail', text]."""
+    """A request, and its answer: ['answer', response] or ['fail', text]."""
 
     def __init__(self, name, log, caller='/client', service='/service'):
         self.name, self._log = name, log
@@ -29,7 +29,7 @@ class Call:
 
 
 class Master:
-    """A master that answers when it is told to."""
+    """A master that answers on command."""
 
     def __init__(self):
         self.asked, self.answers = threading.Event(), threading.Event()

@@ -14,7 +14,7 @@ TIMEOUT, STEP = 2.0, 0.016  # [s]
 
 
 class Wall:
-    """Wall time: each look at it takes a microsecond."""
+    """Wall time: each reading takes a microsecond."""
 
     def __init__(self):
         self.now = 50.0

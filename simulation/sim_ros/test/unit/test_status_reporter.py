@@ -13,7 +13,7 @@ STEP = 0.02  # [s]
 
 
 class Publisher:
-    """Keeps what is published as (steps, pace, paused, late_steps, busy)."""
+    """Keeps published messages as (steps, pace, paused, late_steps, busy)."""
 
     def __init__(self, name, *_, **__):
         self.resolved_name, self.published = name, []
@@ -38,7 +38,7 @@ def warnings(monkeypatch):
 
 
 def reporter(rate, lockstep=False, periodic=True):
-    """Return (pacer, StatusReporter, what it publishes)."""
+    """Return (pacer, StatusReporter, its published messages)."""
     pacer = types.SimpleNamespace(steps=0, step=STEP, rate=rate, paused=False, nanoseconds=0)
     made = StatusReporter(pacer, lockstep, periodic, WallThrottle(math.inf))
     return pacer, made, made._publisher.published
@@ -56,7 +56,7 @@ def test_a_status_is_published_at_each_change_and_every_second(wall):
     pacer.paused = True
     status.report(0, '')
     status.report(3, '/busy')
-    status.report(4, '/busy')  # that a step was late is no news any more
+    status.report(4, '/busy')  # the late step was reported before
     assert [(paused, late, busy) for _, _, paused, late, busy in published[2:]] == [(True, 0, ''), (True, 3, '/busy')]
 
 

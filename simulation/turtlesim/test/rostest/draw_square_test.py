@@ -43,7 +43,7 @@ class DrawSquareTest(SimulatorCase):
             self.assertLess(off, PATH_TOLERANCE, f'away from the outline: {pose}')
 
     def test_draw_square_goes_on_after_a_lap(self):
-        """For ever, unless told otherwise."""
+        """Forever, by default."""
         process = self.start('_side:=0.2')
         until(lambda: process.output().count('Corner reached') >= 5, 'five corners', LAP_DEADLINE)
         self.assertTrue(process.runs())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""mimic: what it copies, what it leaves out, how it is remapped, how it ends."""
+"""mimic: copied and ignored values, remapping, its end."""
 import math
 
 import roslib.packages
@@ -37,7 +37,7 @@ class MimicTest(SimulatorCase):
         self.received.messages.clear()
 
     def send(self, linear, angular):
-        """Publish a pose and wait for what comes of it; return (linear.x, angular.z)."""
+        """Publish a pose and wait for the command that follows; return (linear.x, angular.z)."""
         seen = len(self.received.messages)
         self.poses_out.publish(Pose(x=1.0, y=2.0, theta=3.0, linear_velocity=linear, angular_velocity=angular))
         until(lambda: len(self.received.messages) > seen, f'a Twist for {linear}, {angular}')

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""turtle_teleop_key in a real terminal (pty) and behind a pipe: what it sends, how it ends, what it leaves behind."""
+"""turtle_teleop_key in a real terminal (pty) and behind a pipe: its messages, its end, the state of the terminal."""
 import fcntl
 import os
 import pty
@@ -28,7 +28,7 @@ class Terminal:
         self._printed = b''
         self.mode_before = self.mode()
         self.process = subprocess.Popen([TELEOP, *arguments], stdin=self._program, stdout=self._program,
-                                        stderr=self._program, start_new_session=True, preexec_fn=_take_terminal,
+                                        stderr=self._program, start_new_session=True, preexec_fn=_use_terminal,
                                         env=dict(os.environ, **environment))
         threading.Thread(target=self._read, daemon=True).start()
 
@@ -37,7 +37,7 @@ class Terminal:
         return termios.tcgetattr(self._program)
 
     def printed(self):
-        """Return what was printed so far."""
+        """Return the output so far."""
         return self._printed.decode(errors='replace')
 
     def wait_for(self, text):
@@ -69,7 +69,7 @@ class Terminal:
         os.close(self._user)
 
 
-def _take_terminal():
+def _use_terminal():
     fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Bad input: refused with a text that names the value and what is allowed; turtles and picture stay as they were."""
+"""Bad input is refused with an error that names the value and the range; turtles and picture do not change."""
 import re
 import time
 
@@ -11,7 +11,7 @@ from rostest_support.common import MIDDLE, NodeLog, SimulatorCase, registered_na
 
 NAN, INF = float('nan'), float('inf')
 BAD = ((NAN, 'nan', 'finite'), (INF, 'inf', 'finite'), (-INF, '-inf', 'finite'), (1e30, '1e+30', '1e+06'),
-       (-2e6, '-2e+06', '1e+06'))  # a value, how the text shows it, what the text says is allowed
+       (-2e6, '-2e+06', '1e+06'))  # a value, its text in the error, the limit in the error
 WARNING_PERIOD = 1.0  # [s] of the warning about velocities
 COMMAND = '/turtle1/cmd_vel'
 LONG = 'a' * 100000
@@ -84,7 +84,7 @@ class BadInputTest(SimulatorCase):
         return any(re.fullmatch(pattern, text) for text in log.texts(Log.WARN))
 
     def test_turtlesim_bad_velocity_while_driving(self):
-        """Bad commands are as if they had not come: the good one before goes on and ends at its time."""
+        """Bad commands have no effect: the good one before them continues and ends at its time."""
         publisher, poses = self.publisher(), self.poses()
         publisher.publish(Twist(Vector3(1.0, 0.0, 0.0), Vector3()))
         first = poses.index(lambda pose: pose.linear_velocity == 1.0, 'a turtle that moves')

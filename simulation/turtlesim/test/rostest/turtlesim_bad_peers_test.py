@@ -73,7 +73,7 @@ class BadPeersTest(SimulatorCase):
         poses.next(lambda pose: pose.x > MIDDLE, 'a turtle that moves')
 
     def test_turtlesim_deaf_image_subscriber(self):
-        """A subscriber of pictures that stops reading; another one goes on getting them."""
+        """A subscriber to pictures stops reading; another one still gets them."""
         poses, images = self.poses(), Collected('/turtlesim/image_raw', Image)
         self.deaf_subscriber(IMAGE)
         self.assert_rate(poses)
@@ -111,7 +111,7 @@ class BadPeersTest(SimulatorCase):
             rosgraph.network.read_ros_handshake_header(peer, io.BytesIO(), 4096)
             peer.sendall(request)
             peer.shutdown(socket.SHUT_WR)
-        self.assertEqual(b'\0', peer.recv(1), 'the last request has a name that is no UTF-8')
+        self.assertEqual(b'\0', peer.recv(1), 'the last request has a name that is not UTF-8')
         self.assert_unchanged(before)
         self.assertEqual('turtle2', self.call('spawn', 1.0, 1.0, 0.0, '').name)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""clear, set_pen and teleports: what they draw, as the turtle's own colour sensor and the saved picture show."""
+"""clear, set_pen and teleports: their drawings, by the turtle's own colour sensor and the saved picture."""
 import math
 
 import rospy
@@ -24,7 +24,7 @@ class DrawingTest(SimulatorCase):
         self.call('turtle1/teleport_absolute', 6.0, 2.0, 0.0)
 
     def test_turtlesim_clear(self):
-        """clear empties the canvas; the turtle stays where and as it is."""
+        """clear empties the canvas; the turtle does not change."""
         self.line(*RED, 5, 0)
         self.assertEqual(RED, self.color())
         before = self.pose()

@@ -18,7 +18,7 @@ def has_speed(speed, pose):
 class DrivingTest(SimulatorCase):
 
     def drive(self, **velocity):
-        """Give one command in the middle of the arena, wait until its effect is over; return the poses meanwhile."""
+        """Give one command in the middle of the arena, wait until its effect is over; return the poses of that time."""
         poses = self.poses()
         self.driver()(**velocity)
         poses.next(lambda pose: pose.linear_velocity or pose.angular_velocity, 'a turtle that moves')
@@ -82,7 +82,7 @@ class DrivingTest(SimulatorCase):
         self.assertEqual(stopped.x, poses.more(10)[-1].x)
 
     def test_turtlesim_stops_after_a_second(self):
-        """Motion goes on for a second after the last command, then stops."""
+        """Motion continues for a second after the last command, then stops."""
         poses, drive = self.poses(), self.driver()
         for speed in (0.4, 0.5, 0.6, 0.7):  # a command within the second renews it: 4 x 25 steps without a stop
             drive(x=speed)
@@ -118,10 +118,10 @@ class DrivingTest(SimulatorCase):
         self.assert_pose(self.pose(), 0.0, 0.0, 0.0)
 
     def test_turtlesim_color_sensor(self):
-        """color_sensor reads the background, then what the pen has drawn."""
+        """color_sensor reads the background, then the line of the pen."""
         self.assertEqual(BACKGROUND, self.color())
         self.call('turtle1/set_pen', 255, 128, 0, 5, 0)
-        self.driver()(x=0.5)  # 0.36 px a step: the turtle stands on what it has just drawn
+        self.driver()(x=0.5)  # 0.36 px a step: the turtle stands on its own line
         until(lambda: self.color() == (255, 128, 0), 'the colour of the pen under the turtle')
 
 

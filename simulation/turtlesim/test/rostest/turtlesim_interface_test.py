@@ -37,7 +37,7 @@ SERVICES = {
 class InterfaceTest(SimulatorCase):
 
     def test_turtlesim_topic_types(self):
-        """Types and md5 sums of a turtle's topics, as a subscriber is told them."""
+        """Types and md5 sums of a turtle's topics, as a subscriber gets them."""
         for topic, (kind, md5) in TOPICS.items():
             header = rospy.wait_for_message(topic, rospy.AnyMsg, 20.0)._connection_header
             self.assertEqual((kind, md5, '/turtlesim'), (header['type'], header['md5sum'], header['callerid']), topic)

@@ -8,7 +8,7 @@ from rosgraph_msgs.msg import Log
 
 from rostest_support.common import DT, NodeLog, SimulatorCase, node_api, run, until
 
-PAUSE = 1.0  # [s] shorter than what is made up for
+PAUSE = 1.0  # [s] shorter than the limit for catching up
 LONG_PAUSE = 6.0  # [s] longer
 BEHIND = 20  # [steps] that the poses may be behind the clock, of the 62 of PAUSE
 

@@ -58,7 +58,7 @@ class MasterTest(SimulatorCase):
         self.assertEqual('turtle2', self.call('spawn', 1.0, 1.0, 0.0, '').name)
 
     def test_turtlesim_master_away(self):
-        """Without a master no turtle can be registered: spawn fails and says so; everything else goes on."""
+        """Without a master no turtle can be registered: spawn fails with the reason; everything else continues."""
         poses, drive = self.poses(), self.driver()
         # a connection that needs no master to be found
         spawn = self.persistent('spawn')

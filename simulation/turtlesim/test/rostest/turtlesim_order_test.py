@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""In which order what can be seen of the simulator happens: registrations, lines of its log, answers, poses.
+"""The order of the visible effects of the simulator: registrations, lines of its log, answers, poses.
 
 All of it is the original's order. A service call is made here over a socket of its own, so that what comes when is seen
 by one thread and not ordered by those of rospy.
@@ -100,7 +100,7 @@ def service(name, kind):
 class OrderTest(SimulatorCase):
 
     def next_pose(self, connection):
-        """Skip what has come, and return the next pose; the simulator has just made a step then."""
+        """Skip queued poses, and return the next one: the simulator has just made a step."""
         while connection.ready():
             connection.read_block()
         return connection.read_block()
@@ -184,7 +184,7 @@ class OrderTest(SimulatorCase):
         for _ in range(ROUNDS):
             step.socket.sendall(frame(StepRequest(1)))
             there = []
-            while len(there) < len(connections):  # the later first: what comes between two looks is seen in the next
+            while len(there) < len(connections):  # the later first: arrivals between two polls are seen in the next one
                 there = [place for place in range(len(connections) - 1, -1, -1) if connections[place].ready()]
                 expected = list(range(len(there) - 1, -1, -1))
                 self.assertEqual(expected, there, [topics[place] for place in there])
@@ -231,7 +231,7 @@ class OrderTest(SimulatorCase):
 class StartOrderTest(SimulatorCase):
 
     def setUp(self):
-        """There is no simulator yet."""
+        """The simulator does not run yet."""
 
     def watch(self):
         """Return a list that gets the names of the simulator's services and topics, in the order of their coming.
@@ -278,7 +278,7 @@ class StartOrderTest(SimulatorCase):
         self.assertEqual(['Starting', 'Spawning turtle [turtle1]', 'Clearing', 'Spawning turtle [turtle2]'], lines)
 
     def test_turtlesim_order_of_log_and_answer(self):
-        """Who has an answer finds the line of its call in the log, in front of the lines of what it did."""
+        """After an answer, the line of the call is in the log, before the lines of its effects."""
         simulator = own_simulator()
         self.addCleanup(simulator.stop)
         self.wait_for_turtle1()

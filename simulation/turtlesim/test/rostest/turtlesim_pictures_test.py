@@ -45,7 +45,7 @@ def pixel(picture, x, y):
 
 
 def box(picture):
-    """Return the centre (x, y) and the half size [px] of what is not background in a picture."""
+    """Return the centre (x, y) and the half size [px] of everything but the background in a picture."""
     rows, columns = np.nonzero((picture != BACKGROUND).any(axis=2))
     return ((columns.min() + columns.max()) / 2.0, (rows.min() + rows.max()) / 2.0,
             max(np.ptp(columns), np.ptp(rows)) / 2.0)
@@ -57,7 +57,7 @@ class PictureTest(SimulatorCase):
         return rospy.wait_for_message(IMAGE, Image, DEADLINE)
 
     def connections(self):
-        """Return the topics of the simulator to which somebody is connected."""
+        """Return the topics of the simulator that have connections."""
         return {link[4] for link in node_api('/turtlesim').getBusInfo('/test')[2] if link[2] == 'o'}
 
     def process_file(self, name):
@@ -82,7 +82,7 @@ class PictureTest(SimulatorCase):
         return sum(number - before.get(thread, number) >= BUSY for thread, number in self.wakings().items())
 
     def test_turtlesim_image(self):
-        """Form of the message, and the turtle in its place on the background."""
+        """Form of the message, and the turtle at its position on the background."""
         self.jump(2.0, 3.0)
         image = self.image()
         self.assertEqual(('rgb8', SIDE, SIDE, 3 * SIDE, 0, 3 * SIDE * SIDE),
@@ -126,7 +126,7 @@ class PictureTest(SimulatorCase):
         self.assertTrue(np.array_equal(array(self.image()), decode(compressed.data)))
 
     def test_turtlesim_image_only_for_subscribers(self):
-        """No picture is made before anybody wants one, nor when nobody does any more; no connection stays."""
+        """No picture is made before the first subscriber nor after the last one; no connection stays."""
         poses = self.poses()
         idle = self.busy_threads(poses)
         self.assertFalse(self.loads_opencv(), 'OpenCV is loaded without anybody who wants a picture')
@@ -179,7 +179,7 @@ class PictureTest(SimulatorCase):
         self.assert_unchanged(before)
 
     def test_turtlesim_snapshot_bad_folder(self):
-        """A folder that is no text: the call fails with a text that names parameter and value."""
+        """A folder that is not a string: the call fails with an error that names parameter and value."""
         before = self.state()
         for value in (7, True, ['a']):
             self.set_parameter('snapshot_dir', value)

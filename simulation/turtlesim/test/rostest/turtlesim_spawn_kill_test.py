@@ -15,7 +15,7 @@ TOPICS = ('cmd_vel', 'pose', 'color_sensor')
 class SpawnKillTest(SimulatorCase):
 
     def names_of(self, turtle):
-        """Return what the simulator has registered for a turtle: names without the turtle's, a set."""
+        """Return the registrations for a turtle: a set of names, without the turtle's."""
         published, subscribed, services = registered_names('/turtlesim')
         return {name.rsplit('/', 1)[-1] for name in published | subscribed | services
                 if name.startswith(f'/{turtle}/')}
@@ -71,7 +71,7 @@ class SpawnKillTest(SimulatorCase):
         self.pose('turtle1')
 
     def test_turtlesim_kill_last(self):
-        """A simulator without turtles goes on, and reset brings turtle1 back."""
+        """A simulator without turtles continues, and reset brings turtle1 back."""
         self.call('kill', 'turtle1')
         until(lambda: not self.names_of('turtle1'), 'a simulator without turtles')
         self.call('reset')

@@ -29,7 +29,7 @@ NO_DISPLAY = ':4242'  # a display that no server serves
 class StartupTest(SimulatorCase):
 
     def setUp(self):
-        """There is no simulator yet."""
+        """The simulator does not run yet."""
 
     def start(self, *arguments, **environment):
         """Start a simulator; return its Process when turtle1's services are there."""

@@ -67,7 +67,7 @@ class StormTest(SimulatorCase):
         self.assert_pose(self.pose('anna'), 2.0, 3.0, 1.0)
 
     def test_turtlesim_spawn_and_kill_at_once(self):
-        """Spawns and kills of one name from several threads: world and topics agree about what is there."""
+        """Spawns and kills of one name from several threads: world and topics agree on the turtles."""
         results = in_threads(lambda number: self.call('kill', 'anna') if number % 2 else self.spawn('anna'), range(150))
         refusals = [str(result) for result in results if isinstance(result, rospy.ServiceException)]
         self.assertLess(len(refusals), len(results), 'nothing worked')

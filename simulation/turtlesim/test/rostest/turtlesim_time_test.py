@@ -115,7 +115,7 @@ class TimeTest(SimulatorCase):
         self.assertFalse(rospy.has_param('/use_sim_time'))
 
     def test_turtlesim_pause(self):
-        """A pause holds time and turtle, steps are made one by one, and both go on afterwards."""
+        """A pause stops time and turtle, steps are made one by one, and both continue afterwards."""
         self.start('_clock:=true')
         clock, poses = self.clock(), self.poses()
         self.driver()(x=1.0)
@@ -123,7 +123,7 @@ class TimeTest(SimulatorCase):
         self.assertTrue(proxy('/turtlesim/pause', Trigger)().success)
         self.status(lambda status: status.paused)
         pose, steps = poses.messages[-1], proxy('/turtlesim/step', Step)(0).steps
-        clock.more(3)  # goes on telling late-comers
+        clock.more(3)  # still published, for late subscribers
         self.assertEqual(1, len(set(self.times(clock)[-3:])))
         answer = proxy('/turtlesim/step', Step)(10)
         self.assertEqual(steps + 10, answer.steps)
@@ -225,7 +225,7 @@ class TimeTest(SimulatorCase):
         self.assertIs(False, rospy.get_param('/use_sim_time'))
 
     def test_turtlesim_use_sim_time_without_clock(self):
-        """Where nodes wait for a /clock that nobody publishes, the simulator says so, and itself goes on."""
+        """If nodes wait for a /clock that no node publishes, the simulator says so, and continues itself."""
         rospy.set_param('/use_sim_time', True)
         simulator = self.start()
         simulator.wait_for_output('no node publishes /clock')

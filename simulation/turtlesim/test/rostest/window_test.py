@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The simulator's window on a screen of its own (Xvfb): what it shows, and what follows when it is closed or fails."""
+"""The simulator's window on a screen of its own (Xvfb): its contents, and the effects of closing it and of failures."""
 import sys
 import unittest
 

@@ -13,7 +13,7 @@ RED_NUMBER, BLUE_NUMBER = 0x0000ff, 0xff5645  # blue, green, red
 
 
 def applied(changes, before):
-    """What a page does with them, pixel by pixel."""
+    """The work of a page with them, pixel by pixel."""
     pixels = bytearray(before)
     for place, colour in np.frombuffer(changes, RUN).tolist():
         first, count = place & 0x3ffff, place >> 18

@@ -1,4 +1,4 @@
-"""turtlesim.core.recording: what a recorder writes is what replay reads, to the bit."""
+"""turtlesim.core.recording: replay reads the values of a recorder, bit for bit."""
 import csv
 import errno
 import os

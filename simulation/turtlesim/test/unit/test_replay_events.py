@@ -15,7 +15,7 @@ DRIVE = {0: 'cmd 1 0 3', 50: 'cmd 1 0 3', 100: 'cmd 1 0 3'}
 
 
 def record(path, ticks, effects, booked=None):
-    """Write the recording of a DrawnWorld: ``effects`` {tick: event} happen, ``booked`` says what the file says."""
+    """Write the recording of a DrawnWorld: ``effects`` {tick: event} happen, ``booked`` are those in the file."""
     drawn, rows = DrawnWorld(), []
     actions = {'cmd': drawn.world.command, 'pen': drawn.world.set_pen}
     for tick in range(ticks):

@@ -1,4 +1,4 @@
-"""turtlesim.shared_world: what a change and its refusal do, and that images are of one moment."""
+"""turtlesim.shared_world: changes, refusals, and images of one moment."""
 import threading
 
 import pytest

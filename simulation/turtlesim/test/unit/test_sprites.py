@@ -19,7 +19,7 @@ def empty():
 
 
 def covered(frame):
-    """Rows and columns of the pixels that are no background."""
+    """Return rows and columns of the pixels that differ from the background."""
     return np.nonzero((frame != np.array(BACKGROUND, np.uint8)).any(axis=2))
 
 

@@ -33,15 +33,15 @@ KEYS = [
     (b'\x04', [QUIT]),
     (UP + b'q' + UP, ['up', QUIT, 'up']),
     (UP + UP + LEFT, ['up', 'up', 'left']),
-    (b'ABCDwasdhjkl [A OA\r\n\t\x00\x7f', []),  # letters that end the arrows' sequences are no arrows
+    (b'ABCDwasdhjkl [A OA\r\n\t\x00\x7f', []),  # letters that end the sequences of arrows are not arrows
     ('ä→🐢q'.encode(), [QUIT]),
     (b'\x1bOP\x1b[[A\x1b[15~\x1b[3~\x1b[H\x1b[Z', []),  # F1, F1 of the console, F5, Delete, Home, Shift-Tab
-    (b'\x1b[5A\x1b[2;3A\x1b[?1A', []),  # sequences that end like an arrow but are no key press
+    (b'\x1b[5A\x1b[2;3A\x1b[?1A', []),  # sequences that end like an arrow, but are not key presses
     (b'\x1b[200~' + UP + b'\x1b[201~', ['up']),
     (b'\x1b', []),
     (b'\x1b[', []),
     (b'\x1b[\x1b[A', ['up']),  # a sequence broken off
-    (b'\x1b[' + b'1' * 100 + b'q', [QUIT]),  # too long for a sequence: not kept for ever
+    (b'\x1b[' + b'1' * 100 + b'q', [QUIT]),  # too long for a sequence: not kept forever
 ]
 
 

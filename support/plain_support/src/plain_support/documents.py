@@ -9,10 +9,10 @@ from xml.parsers import expat
 
 import yaml
 
-LARGEST_YAML = 1_000_000  # [bytes]; PyYAML takes about ten seconds for them
-LARGEST_XML = 100_000_000  # [bytes]
+MAX_YAML = 1_000_000  # [bytes]; PyYAML takes about ten seconds for them
+MAX_XML = 100_000_000  # [bytes]
 DEEPEST = 100  # nested elements or lists
-MOST_ENTRIES = 100_000  # of a YAML file, with its aliases written out
+MAX_ENTRIES = 100_000  # of a YAML file, with its aliases written out
 
 Path = Union[str, 'os.PathLike[str]']
 
@@ -23,7 +23,7 @@ class DocumentError(ValueError):
 
 def read_yaml(path: Path) -> Any:
     """Return the content of a YAML file: dicts, lists, texts, numbers. Raise DocumentError or OSError."""
-    return parse_yaml(_read(path, LARGEST_YAML))
+    return parse_yaml(_read(path, MAX_YAML))
 
 
 def parse_yaml(text: Union[str, bytes]) -> Any:
@@ -47,7 +47,7 @@ def parse_yaml(text: Union[str, bytes]) -> Any:
 
 def read_xml(path: Path) -> ElementTree.Element:
     """Return the root Element of an XML file; raise DocumentError or OSError."""
-    return parse_xml(_read(path, LARGEST_XML))
+    return parse_xml(_read(path, MAX_XML))
 
 
 def parse_xml(content: Union[str, bytes]) -> ElementTree.Element:
@@ -119,7 +119,7 @@ def _entries(node: Any, known: Dict[int, Optional[int]]) -> int:
                 for part in entry if isinstance(entry, tuple) else (entry,):
                     number += _entries(part, known)
         known[id(node)] = number
-    if number > MOST_ENTRIES:
-        raise yaml.MarkedYAMLError(problem=f'it has more than {MOST_ENTRIES} entries, counting those of aliases',
+    if number > MAX_ENTRIES:
+        raise yaml.MarkedYAMLError(problem=f'it has more than {MAX_ENTRIES} entries, counting those of aliases',
                                    problem_mark=node.start_mark)
     return number

@@ -10,7 +10,7 @@ import secrets
 import stat
 from typing import Iterator, Union
 
-MOST_NUMBERED = 100_000  # numbered files with one name in a folder
+MAX_NUMBERED = 100_000  # numbered files with one name in a folder
 STEM = 50  # characters of the file name in the temporary one: Linux allows 255 bytes, up to 4 per character
 
 Content = Union[bytes, str]
@@ -45,12 +45,12 @@ def create_whole(path: str, content: Content) -> None:
 
 def create_numbered(folder: str, stem: str, extension: str, content: Content) -> str:
     """Write a file with the next free number, such as a_0001.png; return its path. Raise OSError."""
-    for number in range(1, MOST_NUMBERED + 1):
+    for number in range(1, MAX_NUMBERED + 1):
         path = os.path.join(folder, f'{stem}_{number:04d}{extension}')
         with contextlib.suppress(FileExistsError):
             create_whole(path, content)
             return path
-    raise OSError(errno.EEXIST, f'there are {MOST_NUMBERED} files {stem}_NUMBER{extension} already', folder)
+    raise OSError(errno.EEXIST, f'there are {MAX_NUMBERED} files {stem}_NUMBER{extension} already', folder)
 
 
 def name_new(old: str, new: str) -> None:

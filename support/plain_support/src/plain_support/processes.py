@@ -200,12 +200,12 @@ class BackgroundProcess:
         return self.process.pid
 
     def output(self) -> str:
-        """Return what it has printed so far."""
+        """Return its output so far."""
         with open(self._log, encoding='utf-8', errors='replace') as file:
             return file.read()
 
     def last_line(self) -> str:
-        """Return the last line that it printed."""
+        """Return the last line of its output."""
         return (self.output().strip().splitlines() or ['nothing'])[-1]
 
     def runs(self) -> bool:

@@ -6,20 +6,20 @@ LARGEST_MARKER_ID = 2 ** 32 - 1  # of ALVAR, and of AlvarMarker.id, a uint32
 ABSURD = 1e6  # [m, m/s, rad or rad/s] far beyond any course, and small enough that float32 and angles stay meaningful
 
 
-LONGEST_SHOWN = 200  # [characters] of a value in a text
+MAX_SHOWN = 200  # [characters] of a value in a text
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80  # [characters]
 _SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 16  # [entries]
 
 
 class InvalidInput(ValueError):
-    """A value was refused, and nothing has changed; the text names the value and what is allowed."""
+    """A value was refused, and nothing has changed; the text names the value and the allowed range."""
 
 
 def shown(value: object) -> str:
     """Return the repr of a value, shortened in the middle if it is long; for the texts of errors."""
     text = _SHORT.repr(value)
-    return text if len(text) <= LONGEST_SHOWN else f'{text[:LONGEST_SHOWN - 40]} ... {text[-30:]}'
+    return text if len(text) <= MAX_SHOWN else f'{text[:MAX_SHOWN - 40]} ... {text[-30:]}'
 
 
 def require_sane(what: str, **values: float) -> None:

@@ -100,7 +100,7 @@ def test_the_next_free_number(tmp_path):
 
 
 def test_a_folder_with_too_many_numbers(tmp_path, monkeypatch):
-    monkeypatch.setattr(files, 'MOST_NUMBERED', 2)
+    monkeypatch.setattr(files, 'MAX_NUMBERED', 2)
     for _ in range(2):
         files.create_numbered(tmp_path, 'a', '.png', b'')
     with pytest.raises(OSError, match='there are 2 files a_NUMBER.png already'):

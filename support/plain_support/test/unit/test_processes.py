@@ -67,7 +67,7 @@ def test_output_and_end_of_a_background_process(start):
     until(lambda: not process.runs())
     assert process.output() == 'one\ntwo\n' or process.output() == 'two\none\n'  # two streams
     assert process.process.returncode == 3 and process.last_line() in ('one', 'two')
-    process.signal(signal.SIGTERM)  # to nobody
+    process.signal(signal.SIGTERM)  # without effect
     process.stop()
 
 

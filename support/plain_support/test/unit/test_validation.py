@@ -1,4 +1,4 @@
-"""plain_support.validation: what no robot can be given is refused with a text that helps."""
+"""plain_support.validation: impossible values are refused with a helpful error."""
 import math
 
 import pytest

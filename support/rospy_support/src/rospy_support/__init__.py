@@ -1,9 +1,10 @@
-"""The common basis of all nodes, in addition to rospy. Public modules:
+"""The common basis of all nodes, on top of rospy. Public modules:
 
 * ``nodes``: how a node starts and ends; ``parameters``: its parameters in one table, checked.
 * ``topics``: publishers that never wait; ``images``: images to and from arrays; ``rotations``: headings to quaternions.
 * ``threads``, ``throttle``: threads that survive errors, and log lines that do not fill the log.
-* ``registration``, ``reachability``, ``topic_diagnosis``: a node that the master forgets, cannot be reached, or waits.
+* ``registration``, ``reachability``, ``topic_diagnosis``: for a node that the master forgets, that other nodes cannot
+  reach, or that waits for messages.
 * ``servers``: protection of the two servers of a node, for programs that call rospy.init_node themselves.
 * ``master``, ``own_master``, ``ports``, ``limited_transport``: calls of a ROS master, and private ones.
 * ``key_terminal``: single keys from a terminal.

@@ -1,4 +1,4 @@
-"""Keep a node running when its standard output, standard error or log file is closed, full or not read.
+"""Keep a node running if its standard output, standard error or log file is closed, full or not read.
 
 rospy's log handlers raise an exception in the code that logs when the standard output is closed or its reader has gone
 (``node | head``), and print a traceback for every line if the log file cannot be written. These nodes continue without.
@@ -28,12 +28,12 @@ def guard():
 
 
 class Console:
-    """Wraps a text stream (or None): writes each line immediately and drops what cannot be written."""
+    """Wraps a text stream (or None): writes each line at once, and drops it if it cannot be written."""
 
     def __init__(self, stream):
         """``stream`` is None if Python found it closed."""
         self._stream = stream if stream is not None else open(os.devnull, 'w', encoding='utf-8')
-        if hasattr(self._stream, 'reconfigure'):  # characters that the locale cannot encode are no error
+        if hasattr(self._stream, 'reconfigure'):  # do not fail for characters that the locale cannot encode
             self._stream.reconfigure(line_buffering=True, errors='backslashreplace')
 
     def write(self, text):
@@ -43,7 +43,7 @@ class Console:
         return len(text)
 
     def flush(self):
-        """Write what is buffered."""
+        """Write buffered text."""
         with self._losses():
             self._stream.flush()
 
@@ -61,7 +61,7 @@ class Console:
             pass
 
     def _let_go(self):
-        """Discard all further output, including what is still buffered."""
+        """Discard all further output, including buffered text."""
         with contextlib.suppress(OSError, ValueError):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self._stream.fileno())
@@ -104,7 +104,7 @@ class LogFile(logging.handlers.RotatingFileHandler):
 def log_file_guarded():
     """In this context, rospy.init_node uses LogFile, and works without a log folder that cannot be created."""
     original = logging.handlers.RotatingFileHandler
-    logging.handlers.RotatingFileHandler = LogFile  # where rosgraph's configuration of logging looks
+    logging.handlers.RotatingFileHandler = LogFile  # where rosgraph's configuration of logging finds it
     try:
         with rospy_internals.logging_configured_by(_configure):
             yield
@@ -128,7 +128,7 @@ def _configure(configure, *arguments, **options):
 
 
 class _NoFile(logging.NullHandler):
-    """Takes the arguments of a file handler and writes nothing."""
+    """Accepts the arguments of a file handler and writes nothing."""
 
     def __init__(self, *_, **__):
         super().__init__()

@@ -13,7 +13,7 @@ from plain_support import is_truncated
 
 
 class ImageError(ValueError):
-    """An image that cannot be read; the text says why."""
+    """An image cannot be read; the text says why."""
 
 
 class Encoding(NamedTuple):
@@ -48,7 +48,7 @@ _DEPTHS = {DEPTH: Encoding(np.float32, 1, None, None), '16UC1': _PLAIN['16UC1']}
 ENCODINGS = {**_PLAIN, **_COLOUR, **_BAYER}
 _KINDS = {(np.dtype(np.uint8), 1): 'mono8', (np.dtype(np.uint16), 1): 'mono16', (np.dtype(np.uint8), 3): 'bgr8',
           (np.dtype(np.uint8), 4): 'bgra8'}
-_AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera matrix is that of the image before Exif rotates it
+_AS_STORED = cv2.IMREAD_IGNORE_ORIENTATION  # a camera matrix describes the image before Exif rotates it
 
 
 def pixels(image):
@@ -59,7 +59,7 @@ def pixels(image):
 def depths(image):
     """Return the depths (height, width) float32 [m] of a depth Image; NaN or inf where nothing was measured.
 
-    Millimetres (16UC1) have 0 for that (REP 118). Raise ImageError for other encodings and unusable data.
+    In millimetres (16UC1), 0 means the same (REP 118). Raise ImageError for other encodings and unusable data.
     """
     array = _array(image, _DEPTHS)
     if array.dtype == np.float32:

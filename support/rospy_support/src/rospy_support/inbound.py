@@ -1,7 +1,7 @@
 """Read incoming connections in one thread, with deadlines and size limits. No rospy.
 
-The fault: one peer that connects and sends nothing, or sends slowly, or announces 4 GB, keeps all others out, because
-rospy reads in the thread that accepts. Here such a peer costs a file descriptor until its deadline, and never a thread.
+The fault: rospy reads in the thread that accepts, so one peer that connects and sends nothing, or sends slowly, or
+announces 4 GB, blocks all others. Here such a peer occupies a file descriptor until its deadline, and never a thread.
 A second fault: a process without free file descriptors never accepts again; here it does as soon as some are free.
 
 Threading contract: a SocketWatch runs coroutines in its own thread, where nothing may block; its methods may be called
@@ -21,7 +21,7 @@ CHUNK = 1 << 16  # [bytes] of one recv
 SHARE_TO_DROP = 10  # without free file descriptors, one in this many waiting connections is dropped
 RETRY = 0.2  # [s] before the next accept after one that failed
 HEADER_END = b'\r\n\r\n'
-HEADER_LIMIT = 1 << 16  # [bytes] of HTTP
+HEADER_LIMIT = 1 << 16  # [bytes] of an HTTP header
 _CONTENT_LENGTH = re.compile(rb'^content-length:[ \t]*([^\r\n]*?)[ \t]*\r?$', re.IGNORECASE | re.MULTILINE)
 Serve = Callable[[Socket, Any], Coroutine[Any, Any, None]]  # (connection, address)
 OUT_OF_FILES = errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM
@@ -36,7 +36,7 @@ class Ended(Exception):
 
 
 async def read_block(connection: Socket, limit: int) -> bytes:
-    """Read one block of TCPROS: 4 bytes of length (little endian) and as many bytes, and nothing after it.
+    """Read one block of TCPROS, 4 bytes of length (little endian) and as many bytes, and nothing after it.
 
     Raise Ended, or Refused if it is longer than ``limit`` [bytes].
     """
@@ -121,7 +121,8 @@ class SocketWatch:
     async def read(self, reading: Awaitable[bytes], deadline: float) -> bytes:
         """Return what ``reading`` returns; raise Ended if that takes longer than ``deadline`` [s].
 
-        The deadline has two halves, so that a process that was stopped (Ctrl-Z, fg) still reads what came meanwhile.
+        The deadline has two halves, so that a process that was suspended (Ctrl-Z, fg) still reads data that arrived
+        in the meantime.
         """
         half = deadline / 2.0
         task: Any = asyncio.current_task()

@@ -1,6 +1,6 @@
-"""Many calls of the ROS master in one request, with a time limit, for topics and services that appear together.
+"""Many calls to the ROS master in one request, with a timeout, for topics and services that appear together.
 
-rospy itself makes one request for each topic and service, and waits without a limit.
+rospy itself makes one request for each topic and service, and has no timeout.
 
 Threading contract: one thread at a time uses a Master.
 """
@@ -13,8 +13,8 @@ import rospy
 from rospy_support import rospy_internals
 from rospy_support.limited_transport import LimitedTransport
 
-TIMEOUT = 5.0  # [s] in which a request must be answered
-MOST_CALLS = 600  # per request, because the master answers no other request in the meantime
+TIMEOUT = 5.0  # [s] for the answer to a request
+MAX_CALLS = 600  # per request, because the master answers no other request in the meantime
 
 
 class NoMaster(Exception):
@@ -50,20 +50,20 @@ class Master:
         is returned, which halves the time of thousands of calls.
         """
         answers = []
-        for start in range(0, len(calls), MOST_CALLS):
-            answers += self._request(calls[start:start + MOST_CALLS], unread)
+        for start in range(0, len(calls), MAX_CALLS):
+            answers += self._request(calls[start:start + MAX_CALLS], unread)
         return answers
 
     def _request(self, calls, unread):
         if self._proxy is None:
             self._transport = _Transport(self._timeout)
             self._proxy = xmlrpc.client.ServerProxy(rosgraph.get_master_uri(), transport=self._transport)
-        several = xmlrpc.client.MultiCall(self._proxy)
+        multicall = xmlrpc.client.MultiCall(self._proxy)
         for method, *arguments in calls:
-            getattr(several, method)(rospy.get_name(), *arguments)
+            getattr(multicall, method)(rospy.get_name(), *arguments)
         self._transport.unread = unread
         try:
-            return list(several())
+            return list(multicall())
         except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
             self._proxy('close')()
             self._proxy = None

@@ -1,4 +1,4 @@
-"""How every node of this repository starts and ends.
+"""Start and end a node: master, parameters, signals, errors, exit codes.
 
 A node's script::
 
@@ -13,9 +13,9 @@ A node's script::
 Such a node registers again after a restart of the master, survives a closed output, and shuts down in order and in a
 bounded time: the hooks of rospy.on_shutdown are called (they stop vehicles), the node is unregistered, and no traceback
 is printed. rospy itself does all this inside a signal handler, in the main thread: if that thread holds one of rospy's
-locks, for example during a call of the master, the shutdown waits for that lock forever. Here a signal only wakes a
-thread, which shuts down. rospy also closes topics before it reports the shutdown, so errors that main() raises because
-of that are ignored.
+locks, for example during a call to the master, the shutdown waits for that lock forever. Here a signal only wakes a
+thread, which shuts down. rospy also closes topics before it reports the shutdown; errors that main() raises because of
+this are ignored.
 
 Exit codes: the argument of sys.exit in main(); 0 when main() returns or the node is shut down; 2 for a ParameterError;
 1 for everything else.
@@ -39,9 +39,9 @@ from rospy_support.parameters import MasterAway, ParameterError
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT
 REGISTERING = 0.5  # [s] for a registration that has begun
-LONGEST_CALL = 2.0  # [s] for the master to unregister the node
+CALL_TIMEOUT = 2.0  # [s] for the master to unregister the node
 CLOCK_PATIENCE = 5.0  # [s] for the source of /clock to start, before a warning
-LONGEST_END = 8.0  # [s] from the request to shut down to the end of the process; roslaunch waits 15 s
+SHUTDOWN_TIMEOUT = 8.0  # [s] from the request to shut down to the end of the process; roslaunch waits 15 s
 
 _ending = threading.Event()  # set once the node shuts down
 
@@ -68,7 +68,7 @@ def init_node(name, declared=(), argv=None, **options):
     rospy.on_shutdown(_limit_the_end)
     given = rospy_internals.command_line_parameters(argv)
     registration.keep_registered(given)
-    if not launched(argv):  # parameters of a launch file cannot be told from those of an earlier run
+    if not launched(argv):  # parameters of a launch file look like those of an earlier run
         parameters.warn_of_stale(declared, given)
     if not rospy_internals.is_wall_time():
         timer = threading.Timer(CLOCK_PATIENCE, _warn_of_no_clock)
@@ -96,7 +96,7 @@ def run(main):
     threading.excepthook = _thread_failed
     _catch_signals()
     code = outcome(main)
-    shut_down('the node is done').join(LONGEST_END)
+    shut_down('the node is done').join(SHUTDOWN_TIMEOUT)
     registration.unregister_rest()
     _leave(code)
 
@@ -133,7 +133,7 @@ def outcome(main):
 
 def _master_answers():
     try:
-        return bool(Master(LONGEST_CALL).request([('getPid',)]))
+        return bool(Master(CALL_TIMEOUT).request([('getPid',)]))
     except NoMaster:
         return False
 
@@ -152,17 +152,17 @@ def shut_down(reason):
 
 
 def _limit_the_end():
-    """End the process after LONGEST_END, even if a master that hangs, or a lock, blocks the shutdown."""
+    """End the process after SHUTDOWN_TIMEOUT, even if a master that hangs, or a lock, blocks the shutdown."""
     if not _ending.is_set():
         _ending.set()
-        rospy_internals.limit_calls_of_master(LONGEST_CALL)
-        timer = threading.Timer(LONGEST_END, _give_up)
+        rospy_internals.limit_calls_of_master(CALL_TIMEOUT)
+        timer = threading.Timer(SHUTDOWN_TIMEOUT, _give_up)
         timer.daemon = True
         timer.start()
 
 
 def _give_up():
-    print(f'The node did not end within {LONGEST_END:g} s; it is stopped now.', file=sys.stderr)
+    print(f'The node did not end within {SHUTDOWN_TIMEOUT:g} s; it is stopped now.', file=sys.stderr)
     _leave(1)
 
 
@@ -177,7 +177,7 @@ def _leave(code):
 def _catch_signals():
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
-    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)  # written immediately, whatever the main thread is doing
+    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)  # written at once, even while the main thread is busy
     for number in SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # nohup
             signal.signal(number, lambda *_: None)

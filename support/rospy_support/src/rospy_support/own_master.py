@@ -8,10 +8,10 @@ from plain_support.processes import BackgroundProcess, end_with_parent
 from rospy_support.limited_transport import LimitedTransport
 from rospy_support.ports import free_port
 
-ANSWER_DEADLINE = 20.0  # [s] in which a master must answer
-ANSWER_TIME = 1.0  # [s] in which one call must be answered: another program may have the port
+ANSWER_DEADLINE = 20.0  # [s] for a master to answer at all
+ANSWER_TIME = 1.0  # [s] for the answer to one call: another program may use the port
 POLL = 0.02  # [s]
-TAKEN = 'already in use'  # a master prints this if its port is taken; it then runs on without answering
+PORT_IN_USE = 'already in use'  # printed by a master whose port is taken; it keeps running, but never answers
 
 
 class MasterError(RuntimeError):
@@ -19,7 +19,7 @@ class MasterError(RuntimeError):
 
 
 class OwnMaster(NamedTuple):
-    """A master that answers: its URI and its process."""
+    """A running master: its URI and its process."""
 
     uri: str
     process: BackgroundProcess
@@ -29,7 +29,7 @@ def start_master(start: Callable[[List[str]], BackgroundProcess], port: Optional
                  patience: float = ANSWER_DEADLINE) -> OwnMaster:
     """Start a master by ``start(command)`` and return it when it answers; raise MasterError after ``patience`` [s].
 
-    Without ``port``, use a free port; if another program takes that first, try the next one.
+    Without ``port``, use a free port; if another program is faster, try the next one.
     """
     deadline, said = time.monotonic() + patience, 'nothing'
     while time.monotonic() < deadline:
@@ -38,7 +38,7 @@ def start_master(start: Callable[[List[str]], BackgroundProcess], port: Optional
         except OSError as error:
             raise MasterError(str(error)) from None
         process, uri = start(['rosmaster', '--core', '-p', str(number)]), f'http://localhost:{number}'
-        while time.monotonic() < deadline and process.runs() and TAKEN not in process.output():
+        while time.monotonic() < deadline and process.runs() and PORT_IN_USE not in process.output():
             with contextlib.suppress(OSError, xmlrpc.client.Error):
                 answer: Any = xmlrpc.client.ServerProxy(uri, LimitedTransport(ANSWER_TIME)).getPid('/own_master')
                 if answer[2] == process.pid:

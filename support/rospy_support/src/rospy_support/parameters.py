@@ -1,4 +1,4 @@
-"""Parameters of a node: declared as data, read with default, type and range, refused with a helpful error.
+"""Parameters of a node: declare them in a table; read them with default, type, range, and errors that say what to type.
 
 A node declares all its parameters in one table; a test compares the documentation of the node with it::
 
@@ -25,11 +25,11 @@ from rospy_support.master import Master, NoMaster
 
 HIDDEN = '(hidden)'  # instead of a secret value
 _effective = {}  # resolved name -> text of the value, in the order of reading
-_declared = None  # names that this node may read; None: all, as in tests of a part of a node
+_declared = None  # names that this node may read; None: any, for tests of a part of a node
 
 
 class ParameterError(ValueError):
-    """A parameter has an invalid value; the text names it, what is allowed, and what to type."""
+    """A parameter has an invalid value; the text names it, the allowed values, and the line to type."""
 
 
 class MasterAway(ParameterError):
@@ -63,21 +63,21 @@ class Computed(str):
 class Parameter:
     """Base class of all kinds of parameters; their first fields are ``name`` and ``default``.
 
-    ``kind`` is the type as the documentation calls it, ``allowed`` describes a valid value in errors, ``range`` in the
-    documentation (empty if it takes a sentence).
+    ``kind`` is the name of the type in the documentation. ``allowed`` describes valid values in errors, and ``range``
+    in the documentation; it is empty where that needs a sentence.
     """
 
     unit = kind = allowed = range = ''
     secret = False  # no log or error shows the value
 
     def convert(self, value):
-        """Convert the value of the parameter server to the one that the node uses; raise ValueError if not allowed."""
+        """Convert a value of the parameter server to the value for the node; raise ValueError if it is not allowed."""
         raise NotImplementedError
 
     def read(self, default=None, values=None):
         """Return the parameter's value; ``default`` replaces the table's, and is required if that is Computed.
 
-        ``values`` {resolved name: value} holds the parameters that are set, if they have already been read.
+        ``values`` {resolved name: value} contains the parameters that are set, if the caller has read them already.
         """
         if _declared is not None and self.name not in _declared:
             raise LookupError(f'{self.name} is not in the table of parameters that this node was initialised with')
@@ -251,7 +251,7 @@ class Table:
         return self._parameters[name]
 
     def read(self, *names):
-        """Return the list of the values of the parameters with these names; without names, of all parameters."""
+        """Return the values of the parameters with these names as a list; without names, of all parameters."""
         return [self._parameters[name].read() for name in names or self._parameters]
 
 
@@ -262,7 +262,7 @@ def declare(parameters):
 
 
 def warn_of_stale(parameters, given):
-    """Warn of private parameters that an earlier run has left: those that are set, but are not in ``given``.
+    """Warn about private parameters that an earlier run has left: they are set, but are not in ``given``.
 
     ``given`` holds the resolved names from the command line. Parameters with their default value cause no warning.
     """
@@ -270,7 +270,7 @@ def warn_of_stale(parameters, given):
     try:
         values = Master().parameters([parameter.name for parameter in private])
     except NoMaster:
-        return  # the master has just gone; reading a parameter reports that
+        return  # the master does not answer; reading a parameter reports this
     stale = {}
     for parameter in private:
         resolved = rospy.resolve_name(parameter.name)

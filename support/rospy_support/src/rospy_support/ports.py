@@ -6,7 +6,7 @@ PORTS = range(20000, 32000)  # below the ports that Linux assigns to clients
 
 
 def free_port() -> int:
-    """Return a free port of this machine; raise OSError if there is none."""
+    """Return a free port of this machine; raise OSError if none is free."""
     for _ in range(200):
         port = random.SystemRandom().choice(PORTS)
         with socket.socket() as probe:

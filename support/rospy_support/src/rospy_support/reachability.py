@@ -1,6 +1,6 @@
-"""Warn when nodes on other machines cannot connect to this one; rospy reports nothing.
+"""Warn if nodes on other machines cannot connect to this one; rospy reports nothing.
 
-A node tells the master under which address it can be reached: ROS_HOSTNAME, else ROS_IP, else the machine's name.
+A node tells the master its address: ROS_HOSTNAME, else ROS_IP, else the machine's name.
 A subscriber on another machine connects to that address. If it is wrong, no message arrives and there is no error.
 
 Threading contract: ``watch`` starts a thread, which only logs.
@@ -19,13 +19,13 @@ from rospy_support import rospy_internals, threads
 from rospy_support.throttle import WallThrottle
 
 PERIOD = 3.0  # [s] between two checks; a connection takes far less
-SHARE = 0.01  # largest share of the time for checks: one of the topics of a thousand turtles takes 0.2 s
+SHARE = 0.01  # of the time that checks may take: one check with a thousand turtles takes 0.2 s
 LOG_TOPIC = '/rosout'
 REMINDER = 30.0  # [s] between two warnings of the same kind
 
 
 def watch(period=PERIOD):
-    """Warn at once when this node's address cannot be right, and later of topics that stay unconnected."""
+    """Warn at once if this node's address cannot be right, and later about topics that stay unconnected."""
     wrong = addresses.wrong_address()
     if wrong:
         rospy.logwarn('%s', wrong)
@@ -42,7 +42,7 @@ def watch(period=PERIOD):
                 continue  # without a master there is nothing to compare with
             finally:
                 pause = pause_after(time.monotonic() - start, period)
-            for topic, others in sorted(now & before):  # twice in a row, so it is not just connecting
+            for topic, others in sorted(now & before):  # twice in a row: it is not just connecting
                 reminders.warn((topic, others), '%s', _silence(topic, others))
             before = now
     return threads.keep_running('reachability', check)
@@ -85,7 +85,7 @@ def _silence(topic, nodes):
 
 
 def _gone(node):
-    """Return a finding about a node of this machine that has ended without a word; None for others."""
+    """Return a finding about a node of this machine that has ended without unregistering; None for others."""
     master, service = rosgraph.Master(rospy.get_name()), f'{node}/{registrations.SIGN}'
     try:
         uri, offered = master.lookupNode(node), master.lookupService(service)

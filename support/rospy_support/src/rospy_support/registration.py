@@ -1,10 +1,10 @@
 """Keep a node registered with the ROS master, even after the master restarts; delete its parameters when it ends.
 
-rospy registers a topic or service once. After a restart of roscore, a running node stays invisible forever. Here the
-node notices the restart and registers everything again: the parameters of its command line, topics, services.
+rospy registers a topic or service once. After a restart of roscore, a running node stays invisible forever. This module
+notices the restart and registers everything again: the parameters of the command line, topics, services.
 
 rospy leaves the parameters of a command line (_name:=value) on the master, where they change what the same command
-does the next time. Here they are deleted when the node ends, unless another program has changed them.
+does the next time. This module deletes them when the node ends, unless another program has changed them.
 
 A master knows the node if it knows ``~get_loggers``, a service that every node has and that only the node registers.
 (The node's name is no proof: a master also learns it when the node asks for a parameter.)
@@ -22,8 +22,8 @@ from rospy_support.master import TIMEOUT, Master, NoMaster
 
 PERIOD = 1.0  # [s] between two checks of the master
 SIGN = '~get_loggers'  # a node is registered if the master knows this service
-LAST_CALL = 2.0  # [s] in which the master must answer a node that ends
-REST = 1.0  # [s] the same for a node that has shut down
+UNREGISTER_TIMEOUT = 2.0  # [s] for an answer of the master to a node that ends
+REST_TIMEOUT = 1.0  # [s] the same for a node that has shut down
 TROUBLES = NoMaster, OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException
 
 _hooks = []  # called after each repeated registration
@@ -56,12 +56,12 @@ def keep_registered(parameters=(), period=PERIOD):
 
 
 def unregister_rest():
-    """Unregister what the master still lists of this node; call it last.
+    """Unregister the names that the master still lists for this node; call it last.
 
-    A node that is stopped while it starts goes on to register until it notices, and rospy unregisters only once.
+    A node that is stopped while it starts keeps registering until it notices, but rospy unregisters only once.
     """
     with contextlib.suppress(*TROUBLES):
-        name, uri, master = rospy.get_name(), rospy.get_node_uri(), Master(REST)
+        name, uri, master = rospy.get_name(), rospy.get_node_uri(), Master(REST_TIMEOUT)
         (_, _, known), = master.request([('lookupNode', name)])
         if not uri or known != uri:  # nothing is left, or a newer node has this name
             return
@@ -75,7 +75,7 @@ def unregister_rest():
 
 
 def values_of(calls):
-    """Make calls (method, argument, ...) of the master in as few requests as possible; return the list of their values.
+    """Make calls (method, argument, ...) to the master in as few requests as possible; return the list of their values.
 
     Raise one of TROUBLES if the master does not answer or refuses a call.
     """
@@ -102,7 +102,7 @@ class _Watch:
         while not self._ended.wait(period):
             try:
                 self._check()
-            except Exception as error:  # one of TROUBLES, or an answer that is not XML: from another program
+            except Exception as error:  # one of TROUBLES, or an answer of another program, which is not XML
                 if not self._away and not self._ended.is_set():
                     self._away = True
                     rospy.logwarn('The ROS master does not answer: %s. Continuing without it; the node will register '
@@ -151,7 +151,7 @@ def _delete(parameters):
     """Delete the parameters {absolute name: value} that still have this value, unless a newer node has this name."""
     if not parameters:
         return
-    sign, master = rospy.resolve_name(SIGN), Master(LAST_CALL)
+    sign, master = rospy.resolve_name(SIGN), Master(UNREGISTER_TIMEOUT)
     (code, _, uri), *answers = master.request([('lookupService', sign), *(('getParam', name) for name in parameters)])
     if code == 1 and uri == dict(rospy_internals.offered_services()).get(sign):
         master.request([('deleteParam', name) for (name, value), (there, _, now) in zip(parameters.items(), answers)

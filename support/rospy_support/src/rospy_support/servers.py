@@ -1,6 +1,6 @@
 """Protect the servers of a node, so that one peer cannot block the others; for callers of rospy.init_node.
 
-Each module that is used here names the fault that it is for.
+Each module that is used here names the fault that it guards against.
 """
 import functools
 import resource
@@ -17,14 +17,14 @@ from rospy_support.tcpros_server import TcprosServer
 from rospy_support.throttle import WallThrottle
 
 MANY_FILES = 65536  # file descriptors
-NEXT, AGAIN = 1.0, 10.0  # [s] between two lines about peers, if they differ and if they are the same
+NEXT, AGAIN = 1.0, 10.0  # [s] between two lines about peers, if their texts differ or are the same
 REMINDER = 600.0  # [s] between two lines about file descriptors
 
 
 def allow_many_files():
     """Raise the soft limit of open files, which is often only 1024.
 
-    The fault: a thousand turtles take 3,000, and a node without a free one answers nobody.
+    The fault: a thousand turtles need 3,000, and a node without a free one accepts no connection.
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     wanted = MANY_FILES if hard == resource.RLIM_INFINITY else min(hard, MANY_FILES)
@@ -57,7 +57,7 @@ def protect():
 
 
 class Report:
-    """Logs warnings about peers: a new text once in NEXT, the same one once in AGAIN, that about files in REMINDER.
+    """Logs warnings about peers: a new text after NEXT, the same one after AGAIN, the one about files after REMINDER.
 
     The fault: a peer that fails again and again fills the log. Each line is logged in a separate thread, because the
     thread of a SocketWatch must not wait for a terminal.

@@ -1,6 +1,6 @@
 """A connection to a service of this node: a SocketWatch reads each request, and a thread answers it.
 
-The fault: rospy keeps a thread for each caller, and never answers a request that is too short.
+The fault: rospy occupies a thread for each caller, and never answers a request that is too short.
 
 Threading contract: the thread of a connection exists from a complete request to its answer, and LINGER longer if the
 connection is persistent. A connection without a request has no thread.
@@ -14,7 +14,7 @@ from rospy_support import rospy_internals
 from rospy_support.inbound import CHUNK, Ended, Refused, read_block
 
 SIZE_LIMIT = 256 << 20  # [bytes] of a message or a request
-LINGER = 0.5  # [s] that a thread waits for the next request of a persistent connection
+LINGER = 0.5  # [s] for the next request of a persistent connection, while its thread waits
 
 
 class ServiceConnection:

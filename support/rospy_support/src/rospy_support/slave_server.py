@@ -1,7 +1,7 @@
 """A node's XML-RPC server (the slave API of ROS); a SocketWatch reads its requests.
 
-The fault: rosgraph's server starts a thread for each connection, 353 beside 2,000 idle ones, and reads a body of any
-length, 324 MB of memory for one of 50 MB.
+The fault: rosgraph's server starts a thread for each connection, 353 of them beside 2,000 idle connections, and reads a
+body of any length: one of 50 MB takes 324 MB of memory.
 """
 import contextlib
 import io
@@ -51,7 +51,7 @@ class SlaveServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
         try:
             connection.setblocking(True)
             keep = not _RequestHandler(connection, address, self, request).close_connection
-        except Exception:  # the peer has gone, or its data are not HTTP; logged to the file, as rosgraph does
+        except Exception:  # the peer has gone, or does not send HTTP; written to the log file, as in rosgraph
             self.handle_error(connection, address)
             keep = False
         if keep:

@@ -21,7 +21,7 @@ class TcprosServer:
     """Reads the header of each connection and passes the connection on."""
 
     def __init__(self, watch, topic_handler):
-        """``topic_handler(socket, address, header)`` is rospy's; it returns why it refuses, or None or ''."""
+        """``topic_handler(socket, address, header)`` is rospy's; it returns the reason of a refusal, or None or ''."""
         self._watch, self._topic_handler = watch, topic_handler
 
     async def serve(self, connection, address):
@@ -51,7 +51,7 @@ class TcprosServer:
             self._refuse(address, connection, 'no topic or service name detected')
 
     def _hand_over(self, address, connection, header):
-        """Let rospy write its header and a latched message; runs in its own thread, as it may wait for the peer."""
+        """Let rospy write its header and a latched message; runs in its own thread, since it may wait for the peer."""
         try:
             connection.setblocking(True)
             refused = self._topic_handler(connection, address, header)

@@ -1,6 +1,6 @@
 """Threads and timers that log errors and continue.
 
-A thread that ends with an error ends silently: the node looks healthy and no longer does its work.
+A thread that fails ends silently: the node looks healthy but no longer does its work.
 """
 import functools
 import threading

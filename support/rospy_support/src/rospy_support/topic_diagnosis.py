@@ -1,4 +1,4 @@
-"""Explain why no message arrives on a topic: which node publishes it, and which other topics have such messages."""
+"""Explain why no message arrives on a topic: which nodes publish it, and which other topics have its type."""
 import xmlrpc.client
 
 import rosgraph
@@ -8,7 +8,7 @@ COMPRESSED = '/compressed'  # the suffix that image_transport appends to an imag
 
 
 def waiting_text(subscriber, name):
-    """Return a text that explains why a rospy.Subscriber gets nothing; ``name`` is its topic before remapping."""
+    """Return a text that explains why a rospy.Subscriber gets no message; ``name`` is its topic before remapping."""
     topic, data_type = subscriber.resolved_name, subscriber.type
     try:
         master = rosgraph.Master(rospy.get_name())
@@ -33,5 +33,5 @@ def text_about(topic, data_type, name, types, publishers):
     if not others:
         return f'{said} There is no other topic of type {data_type}.'
     listed = ', '.join(f'{key} (by {", ".join(publishers[key])})' for key in others)
-    base = others[0][:-len(COMPRESSED)] if others[0].endswith(COMPRESSED) else others[0]  # what image_transport remaps
+    base = others[0][:-len(COMPRESSED)] if others[0].endswith(COMPRESSED) else others[0]  # image_transport remaps this
     return f'{said} Topics of type {data_type}: {listed}; remap with {name}:={base}'

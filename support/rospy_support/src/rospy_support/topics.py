@@ -1,5 +1,4 @@
-"""Publishers: one for many small messages at a high rate, one that is safe at the shutdown; a listener for subscribers.
-"""
+"""Publishers for high rates and for the time of the shutdown, and a listener for new subscriptions."""
 import socket
 
 import rospy
@@ -49,7 +48,7 @@ class LatestPublisher(rospy.Publisher):
         super().__init__(name, data_class, subscriber_listener, tcp_nodelay=True, queue_size=1)
         rospy_internals.publish_without_threads(self)
         self._published = 0
-        self._unsent = {}  # connection -> rest of a message that its socket took only in part
+        self._unsent = {}  # connection -> rest of a message that was sent only in part
 
     def wanted(self):
         """Return whether there are subscribers."""

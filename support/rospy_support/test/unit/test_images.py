@@ -1,4 +1,4 @@
-"""rospy_support.images: every encoding from a picture whose colours are known, and what cannot be a picture."""
+"""rospy_support.images: every encoding from a picture with known colours, and unusable data."""
 import io
 
 import cv2

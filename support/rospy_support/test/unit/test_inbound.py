@@ -141,7 +141,7 @@ def test_a_slow_peer_is_dropped_at_its_deadline(listening):
 
 
 def test_a_deadline_ends_with_its_block(watched):
-    """What the coroutine does after that takes longer."""
+    """The coroutine then does something that takes longer."""
     async def serve(connection, address):
         block = await watched.watch.read(read_block(connection, LIMIT), 0.05)
         await asyncio.sleep(0.1)
@@ -153,7 +153,7 @@ def test_a_deadline_ends_with_its_block(watched):
 
 
 def test_a_standstill_of_the_process_is_not_the_peers_fault(listening):
-    """The process is stopped for ten seconds; what comes after that is read."""
+    """The process is suspended for ten seconds; data that arrive afterwards are read."""
     stopped_for = [0.0]
     listening.watch._loop.time = lambda: time.monotonic() + stopped_for[0]
     listening.deadline = 5.0

@@ -1,4 +1,4 @@
-"""rospy_support.master: what is asked in one request, and a master that refuses, hangs or is not there."""
+"""rospy_support.master: many calls in one request, and a master that refuses, hangs or does not run."""
 import os
 import socket
 import threading
@@ -196,7 +196,7 @@ def test_parameters_are_those_that_are_set(fake, master):
 
 
 def test_thousands_of_calls_are_made_in_their_order_in_several_requests(fake, master):
-    calls = [('unregisterPublisher', f'/{number}', URI) for number in range(2 * module.MOST_CALLS + 1)]
+    calls = [('unregisterPublisher', f'/{number}', URI) for number in range(2 * module.MAX_CALLS + 1)]
     master.unregister(calls)
     assert [call[2] for call in fake.calls] == [name for _, name, _ in calls]
     assert master.request([('getPid',)]) == [[1, '', []]]  # the connection is where it should be

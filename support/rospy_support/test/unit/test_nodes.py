@@ -1,4 +1,4 @@
-"""rospy_support.nodes: what an end of main() means, and how a process with it ends, whatever signal comes when."""
+"""rospy_support.nodes: the ways in which main() and its process end, for all signals at all times."""
 import os
 import signal
 import subprocess
@@ -74,7 +74,7 @@ def program(body):
 
 
 def ended(process, *signals):
-    """Send signals once the program is ready; return (exit code, what it printed then, its errors)."""
+    """Send signals once the program is ready; return (exit code, output after that, errors)."""
     assert process.stdout.readline() == 'ready\n'
     for number in signals:
         process.send_signal(number)
@@ -141,7 +141,7 @@ def test_a_shutdown_by_another_thread_is_waited_for():
 
 def test_a_main_that_never_returns_is_left_and_that_is_told():
     body = """
-        nodes.LONGEST_END = 0.3
+        nodes.SHUTDOWN_TIMEOUT = 0.3
         def main():
             print('ready')
             while True:
@@ -153,7 +153,7 @@ def test_a_main_that_never_returns_is_left_and_that_is_told():
 
 def test_a_shutdown_that_never_ends_is_left():
     body = """
-        nodes.LONGEST_END = 0.3
+        nodes.SHUTDOWN_TIMEOUT = 0.3
         def main():
             rospy.on_shutdown(lambda: time.sleep(1000.0))
             print('ready')

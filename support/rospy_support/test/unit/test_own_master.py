@@ -1,4 +1,4 @@
-"""rospy_support.own_master: real masters, and what is done when there is none."""
+"""rospy_support.own_master: real masters, and failed starts."""
 import os
 import socket
 import xmlrpc.client

@@ -1,4 +1,4 @@
-"""rospy_support.parameters: what each reader takes, what it refuses, and what the refusal tells. Without a master."""
+"""rospy_support.parameters: accepted values, refused values, and errors of each kind. Without a master."""
 import math
 import socket
 

@@ -1,4 +1,4 @@
-"""rospy_support.reachability: what is wrong with a node's address, and which topics stay unconnected."""
+"""rospy_support.reachability: wrong addresses of a node, and topics that stay unconnected."""
 import pytest
 import rosgraph
 import rospy
@@ -58,7 +58,7 @@ def test_topics_known_from_both_sides_without_connection(monkeypatch, published,
 
 
 @pytest.mark.parametrize('offered, ended', [
-    ('rosrpc://localhost:1', True), ('rosrpc://10.88.0.9:1', False),  # nobody here can say what another machine does
+    ('rosrpc://localhost:1', True), ('rosrpc://10.88.0.9:1', False),  # unknown here: another machine
     (None, False), ('nonsense', False),
 ])
 def test_a_node_of_this_machine_that_has_ended_is_told(monkeypatch, offered, ended):

@@ -10,7 +10,7 @@ import rospy
 
 from rospy_support import registration, rospy_internals
 
-DEADLINE = 20.0  # [s] for a thread to do what it does every PERIOD, on a busy machine
+DEADLINE = 20.0  # [s] for the work that a thread does every PERIOD, on a busy machine
 PERIOD = 0.005  # [s]
 NODE, URI = '/sim/node', 'http://localhost:4711/'
 SIGN, SIGN_URI = '/sim/node/get_loggers', 'rosrpc://localhost:1'
@@ -22,7 +22,7 @@ class Server(xmlrpc.server.SimpleXMLRPCServer):
 
 
 class Master:
-    """What a node needs of a ROS master, as an XML-RPC server; it may be away, fail, hang, or be started anew."""
+    """The part of a ROS master that a node needs, as an XML-RPC server that can be absent, fail, hang, or restart."""
 
     def __init__(self):
         self.parameters, self.services, self.calls, self.looked = {}, {SIGN: SIGN_URI}, [], 0
@@ -97,7 +97,7 @@ def master(monkeypatch):
 
 @pytest.fixture
 def connected(monkeypatch, master):
-    """What this process has, and the list of what it was told about publishers."""
+    """The registrations of this process, and the list of publisher updates that it received."""
     told = []
     for name, value in {'publications': [['/t/pose', 'turtlesim/Pose'], ['/rosout', 'rosgraph_msgs/Log']],
                         'subscriptions': [['/t/cmd_vel', 'geometry_msgs/Twist'], ['/any', '*']],

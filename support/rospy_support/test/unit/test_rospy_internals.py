@@ -1,4 +1,4 @@
-"""rospy_support.rospy_internals: whether the installed rospy has what this package uses, and its guards of topics."""
+"""rospy_support.rospy_internals: the installed rospy has the parts that this package uses; guards of topics."""
 import io
 import socket
 import struct

@@ -1,4 +1,4 @@
-"""rospy_support.threads: an error is told, and ends neither a thread nor a timer."""
+"""rospy_support.threads: an error is logged, and ends neither a thread nor a timer."""
 import threading
 import time
 

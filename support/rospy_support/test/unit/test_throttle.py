@@ -29,7 +29,7 @@ def due(clock, throttled, calls, **options):
 @pytest.mark.parametrize('period, options, calls, wanted', [
     (PERIOD, {}, [(0.0, 'a', ''), (9.9, 'a', ''), (10.0, 'a', ''), (19.9, 'a', ''), (20.0, 'a', '')], '10101'),
     (PERIOD, {}, [(0.0, 'a', ''), (5.0, 'b', ''), (10.0, 'a', ''), (10.0, 'b', ''), (15.0, 'b', '')], '11101'),
-    (PERIOD, {}, [(0.0, 'a', 'x'), (5.0, 'a', 'y'), (10.0, 'a', 'z')], '101'),  # another text is no other kind
+    (PERIOD, {}, [(0.0, 'a', 'x'), (5.0, 'a', 'y'), (10.0, 'a', 'z')], '101'),  # another text is not another kind
     (PERIOD, {'changed': SHORTER}, [(0.0, 'a', 'x'), (0.9, 'a', 'y'), (1.0, 'a', 'y'), (2.0, 'a', 'y')], '1010'),
     (PERIOD, {'changed': SHORTER}, [(0.0, 'a', 'x'), (9.9, 'a', 'x'), (10.0, 'a', 'x')], '101'),
     (PERIOD, {'changed': 0.0}, [(0.0, 'a', 'x'), (0.0, 'a', 'y'), (0.0, 'a', 'x'), (9.0, 'a', 'x')], '1110'),

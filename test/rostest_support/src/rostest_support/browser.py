@@ -68,7 +68,7 @@ class Browser:
         self.devtools('Emulation.setTouchEmulationEnabled', enabled=touch)
 
     def prefer(self, dark=False, media=''):
-        """Set ``prefers-color-scheme``; ``media`` is ``'print'`` to see the page as it is printed."""
+        """Set ``prefers-color-scheme``; with ``media='print'``, show the page as printed."""
         self.devtools('Emulation.setEmulatedMedia', media=media, features=[
             {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}])
 
@@ -113,7 +113,7 @@ class Browser:
                       touchPoints=[{'x': x, 'y': y, 'id': index} for index, (x, y) in enumerate(points)])
 
     def screenshot(self, name):
-        """Save what the page shows as NAME.png in ``folder`` and return its path."""
+        """Save a screenshot as NAME.png in ``folder`` and return its path."""
         path = os.path.join(self.folder, f'{name}.png')
         if not self.driver.save_screenshot(path):
             raise OSError(f'cannot write {path}')

@@ -166,9 +166,9 @@ class Collected:
         self.topic = topic
         self.messages = []
         self.times = []  # [s, monotonic] arrival times of the messages
-        self.subscriber = rospy.Subscriber(topic, message_type, self._take, tcp_nodelay=True)
+        self.subscriber = rospy.Subscriber(topic, message_type, self._store, tcp_nodelay=True)
 
-    def _take(self, message):
+    def _store(self, message):
         self.times.append(time.monotonic())
         self.messages.append(message)
 

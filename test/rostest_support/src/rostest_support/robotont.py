@@ -107,7 +107,7 @@ class RobotontCase(unittest.TestCase):
         return process
 
     def ended(self, process, code):
-        """Wait until a Process ends by itself, with this exit code and no traceback; return what it printed."""
+        """Wait until a Process ends by itself, with this exit code and no traceback; return its output."""
         try:
             ended_with = process.process.wait(DEADLINE)
         except subprocess.TimeoutExpired:

@@ -20,7 +20,7 @@ DEADLINE = 15.0  # [s] for an answer that takes milliseconds on an idle machine
 LENGTH = struct.Struct('<I')
 LARGEST_ANSWER = 1 << 28  # [bytes]
 LOG = {'topic': '/rosout', 'type': 'rosgraph_msgs/Log', 'md5sum': 'acffd30cd6b6de30f120938c17c593fb'}
-TROUBLE = (OSError, xmlrpc.client.Error, HTTPException)  # what a node that misbehaves makes the functions below raise
+TROUBLE = (OSError, xmlrpc.client.Error, HTTPException)  # raised by the functions below if a node misbehaves
 
 
 class Closed(ConnectionError):

@@ -22,7 +22,7 @@ class Ended(ConnectionError):
 
 
 class WebSocket:
-    """A connection to the server at ``place`` (host, port), which sends and receives what a browser does."""
+    """A connection to the server at ``place`` (host, port), which behaves like a browser."""
 
     def __init__(self, place, timeout, headers=()):
         """``timeout`` [s] of each wait; ``headers`` (name, value) replace those of the handshake or are added."""

@@ -1,4 +1,4 @@
-"""The browser of the tests sees what a page shows, logs and asks for."""
+"""The browser of the tests sees the text, the log and the requests of a page."""
 import pytest
 
 from rostest_support import browser

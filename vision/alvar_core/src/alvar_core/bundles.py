@@ -43,7 +43,7 @@ class Bundle:
 
     ``source`` is the file, ``master`` the id of the first marker, ``ids`` those of all markers. ``corners``
     {id: (4, 3)} [m], in the bundle's frame: top left, top right, bottom right, bottom left of each marker whose
-    position is known. ``notes`` are texts about what is unusual in the file.
+    position is known. ``notes`` are texts about peculiarities of the file.
     """
 
     source: str

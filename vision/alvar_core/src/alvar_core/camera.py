@@ -53,7 +53,7 @@ class Camera:
 
     @cached_property
     def lens(self) -> Any:
-        """Return the lens for the compiled steps; to them, ``to_real`` is no method of this class."""
+        """Return the lens for the compiled steps, which do not use the method ``to_real``."""
         k1, k2, p1, p2, k3, k4, k5, k6 = self.distortion
         return native.steps.Lens(fx=self.fx, fy=self.fy, cx=self.cx, cy=self.cy,
                                  k1=k1, k2=k2, p1=p1, p2=p2, k3=k3, k4=k4, k5=k5, k6=k6)

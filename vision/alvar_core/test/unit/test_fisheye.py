@@ -12,7 +12,7 @@ from rostest_support.marker_scenes import Placed, Scene, image_of
 MATRIX = [300.0, 0, 319.5, 0, 305.0, 239.5, 0, 0, 1]
 LENS = [0.05, -0.01, 0.002, -0.0005]
 PIXEL = 1e-6
-POSITION, ANGLE = 0.005, np.radians(0.5)  # of the distance; what a rendered marker 60 px wide allows
+POSITION, ANGLE = 0.005, np.radians(0.5)  # of the distance; the limit for a rendered marker 60 px wide
 
 
 def test_points_are_drawn_where_opencv_draws_them():

@@ -1,4 +1,4 @@
-"""The compiled steps: what is loaded, what is refused, and that each does what a few lines of numpy or OpenCV say."""
+"""The compiled steps: loading, refused input, and the same results as a few lines of numpy or OpenCV."""
 import json
 import math
 import os
@@ -110,7 +110,7 @@ def test_outlines_of_shapes():
     image = np.full((200, 240), 200, np.uint8)
     cv2.rectangle(image, (20, 20), (120, 120), 40, -1)
     cv2.rectangle(image, (40, 40), (100, 100), 200, -1)  # a hole
-    cv2.rectangle(image, (55, 55), (85, 85), 40, -1)  # and what is in it
+    cv2.rectangle(image, (55, 55), (85, 85), 40, -1)  # and its contents
     image[150, 150] = 40  # a single pixel
     cv2.line(image, (0, 160), (239, 180), 40, 2)  # to the edge of the image
     for each in (image, image.T.copy()):

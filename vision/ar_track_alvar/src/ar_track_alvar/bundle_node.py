@@ -1,4 +1,4 @@
-"""findMarkerBundlesNoKinect: publishes one pose for each bundle, a set of markers that are fixed to each other."""
+"""findMarkerBundlesNoKinect: publish one pose for each bundle, a set of markers that are fixed to each other."""
 import os
 import shlex
 
@@ -22,7 +22,7 @@ PARAMETERS = parameters.Table(BUNDLE_FILES, settings.PARAMETERS)
 
 
 class BundleNode(MarkerNode):
-    """Publishes the poses of bundles under the ids of their masters; single markers only appear in rviz."""
+    """Publishes the poses of bundles under the ids of their masters, and single markers only for rviz."""
 
     def __init__(self, settings, known):
         """``known`` are the alvar_core.bundles.Bundles to search for."""
@@ -57,7 +57,7 @@ class BundleNode(MarkerNode):
                           reported, *look)
 
     def _notice_odd(self, found):
-        """Warn of markers that are not at the position in their bundle's file."""
+        """Warn about markers that are not where the file of their bundle says."""
         odd = {(one.bundle.source, number) for one in found for number in set(one.rejected) - set(one.used)}
         self._odd = {key: self._odd.get(key, 0) + 1 for key in odd}
         for (source, number), pictures in self._odd.items():
@@ -71,7 +71,7 @@ def _listed(numbers):
 
 
 def sizes_of(known):
-    """Return {id: width of the square [m]} of the markers of all bundles; if several contain one, the first counts."""
+    """Return {id: width of the square [m]} of all markers; the first bundle that contains a marker counts."""
     sizes = {}
     for bundle in known:
         sizes.update({number: size for number, size in bundle.sizes.items() if number not in sizes})
@@ -79,7 +79,7 @@ def sizes_of(known):
 
 
 def read_bundles(names):
-    """Return the Bundles in files (names separated by spaces, quoted as in a shell); log what is unusual about them."""
+    """Return the Bundles in files (names separated by spaces, quoted as in a shell); log their peculiarities."""
     try:
         paths = shlex.split(names)
     except ValueError as error:

@@ -16,9 +16,9 @@ from plain_support import LARGEST_MARKER_ID
 MARKER_FRAME = 'ar_marker_'  # followed by the id: the tf frame of a marker
 LIFETIME = 1.0  # [s] of a cube in rviz
 POINT_SIZE = 0.005  # [m] of a point in rviz
-THICKNESS = 0.2  # of a cube, as share of its width
+THICKNESS = 0.2  # of a cube, as a share of its width
 COLOURS = ((0.0, 0.0, 1.0, 1.0), (1.0, 0.0, 0.0, 1.0), (0.0, 1.0, 0.0, 1.0), (0.0, 0.5, 0.5, 1.0),
-           (0.5, 0.5, 0.0, 1.0), (0.5, 0.0, 0.5, 1.0))  # r, g, b, a: of the ids 0 to 4 and of all others
+           (0.5, 0.5, 0.0, 1.0), (0.5, 0.0, 0.5, 1.0))  # r, g, b, a of the ids 0 to 4, and of all others
 MODELS = {'plumb_bob': Camera, 'rational_polynomial': Camera, 'equidistant': FisheyeCamera, 'fisheye': FisheyeCamera}
 
 
@@ -27,8 +27,8 @@ class MarkerPose:
     """The data published about a marker, or about a bundle.
 
     ``rotation`` (3, 3) and ``position`` (3,) [m] are in the camera's optical frame; ``confidence``: 0 to 100; ``size``
-    [m]: width of the cube in rviz; ``reported``: publish it in ar_pose_marker and tf, too, not only in rviz;
-    ``namespace`` and ``colour`` (r, g, b, a, 0 to 1; None: that of the id) are for rviz.
+    [m]: width of the cube in rviz; ``reported``: publish it in ar_pose_marker and tf, not only for rviz; ``namespace``
+    and ``colour`` (r, g, b, a, 0 to 1; None: the colour of the id) are for rviz.
     """
 
     id: int
@@ -42,21 +42,21 @@ class MarkerPose:
 
 
 def confidence(detection):
-    """Return the confidence [%] of a Detection or BundlePose; at most 50 while its orientation is not sure."""
+    """Return the confidence [%] of a Detection or BundlePose; at most 50 if its orientation is uncertain."""
     percent = 100.0 * min(max(detection.confidence, 0.0), 1.0)
-    unsure = detection.ambiguous or getattr(detection, 'doubtful', False)  # a bundle has no paper of its own
+    unsure = detection.ambiguous or getattr(detection, 'doubtful', False)  # only a Detection can be doubtful
     return int(round(percent / 2.0 if unsure else percent))
 
 
 def numbered(detections):
-    """Return the Detections whose id fits into AlvarMarker.id, sorted by id, and the ids of the others."""
+    """Return the Detections whose ids fit into AlvarMarker.id, sorted by id, and the other ids."""
     fit = [d for d in detections if isinstance(d.id, int) and 0 <= d.id <= LARGEST_MARKER_ID]
     others = [d.id for d in detections if not any(d is one for one in fit)]
     return sorted(fit, key=lambda d: d.id), others
 
 
 def camera_key(info, width, height, rectified):
-    """Return all values that camera_of() uses; equal keys mean equal cameras (NaN equals nothing)."""
+    """Return all values that camera_of() uses: equal keys mean equal cameras, and NaN is never equal."""
     roi = info.roi
     return (width, height, rectified, info.width, info.height, info.distortion_model, tuple(info.D), tuple(info.K),
             tuple(info.P), info.binning_x, info.binning_y, roi.x_offset, roi.y_offset, roi.width, roi.height)
@@ -74,7 +74,7 @@ def camera_of(info, width, height, rectified=False):
     values = np.asarray(info.D, float)
     matrix = _of_window(info, _checked(np.reshape(info.K, (3, 3)), 'K'))
     model = MODELS.get(info.distortion_model)
-    if not values.any() and model is not FisheyeCamera:  # a fisheye camera has distortion even if D is all zeros
+    if not values.any() and model is not FisheyeCamera:  # a fisheye camera distorts even if D is all zeros
         return Camera(matrix)
     if model is None:
         raise CameraError(f'distortion_model is {info.distortion_model!r}; known are: {", ".join(MODELS)}')
@@ -132,7 +132,7 @@ def rviz_marker_of(marker, header):
 
 
 def points_marker_of(number, points, header):
-    """Return the Marker that shows points (N, 3) [m] on marker ``number``, for rviz, in the frame of ``header``."""
+    """Return the Marker for rviz that shows points (N, 3) [m] on marker ``number``, in the frame of ``header``."""
     message = Marker(header=header, ns='3dpts', id=number if number < 2 ** 31 else number - 2 ** 32, type=Marker.POINTS,
                      action=Marker.ADD, lifetime=genpy.Duration.from_sec(LIFETIME))
     message.pose.orientation.w = 1.0

@@ -1,4 +1,4 @@
-"""findMarkerBundles: publishes the poses of bundles in the coloured point clouds of a depth camera."""
+"""findMarkerBundles: publish the poses of bundles in the coloured point clouds of a depth camera."""
 from alvar_core.detection import depth
 from ar_track_alvar import bundle_node, settings, start
 from ar_track_alvar.core import command_line
@@ -13,7 +13,7 @@ PARAMETERS = Table(bundle_node.BUNDLE_FILES, INPUT, DEPTH_NOISE, MEDIAN)
 
 
 class DepthBundleNode(DepthInput, bundle_node.BundleNode):
-    """Publishes bundles; ``median``: the pose is the most central one of so many (0: the last one)."""
+    """Publishes bundles; the pose is the most central one of the last ``median`` poses (0: the last pose)."""
 
     def __init__(self, read, known, noise, median):
         self.noise, self._median = noise, {bundle.source: MedianPose(median) for bundle in known} if median > 1 else {}

@@ -1,6 +1,6 @@
-"""individualMarkers: publishes the pose of every marker in the coloured point clouds of a depth camera.
+"""individualMarkers: publish the pose of every marker in the coloured point clouds of a depth camera.
 
-A pose comes from the image and from the points together; where a marker has no points, from the image alone.
+The pose is computed from the image and the points together, or without points from the image alone.
 """
 import numpy as np
 import rospy
@@ -15,10 +15,10 @@ from ar_track_alvar.node import BUFFER, MarkerNode
 from rospy_support.parameters import Number, Table
 from rospy_support.topics import LatestPublisher
 
-MAX_SHIFT = 4.0  # [px] between a point and the pixel that shows it: further apart, they do not belong together
+MAX_SHIFT = 4.0  # [px] between a point and its pixel; farther apart, they do not belong together
 CHECKED = 8  # rows and columns in which this is checked
 REASONS = {depth.NO_DEPTH: 'the cloud has too few points on it (nearer or farther than the depth camera sees, or a '
-                           'surface that shines or swallows its light)',
+                           'shiny or very dark surface)',
            depth.NO_PLANE: 'its points do not lie on one plane (something covers it, or it is bent)',
            depth.BENT: 'its paper is bent, which the image measures better'}
 
@@ -28,21 +28,22 @@ PARAMETERS = Table(INPUT, settings.FRAME_FROM_MESSAGE, DEPTH_NOISE)
 
 
 class DepthInput:
-    """What a MarkerNode needs to work on clouds; to be put before it among the bases of a class."""
+    """Mixin that lets a MarkerNode work on clouds; put it before MarkerNode in the bases of a class."""
 
     noise = depth.NOISE  # [m] of a depth at 1 m
     frame_from_message = False  # poses are published in the frame of the cloud
     _cloud = _header = None  # the core.clouds.Cloud that is being searched, and its header
-    planes = ()  # of it: {index of a Detection: depth.Plane}
+    planes = ()  # of the cloud: {index of a Detection: depth.Plane}
 
     def __init__(self, *arguments):
         self._counts = {source: 0 for source in (depth.BOTH, depth.CLOUD, *REASONS)}
         self._points = LatestPublisher('ARmarker_points', Marker)
         super().__init__(*arguments)
 
-    def subscribe(self, take):
+    def subscribe(self, callback):
         """Return a Subscriber to the clouds."""
-        return rospy.Subscriber('camera_image', PointCloud2, take, queue_size=1, buff_size=BUFFER, tcp_nodelay=True)
+        return rospy.Subscriber('camera_image', PointCloud2, callback, queue_size=1, buff_size=BUFFER,
+                                tcp_nodelay=True)
 
     def grey_of(self, message):
         """Return the grey image of a PointCloud2; raise ImageError."""
@@ -52,15 +53,15 @@ class DepthInput:
         return self._cloud.grey()
 
     def bgr_of(self, _message):
-        """Return its colour image."""
+        """Return the colour image of the cloud."""
         return self._cloud.bgr()
 
     def looks_rectified(self, info):
-        """Return whether P of camera_info describes the image: nodes make clouds from rectified images."""
+        """Return whether P of camera_info describes the image: drivers compute clouds from rectified images."""
         return info.P[0] > 0
 
     def improved(self, detections, camera):
-        """Return the Detections with the poses of image and points together."""
+        """Return the Detections with poses computed from image and points together."""
         if detections:
             check_registered(self._cloud, camera)
         found = [self._improve(each, camera) for each in detections]
@@ -80,14 +81,14 @@ class DepthInput:
                           f'show it {100 * found.size:.1f} cm wide and {np.linalg.norm(found.detection.position):.2f} '
                           f'm away, but its size is set to {100 * size:.1f} cm, which would be '
                           f'{np.linalg.norm(detection.position):.2f} m. Is marker_size the width of the black square? '
-                          'The points count.')
+                          'The pose follows the points.')
         if self._points.wanted():
             self._points.publish(conversions.points_marker_of(
                 detection.id, depth.points_on(self._cloud, detection.corners, self._cloud.shape), self._header))
         return found
 
     def report_values(self):
-        """Return how poses were measured, for /diagnostics."""
+        """Return the numbers of poses by their source, for /diagnostics."""
         counts, self._counts = self._counts, dict.fromkeys(self._counts, 0)
         return {'poses from image and points': counts[depth.BOTH],
                 'poses from the image alone': sum(counts[reason] for reason in REASONS),

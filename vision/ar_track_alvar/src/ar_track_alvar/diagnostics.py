@@ -5,7 +5,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 
 class Statistics:
-    """Counts dropped images and markers without transform since the start; all else since the last report."""
+    """Counts dropped images and markers without transform since the start, everything else since the last report."""
 
     def __init__(self):
         self.skipped = self.dropped = self.refused = self.missing_transforms = 0
@@ -34,7 +34,7 @@ class Statistics:
     def report(self, name, elapsed, enabled, stamp, more=None):
         """Return the DiagnosticArray of the last ``elapsed`` [s] of the node ``name``, and start the next period.
 
-        ``more`` {key: value} is added to it.
+        ``more`` {key: value} adds values to it.
         """
         pictures = len(self._times)
         said = self._trouble or (f'{pictures / elapsed:.1f} images per second' if enabled else 'disabled')

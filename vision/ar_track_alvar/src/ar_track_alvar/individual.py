@@ -1,4 +1,4 @@
-"""individualMarkersNoKinect: publishes the pose of every marker in the images of a camera."""
+"""individualMarkersNoKinect: publish the pose of every marker in the images of a camera."""
 from ar_track_alvar import settings, start
 from ar_track_alvar.node import MarkerNode
 

@@ -1,4 +1,4 @@
-"""Change settings while the node runs, by dynamic_reconfigure."""
+"""Change settings while the node runs, with dynamic_reconfigure."""
 import math
 import xmlrpc.client
 
@@ -10,7 +10,7 @@ from ar_track_alvar.cfg import ParamsConfig
 
 
 class LiveSettings:
-    """Serves dynamic_reconfigure for a Settings; calls ``on_change()`` after every change, in rospy's threads."""
+    """Lets dynamic_reconfigure change a Settings; calls ``on_change()`` after every change, in rospy's threads."""
 
     def __init__(self, settings, on_change):
         self._settings, self._on_change = settings, on_change
@@ -19,7 +19,7 @@ class LiveSettings:
         self._server = Server(ParamsConfig, self._changed)
 
     def enable(self, enabled):
-        """Switch detection on or off, and show this to clients of dynamic_reconfigure."""
+        """Switch detection on or off, and tell the clients of dynamic_reconfigure."""
         self._update({'enabled': bool(enabled)})
 
     def restore(self):
@@ -29,7 +29,7 @@ class LiveSettings:
     def _update(self, changes):
         try:
             self._server.update_configuration(changes)
-        except (OSError, rosgraph.MasterException, xmlrpc.client.Error) as error:  # the change is in effect anyway
+        except (OSError, rosgraph.MasterException, xmlrpc.client.Error) as error:  # the change still takes effect
             rospy.logwarn('Cannot write a change to the parameter server: %s', error)
 
     def _changed(self, config, _):

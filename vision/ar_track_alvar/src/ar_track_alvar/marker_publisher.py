@@ -1,4 +1,4 @@
-"""Publish the markers in an image: tf and cubes in the camera's frame at once, poses when the transform is known.
+"""Publish the markers in an image: tf and cubes in the camera's frame at once, poses once the transform is known.
 
 Threading contract: one thread uses a Report.
 """
@@ -32,9 +32,8 @@ class Report:
     """Publishes ar_pose_marker, visualization_marker and tf."""
 
     def __init__(self, frame, tolerance, statistics, complain):
-        """``frame`` is that of ar_pose_marker, ``tolerance`` [s] that of OutputFrame.
+        """``frame``: of ar_pose_marker; ``tolerance`` [s]: see OutputFrame; ``complain(kind, text)`` reports problems.
 
-        ``complain(kind, text)`` reports problems.
         """
         self.output = OutputFrame(frame, tolerance)
         self._statistics, self._complain = statistics, complain
@@ -50,7 +49,7 @@ class Report:
 
     def publish(self, arrival, header, markers):
         """Publish the MarkerPoses of an image with this header that arrived at ``arrival`` [s, monotonic]."""
-        header = Header(stamp=header.stamp, frame_id=header.frame_id.lstrip('/'))  # tf2 takes no leading /
+        header = Header(stamp=header.stamp, frame_id=header.frame_id.lstrip('/'))  # tf2 accepts no leading /
         deadline = time.monotonic() + self.output.tolerance
         self._waiting.append(Waiting(arrival, deadline, header, [m for m in markers if m.reported]))
         self.flush()
@@ -84,7 +83,7 @@ class Report:
         self._statistics.published(time.monotonic() - waiting.arrival)
 
     def _in_camera_frame(self, header, markers):
-        reported = {}  # of several markers with one id, tf gets the one with the highest confidence
+        reported = {}  # if several markers have one id, tf gets the one with the highest confidence
         for marker in sorted(markers, key=lambda m: m.confidence):
             if marker.reported:
                 reported[marker.id] = marker

@@ -1,7 +1,7 @@
-"""The node class of the marker trackers: it receives images and publishes poses.
+"""The node class of the marker trackers, which receives images and publishes poses.
 
 Threading contract: rospy's threads only store the newest image, camera_info and settings, under
-``_condition``; one worker thread does everything else: it searches, publishes and sends diagnostics.
+``_condition``. One worker thread does everything else: it searches, publishes and sends diagnostics.
 """
 import math
 import queue
@@ -34,14 +34,14 @@ from rospy_support.throttle import WallThrottle
 from rospy_support.topic_diagnosis import COMPRESSED, waiting_text
 from rospy_support.topics import LatestPublisher, Publisher
 
-BUFFER = 1 << 22  # [bytes] read from the image connection in one go: one image of 1280x720 in colour
+BUFFER = 1 << 22  # [bytes] read from the image connection at once: a colour image of 1280x720
 SILENCE = 5.0  # [s] without an image or camera_info before a warning
 WARNING_PERIOD = 10.0  # [s] between two warnings of a kind
-CHANGED_PERIOD = 1.0  # [s] the same, if the second one names another fault of the input
+CHANGED_PERIOD = 1.0  # [s] the same, if the second one names another fault
 REPORT = 1.0  # [s] between two reports on /diagnostics
-SLOW = 0.05  # [s] from this time between images on, each is searched completely, partly after its poses are published
-EXPLAINED = 5.0  # [s] that a call of ~explain waits for an image
-JUMP_BACK = 1.0  # [s] a stamp that is older than the last one by more than this means that time has jumped back
+SLOW = 0.05  # [s] between images, from which on each is searched completely, partly after its poses are published
+EXPLAIN_TIMEOUT = 5.0  # [s] for an image after a call of ~explain
+JUMP_BACK = 1.0  # [s] by which a stamp is older than the last one if time has jumped back
 
 
 class MarkerNode:
@@ -56,7 +56,7 @@ class MarkerNode:
         self.settings, self._sizes = settings, dict(sizes or {})
         self._condition = threading.Condition()
         self.camera = None  # Camera of the image that is being searched
-        self._image = None  # (arrival [s, monotonic], message): the newest one, until it is searched
+        self._image = None  # (arrival [s, monotonic], message) of the newest image, until it is searched
         self._searched_image = None  # the message of the image that was searched last
         self._questions = []  # queues, one for each call of ~explain; each gets a TriggerResponse
         self._tracker = self._info = self._camera_key = self._last_stamp = self._subscriber = None
@@ -82,7 +82,7 @@ class MarkerNode:
     def to_publish(self, detections):
         """Return the MarkerPoses to publish for the Detections in one image.
 
-        The worker thread calls this for every image that was searched, even without detections; ``camera`` is that of
+        The worker thread calls this for every image that was searched, even without detections; ``camera`` belongs to
         the image. The ids are numbers that fit into a message.
         """
         return [MarkerPose(d.id, d.rotation, d.position, conversions.confidence(d), self.size_of(d.id))
@@ -97,11 +97,11 @@ class MarkerNode:
         return images.bgr(message).copy()
 
     def improved(self, detections, _camera):
-        """Return the Detections of the image last given to ``grey_of``, or others in their place."""
+        """Return the Detections of the image last given to ``grey_of``, possibly with better poses."""
         return detections
 
     def report_values(self):
-        """Return further {key: value} for /diagnostics, and begin to count anew."""
+        """Return further {key: value} for /diagnostics, and restart the counts."""
         return {}
 
     def size_of(self, marker_id):
@@ -139,19 +139,19 @@ class MarkerNode:
             self._info, self._info_came = message, time.monotonic()
 
     def _answer(self, _request):
-        """Serve ~explain: let the worker thread explain the last image, or the next if there was none."""
+        """Serve ~explain: let the worker thread explain the last image, or the next one if there was none."""
         answer = queue.Queue(1)
         with self._condition:
             self._questions.append(answer)
             self._condition.notify()
         try:
-            return answer.get(timeout=EXPLAINED)
+            return answer.get(timeout=EXPLAIN_TIMEOUT)
         except queue.Empty:
             with self._condition:
                 self._questions = [each for each in self._questions if each is not answer]
             what = 'image' if self._info is not None else 'camera_info'
-            return TriggerResponse(False, f'There was no image to explain within {EXPLAINED:.0f} s: no {what} came' +
-                                   (', because ~enabled is false' if not self.settings.enabled else ''))
+            return TriggerResponse(False, f'There was no image to explain within {EXPLAIN_TIMEOUT:.0f} s: no {what} '
+                                   'came' + (', because ~enabled is false' if not self.settings.enabled else ''))
 
     def _settings_changed(self):
         with self._condition:
@@ -189,7 +189,7 @@ class MarkerNode:
             self._explain(self._searched_image, info)
         self._report.flush()
         if time.monotonic() >= self._reported + REPORT:
-            self._look_after()
+            self._report_status()
         if image is not None and self._tracker is not None:
             self._use_spare_time(image[0])
 
@@ -213,12 +213,13 @@ class MarkerNode:
             self._subscriber.unregister()
             self._subscriber = None
 
-    def subscribe(self, take):
-        """Return a Subscriber to the images, which calls ``take(message)``."""
+    def subscribe(self, callback):
+        """Return a Subscriber to the images, which calls ``callback(message)``."""
         if self.settings.image_transport == 'compressed':
-            return rospy.Subscriber(self._topic + COMPRESSED, CompressedImage, take, queue_size=1, buff_size=BUFFER,
-                                    tcp_nodelay=True)
-        return rospy.Subscriber('camera_image', Image, take, queue_size=1, buff_size=BUFFER, tcp_nodelay=True)
+            return rospy.Subscriber(self._topic + COMPRESSED, CompressedImage, callback, queue_size=1,
+                                    buff_size=BUFFER, tcp_nodelay=True)
+        return rospy.Subscriber('camera_image', Image, callback, queue_size=1, buff_size=BUFFER,
+                                tcp_nodelay=True)
 
     def _search(self, arrival, message, info):
         if info is None:
@@ -257,7 +258,7 @@ class MarkerNode:
             rospy.logwarn_once('%s', text)
 
     def _explain(self, message, info):
-        """Answer the calls of ~explain: say where the search for each candidate of an image ended, and show it."""
+        """Answer the calls of ~explain: say and draw where the search ended for each candidate in an image."""
         with self._condition:
             questions, self._questions = self._questions, []
         try:
@@ -274,13 +275,13 @@ class MarkerNode:
             each.put(response)
 
     def _use_spare_time(self, arrival):
-        """Search the rest of the image that arrived at ``arrival`` [s] if images are rare and none waits."""
+        """Search the rest of the image that arrived at ``arrival`` [s], if images are rare and no other one waits."""
         apart, self._last_arrival = arrival - self._last_arrival, arrival
         if apart > SLOW and self._image is None:
             self._tracker.search_rest()
 
     def _camera_for(self, info, grey):
-        """Return the Camera of the image; it is made again when camera_info or the size of the image changes."""
+        """Return the Camera of the image; make a new one when camera_info or the size of the image changes."""
         geometry = self.settings.image_geometry
         rectified = geometry == RECTIFIED or geometry == AUTO and self.looks_rectified(info)
         key = conversions.camera_key(info, grey.shape[1], grey.shape[0], rectified)
@@ -307,10 +308,10 @@ class MarkerNode:
         self._tracker.reset()
         self._errors.reset()
 
-    # ------------------------------------------------------------------------------------------ how it is doing
+    # ---------------------------------------------------------------------------------- warnings and diagnostics
 
-    def _look_after(self):
-        """Once per second, warn of missing input and publish the diagnostics."""
+    def _report_status(self):
+        """Once per second, warn about missing input and publish the diagnostics."""
         now = time.monotonic()
         if self._subscriber is not None:
             with self._condition:

@@ -14,10 +14,10 @@ class TransformMissing(Exception):
 
 
 class OutputFrame:
-    """Looks up the camera's pose in a frame; subscribes to tf only if the camera's frame is another one.
+    """Looks up the camera's pose in a frame; subscribes to tf only if that is not the camera's own frame.
 
     It uses the transform at the stamp of the image. Until that arrives, it returns None, and the caller asks again. On
-    the caller's last try, it uses the newest transform, if that is at most ``tolerance`` [s] older than the image.
+    the last try, it uses the newest transform, if that is at most ``tolerance`` [s] older than the image.
     """
 
     def __init__(self, frame, tolerance):
@@ -25,7 +25,7 @@ class OutputFrame:
         self._buffer = self._listener = None
 
     def camera_pose(self, camera_frame, stamp, last_try):
-        """Return (rotation (3, 3), translation (3,) [m]); None: not yet; on the last try raise TransformMissing."""
+        """Return (rotation (3, 3), translation (3,) [m]) or None (unknown); on the last try raise TransformMissing."""
         if camera_frame == self.frame:
             return IDENTITY
         if not camera_frame:
@@ -57,7 +57,7 @@ class OutputFrame:
     def _frames(self):
         """Return the frames that tf knows, without those of the markers, which this node publishes."""
         frames = yaml.safe_load(self._buffer.all_frames_as_yaml())
-        if not isinstance(frames, dict):  # a text that says that there are none
+        if not isinstance(frames, dict):  # it is a text that says that there are none
             return set()
         frames = {name: frame for name, frame in frames.items() if not name.startswith(MARKER_FRAME)}
         return set(frames) | {frame['parent'] for frame in frames.values()}

@@ -34,7 +34,7 @@ PARAMETERS = Table(
     Text('~image_transport', 'raw', ('raw', 'compressed')), Text('~image_geometry', AUTO, (AUTO, RAW, RECTIFIED)),
     Number('~transform_tolerance', 0.1, 0.0, 10.0, 's'))
 
-FRAME_FROM_MESSAGE = Boolean('~output_frame_from_msg', False)  # only where the input is a cloud, as in the original
+FRAME_FROM_MESSAGE = Boolean('~output_frame_from_msg', False)  # only for clouds, as in the original
 
 
 @dataclass
@@ -59,7 +59,7 @@ class Settings:
 def read(declared=PARAMETERS, frame_from_message=False):
     """Return the Settings; raises params.ParameterError.
 
-    ``declared`` are the parameters of the node; ``frame_from_message``: ~output_frame is not used.
+    ``declared`` are the parameters of the node; with ``frame_from_message``, ~output_frame is not needed.
     """
     names = set(Settings.__annotations__)
     settings = Settings(**{parameter.name[1:]: parameter.read() for parameter in declared

@@ -9,11 +9,11 @@ from rospy_support import nodes
 
 
 def init_node(program, declared, usage=USAGE, arguments_of=ros_arguments, example=EXAMPLE):
-    """Initialise rospy, with the positional arguments of this process if it has any; exit if these are wrong.
+    """Initialise rospy, also with positional arguments of the command line; exit if these are wrong.
 
     ``program`` is the name of the program, ``declared`` the parameters.Table of the node.
     """
-    cv2.setNumThreads(1)  # the images are small, so more threads would only take more time
+    cv2.setNumThreads(1)  # for small images, more threads only cost time
     words = rospy.myargv()[1:]
     try:
         nodes.init_node('marker_detect', declared, argv=sys.argv + (arguments_of(words) if words else []))

@@ -1,7 +1,7 @@
-"""trainMarkerBundle: learns where the markers of a bundle are, from images that each show some of them.
+"""trainMarkerBundle: learn where the markers of a bundle are, from images that each show some of them.
 
 Threading contract: the worker thread of MarkerNode, the threads of services and the main thread, which reads the keys,
-all use ``_training`` and what is learnt, under ``_lock``. Optimizing holds no lock: it works on a copy of the images.
+all use ``_training`` and its result under ``_lock``. Optimizing holds no lock: it works on a copy of the images.
 """
 import os
 import select
@@ -26,8 +26,8 @@ from rospy_support import parameters
 from rospy_support.key_terminal import KeyTerminal
 
 AUTO_IMAGES, AUTO_PERIOD = 5, 1.0  # of the key a: images, [s] between them
-FRESH = 1.0  # [s] that the last image may be old when it is to be kept
-KEY_PERIOD = 0.1  # [s] between two looks at whether the node shall end
+MAX_AGE = 1.0  # [s] of the last image, so that it can be kept
+KEY_PERIOD = 0.1  # [s] between two checks for the shutdown
 HELP = """\
 Keys:
   p  keep the present image
@@ -47,7 +47,7 @@ EXAMPLE = f'_nof_markers:=8 {command_line.EXAMPLE}'
 
 
 class TrainingNode(MarkerNode):
-    """Publishes the markers that it sees and, as soon as it is learnt, the bundle under the id of its master."""
+    """Publishes the markers that it sees and, once it is known, the bundle under the id of its master."""
 
     def __init__(self, read, ids, path):
         """``ids`` are the markers of the bundle, the first one is the master; ``path`` is the file to write."""
@@ -63,7 +63,7 @@ class TrainingNode(MarkerNode):
             rospy.Service(f'~{command.__name__}', Trigger, lambda _, command=command: TriggerResponse(*command()))
 
     def to_publish(self, detections):
-        """Return the MarkerPoses of all markers that are seen and, once it is learnt, of the bundle."""
+        """Return the MarkerPoses of all visible markers and, once it is known, of the bundle."""
         now = time.monotonic()
         with self._lock:
             self._learnable = now, detections, self.camera
@@ -82,7 +82,7 @@ class TrainingNode(MarkerNode):
                           True, *look)
 
     def wait(self):
-        """Do what the keys say, until shutdown; without a keyboard, services do."""
+        """Obey the keys until shutdown; without a keyboard, only the services are used."""
         rospy.loginfo('%s', HELP.format(file=self._path, master=self._ids[0]))
         if sys.stdin is not None:
             self._obey_keys()
@@ -101,14 +101,14 @@ class TrainingNode(MarkerNode):
                     elif key in self.commands:
                         self.commands[key]()
 
-    # --------------------------------------------------------------------------- what keys and services ask for
+    # --------------------------------------------------------------------------- requests of keys and services
 
     def capture(self):
-        """Keep the last image; return (whether it is of use, text)."""
+        """Keep the last image; return (whether it is kept, text)."""
         with self._lock:
-            if self._learnable is None or time.monotonic() - self._learnable[0] > FRESH:
-                return _said(False, f'No image has been searched within the last {FRESH:g} s; is the camera running?')
-            if self._training.size != self.size_of(self._ids[0]):  # it was changed by dynamic_reconfigure
+            if self._learnable is None or time.monotonic() - self._learnable[0] > MAX_AGE:
+                return _said(False, f'No image has been searched within the last {MAX_AGE:g} s; is the camera running?')
+            if self._training.size != self.size_of(self._ids[0]):  # dynamic_reconfigure has changed it
                 self._training = Training(self._ids, self.size_of(self._ids[0]))
             try:
                 view = self._training.add(*self._learnable[1:])
@@ -125,7 +125,7 @@ class TrainingNode(MarkerNode):
         return _said(True, f'{AUTO_IMAGES} images follow, one each {AUTO_PERIOD:g} s.')
 
     def optimize(self):
-        """Compute the bundle; the result of before stays if that fails. Return (whether it is there, text)."""
+        """Compute the bundle; on failure keep the previous result. Return (success, text)."""
         if not self._optimizing.acquire(blocking=False):
             return _said(False, 'It is being optimized already.')
         try:
@@ -146,14 +146,14 @@ class TrainingNode(MarkerNode):
         return _said(True, '\n'.join([*lines, *learnt.notes]), not learnt.notes)
 
     def save(self):
-        """Write the bundle to the file; return (whether it is written, text)."""
+        """Write the bundle to the file; return (success, text)."""
         with self._lock:
             learnt = self._learnt
         if learnt is None:
             return _said(False, 'Nothing is saved, because nothing is learnt: keep images (p), then optimize (o).')
         try:
             if os.path.lexists(self._path):
-                bundles.read(self._path)  # what is no bundle is not overwritten
+                bundles.read(self._path)  # raises an error for a file that is not a bundle, which is not overwritten
             files.write_whole(self._path, bundles.xml(learnt.corners, learnt.unknown))
         except bundles.BundleError as error:
             return _said(False, f'Not saved, because this would overwrite something else: {error}. Choose another '
@@ -164,7 +164,7 @@ class TrainingNode(MarkerNode):
         return _said(True, f'Saved: {self._path}, {len(learnt.corners)} markers.{unknown}', not unknown)
 
     def load(self):
-        """Read the bundle from the file, to look at it; the images stay. Return (whether it is read, text)."""
+        """Read the bundle from the file, to check it; keep the images. Return (success, text)."""
         try:
             bundle = bundles.read(self._path)
         except bundles.BundleError as error:
@@ -173,7 +173,7 @@ class TrainingNode(MarkerNode):
         return _said(True, f'Loaded: {self._path}, markers {", ".join(map(str, bundle.corners))}.')
 
     def reset(self):
-        """Forget the images and the result; the file stays."""
+        """Forget the images and the result; keep the file."""
         with self._lock:
             self._training = Training(self._ids, self.settings.marker_size / 100.0)
             self._learnt, self._tracker_of_bundle, self._auto = None, None, []

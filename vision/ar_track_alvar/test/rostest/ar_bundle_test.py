@@ -61,7 +61,7 @@ class BundleTest(TrackerCase):
             self.assertEqual((8, 9), bundles.read(os.path.join(folder, 'MarkerData_8_9.xml')).ids)
 
     def test_ar_bundles(self):
-        """One pose for what is seen of a bundle, master or not; other markers are for rviz; a moved one is named."""
+        """One pose for each visible bundle, also without its master; other markers go to rviz; a moved one is named."""
         poses, cubes, tf, log = self.collected(), self.cubes(), self.collected('/tf', TFMessage), self.log()
         stranger = Placed(77, 0.044, ROTATION, POSITION + [-0.1, -0.1, 0])
         camera = self.camera().show(*placed(BOARD, 8, 9, 10, 11), stranger)

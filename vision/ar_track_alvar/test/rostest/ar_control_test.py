@@ -102,7 +102,7 @@ class ControlTest(TrackerCase):
             process.stop()
 
     def test_ar_refuses_to_start(self):
-        """Wrong parameters and arguments: one text that says what is allowed, and an exit code."""
+        """Wrong parameters and arguments: one error that says what is allowed, and an exit code."""
         good, number = '_output_frame:=camera', 'it must be a number from'
         cases = (([], 2, 'output_frame must be set: '),
                  ([good, '_marker_size:=0'], 2, f'marker_size is 0; {number} 0.1 to 1000 cm'),
@@ -120,7 +120,7 @@ class ControlTest(TrackerCase):
             self.assertNotIn('Traceback', process.output())
 
     def test_ar_debug_image(self):
-        """In colour, with something drawn on every marker, and only while somebody subscribes."""
+        """In colour, with a drawing on every marker, and only with a subscriber."""
         camera, poses = self.camera().show(*PLACED.values()), self.collected()
         self.next_with(poses, *PLACED)
         shown = self.collected(f'{TRACKER}/debug_image', Image)

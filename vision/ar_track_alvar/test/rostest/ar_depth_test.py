@@ -52,7 +52,7 @@ class DepthTest(TrackerCase):
         self.assertEqual('0', status['poses from the image alone'])
 
     def test_ar_depth_without_points(self):
-        """Where there are no points, as in the blind zone, the poses come from the image, and it says so."""
+        """Without points, as in the blind zone, the poses come from the image, and a warning says so."""
         poses, log = self.collected(), self.log()
         self.show(np.full((480, 640, 3), np.nan, np.float32), *PLACED.values())
         self.assert_poses(self.next_with(poses, *PLACED))

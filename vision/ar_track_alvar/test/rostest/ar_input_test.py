@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the tracker does with input that is missing, wrong or changes: it says so, lives, and works when it is right."""
+"""Input that is missing, wrong or changes: the tracker warns, keeps running, and works once the input is right."""
 import copy
 
 import numpy as np

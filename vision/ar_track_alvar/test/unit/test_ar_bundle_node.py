@@ -1,4 +1,4 @@
-"""ar_track_alvar.bundle_node: what it takes from bundle files, and the examples that come with the package."""
+"""ar_track_alvar.bundle_node: reading bundle files, and the examples in the package."""
 import pathlib
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Point clouds: every layout that drivers use is read, and what cannot be used is refused with the reason."""
+"""Point clouds: every layout of drivers is read, and unusable clouds are refused with the reason."""
 import struct
 import types
 

@@ -1,4 +1,4 @@
-"""ar_track_alvar.diagnostics: what a second's report says."""
+"""ar_track_alvar.diagnostics: the report of a second."""
 from types import SimpleNamespace
 
 import genpy

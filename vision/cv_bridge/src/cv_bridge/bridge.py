@@ -6,14 +6,14 @@ from sensor_msgs.msg import CompressedImage, Image
 from cv_bridge.encodings import CHANNELS, DEPTHS, CvBridgeError, Pixels, converted, depth_of, getCvType, pixels
 from plain_support import is_truncated
 
-PASSTHROUGH = 'passthrough'  # as it is
-DECODED = {1: 'mono', 3: 'bgr', 4: 'bgra'}  # number of channels of an image decoded by OpenCV: their order
+PASSTHROUGH = 'passthrough'  # the encoding of the image itself
+DECODED = {1: 'mono', 3: 'bgr', 4: 'bgra'}  # number of channels of an image that OpenCV has decoded: their order
 
 
 class CvBridge:
     """Converts between messages of sensor_msgs and arrays (height, width) or (height, width, channels).
 
-    Arrays from messages can be written to, and have this machine's byte order.
+    Arrays from messages are writable, and have the byte order of this machine.
     """
 
     def imgmsg_to_cv2(self, img_msg, desired_encoding=PASSTHROUGH):
@@ -38,7 +38,7 @@ class CvBridge:
         return converted(array, f'{colours}{8 * array.itemsize}', desired_encoding)
 
     def cv2_to_imgmsg(self, cvim, encoding=PASSTHROUGH, header=None):
-        """Return the Image of an array; ``encoding`` tells what its values mean. Raise CvBridgeError."""
+        """Return the Image of an array with values in ``encoding``; raise CvBridgeError."""
         kind = _kind_of(cvim)
         if encoding == PASSTHROUGH:
             encoding = kind.name

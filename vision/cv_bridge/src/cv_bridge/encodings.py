@@ -1,6 +1,6 @@
 """The encodings of sensor_msgs/Image, and conversions between them.
 
-``mono8``, ``bgr8``, ``bayer_rggb8`` and so on are colours; ``8UC3``, ``32FC1`` and so on are only types of numbers.
+``mono8``, ``bgr8``, ``bayer_rggb8`` and so on mean colours; ``8UC3``, ``32FC1`` and so on are only types of numbers.
 """
 import re
 from typing import NamedTuple

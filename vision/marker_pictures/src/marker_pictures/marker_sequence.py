@@ -1,4 +1,4 @@
-"""The short image sequence of the AR part: five markers move in a room, one is covered for a while. ROS-free.
+"""The short image sequence of the AR part: five markers move in a room, one is covered for a while. Without ROS.
 
 The camera is a webcam with some distortion; the markers have the ids 1 to 5 and the size that the course prints.
 ``render_to`` writes the images, camera.yaml in the format of ROS's camera_calibration, and frames.json with the ground
@@ -18,7 +18,7 @@ from alvar_core import drawing, rotations
 from alvar_core.camera import Camera, default_camera
 from plain_support import write_whole
 
-VERSION = 2  # raise it with any change of the images or their ground truth: it names the cached copy
+VERSION = 2  # of images and ground truth, and the name of the cached copy: increase it with every change
 FRAMES = 72
 RATE = 10.0  # [Hz] of the images
 MARKER_SIZE = 0.068  # [m] of the black square
@@ -26,9 +26,9 @@ WIDTH, HEIGHT = 640, 480  # [px]
 MARKERS = (1, 2, 3, 4, 5)
 COVERED = 3  # the marker that is covered
 COVER_FRAMES = (26, 46)  # the first frame with the cover, and the first one after it
-CARD, COVER = 11.0 / 9.0, 2.2  # side of a marker's white card and of the cover, in marker sides
+CARD, COVER = 11.0 / 9.0, 2.2  # sides of a marker's white card and of the cover, in marker sides
 FINE = 2  # pixels of the drawn canvas per pixel of the camera, in each direction
-MARGIN = 48  # [px] of the camera that the canvas extends on each side, where the distorted camera looks
+MARGIN = 48  # [px] of the camera that the canvas extends on each side, which the distorted camera sees
 CELL = 12  # [px] of a marker's texture
 NOISE = 1.5  # grey levels, standard deviation of a pixel
 ROOM = {'left': -1.6, 'right': 1.5, 'ceiling': -1.1, 'floor': 0.95, 'wall': 3.2}  # [m] in the optical frame
@@ -62,7 +62,7 @@ def cover_centre(frame: int) -> Optional[float]:
     if not start <= frame < end:
         return None
     across = 6.0 * (frame + 0.5 - start) / (end - start) - 3.0
-    return across ** 3 / 9.0  # slow while over the marker
+    return across ** 3 / 9.0  # slow while it covers the marker
 
 
 def visible(frame: int, marker_id: int) -> str:
@@ -88,7 +88,7 @@ def ground_truth(camera: Camera, frame: int) -> List[Dict[str, Any]]:
 
 
 class SequenceRenderer:
-    """Renders the images of the sequence; it has the camera, its view of the empty room, and the maps to its pixels."""
+    """Renders the images of the sequence; has the camera, its view of the empty room, and the maps to its pixels."""
 
     def __init__(self) -> None:
         self.camera = default_camera(WIDTH, HEIGHT, distorted=True)
@@ -189,7 +189,7 @@ def _planks(rng: np.random.Generator, width: float, depth: float) -> np.ndarray:
 
 
 def _texture(marker_id: int) -> np.ndarray:
-    """Return a card with a marker, one cell of white around."""
+    """Return a card with a marker and a white margin of one cell."""
     black = cv2.resize(drawing.marker_image(marker_id, 9), None, fx=CELL, fy=CELL, interpolation=cv2.INTER_NEAREST)
     card = np.pad(black, CELL, constant_values=255)
     return cv2.cvtColor(cv2.convertScaleAbs(card, alpha=0.78, beta=26), cv2.COLOR_GRAY2BGR)

@@ -1,6 +1,6 @@
 """Renders the marker sequence into a given folder, or once into a cache. Does not use ROS.
 
-The cache lies in ROS_HOME (~/.ros), as ROS's other files do, with one folder per version of the sequence. A launch file
+The cache is in ROS_HOME (~/.ros), as other files of ROS, with one folder per version of the sequence. A launch file
 calls this before the camera's node starts.
 """
 import argparse
@@ -14,7 +14,7 @@ from marker_pictures import marker_sequence
 
 
 def cached(ros_home: str) -> str:
-    """Return the folder with the sequence below ``ros_home``; render it if it is not there. Raises OSError."""
+    """Return the folder with the sequence below ``ros_home``; render the sequence first if needed. Raises OSError."""
     parent = os.path.join(ros_home, 'turtle_robotont')
     folder = os.path.join(parent, f'marker_sequence_{marker_sequence.VERSION}')
     if os.path.exists(folder):
@@ -24,9 +24,9 @@ def cached(ros_home: str) -> str:
     try:
         marker_sequence.render_to(new)
         os.chmod(new, 0o755)
-        os.rename(new, folder)  # complete or not at all
+        os.rename(new, folder)  # appears complete or not at all
     except OSError:
-        if not os.path.exists(folder):  # otherwise another launch file was faster
+        if not os.path.exists(folder):  # if it does, another launch file was faster
             raise
     finally:
         shutil.rmtree(new, ignore_errors=True)
@@ -34,7 +34,7 @@ def cached(ros_home: str) -> str:
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
-    """Render and print the folder, without a newline as launch files need it; exit 1 with the reason on failure."""
+    """Render the images; print the folder, without a newline for launch files, or exit with 1 and the reason."""
     parser = argparse.ArgumentParser(prog='marker_sequence.py', description=__doc__.split('\n')[0])
     parser.add_argument('--output', metavar='DIR', help='folder for the images (default: rendered once, in ROS_HOME)')
     options = parser.parse_args(arguments)

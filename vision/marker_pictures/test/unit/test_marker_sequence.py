@@ -1,4 +1,4 @@
-"""The rendered marker sequence: its truth against the detector, what is covered, its calibration, its cache."""
+"""The rendered marker sequence: ground truth and detector, covered markers, calibration, cache."""
 import json
 import os
 

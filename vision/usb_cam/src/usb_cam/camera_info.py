@@ -21,16 +21,16 @@ IN_FOLDER = 'camera.yaml'  # calibration of the images in the same folder
 class CameraInfos:
     """Provides the calibration at ``url``, or a substitute while there is none.
 
-    ``name`` is that of the camera. Without a calibration, ``horizontal_fov`` [degrees] gives an approximate one; if it
-    is 0, K is all zeros.
+    ``name`` is the name of the camera. Without a calibration, ``horizontal_fov`` [degrees] gives an approximate one; if
+    it is 0, K is all zeros.
     """
 
     def __init__(self, name, url, horizontal_fov):
         self._name, self._url, self._fov = name, url, horizontal_fov
         self._lock = threading.Lock()
         self._path, self._calibration, self._message = None, None, None
-        self._once = WallThrottle(math.inf)  # for warnings, because a source may be opened often
-        self._given = False  # the calibration came by ~set_camera_info, and stays for all sources
+        self._once = WallThrottle(math.inf)  # for warnings: a source may be opened often
+        self._given = False  # ~set_camera_info has set the calibration, which stays for all sources
         rospy.Service('~set_camera_info', SetCameraInfo, self._set)
 
     def load(self, folder):

@@ -1,4 +1,4 @@
-"""The node usb_cam_node: usb_cam's interface on a Capture.
+"""The node usb_cam_node: the interface of usb_cam for a Capture.
 
 Threading contract: the Capture's thread makes and publishes all images; services run in rospy's threads. Plain rospy
 Publishers with a queue of one have a thread for each subscriber, so that an image is sent completely while the next one
@@ -25,14 +25,14 @@ from usb_cam.core.sources import FASTEST, PIXEL_FORMATS, Settings, open_source
 
 PNG_OPTIONS = cv2.IMWRITE_PNG_COMPRESSION, 1  # fast
 MONOCHROME = ('grey', 'yuvmono10')  # pixel formats that are published as mono8
-REPEAT = 30.0  # [s] between two reports of the same trouble
+REPEAT = 30.0  # [s] between two reports of the same problem
 AUTO_EXPOSURE_OFF = 1  # V4L2_EXPOSURE_MANUAL
 LEVELS = 'brightness', 'contrast', 'saturation', 'sharpness', 'gain'  # in the webcam's own units
 PARAMETERS = Table(
     Text('~video_device', '/dev/video0'),
     Integer('~image_width', 640, 1, LARGEST_SIDE, 'px'), Integer('~image_height', 480, 1, LARGEST_SIDE, 'px'),
     Integer('~framerate', 30, 1, int(FASTEST), 'Hz'), Text('~pixel_format', 'mjpeg', PIXEL_FORMATS),
-    Text('~io_method', 'mmap', ('mmap', 'read', 'userptr')),  # only checked: OpenCV chooses it, as it does colours
+    Text('~io_method', 'mmap', ('mmap', 'read', 'userptr')),  # only checked, as the next one: OpenCV chooses
     Text('~color_format', 'yuv422p', ('yuv420p', 'yuv422p')),
     Number('~rate', 0.0, 0.0, FASTEST, 'Hz'), Boolean('~loop', True),
     *(Integer(f'~{name}', -1, -1) for name in LEVELS),
@@ -113,7 +113,7 @@ class UsbCamNode:
         self._info.publish(info)
 
     def trouble(self, text):
-        """Warn that there are no images: a new reason at once, the same one every REPEAT."""
+        """Warn that there are no images: a new reason at once, the same one after REPEAT."""
         if self._throttle.due('trouble', text, changed=0.0):
             rospy.logerr('%s Retrying.', text)
 
@@ -123,7 +123,7 @@ class UsbCamNode:
                       rospy.resolve_name('~start_capture'))
 
     def _warn(self, text):
-        self._throttle.warn(text, '%s', text)  # because a source that cannot be used is opened again and again
+        self._throttle.warn(text, '%s', text)  # an unusable source is opened again and again
 
     def _start(self, _):
         self._capture.start()
@@ -181,7 +181,7 @@ def silence_opencv():
 
 def main():
     """Run usb_cam_node."""
-    os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet, because this node reports problems itself
+    os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')  # quiet: this node reports problems itself
     os.environ.setdefault('OPENCV_VIDEOIO_V4L_SELECT_TIMEOUT', '3')  # [s] a webcam may hang; below STOP_TIMEOUT
     silence_opencv()
     nodes.init_node('usb_cam', PARAMETERS)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""usb_cam_node from outside: what it publishes of folders and videos, calibrations, services, and what goes wrong."""
+"""usb_cam_node from outside: images of folders and videos, calibrations, services, and errors."""
 import os
 import re
 import signal
@@ -19,7 +19,7 @@ from rostest_support.common import Collected, Process, SimulatorCase, proxy, reg
 NODE = (roslib.packages.find_node('usb_cam', 'usb_cam_node') or [None])[0]
 WIDTH, HEIGHT = 64, 48  # [px]
 K = [601.5, 0.0, 30.25, 0.0, 602.5, 20.75, 0.0, 0.0, 1.0]
-LOSSY = 6  # what a value of a colour may be off after compression
+LOSSY = 6  # error of a colour value after compression
 RATE = 20.0  # [Hz] of most folders and videos here
 SLOW = 8.0  # [Hz] where each picture counts: a subscriber on a busy machine must not lose one
 GRID_TOLERANCE = 0.1  # [periods] with a drift of 5 % in each period it would be 0.2
@@ -176,7 +176,7 @@ class UsbCamTest(SimulatorCase):
         node.wait_for_output(f'The calibration {other} is for images of 80x48 .*; these are 64x48')
 
     def test_usb_cam_set_camera_info(self):
-        """What it brings is in use at once, written, and read by the next node; nonsense changes nothing."""
+        """The new calibration is used at once, written, and read by the next node; nonsense changes nothing."""
         self.put('a.png', 1)
         node = self.start(self.folder, '_camera_name:=cam')
         path = os.path.join(self.home, 'camera_info', 'cam.yaml')
@@ -221,12 +221,12 @@ class UsbCamTest(SimulatorCase):
         images.more(2)
         with open(path, 'rb+') as file:
             file.truncate(40)
-        node.wait_for_output(f'(?s){path} is left out: .*{self.folder}: none of the 1 images can be read')
+        node.wait_for_output(f'(?s){path} is skipped: .*{self.folder}: none of the 1 images can be read')
         other = self.put('b.png', plain(2, width=80))
         images.next(lambda image: image.width == 80, 'the other picture')
-        self.assertEqual(1, node.output().count(f'{path} is left out: '))
+        self.assertEqual(1, node.output().count(f'{path} is skipped: '))
         self.put('a.png', 3)
-        node.wait_for_output(f'{other} is left out: it has 80x48 pixels, those before 64x48')
+        node.wait_for_output(f'{other} is skipped: it has 80x48 pixels, the first image 64x48')
         images.messages.clear()
         self.assertEqual({3}, set(reds(images.more(4))[1:]))
         os.rename(self.folder, f'{self.folder}2')

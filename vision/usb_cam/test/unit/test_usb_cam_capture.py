@@ -1,4 +1,4 @@
-"""usb_cam.core.capture: the thread between sources and sink, with sources that do what the test says."""
+"""usb_cam.core.capture: the thread between sources and sink, with sources under the control of the test."""
 import threading
 import time
 
@@ -19,7 +19,7 @@ def until(condition, what):
 
 
 class Source:
-    """A source that numbers its pictures; ``script`` {number of a grab: what it raises}."""
+    """A source that numbers its pictures; ``script`` {number of a grab: exception}."""
 
     def __init__(self, live=False, script=None, rate=500.0):
         self.live, self.script, self.rate = live, script or {}, rate
@@ -38,7 +38,7 @@ class Source:
 
 
 class Sink:
-    """Notes what a Capture tells it."""
+    """Notes the calls of a Capture."""
 
     def __init__(self):
         self.looked_at, self.pictures, self.troubles, self.sources, self.ends = True, [], [], [], 0
@@ -67,7 +67,7 @@ def sink():
 
 @pytest.fixture
 def captured(sink):
-    """Return a function that captures what the entries of a list give, one an attempt; the last one again and again."""
+    """Return a function that captures from the entries of a list, one per attempt, and repeats the last one."""
     made = []
 
     def begin(*entries):

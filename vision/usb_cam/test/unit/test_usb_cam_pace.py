@@ -33,7 +33,7 @@ def test_pictures_keep_the_rate_whatever_each_takes():
 
 @pytest.mark.parametrize('late, expected', [
     (0.13, [0.0, 0.13, 0.2, 0.3]),  # a little: the grid is kept
-    (0.57, [0.0, 0.57, 0.6, 0.7]),  # more than a period: what was missed is left out, no burst, and the grid is kept
+    (0.57, [0.0, 0.57, 0.6, 0.7]),  # more than a period: missed images are skipped, without a burst, and the grid stays
 ])
 def test_a_late_picture_puts_off_no_other(late, expected):
     assert shown_at(10.0, [late, 0.0, 0.0, 0.0]) == pytest.approx(expected, abs=ROUNDING)

@@ -9,7 +9,7 @@ import pytest
 from usb_cam.core.sources import EndOfSource, Settings, SourceError, open_source
 
 WIDTH, HEIGHT = 64, 48  # [px]
-LOSSY = 6  # what a grey value may be off after a video's compression
+LOSSY = 6  # error of a grey value after the compression of a video
 
 
 def plain(value, width=WIDTH, height=HEIGHT):
@@ -102,10 +102,10 @@ def test_what_does_not_fit_is_named_once_and_left_out(opened, tmp_path, warnings
     source = opened(tmp_path)
     assert values(source, 5) == [1, 5, 1, 5, 1]
     assert len(warnings) == 5
-    for warning, (name, said) in zip(warnings, (('b.png', 'it has 80x48 pixels, those before 64x48'),
+    for warning, (name, said) in zip(warnings, (('b.png', 'it has 80x48 pixels, the first image 64x48'),
                                                 ('c.png', 'cut off'), ('d.jpg', 'cut off'), ('dd.tif', 'not an image'),
                                                 ('f.png', 'is empty'))):
-        assert f'{tmp_path}/{name} is left out: ' in warning and said in warning
+        assert f'{tmp_path}/{name} is skipped: ' in warning and said in warning
     (tmp_path / 'c.png').write_bytes(whole)  # put right
     assert values(source, 4) == [3, 5, 1, 3]
 
@@ -188,7 +188,7 @@ def test_pipes_and_folders_that_call_themselves_pictures_are_not_waited_for(open
     os.mkdir(tmp_path / 'b.png')
     assert 'a.png is neither a device nor a file nor a folder' in refusal(opened, tmp_path / 'a.png')
     assert 'none of the 2 images' in refusal(opened, tmp_path)
-    assert [warning.endswith('.png is left out: it is not a file.') for warning in warnings] == [True, True]
+    assert [warning.endswith('.png is skipped: it is not a file.') for warning in warnings] == [True, True]
 
 
 class Recording:

@@ -4,7 +4,7 @@ const STEP = /^## (\d+)\. (.+)$/;
 const GOAL = /^\*\*(?:You will learn|Goal:)\*\* /;
 const TERMINAL = /\s+# terminal (\d+)\s*$/;
 
-// Return {title, before, steps}: the title of the page; blocks of what stands before the first step; {number, title, goal, blocks} of each step.
+// Return {title, before, steps}: the title of the page; the blocks before the first step; {number, title, goal, blocks} of each step.
 // A block is {kind, ...}: text {text}, list {items}, commands {commands: [{terminal, text}]}, output or code {text},
 // image {text, address}.
 export function parseCourse(markdown) {

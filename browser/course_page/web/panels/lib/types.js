@@ -77,7 +77,7 @@ export function messageTypes(ros, type) {
 // Return {type, request, response} of a service: its type's name, and the Types of both parts.
 export async function serviceTypes(ros, service) {
   const {type} = await ros.call('/rosapi/service_type', {service});
-  if (!type) throw new Error(`The service ${service} does not say its type: its node may have ended.`);
+  if (!type) throw new Error(`The service ${service} does not report its type: its node may have ended.`);
   return cached(ros, `service ${type}`, async () => {
     const [request, response] = await Promise.all([
       ros.call('/rosapi/service_request_details', {type}), ros.call('/rosapi/service_response_details', {type})]);

@@ -1,1 +1,1 @@
-"""What the demo measures. Without ROS."""
+"""The measurements of the demo. Without ROS."""

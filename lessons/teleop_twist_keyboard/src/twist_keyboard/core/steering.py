@@ -1,4 +1,4 @@
-"""What each key does to the velocity."""
+"""The effect of each key on the velocity."""
 import re
 from typing import List, NamedTuple
 
@@ -58,7 +58,7 @@ Ctrl-C : end
 
 
 def keys_in(text: str) -> List[str]:
-    """Return the keys in what a terminal has sent; a sequence, such as that of an arrow key, is one key."""
+    """Return the keys in the text from a terminal; a sequence, such as the one of an arrow key, is one key."""
     return _KEY.findall(text)
 
 

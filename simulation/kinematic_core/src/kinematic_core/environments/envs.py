@@ -44,7 +44,7 @@ class TaskEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def reset(self, *, seed: Optional[int] = None,
               options: Optional[Dict[str, Any]] = None) -> Tuple[np.ndarray, Dict[str, Any]]:
-        """Start an episode: that of ``seed``, or a random one. There are no options."""
+        """Start the episode of ``seed``, or a random one. There are no options."""
         super().reset(seed=seed)
         self._episodes.start(0, episode_seed(self.np_random) if seed is None else seed)
         return self._episodes.observations()[0], self._info()

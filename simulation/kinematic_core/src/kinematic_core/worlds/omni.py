@@ -45,7 +45,7 @@ class Limits(NamedTuple):
     wheel_acceleration: float = math.inf  # [rad/s^2]
 
     def limited(self, twist: Twist2D) -> Twist2D:
-        """Return the twist, scaled down as a whole to what is allowed: the robot stays on the commanded path."""
+        """Return the twist, scaled down as a whole to the limits, so that the robot stays on the commanded path."""
         return _scaled(twist, self.speed, self.turn_speed, self.wheel_speed)
 
     def approached(self, twist: Twist2D, target: Twist2D, dt: float) -> Twist2D:

@@ -40,9 +40,9 @@ class Path(NamedTuple):
 
 
 class FloorPlanMap:
-    """The map of a FloorPlan, large enough to show the points ``also`` [(x, y)] [m] too, or only what is ``between``.
+    """The map of a FloorPlan, large enough to show the points ``also`` [(x, y)] [m], or only a part of the plan.
 
-    between: its lower left and upper right corner [(x, y)] [m]; around it, the margin shows the plan, too.
+    between: lower left and upper right corner of that part [(x, y)] [m]; around it, the margin shows the plan, too.
     width, height [px]; pixels_per_metre: its scale, reduced if the longer side would exceed ``largest`` px. Raises
     InvalidInput for an impossible scale or size.
     """

@@ -1,4 +1,4 @@
-"""What the faces of solids look like: bricks and markers in perspective, plain colours, shaded cylinders."""
+"""The look of the faces of solids: bricks and markers in perspective, plain colours, shaded cylinders."""
 import math
 from functools import partial
 from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple

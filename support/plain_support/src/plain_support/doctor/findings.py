@@ -1,4 +1,4 @@
-"""The text and the cure of each problem, once for the node that meets it, for ``./run grade`` and ``./run doctor``.
+"""The text and the cure of each problem, for the nodes, ``./run grade`` and ``./run doctor``.
 
 docs/troubleshooting.md has a row for each.
 """
@@ -6,7 +6,7 @@ import shlex
 from typing import Any, Iterable, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 SHEBANG = '#!/usr/bin/env python3'
-LONGEST_VALUE = 80  # characters of a parameter: a robot_description has thousands
+MAX_VALUE_LENGTH = 80  # characters of a parameter: a robot_description has thousands
 DOES = {'publishes': 'publishes {0}, which nobody reads', 'subscribes': 'subscribes to {0}, which nobody publishes',
         'serves': 'offers {0}, which nobody calls', 'uses': 'uses {0}, which does not exist'}
 
@@ -14,10 +14,10 @@ DOES = {'publishes': 'publishes {0}, which nobody reads', 'subscribes': 'subscri
 class Finding(NamedTuple):
     """A problem.
 
-    name   a word for programs, the same in every version
-    text   what is wrong, with the value
+    name   a stable identifier for scripts
+    text   the problem, with the value
     cure   what to do
-    fails  whether something will fail; if not, it only surprises
+    fails  True if something will fail, False for a note
     """
 
     name: str
@@ -57,7 +57,7 @@ def workspace_impossible(workspace: str, folder: str, user: str) -> Finding:
 
 
 def folder_not_writable(folder: str, owner: str, user: str) -> Finding:
-    """A folder that this user has to write to belongs to somebody else, mostly since a sudo."""
+    """A folder for this user's files belongs to another user, usually because a command ran with sudo."""
     return Finding('folder_not_writable', f'{user} cannot write to {folder}, which belongs to {owner}',
                    f'type sudo chown -R {user} {folder}')
 
@@ -80,21 +80,21 @@ def opencv_unusable(python: str, said: str) -> Finding:
 
 
 def time_set_back(file: str, seconds: float) -> Finding:
-    """A file was written later than now."""
+    """The time of a file is in the future."""
     return Finding('time_set_back', f'{file} was written {_span(seconds)} from now: the clock was set back',
                    'set the clock (timedatectl set-ntp true), or type touch on that file', fails=False)
 
 
 def clock_jumps(seconds: float) -> Finding:
-    """The wall clock moves otherwise than the time that passes, by ``seconds`` in a second."""
-    return Finding('clock_jumps', f'the clock gains {seconds:+.2f} s a second on the time that passes',
+    """The wall clock runs faster or slower than elapsed time, by ``seconds`` per second."""
+    return Finding('clock_jumps', f'the clock gains {seconds:+.2f} s per second of elapsed time',
                    'nodes that wait for times will wait too long or not at all; check chrony, ntp or the host of this '
                    'virtual machine')
 
 
 def no_isolation(said: str) -> Finding:
-    """Neither bubblewrap nor a user namespace can keep a graded program apart."""
-    return Finding('no_isolation', f'a program cannot be kept apart from this machine ({said})',
+    """Neither bubblewrap nor a user namespace can isolate a graded program."""
+    return Finding('no_isolation', f'a program cannot be isolated from this machine ({said})',
                    'grade only programs that you trust, or type sudo apt-get install bubblewrap and '
                    'sudo sysctl kernel.unprivileged_userns_clone=1', fails=False)
 
@@ -102,7 +102,7 @@ def no_isolation(said: str) -> Finding:
 # ---------------------------------------------------------------------------------------------------- terminal
 
 def outside_shell(package: str, command: str) -> Finding:
-    """The terminal does not know the packages, such as ``package``; ``command`` makes one that does."""
+    """The terminal does not know the packages, such as ``package``; ``command`` opens one that does."""
     return Finding('outside_shell', 'this terminal is not a ./run shell: here, rosrun says "command not found" or '
                    f'"[rospack] Error: package {package!r} not found"', f'type {command}', fails=False)
 
@@ -122,7 +122,7 @@ def workspace_not_sourced(workspace: str) -> Finding:
 
 
 def no_roscore(uri: str, other: Optional[Tuple[str, str]] = None) -> Finding:
-    """Nothing has the port of the terminal's master; ``other``: a master of this user, and its URI."""
+    """No program uses the port of the terminal's master; ``other``: a master of this user, and its URI."""
     if other:
         return Finding('no_roscore', f'no roscore runs at {uri}, which is the ROS_MASTER_URI of this terminal; '
                        f'{other[0]} is one at {other[1]}', f'type export ROS_MASTER_URI={other[1]} to use that one, or '
@@ -140,7 +140,7 @@ def not_executable(path: str) -> Finding:
 
 
 def windows_line_ends(path: str) -> Finding:
-    """The lines of a program end as those of Windows."""
+    """A program has the line ends of Windows."""
     return Finding('windows_line_ends', f'the lines of {path} end with CR LF (Windows), so Linux does not find the '
                    'interpreter', f"type sed -i 's/\\r$//' {shlex.quote(path)}")
 
@@ -152,7 +152,7 @@ def byte_order_mark(path: str) -> Finding:
 
 
 def no_shebang(path: str) -> Finding:
-    """A program does not say what runs it."""
+    """A program does not name its interpreter in the first line."""
     return Finding('no_shebang', f'the first line of {path} is not {SHEBANG}, so the program is run by bash instead of '
                    'Python', f"type sed -i '1i {SHEBANG}' {shlex.quote(path)}")
 
@@ -170,13 +170,13 @@ def wrong_extension(path: str, right: str) -> Finding:
 
 
 def outside_package(path: str) -> Finding:
-    """A program lies in a workspace, but in none of its packages."""
-    return Finding('outside_package', f'{path} is in no package, so rosrun cannot find it',
+    """A program is in a workspace, but not in one of its packages."""
+    return Finding('outside_package', f'{path} is not in a package, so rosrun cannot find it',
                    'move it into the folder scripts of a package; catkin_create_pkg NAME rospy makes one', fails=False)
 
 
 def does_not_end(process: str, seconds: float, pid: int) -> Finding:
-    """A node runs on although it was told to end ``seconds`` ago."""
+    """A node still runs although it was told to end ``seconds`` ago."""
     return Finding('does_not_end', f'{process} was told to end {_span(seconds)} ago and still runs',
                    f'press Ctrl-\\ in its terminal, or type kill -9 {pid}; a loop that Ctrl-C ends starts with '
                    'while not rospy.is_shutdown():', fails=False)
@@ -185,14 +185,14 @@ def does_not_end(process: str, seconds: float, pid: int) -> Finding:
 # ---------------------------------------------------------------------------------------------------- network
 
 def name_without_address(source: str, name: str, cure: str) -> Finding:
-    """What this machine announces as its address (``source`` says where that comes from) cannot be looked up."""
+    """The address that this machine announces, which comes from ``source``, is a name that cannot be resolved."""
     return Finding('name_without_address', f'{source} is {name!r}, a name that has no address', cure)
 
 
 def address_not_here(source: str, address: str, cure: str) -> Finding:
     """This machine announces an address that it does not have."""
-    return Finding('address_not_here', f'{source} is {address}, which is no address of this machine: nodes on other '
-                   'machines cannot reach its nodes and receive nothing from them', cure)
+    return Finding('address_not_here', f'{source} is {address}, which is not an address of this machine: nodes on '
+                   'other machines cannot reach its nodes and receive nothing from them', cure)
 
 
 def address_only_here(source: str, address: str, master: str, cure: str) -> Finding:
@@ -202,7 +202,7 @@ def address_only_here(source: str, address: str, master: str, cure: str) -> Find
 
 
 def bad_master_uri(uri: str) -> Finding:
-    """ROS_MASTER_URI is no address of a master."""
+    """ROS_MASTER_URI is not the address of a master."""
     return Finding('bad_master_uri', f'ROS_MASTER_URI is {uri!r}, which is not http://HOST:PORT',
                    'type unset ROS_MASTER_URI and open ./run shell again')
 
@@ -214,13 +214,13 @@ def master_unreachable(uri: str, said: str) -> Finding:
 
 
 def port_taken(port: int, holder: str) -> Finding:
-    """The master's port is somebody else's."""
-    return Finding('port_taken', f"the master's port {port} is taken by {holder}, which is no ROS master",
+    """Another program uses the master's port."""
+    return Finding('port_taken', f"the master's port {port} is taken by {holder}, which is not a ROS master",
                    f'end it, or choose another port: export ROS_MASTER_URI=http://localhost:{port + 1}')
 
 
 def master_hangs(uri: str, holder: str) -> Finding:
-    """Something listens at the master's port and does not answer."""
+    """A program listens at the master's port, but does not answer."""
     return Finding('master_hangs', f'{holder} has the port of {uri} and does not answer: is it suspended?',
                    'type fg in the terminal of roscore, or end it')
 
@@ -255,7 +255,7 @@ def stale_registration(node: str, uri: str) -> Finding:
 
 
 def no_clock() -> Finding:
-    """Nodes follow a clock that nobody publishes."""
+    """Nodes follow a clock that no node publishes."""
     return Finding('no_clock', '/use_sim_time is true, but no node publishes /clock: nodes wait for it forever',
                    'start the simulator with _clock:=true, or type rosparam delete /use_sim_time and start the nodes '
                    'again')
@@ -268,13 +268,13 @@ def two_clocks(nodes: Iterable[str]) -> Finding:
 
 
 def misnamed(who: str, role: str, name: str, meant: str) -> Finding:
-    """Somebody uses a name that nobody else uses; ``role`` is one of DOES, ``meant`` a similar name that exists."""
+    """A node uses a name that no other node uses; ``role`` is one of DOES, ``meant`` a similar name that exists."""
     return Finding('misnamed', f'{who} {DOES[role].format(name)}: did you mean {meant}?',
                    f'Correct the name in the program, or add {name}:={meant} to its command', fails=False)
 
 
 def nobody_publishes(who: str, name: str) -> Finding:
-    """Somebody waits for messages on a topic without a publisher."""
+    """A node waits for messages on a topic without a publisher."""
     return Finding('nobody_publishes', f'{who} {DOES["subscribes"].format(name)}',
                    'start the node that publishes it, or correct the name; rostopic list shows all topics', fails=False)
 
@@ -312,20 +312,20 @@ def python2_program(path: str, line: int, what: str) -> Finding:
 # ---------------------------------------------------------------------------------------------------- machine
 
 def no_window(why: str, snapshot: str) -> Finding:
-    """The simulator opens no window, as it was told to; ``snapshot``: the service that saves a picture."""
+    """The simulator cannot open a window, as requested; ``snapshot``: the service that saves a picture."""
     return Finding('no_window', f'No window: {why}', f'rosservice call {snapshot} saves a picture of the turtle',
                    fails=False)
 
 
 def dead_display(display: str, said: str = '') -> Finding:
-    """There is no X server where DISPLAY says; ``said``: what an attempt to use it said."""
+    """There is no X server at DISPLAY; ``said``: the error of an attempt to use it."""
     return Finding('dead_display', f'No window: the display DISPLAY={display} does not answer'
                    + (f' ({said})' if said else ''), 'set DISPLAY to an X server that runs, or see the turtle '
                    'without a window: rosservice call /turtlesim/snapshot saves a picture', fails=False)
 
 
 def left_over(holder: str, what: str) -> Finding:
-    """A process of ROS runs on though whoever started it has ended."""
+    """A process of ROS still runs although the program that started it has ended."""
     return Finding('left_over', f'{holder} still runs, though what started it has ended: {what}',
                    f'end it: kill {holder.rpartition(" ")[2].rstrip(")")}', fails=False)
 
@@ -339,7 +339,7 @@ def camera_unusable(said: str) -> Finding:
 def _typed(value: Any) -> str:
     """Return a parameter's value as rosparam takes it, shortened to a line."""
     text = ' '.join((str(value).lower() if isinstance(value, bool) else str(value)).split())
-    return text if len(text) <= LONGEST_VALUE else f'{text[:LONGEST_VALUE]}...'
+    return text if len(text) <= MAX_VALUE_LENGTH else f'{text[:MAX_VALUE_LENGTH]}...'
 
 
 def _span(seconds: float) -> str:

@@ -74,7 +74,7 @@ def types_of_node(uri: str, timeout: float) -> Dict[str, str]:
 
 
 def _look_up(master: xmlrpc.client.ServerProxy, method: str, names: List[str]) -> Dict[str, str]:
-    """Return {name: address}, without those that have ended meanwhile."""
+    """Return {name: address}, without those that have ended in the meantime."""
     if not names:
         return {}
     calls = xmlrpc.client.MultiCall(master)

@@ -9,7 +9,7 @@ from typing import Dict, Optional
 from urllib.parse import urlsplit
 
 SIGN = 'get_loggers'  # the service of every node, below its name
-LONGEST_HEADER = 1 << 16  # [bytes]
+MAX_HEADER = 1 << 16  # [bytes]
 CALLER = '/ros_doctor'
 
 
@@ -34,7 +34,7 @@ def _header(fields: Dict[str, str]) -> bytes:
 
 def _read_header(connection: socket.socket) -> Optional[Dict[str, str]]:
     size, = struct.unpack('<I', _receive(connection, 4))
-    if size > LONGEST_HEADER:
+    if size > MAX_HEADER:
         return None
     body, fields = _receive(connection, size), {}
     while len(body) >= 4:

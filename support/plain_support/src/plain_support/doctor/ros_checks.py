@@ -71,7 +71,7 @@ def _silent(place: MasterAddress, holder: Optional[processes.Listener], said: st
 
 
 def graph_findings(graph: Graph) -> Iterator[Finding]:
-    """Yield what is wrong with the registrations of a master."""
+    """Yield the problems in the registrations of a master."""
     with concurrent.futures.ThreadPoolExecutor(AT_A_TIME) as pool:
         alive = dict(zip(graph.nodes, pool.map(lambda node: _alive(graph, node), graph.nodes)))
     for node, uri in graph.nodes.items():

@@ -19,7 +19,7 @@ TOOLS = re.compile(r'/(rostopic|record|rosbag)_\d+.*')  # they read any topic
 
 
 def misnamed(graph: Graph) -> Iterator[Finding]:
-    """Yield commands that nobody reads, and topics that somebody reads and nobody publishes."""
+    """Yield commands without a reader, and topics with readers but no publisher."""
     read = {topic for topic, nodes in graph.subscribers.items() if any(not TOOLS.fullmatch(node) for node in nodes)}
     published = {topic for topic, nodes in graph.publishers.items() if nodes}
     for topic in sorted(published - read):

@@ -1,4 +1,4 @@
-"""doctor.addresses: what a machine announces, and why other machines cannot use it."""
+"""doctor.addresses: the address that a machine announces, and why other machines cannot use it."""
 import socket
 
 import pytest
@@ -15,7 +15,7 @@ NO_ADDRESS = '10.88.0.9'  # none of a machine that runs tests
      f'The master is on another machine ({NO_ADDRESS}), but ROS_HOSTNAME is localhost, which other machines cannot'),
     ({'ROS_IP': '127.0.0.1'}, NO_ADDRESS, f'The master is on another machine ({NO_ADDRESS}), but ROS_IP is 127.0.0.1'),
     ({'ROS_IP': NO_ADDRESS}, 'localhost',
-     f'ROS_IP is {NO_ADDRESS}, which is no address of this machine: nodes on other machines cannot reach'),
+     f'ROS_IP is {NO_ADDRESS}, which is not an address of this machine: nodes on other machines cannot reach'),
     ({'ROS_HOSTNAME': 'no-such-name'}, 'localhost', "ROS_HOSTNAME is 'no-such-name', a name that has no address"),
     ({'ROS_HOSTNAME': 'x' * 70}, 'localhost', f"ROS_HOSTNAME is {'x' * 70!r}, a name that has no address"),
 ])

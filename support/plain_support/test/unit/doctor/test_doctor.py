@@ -129,7 +129,7 @@ FAULTS = [
           ('there is no python2.9 here', "sed -i '1s|.*|#!/usr/bin/env python3|' /")),
     Fault('wrong_extension', False, package(name='publisher.py.txt'), ('publisher.py.txt', 'type mv /')),
     Fault('outside_package', False, package(after='cp "$program" $folder/ros_ws/src/loose.py'),
-          ('/src/loose.py is in no package', 'catkin_create_pkg')),
+          ('/src/loose.py is not in a package', 'catkin_create_pkg')),
     Fault('misnamed', False, nodes(TURTLE, ('/publisher', '/turtle/cmd_vel', TWIST, 'publish')),
           ('/publisher publishes /turtle/cmd_vel, which nobody reads: did you mean /turtle1/cmd_vel? Correct',
            '/turtle/cmd_vel:=/turtle1/cmd_vel')),
@@ -169,7 +169,7 @@ FAULTS = [
           ('.checkout was written 3.0 hours from now', 'timedatectl')),
     Fault('no_isolation', False, 'forbid="echo 0 >/proc/sys/user/max_net_namespaces"\n'
           'user=(unshare -Ur sh -c "$forbid; exec \\"\\$@\\"" sh)',
-          ('kept apart', 'bubblewrap')),
+          ('cannot be isolated', 'bubblewrap')),
     Fault('name_without_address', True, 'changed+=(ROS_HOSTNAME=robot.invalid)',
           ("ROS_HOSTNAME is 'robot.invalid'", 'unset ROS_HOSTNAME; export ROS_IP=127.0.0.1')),
     Fault('address_not_here', True, 'changed+=(ROS_IP=10.88.0.9)', ('ROS_IP is 10.88.0.9', 'export ROS_IP=')),
@@ -282,7 +282,7 @@ def test_a_clock_that_is_moved_is_noticed(monkeypatch, tmp_path):
     monkeypatch.setattr(system_checks.time, 'time', lambda: real() + 2.0 * (time.monotonic() - start))
     found = list(system_checks.clock(Machine({}, str(tmp_path), str(tmp_path))))
     assert [finding.name for finding in found] == ['clock_jumps'] and found[0].fails
-    gained = float(re.search(r'gains ([+\d.]+) s a second', found[0].text).group(1))
+    gained = float(re.search(r'gains ([+\d.]+) s per second', found[0].text).group(1))
     assert gained >= 1.9  # 2, and more where the machine let the sample last longer
 
 

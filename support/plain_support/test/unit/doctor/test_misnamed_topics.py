@@ -47,7 +47,7 @@ def test_misspelled_names(nodes, said):
     [], [SIMULATOR], [SIMULATOR, ROBOT],
     [SIMULATOR, ROBOT, '/teleop: >/turtle1/cmd_vel'],  # the robot waits for commands
     ['/turtlesim: </turtle1/cmd_vel </turtle2/cmd_vel >/turtle1/pose >/turtle2/pose', '/listener: >/turtle2/cmd_vel',
-     '/a: </turtle1/pose'],  # nobody reads the pose of turtle2
+     '/a: </turtle1/pose'],  # no node reads the pose of turtle2
     ['/a: >/turtle1/cmd_vel'], ['/listener: </chatter'],  # whose partner has not been started
     [SIMULATOR, '/tf: </tf_static </tf'], ['/server: </fibonacci/goal </fibonacci/cancel'],
     [ROBOT, '/publisher: </publisher/joint_states', '/camera: </gazebo/moving_panels'],  # inputs that may stay unused

@@ -1,4 +1,4 @@
-"""doctor.registrations: a node is told from whatever else answers at its address."""
+"""doctor.registrations: distinguish a node from another program that answers at its address."""
 import contextlib
 import socket
 import struct

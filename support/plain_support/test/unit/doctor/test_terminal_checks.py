@@ -121,7 +121,7 @@ def node(tmp_path):
 
 
 def told(log, ago, why='signal-2'):
-    """Write what rospy writes ``ago`` [s] before now."""
+    """Write the lines of rospy, ``ago`` [s] before now."""
     moment = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(time.time() - ago))
     with open(log, 'a', encoding='utf-8') as file:
         file.write(f'[rospy.core][INFO] {moment},123: signal_shutdown [{why}]\n')
@@ -142,7 +142,7 @@ def test_a_node_that_lives_on_is_named(node, monkeypatch):
     told(log, 50.0)
     found, = mine(process)
     assert found.name == 'does_not_end' and found.text.startswith(
-        f'student.py (process {process.pid}) was told to end 5')  # 50 s and what this test took
+        f'student.py (process {process.pid}) was told to end 5')  # 50 s and the time of this test
     assert f'Ctrl-\\ in its terminal, or type kill -9 {process.pid};' in found.cure
 
 

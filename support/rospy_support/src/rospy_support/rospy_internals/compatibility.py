@@ -85,7 +85,7 @@ def version():
 
 
 def misfits():
-    """Return one line for each private part of rospy that differs from what this module needs; [] if none does."""
+    """Return one line for each private part of rospy that this module needs and that differs; [] if none does."""
     return ([said for name, parameters in FUNCTIONS.items() for said in _wrong_function(name, parameters)]
             + [said for name, attributes in ATTRIBUTES.items() for said in _wrong_class(name, attributes)]
             + [f'{name} is missing' for name in OBJECTS if not _there(name)])

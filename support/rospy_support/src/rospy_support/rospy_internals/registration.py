@@ -14,7 +14,7 @@ from rospy.impl.statistics import SubscriberStatisticsLogger
 
 from rospy_support.rospy_internals.topics import new_publishers
 
-STATISTICS_PARAMETER = '/enable_statistics'  # true: subscribers publish statistics of what they receive
+STATISTICS_PARAMETER = '/enable_statistics'  # true: subscribers publish statistics of their messages
 REGISTRATION_POLL = 0.005  # [s]; a master answers in 3 ms
 _KINDS = {Registration.PUB: 'Publisher', Registration.SUB: 'Subscriber', Registration.SRV: 'Service'}
 _collecting = threading.local()  # calls: the list that this thread collects, else None or missing
@@ -95,7 +95,7 @@ def registered(calls, values):
 
 @contextlib.contextmanager
 def collected_unregistrations():
-    """Collect what this thread unregisters, as collected_registrations does.
+    """Collect the names that this thread unregisters, as collected_registrations does.
 
     The fault: rospy goes through all topics for each one that it removes; a reset of 1,000 turtles took 17 s.
     """

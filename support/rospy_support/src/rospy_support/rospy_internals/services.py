@@ -130,7 +130,7 @@ class ServiceCall:
         self._answered.set()
 
     def finish(self):
-        """Wait for the answer, and send what is left of it. The thread of the connection calls this."""
+        """Wait for the answer, and send the rest of it. The thread of the connection calls this."""
         while not self._answered.wait(SHUTDOWN_POLL):
             if rospy.is_shutdown():
                 return

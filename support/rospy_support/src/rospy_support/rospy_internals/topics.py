@@ -172,7 +172,7 @@ def tell_connections_apart():
     """Let the topics of this process identify a connection by itself, not by the number of its file descriptor.
 
     The fault: the system reuses a number at once. A subscriber that returns while its old connection is being removed
-    (rospy.wait_for_message in a loop) loses the new one, too, and waits for ever.
+    (rospy.wait_for_message in a loop) loses the new one, too, and waits forever.
     """
     _TopicImpl._remove_connection = _remove_connection
     _TopicImpl.check = functools.partialmethod(_locked, _TopicImpl.check)

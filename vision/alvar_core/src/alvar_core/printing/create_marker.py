@@ -47,9 +47,9 @@ square in cm."""
 
 
 class CommandLine:
-    """Reads the arguments one after the other; ``markers`` are those so far, the rest are settings of the next one.
+    """Reads the arguments in turn; ``markers`` are those so far; the other fields are the settings of the next one.
 
-    ``at``: its x and y, None without a position; ``unit`` [px]; ``side`` [units]; the others are as the options.
+    ``at``: its x and y, None without a position; ``unit`` [px]; ``side`` [units]; the others correspond to options.
     """
 
     def __init__(self, arguments: Sequence[str] = ()) -> None:

@@ -23,7 +23,7 @@ File = Tuple[str, bytes]  # name, content
 
 
 class CreateError(ValueError):
-    """createMarker cannot do what was asked; the text says what is possible."""
+    """createMarker cannot fulfil a request; the text says what is possible."""
 
 
 @dataclass(frozen=True)

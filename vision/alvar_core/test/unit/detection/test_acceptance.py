@@ -1,4 +1,4 @@
-"""What makes a marker of a candidate: a clear one, and what each weakness of it costs."""
+"""Acceptance of candidates as markers: a clear one, and the cost of each weakness."""
 import pytest
 
 from alvar_core.detection.acceptance import Features, shortfall

@@ -1,4 +1,4 @@
-"""Markers on bent paper are measured as cylinders; flat ones stay flat; what no cylinder explains is doubtful."""
+"""Markers on bent paper are measured as cylinders; flat ones stay flat; paper that no cylinder explains is doubtful."""
 import numpy as np
 import pytest
 

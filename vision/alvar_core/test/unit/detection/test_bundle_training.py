@@ -1,4 +1,4 @@
-"""Bundles learnt from images: accuracy against the truth, ambiguous and wrong markers, and what is missing."""
+"""Bundles learnt from images: accuracy against the truth, ambiguous and wrong markers, and missing ones."""
 import dataclasses
 
 import numpy as np

@@ -60,7 +60,7 @@ def test_exact_points_give_the_exact_plane(rotation, position):
 
 
 def behind(points, share):
-    """Move this share of the columns of the marker 1 m back, as what is seen beside an object."""
+    """Move this share of the columns of the marker 1 m back, like the background beside an object."""
     columns = np.arange(SHAPE[1]) % 10 < 10 * share
     points.array[:, columns] *= 2.0
 
@@ -205,7 +205,7 @@ def test_bend_that_points_would_not_show_stays():
 
 
 def test_corners_that_fit_no_square_count_less():
-    """Corners off by ten times what they claim: the points decide the tilt."""
+    """Corners off by ten times their claimed error: the points decide the tilt."""
     rotation, position = rotations.facing(0.3, 1.0, 0.2), np.array([0.0, 0.0, 1.0])
     turns = []
     for seed in range(5):

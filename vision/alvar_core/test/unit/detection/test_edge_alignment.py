@@ -49,7 +49,7 @@ def test_flat_marker_is_moved_onto_its_edges():
 
 
 def test_strip_as_bright_as_what_lies_beyond_is_no_edge():
-    """Black, 3 px white, dark: the ends of what is read differ little, and the step would be far beyond it."""
+    """Black, 3 px white, dark: the ends of the profile differ little, and the step would be far beyond it."""
     image = np.full((120, 120), 25, np.uint8)
     image[27:93, 27:93] = 180
     image[30:90, 30:90] = 18

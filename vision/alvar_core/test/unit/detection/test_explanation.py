@@ -55,7 +55,7 @@ MADE = {  # image, resolution and margin of the detector: the threshold it misse
 
 
 def explained(image, detector, camera=CAMERA):
-    """Return the Explanation of an image, after a check that it finds what the detector finds."""
+    """Return the Explanation of an image, after a check that it finds the markers of the detector."""
     found = detector.detect(image, camera)
     result = explain(detector, image, camera)
     named = [each for each in result.candidates if each.stage == FOUND]

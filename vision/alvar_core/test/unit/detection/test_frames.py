@@ -24,7 +24,7 @@ NO_WHOLE = pytest.mark.skipif(WHOLE is None, reason='THE WHOLE FRAMES SET IS ABS
 
 # at least recall %; at most position error, median, % of the distance; rotation error, 95th percentile, degrees
 GOALS = {'easy': (100, 0.2, 1.0), 'medium': (98, 0.5, 5.0), 'hard': (85, 0.9, 10.0)}
-# what this detector does well within the goals and is not to lose
+# results of this detector well within the goals, which must not get worse
 HELD = {'easy': (100, 0.1, 1.0), 'medium': (98, 0.1, 3.5), 'hard': (85, 0.3, 5.0)}
 
 

@@ -1,4 +1,4 @@
-"""Every number that decides what is found stands in thresholds.py, is used, swept, and in docs/."""
+"""Every number that decides what is found is in thresholds.py, is used, swept, and documented."""
 import ast
 import pathlib
 import re

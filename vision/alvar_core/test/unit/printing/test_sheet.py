@@ -40,7 +40,7 @@ def black_squares(picture):
 
 
 def detections(picture, size=0.044):
-    """{id: Detection} of a printed page by a camera that looks at it from a distance of one metre."""
+    """{id: Detection} of a printed page by a camera at a distance of one metre."""
     share = LOOK_DPI / PRINT_DPI
     picture = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
     height, width = picture.shape

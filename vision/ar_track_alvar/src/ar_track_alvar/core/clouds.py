@@ -12,14 +12,14 @@ import numpy as np
 from alvar_core.detection.prepared_image import ImageError
 
 TYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 8: 'f8'}  # PointField.datatype
-BYTE, WORDS = 2, (5, 6, 7)  # datatypes of r, g, b apart, of all three in one number
+BYTE, WORDS = 2, (5, 6, 7)  # datatypes of separate r, g and b, and of all three in one number
 MAX_PIXELS = 4096 * 4096
 REGISTERED = ('use the registered cloud of the driver (depth_registered/points, or ordered_pc:=true and '
               'align_depth:=true of realsense2_camera)')
 
 
 class CloudError(ImageError):
-    """A point cloud that cannot be used; the text says why."""
+    """A point cloud cannot be used; the text says why."""
 
 
 class Cloud:
@@ -49,7 +49,7 @@ class Cloud:
         return cv2.cvtColor(self.bgr(), cv2.COLOR_BGR2GRAY)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> np.ndarray:
-        """Return the points (rows, columns, 3) float64 [m] of a part of the image; NaN where there is none."""
+        """Return the points (rows, columns, 3) float64 [m] of a part of the image; NaN without a point."""
         return np.stack([axis[top:bottom, left:right].astype(np.float64) for axis in self._places], -1)
 
     def _check_size(self) -> None:

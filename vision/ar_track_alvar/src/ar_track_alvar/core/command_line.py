@@ -1,4 +1,4 @@
-"""Converts the original's deprecated command line into remappings and private parameters."""
+"""Convert the original's deprecated command line into remappings and private parameters."""
 import json
 import math
 import shlex
@@ -17,7 +17,7 @@ OPTIONAL = ('_max_frequency', '_marker_resolution', '_marker_margin')
 
 
 class UsageError(ValueError):
-    """The positional arguments do not have the deprecated form either."""
+    """The positional arguments do not have the deprecated form."""
 
 
 def ros_arguments(words: Sequence[str]) -> List[str]:

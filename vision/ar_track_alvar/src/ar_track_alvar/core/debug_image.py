@@ -51,12 +51,12 @@ def _label(image: np.ndarray, detection: Detection, colour: Colour) -> None:
     x, y = detection.corners[:, 0].mean() - width / 2.0, detection.corners[:, 1].max() + height + 6
     at = np.clip((x, y), (2, height + 2), (max(2, image.shape[1] - width - 2), image.shape[0] - 4)).astype(int)
     light = tuple((part + 255) // 2 for part in colour)
-    for shift in (*OUTLINE, (0, 0)):  # a thicker pen would widen the letters, too
+    for shift in (*OUTLINE, (0, 0)):  # a thicker pen would also widen the letters
         cv2.putText(image, text, (at + shift).tolist(), cv2.FONT_HERSHEY_SIMPLEX, size,
                     (0, 0, 0) if any(shift) else light, LABEL_WIDTH, cv2.LINE_AA)
 
 
 def _fixed(points: np.ndarray) -> np.ndarray:
-    """Return points (..., 2) [px] as int32 with SHIFT fractional bits, clipped to what OpenCV accepts."""
+    """Return points (..., 2) [px] as int32 with SHIFT fractional bits, clipped to the range of OpenCV."""
     fixed: np.ndarray = np.clip(np.nan_to_num(points) * (1 << SHIFT), -1e6, 1e6).round().astype(np.int32)
     return fixed

@@ -25,7 +25,7 @@ class RateLimiter:
 
 
 def fit_error(detection: Detection) -> float:
-    """Return the rms reprojection error of the corners, as share of the side in the image."""
+    """Return the rms reprojection error of the corners, as a share of the side in the image."""
     return float(detection.error / np.sqrt(abs(homography.area(detection.corners[None])[0])))
 
 
@@ -42,7 +42,7 @@ class ErrorFilter:
     def accepted(self, detections: Sequence[Detection], max_new: float, max_track: float) -> List[Detection]:
         """Return the Detections of the next image whose error is small enough.
 
-        A marker that is tracked never needs a smaller error than a new one: some launch files set 0 for ``max_track``,
+        The limit for tracked markers is never below the one for new markers: some launch files set ``max_track`` to 0,
         which in the original only means that every marker counts as new.
         """
         tracked = max(max_new, max_track)
@@ -52,7 +52,7 @@ class ErrorFilter:
 
 
 class MedianPose:
-    """Smooths poses: returns, of the last ``count`` ones, that with the smallest sum of distances to all others."""
+    """Smooths poses: returns the one of the last ``count`` poses with the smallest sum of distances to the others."""
 
     def __init__(self, count: int) -> None:
         self._poses: Deque[Tuple[np.ndarray, np.ndarray]] = deque(maxlen=count)
@@ -62,5 +62,5 @@ class MedianPose:
         self._poses.append((rotation, position))
         rows = np.array([np.concatenate([turn.ravel(), place]) for turn, place in self._poses])
         distances = ((rows[:, None] - rows) ** 2).sum((1, 2))
-        newest_first = len(rows) - 1 - int(np.argmin(distances[::-1]))  # of equal ones the newest
+        newest_first = len(rows) - 1 - int(np.argmin(distances[::-1]))  # the newest of equal ones
         return self._poses[newest_first]

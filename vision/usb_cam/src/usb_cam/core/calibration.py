@@ -1,4 +1,4 @@
-"""Camera calibrations: YAML files of ROS's camera_calibration, their paths, and an approximation. No ROS."""
+"""Camera calibrations: YAML files of ROS's camera_calibration, their paths, and an approximation. Without ROS."""
 import math
 import os
 import re
@@ -12,7 +12,7 @@ from plain_support.documents import DocumentError
 
 Numbers = Tuple[float, ...]
 
-DEFAULT_URL = 'file://${ROS_HOME}/camera_info/${NAME}.yaml'  # that of camera_info_manager
+DEFAULT_URL = 'file://${ROS_HOME}/camera_info/${NAME}.yaml'  # the default of camera_info_manager
 COEFFICIENTS = {'plumb_bob': (0, 4, 5), 'rational_polynomial': (0, 8, 12, 14), 'equidistant': (0, 4)}  # numbers of D
 MATRICES = {'camera_matrix': (3, 3), 'rectification_matrix': (3, 3), 'projection_matrix': (3, 4)}  # rows, columns
 LARGEST_SIDE = 100_000  # [px]
@@ -25,7 +25,7 @@ class CalibrationError(ValueError):
 
 @dataclass(frozen=True)
 class Calibration:
-    """One camera's calibration; the fields are the keys of the file. CalibrationError if a value is impossible.
+    """The calibration of a camera; its fields are the keys of the file. Raises CalibrationError for impossible values.
 
     image_width, image_height [px]; the matrices row by row, K [px] with fx and fy above 0; distortion_coefficients in
     the order of sensor_msgs/CameraInfo; binning and roi as there, 0: none.
@@ -65,7 +65,7 @@ class Calibration:
 
     @property
     def size(self) -> Tuple[int, int]:
-        """Return (width, height) [px] of the images that it is for."""
+        """Return (width, height) [px] of the images that the calibration is for."""
         return self.image_width, self.image_height
 
 
@@ -118,7 +118,7 @@ def write(path: str, calibration: Calibration) -> None:
 def approximate(width: int, height: int, horizontal_fov: float) -> Calibration:
     """Return the Calibration of an ideal camera: square pixels, axis through the middle, no distortion.
 
-    width, height [px]; horizontal_fov [degrees], between 0 and 180. Pixel (0, 0) is the centre of the top left one.
+    width, height [px]; horizontal_fov [degrees], between 0 and 180. (0, 0) is the centre of the top left pixel.
     """
     f = width / 2.0 / math.tan(math.radians(horizontal_fov) / 2.0)
     cx, cy = (width - 1) / 2.0, (height - 1) / 2.0

@@ -1,4 +1,4 @@
-"""Read images from a source, and open it again when it fails. Without ROS.
+"""Read images from a source, and open it again if it fails. Without ROS.
 
 Threading contract: ``start``, ``stop``, ``wake`` and ``close`` may be called from any thread. A thread of the Capture
 opens, reads and closes sources and calls the sink; ``wanted``, which must not block, is called by other threads too.
@@ -10,7 +10,7 @@ from usb_cam.core.pace import FrameSchedule
 from usb_cam.core.sources import EndOfSource, Source, SourceError
 
 RETRY = 1.0  # [s] between two attempts to open a source
-STOP_TIMEOUT = 5.0  # [s] that stopping may take, because OpenCV waits for a webcam that hangs
+STOP_TIMEOUT = 5.0  # [s] for stopping, because OpenCV waits for a webcam that hangs
 
 
 class Sink(Protocol):
@@ -20,16 +20,16 @@ class Sink(Protocol):
         """Return whether there is a subscriber."""
 
     def opened(self, source: Source) -> None:
-        """A new source was opened."""
+        """Handle a new source, which has been opened."""
 
     def picture(self, source: Source) -> None:
         """Retrieve the image that the source has grabbed; called only while wanted."""
 
     def trouble(self, text: str) -> None:
-        """There are no images, because of ``text``; another attempt follows."""
+        """Handle the lack of images, for the reason ``text``; another attempt follows."""
 
     def ended(self) -> None:
-        """The last image was shown; the Capture's start() plays the source again."""
+        """Handle the end of the source after its last image; Capture.start plays it again."""
 
 
 class Capture:
@@ -53,9 +53,9 @@ class Capture:
             self._change.notify_all()
 
     def stop(self) -> bool:
-        """Close the source; return whether it has happened within STOP_TIMEOUT, after which no image comes.
+        """Close the source; return whether it is closed within STOP_TIMEOUT; after that, no image comes.
 
-        It also returns True when another thread has called start() in the meantime.
+        Also return True if another thread has called start() in the meantime.
         """
         with self._change:
             self._running = False

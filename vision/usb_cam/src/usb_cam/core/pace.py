@@ -19,6 +19,6 @@ class FrameSchedule:
         return self._start + self._slot * self._period - self._clock()
 
     def advance(self) -> None:
-        """Go on to the next deadline; missed ones are skipped, so that no burst of images follows."""
+        """Advance to the next deadline; skip missed ones, so that no burst of images follows."""
         missed = max(0, int(-self.time_left() / self._period))
         self._slot += 1 + missed

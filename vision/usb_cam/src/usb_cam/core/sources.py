@@ -26,11 +26,11 @@ OpenCapture = Callable[[str, int], cv2.VideoCapture]
 
 
 class SourceError(Exception):
-    """A source gives no images; the text names it, and says why and what to do."""
+    """A source provides no images; the text names it, the reason, and what to do."""
 
 
 class EndOfSource(Exception):
-    """There is no image after the last one."""
+    """The source has no more images."""
 
 
 @dataclass
@@ -54,9 +54,9 @@ class Source:
     """A source of images. The constructor opens it and reads a first image; ``close`` ends it.
 
     size    (width, height) [px] of all its images
-    live    whether it sets the pace itself
-    rate    [Hz] of its images unless live
-    folder  of its files unless live
+    live    True if it sets the pace itself
+    rate    [Hz] of its images, unless live
+    folder  of its files, unless live
     """
 
     size: Tuple[int, int]
@@ -65,7 +65,7 @@ class Source:
     folder: Optional[str]
 
     def grab(self) -> None:
-        """Go on to the next image; raise EndOfSource or SourceError."""
+        """Advance to the next image; raise EndOfSource or SourceError."""
         raise NotImplementedError
 
     def retrieve(self) -> Optional[np.ndarray]:
@@ -84,7 +84,7 @@ class Source:
 def open_source(path: str, settings: Settings, warn: Warn, capture: OpenCapture = cv2.VideoCapture) -> Source:
     """Return the source for a path; raise SourceError.
 
-    ``warn(text)`` receives problems that do not stop it; ``capture`` makes an OpenCV capture.
+    ``warn(text)`` is called for problems that do not prevent images; ``capture`` makes an OpenCV capture.
     """
     if not path:
         raise SourceError(f'video_device is empty; it must be a device, a file or a folder. {devices.listing()}')
@@ -168,7 +168,7 @@ class Webcam(Source):
             warn(f'{self._path} rejects {", ".join(refused)}; v4l2-ctl --list-ctrls shows what it accepts.')
 
     def _compare(self, settings: Settings, warn: Warn) -> None:
-        """Warn of every setting in which the webcam differs from the request."""
+        """Warn about every setting that the webcam does not use as requested."""
         size, rate = (settings.width, settings.height), self._capture.get(cv2.CAP_PROP_FPS)
         code = int(self._capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, 'little', signed=True).decode('ascii', 'replace')
         got = [('{}x{} pixels'.format(*size), '{}x{}'.format(*self.size), self.size == size),
@@ -203,13 +203,13 @@ class Video(_File):
         self._number, self._first_is_due = 1, True  # the current image, which the first grab() has to return
 
     def grab(self) -> None:
-        """Go on to the next image, after the last one to the first again; without ``loop`` raise EndOfSource."""
+        """Advance to the next image, from the last one to the first; without ``loop``, raise EndOfSource there."""
         if self._first_is_due:
             self._first_is_due = False
         elif self._capture.grab():
             self._number += 1
         else:
-            if self._number < 0.9 * self._announced:  # some formats count a few too many
+            if self._number < 0.9 * self._announced:  # some formats announce a few too many
                 self._warn(f'{self._path} ends after {self._number} of {self._announced:.0f} images: is it complete?')
             if not self._loop:
                 raise EndOfSource
@@ -239,7 +239,7 @@ class Video(_File):
 class Images(_File):
     """The images of a folder in natural order, listed again for each round; or one image again and again.
 
-    The first readable one determines the size. Images that are unreadable or have another size are left out, each with
+    The first readable image determines the size. Images that are unreadable or have another size are skipped, each with
     one warning.
     """
 
@@ -247,13 +247,13 @@ class Images(_File):
         self._path, self._loop, self._warn = path, settings.loop, warn
         self.folder = path if os.path.isdir(path) else os.path.dirname(path)
         self.rate = settings.rate or settings.framerate
-        self._bad: Dict[str, Any] = {}  # path of an image that was left out: its modification time, and the size asked
+        self._bad: Dict[str, Any] = {}  # path of a skipped image: its modification time, and the size asked
         self._list()
         self._find_next()
         self._first_is_due = True  # the current image, which the first grab() has to return
 
     def grab(self) -> None:
-        """Go on to the next image, after the last one to the first again; without ``loop`` raise EndOfSource."""
+        """Advance to the next image, from the last one to the first; without ``loop``, raise EndOfSource there."""
         if self._first_is_due:
             self._first_is_due = False
         elif not self._find_next():
@@ -263,11 +263,11 @@ class Images(_File):
             self._find_next()
 
     def retrieve(self) -> np.ndarray:
-        """Return the image that ``grab`` went on to."""
+        """Return the current image."""
         return self._image
 
     def close(self) -> None:
-        """Do nothing: no file is kept open."""
+        """Do nothing, because no file stays open."""
 
     def _list(self) -> None:
         """List the images for a new round."""
@@ -298,7 +298,7 @@ class Images(_File):
             except FileNotFoundError:
                 pass  # removed since the folder was listed
             except (OSError, ValueError, cv2.error) as error:
-                self._warn(f'{path} is left out: {getattr(error, "strerror", None) or error}')
+                self._warn(f'{path} is skipped: {getattr(error, "strerror", None) or error}')
                 self._bad[path] = state
         if self._round_size is None:
             raise SourceError(f'{self._path}: none of the {self._listed} images can be read.')
@@ -314,7 +314,7 @@ class Images(_File):
             raise ValueError('the file is cut off or not an image.')
         height, width = image.shape[:2]
         if self._round_size not in (None, (width, height)):
-            raise ValueError(f'it has {width}x{height} pixels, those before {self.size[0]}x{self.size[1]}.')
+            raise ValueError(f'it has {width}x{height} pixels, the first image {self.size[0]}x{self.size[1]}.')
         self.size = self._round_size = width, height
         return image
 
