@@ -41,7 +41,8 @@ class Camera:
     def _check_distortion(self) -> None:
         """Raise CameraError if pixels half-way to the image's edges are far from ideal ones: no lens does that."""
         half = np.array(self.size) / 2 if self.size else np.maximum(self.centre, 1)
-        away = half / 2 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+        # of an image that is much higher than wide, not where no lens sees
+        away = np.minimum(half, self.focal) / 2 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
         with np.errstate(all='ignore'):
             ideal = self.to_ideal(self.centre + away) - self.centre
             again = np.stack(self.to_real(*(ideal + self.centre).T), 1) - self.centre
