@@ -10,6 +10,7 @@ import pytest
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SUPPORT = REPOSITORY / 'support' / 'roscpp_support'
 VARIABLE, SWITCH = 'CPLUS_INCLUDE_PATH', 'TURTLE_ROBOTONT_CPP_HEADERS'
+CLEAN = {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8'}
 BUILD_TIMEOUT = 280.0  # [s]; it takes 40
 
 POSE = """
@@ -127,10 +128,11 @@ def build(src, environment, *command):
 
 
 @pytest.mark.release
-@pytest.mark.usefixtures('workspace')
-@pytest.mark.parametrize('command', ['catkin_make', 'catkin_make_isolated'])
-def test_an_overlay_is_built(package, command):
-    build(package, dict(os.environ), command)
+def test_an_overlay_is_built(package):
+    setup = pathlib.Path(os.environ.get('VIRTUAL_ENV', '/')).parent / 'env.bash'
+    if not setup.is_file():
+        pytest.skip('no workspace of ./run is sourced')
+    build(package, CLEAN, 'bash', '-c', '. "$0"; exec catkin_make', str(setup))
 
 
 @pytest.mark.release
@@ -139,7 +141,7 @@ def test_a_workspace_that_our_packages_are_linked_into_is_built_at_once(package)
     """In a terminal that has not sourced anything, from nothing: the messages are made in the same run."""
     for path in ('simulation/turtlesim', 'lessons/actionlib_tutorials', 'support/roscpp_support'):
         (package / pathlib.Path(path).name).symlink_to(REPOSITORY / path)
-    build(package, {'PATH': os.defpath, 'HOME': os.environ.get('HOME', '/'), 'LANG': 'C.UTF-8'}, 'catkin_make')
+    build(package, CLEAN, 'catkin_make')
 
 
 @pytest.mark.skipif(not shutil.which('cmake'), reason='there is no cmake')
