@@ -239,6 +239,7 @@ class RosbridgeTest(SimulatorCase):
         until(publisher.get_num_connections, 'the subscription')
         good = self.client()
         good.send(op='subscribe', topic='/images', throttle_rate=1)
+        good.call('/rosapi/get_time')  # the subscription came before it
         image = Image(width=640, height=480, step=1920, data=b'\x42' * 921600)
         for number in range(30):
             image.header.seq = number
