@@ -229,7 +229,7 @@ class TutorialsTest(CourseCase):
         self.ended_as(client, Status.PREEMPTED)
         self.ends_with_a_stop(commands)
         client.send_goal(ShapeGoal(5, 4.0))
-        poses.next(lambda pose: pose.linear_velocity > 0.0, 'the turtle moving')
+        until(lambda: client.get_state() == Status.ACTIVE, 'the goal active')
         other = self.client('turtle_shape', ShapeAction)
         other.send_goal(ShapeGoal(4, 0.2))
         self.ended_as(client, Status.PREEMPTED)
@@ -321,8 +321,10 @@ class TutorialsTest(CourseCase):
                                                 ((4.0, 5.0), Status.ABORTED, 4.5, 0.5)):
             client.send_goal(AveragingGoal(len(numbers) - 1), feedback_cb=lambda feedback: given.append(feedback.data))
             until(lambda: client.get_state() == Status.ACTIVE and publisher.get_num_connections(), 'the goal active')
-            for number in numbers:
+            for number in numbers[:-1]:
                 publisher.publish(number)
+                until(lambda number=number: number in given[-1:], 'the feedback')
+            publisher.publish(numbers[-1])
             self.ended_as(client, state)
             result = client.get_result()
             self.assertAlmostEqual(mean, result.mean, places=5)
