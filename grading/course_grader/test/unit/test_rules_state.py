@@ -13,6 +13,8 @@ from course_grader.rules import exercise, scoring
 from course_grader.rules.observation import Command, Event, Goal, Observed, Sample, Transform
 from unit_support.graded_turtle import GradedTurtle
 
+NO_LINK = types.SimpleNamespace(watch=lambda *_: pytest.fail('watched'))  # no turtle is asked for
+
 
 def judged(observed, **check):
     """Return the Reason for one check."""
@@ -102,7 +104,7 @@ def test_parameters_and_transforms_are_read(monkeypatch):
     monkeypatch.setattr(rosgraph, 'Master', Master)
     monkeypatch.setattr(rospy, 'get_time', lambda: 105.0)
     monkeypatch.setattr(rospy, 'Subscriber', lambda topic, kind, callback: subscribed.setdefault(topic, callback))
-    reader = state.StateReader(exercise.parse(CONTENT), observed, {'/turtlesim'}, 100.0)
+    reader = state.StateReader(exercise.parse(CONTENT), observed, {'/turtlesim'}, 100.0, NO_LINK, 0.016)
     reader.read()
     server.clear()
     reader.read()  # the program has deleted it
@@ -123,7 +125,7 @@ def test_an_exercise_without_such_checks_subscribes_to_nothing(monkeypatch):
     monkeypatch.setattr(rospy, 'Subscriber', lambda *_: pytest.fail('subscribed'))
     monkeypatch.setattr(rosgraph, 'Master', lambda _: types.SimpleNamespace(getParam=lambda name: pytest.fail(name)))
     content = {**CONTENT, 'checks': [{'check': 'runs', 'points': 100}]}
-    state.StateReader(exercise.parse(content), Observed(), set(), 0.0).read()
+    state.StateReader(exercise.parse(content), Observed(), set(), 0.0, NO_LINK, 0.016).read()
 
 
 GOALS = {'do': 'goals', 'action': '/fibonacci'}

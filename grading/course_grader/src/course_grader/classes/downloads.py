@@ -17,7 +17,7 @@ import shutil
 import stat
 import zipfile
 import zlib
-from typing import IO, Any, Callable, Dict, List, NamedTuple, Tuple
+from typing import IO, Any, Callable, Dict, List, NamedTuple, Set, Tuple
 
 from course_grader.classes.graded import HANDED_IN, LONGEST_NAME
 from course_grader.classes.submissions import NOBODYS, LeftOut
@@ -160,7 +160,7 @@ def _gradescope(files: List[File]) -> Found:
         return {}
     try:
         with about.open() as opened:
-            metadata = documents.parse_yaml(opened.read(documents.LARGEST_YAML))
+            metadata = documents.parse_yaml(opened.read(documents.MAX_YAML))
     except (*UNREADABLE, documents.DocumentError) as error:
         raise DownloadError(f'{about.name} cannot be read: {error}') from None
     root = about.name[:-len(METADATA)]
@@ -187,7 +187,7 @@ def _submitters(metadata: Any, submission: str) -> str:
 
 def _with_unique_students(found: Found) -> Dict[str, Tuple[str, str]]:
     """Return {name of a file: (student, path)}; of students with the same name, the id is added to it."""
-    ids: Dict[str, set] = collections.defaultdict(set)
+    ids: Dict[str, Set[str]] = collections.defaultdict(set)
     for student, number, _ in found.values():
         ids[_as_folder(student)].add(number)
     return {name: (_as_folder(student) + (f' {number}' if len(ids[_as_folder(student)]) > 1 else ''), rest)
