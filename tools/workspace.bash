@@ -428,7 +428,7 @@ build_workspace() {
     enter_workspace build
     # catkin of Debian 12 reads PYTHON_EXECUTABLE, that of 13 Python_EXECUTABLE.
     # Debian testing's CMake 4 refuses what catkin asks for, CMake 3.0.
-    # Messages are made for C++ and Python; the other languages take a third of the build, and no program here uses them.
+    # Messages are made for C++ and Python: no program here uses the other languages of ROS.
     export CMAKE_POLICY_VERSION_MINIMUM=3.5 ROS_LANG_DISABLE=geneus:genlisp:gennodejs
     catkin_make -C "$ws" --force-cmake -j"$(nproc)" -D{PYTHON,Python}_EXECUTABLE="$ws/venv/bin/python3"
   ) && mv "$ws/.unfinished" "$ws/.built"
