@@ -145,8 +145,9 @@ def pytest_runtest_protocol(item):
     """Add what a test took to the file times.tsv of the results: processor time and time [s], name."""
     processor, begin = _processor_time(), time.monotonic()
     yield
+    used = _processor_time() - processor + getattr(item, 'processor_time', 0)
     with open(item.config.results / 'times.tsv', 'a', encoding='utf-8') as file:
-        file.write(f'{_processor_time() - processor:.2f}\t{time.monotonic() - begin:.2f}\t{item.nodeid}\n')
+        file.write(f'{used:.2f}\t{time.monotonic() - begin:.2f}\t{item.nodeid}\n')
 
 
 def _processor_time():

@@ -18,14 +18,17 @@ class ProgramFailed(Exception):
     """A program ended with an exit code, or with a result, that means failure."""
 
 
-def run(command, folder, environment=None):
-    """Run a command; return its exit code and output. Kill the processes that it leaves, also on an interrupt."""
+def run(command, folder, environment=None, start=subprocess.Popen):
+    """Run a command; return its exit code and output. Kill the processes that it leaves, also on an interrupt.
+
+    ``start`` starts the process, and takes the arguments of Popen.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     output, case = folder / 'output.txt', f'{folder}/'
     variables = {**os.environ, CASE: case, 'ROS_HOME': f'{folder}/ros_home', **(environment or {})}
     with open(output, 'wb') as file:
-        process = subprocess.Popen([str(part) for part in command], stdin=subprocess.DEVNULL, stdout=file,
-                                   stderr=subprocess.STDOUT, env=variables, start_new_session=True)
+        process = start([str(part) for part in command], stdin=subprocess.DEVNULL, stdout=file,
+                        stderr=subprocess.STDOUT, env=variables, start_new_session=True)
         try:
             process.wait()
         except BaseException:

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from collection import kinds, programs
+from collection import kinds, programs, warm
 
 OUTCOMES = 'passed', 'failed', 'skipped'
 UNITTEST_FRAME = re.compile(r'^  File "[^"\n]*/unittest/[^"\n]*".*\n(?:    .*\n)*', re.MULTILINE)
@@ -22,14 +22,18 @@ class RostestFile(pytest.File):
 
 
 class Rostest(pytest.Item):
-    """The run of a .test file. ``methods``: {outcome: [method]}, from rostest's result files."""
+    """The run of a .test file.
 
-    methods = ()
+    ``methods``: {outcome: [method]}, from rostest's result files; ``processor_time`` [s]: of rostest and its nodes.
+    """
+
+    methods, processor_time = (), 0.
 
     def runtest(self):
         """Run the file, and raise ProgramFailed unless it leaves results, all of them good."""
         folder = self.config.case_folder(self)
-        code, output = programs.run(['rostest', '--results-base-dir', folder / 'xml', self.path], folder)
+        code, output = programs.run(['rostest', '--results-base-dir', folder / 'xml', self.path], folder, start=warm.Rostest)
+        self.processor_time = warm.processor_time(folder)
         self.methods, problems = read_results(folder / 'xml')
         self.add_report_section('call', 'methods', '\n'.join(
             f'{outcome:8}{method}' for outcome, names in self.methods.items() for method in names))
