@@ -4,6 +4,7 @@ import re
 import shutil
 import tempfile
 import time
+from importlib import util
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,13 @@ def pytest_configure(config):
     config.results = Path(config.getoption('results') or tempfile.mkdtemp(prefix='turtle_robotont_tests_')).absolute()
     config.results.mkdir(parents=True, exist_ok=True)
     config.case_folder = lambda item: config.results / kinds.name_of(item)
+    if ros.workspace_packages() and 'PYTEST_XDIST_WORKER' not in os.environ:
+        ros.answer_rosversion(config.results / 'bin')
+    if not _wants_release(config):
+        os.environ[rostests.CHANGE] = '1'
+        if util.find_spec('hypothesis'):
+            import hypothesis
+            hypothesis.settings.load_profile('change')
     os.environ[programs.CASE] = f'{config.results}/'  # of units; each program has a folder of its own
 
 
@@ -116,8 +124,13 @@ def pytest_collection_modifyitems(config, items):
 def _is_wanted(item, names, config):
     if not kinds.is_selected(kinds.name_of(item), names):
         return False
-    return bool(names) or config.getoption('all') or 'release' in (config.getoption('markexpr') or '') or not \
-        item.get_closest_marker('release')
+    return _wants_release(config) or not item.get_closest_marker('release')
+
+
+def _wants_release(config):
+    """Return whether the tests that only a release needs are wanted: with --all, by a name, or by their mark."""
+    return bool(config.getoption('all') or config.getoption('select')
+                or 'release' in (config.getoption('markexpr') or ''))
 
 
 def _longest_first(items):

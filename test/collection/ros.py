@@ -1,6 +1,7 @@
 """Which packages of this repository are usable here, and why a test cannot run."""
 import os
 import shutil
+import subprocess
 from functools import lru_cache
 from importlib import util
 from pathlib import Path
@@ -28,6 +29,24 @@ def run_workspace():
     """Return the folder of the workspace of ./run that is used here, or None."""
     folder = Path(os.environ.get('VIRTUAL_ENV', '/')).parent
     return folder if (folder / '.checkout').is_file() else None
+
+
+def answer_rosversion(folder):
+    """Put a script into a folder of PATH that answers as rosversion answers now.
+
+    Each rostest and each check of a launch file asks it twice, and waits for Python to start.
+    """
+    lines = ['#!/bin/sh', 'case "$*" in']
+    for question in '-d', 'roslaunch':
+        done = subprocess.run(['rosversion', question], stdout=subprocess.PIPE, text=True, check=True)
+        lines.append(f"{question}) echo '{done.stdout.strip()}' ;;")
+    lines.append(f'*) exec {shutil.which("rosversion")} "$@" ;;\nesac\n')
+    folder.mkdir(exist_ok=True)
+    written = folder / f'rosversion.{os.getpid()}'  # two runs may do this at once
+    written.write_text('\n'.join(lines), encoding='utf-8')
+    written.chmod(0o755)
+    written.replace(folder / 'rosversion')
+    os.environ['PATH'] = f'{folder}{os.pathsep}{os.environ["PATH"]}'
 
 
 @lru_cache(maxsize=None)

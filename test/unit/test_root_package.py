@@ -105,6 +105,7 @@ def start(workspace, master, script, output):
         cwd=workspace)
 
 
+@pytest.mark.release
 @pytest.mark.parametrize('script', sorted(path.name for path in (REPOSITORY / 'scripts').glob('*.py')))
 def test_program_starts_from_the_install_space(installed, master, tmp_path, script):
     """A node registers at the master; a starter says which package is missing, and what to type."""
@@ -130,6 +131,7 @@ def said(folder):
     return (folder / 'output').read_text()
 
 
+@pytest.mark.release
 def test_launch_files_and_docs_are_installed(installed):
     share = installed / 'install' / 'share' / 'turtle_robotont'
     for name in ('launch', 'docs'):

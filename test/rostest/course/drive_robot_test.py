@@ -6,7 +6,7 @@ import signal
 import rospy
 from nav_msgs.msg import Odometry
 
-from rostest_support.common import run, until
+from rostest_support.common import release, run, until
 from rostest_support.course import STOP, off_side
 from rostest_support.robot import RobotCase
 
@@ -54,12 +54,14 @@ class DriveRobotTest(RobotCase):
         self.assert_square(track)
         self.assertEqual({0, 1, 2, 3}, {round((theta - START[2]) / (math.pi / 2.0)) % 4 for _, _, theta in track})
 
+    @release
     def test_drive_robot_square_strafing(self):
         """By strafing: its heading stays."""
         track = self.draw('_strafe:=true')
         self.assert_square(track)
         self.assertLess(max(abs(theta - START[2]) for _, _, theta in track), HEADING_TOLERANCE)
 
+    @release
     def test_drive_robot_circle_strafing(self):
         """A circle by strafing."""
         track, centre = self.draw('_shape:=circle', '_strafe:=true'), ahead_and_left(0.0, SIDE / 2.0)
@@ -77,6 +79,7 @@ class DriveRobotTest(RobotCase):
         self.assertRegex(said, r'\[FATAL\].*no odometry on /odom for 0\.5 s; is the robot or its simulator running')
         until(lambda: velocities.messages[-1] == STOP, 'a last Twist of zeros')
 
+    @release
     def test_drive_robot_stale_odometry(self):
         """Another node sends old odometry: it is ignored with one warning, and the square is driven."""
         stale = rospy.Publisher('odom', Odometry, queue_size=10)
@@ -94,6 +97,7 @@ class DriveRobotTest(RobotCase):
         self.assertLess(math.dist(robot.track[-1][:2], START[:2]), CORNER_TOLERANCE)
         self.assertRegex(said, r'/odom: the time 1\.000 s is not after .*ignored')
 
+    @release
     def test_drive_robot_without_robot(self):
         """Exit code 1 after the 10 s that a node waits."""
         said = self.ended(self.start('drive_shape.py', '_robot:=true'), code=1)
@@ -124,6 +128,7 @@ class DriveRobotTest(RobotCase):
                 for marker in (2, 7)]
         self.assertTrue(near[0] and near[1] and near[0][0] < near[1][0], 'first 2, then 7')
 
+    @release
     def test_drive_robot_maze_without_marker(self):
         """ar_maze.py: a marker that is not there: exit code 1 and which one."""
         robot = self.robot(places={1: (9.0, 0.0)})

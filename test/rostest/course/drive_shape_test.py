@@ -4,7 +4,7 @@ import math
 
 import rospy
 
-from rostest_support.common import DEADLINE, MIDDLE, run
+from rostest_support.common import DEADLINE, MIDDLE, release, run
 from rostest_support.course import POSITION_TOLERANCE, CourseCase, wrapped
 
 SHAPE_DEADLINE = 90.0  # [s] a shape takes 4 to 8
@@ -38,6 +38,7 @@ class DriveShapeTest(ShapeCase):
         self.assert_sides(track, corners)
         self.assert_at(track[-1], MIDDLE, MIDDLE, 0.0)
 
+    @release
     def test_drive_shape_circle(self):
         """Once round a centre to the left."""
         self.jump(*START)
@@ -50,6 +51,7 @@ class DriveShapeTest(ShapeCase):
         self.assertAlmostEqual(2.0 * math.pi, swept, delta=POSITION_TOLERANCE / 1.5)
         self.assert_at(track[-1], *START)
 
+    @release
     def test_drive_shape_corners(self):
         """Four positions, and back to the first."""
         corners = [(6.5, 5.5), (7.0, 6.5), (6.0, 7.5), (5.5, 6.0), (6.5, 5.5)]

@@ -5,7 +5,7 @@ import math
 import rospy
 from turtle_robotont.srv import DriveTo
 
-from rostest_support.common import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, proxy, run
+from rostest_support.common import DEADLINE, DT, FLOAT32_TOLERANCE, MIDDLE, proxy, release, run
 from rostest_support.course import HEADING_TOLERANCE, SPEED_TOLERANCE, CourseCase, stands, wrapped
 
 DEFAULT_TOLERANCE = 0.01  # [m]
@@ -54,6 +54,7 @@ class DriveToTest(CourseCase):
         driving = [number for number, pose in enumerate(poses.messages) if not stands(pose)]
         self.assertAlmostEqual((driving[-1] - driving[0]) * DT, answer.elapsed, delta=ELAPSED_TOLERANCE)
 
+    @release
     def test_drive_to_without_heading(self):
         """Without theta, the turtle keeps the direction in which it arrives."""
         answer = self.drive_to(x=7.0, y=7.0, theta=-2.0)
@@ -72,6 +73,7 @@ class DriveToTest(CourseCase):
                 self.assertAlmostEqual(allowed, max(pose.linear_velocity for pose in track), delta=SPEED_TOLERANCE)
                 self.assert_driven(track, allowed)
 
+    @release
     def test_drive_to_tolerance(self):
         """The finest is kept; a coarse one is made use of."""
         self.assert_arrived(self.drive_to(x=7.0, tolerance=0.002), 7.0, 6.0, tolerance=0.002)
@@ -79,6 +81,7 @@ class DriveToTest(CourseCase):
         self.assert_arrived(answer, 4.0, 6.0, tolerance=1.0)
         self.assertGreater(answer.position_error, 0.1)
 
+    @release
     def test_drive_to_where_it_is(self):
         """No way to go: answered at once, and the turtle has not moved."""
         pose = self.pose()

@@ -8,7 +8,7 @@ import time
 from geometry_msgs.msg import Twist, Vector3
 
 from kinematic_core.timing.stall_free_timer import ActiveTimer
-from rostest_support.common import run, until
+from rostest_support.common import release, run, until
 from rostest_support.course import STOP
 from rostest_support.robot import RobotCase
 
@@ -43,6 +43,7 @@ class ArControlTest(RobotCase):
         until(lambda: len(self.printed(process)) == 24, lambda: f'24 lines in {process.output()}')
         self.assertEqual(0, velocities.subscriber.get_num_connections(), 'it only listens')
 
+    @release
     def test_ar_control_log_rate(self):
         """~log_rate: so many messages a second are printed, with all of their markers."""
         process = self.start(NODE, '_log_rate:=2.0')
@@ -54,6 +55,7 @@ class ArControlTest(RobotCase):
         ids = [line[0] for line in self.printed(process)]
         self.assertEqual(['1', '2'] * (len(ids) // 2), ids)
 
+    @release
     def test_ar_control_remap(self):
         """ar_pose_marker:= on the command line."""
         process = self.start(NODE, 'ar_pose_marker:=robot7/tags')
@@ -162,6 +164,7 @@ class FollowTest(RobotCase):
         self.stopped(velocities)
         process.wait_for_output(r'Marker 4 lost for 0\.5 s: stopped')
 
+    @release
     def test_ar_control_shutdown(self):
         """Ctrl-C and SIGTERM while it drives: one Twist of zeros is the last."""
         for sign in (signal.SIGINT, signal.SIGTERM):

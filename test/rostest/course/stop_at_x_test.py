@@ -2,7 +2,7 @@
 """stop_at_x.py: where the turtle stops, from where it may start, and how fast it drives."""
 import math
 
-from rostest_support.common import MIDDLE, run
+from rostest_support.common import MIDDLE, release, run
 from rostest_support.course import SPEED_TOLERANCE, STOP_TOLERANCE, CourseCase
 
 STRAIGHT_TOLERANCE = 0.02  # [m] off the line that it drives along
@@ -47,6 +47,7 @@ class StopAtXTest(CourseCase):
                     self.assertAlmostEqual(10.0, pose.x, delta=STOP_TOLERANCE)
                     self.assertAlmostEqual(y, pose.y, delta=2.0 * STOP_TOLERANCE)
 
+    @release
     def test_stop_at_x_elsewhere(self):
         """~x and ~speed."""
         poses = self.poses()

@@ -61,6 +61,7 @@ def test_measurements_score_and_time_each_tool(folder):
     assert used <= set(pool)
 
 
+@pytest.mark.release
 def test_classes_are_scored_once_and_shown():
     count = suite_markers.class_scores.PER_CLASS
     pool = suite_markers.MEASUREMENTS['classes'].run(None, count)  # one photo of each class

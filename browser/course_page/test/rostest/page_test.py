@@ -24,7 +24,18 @@ from rospy_support import own_master
 from rospy_support.ports import free_port
 from rostest_support import browser
 from rostest_support.browser import Browser
-from rostest_support.common import PEN, Collected, Process, SimulatorCase, own_simulator, proxy, run, skip, until
+from rostest_support.common import (
+    PEN,
+    Collected,
+    Process,
+    SimulatorCase,
+    own_simulator,
+    proxy,
+    release,
+    run,
+    skip,
+    until,
+)
 
 SERVER = roslib.packages.find_node('course_page', 'browser')[0]
 SIZE = 500  # [px] of the canvas
@@ -258,6 +269,7 @@ class PageTest(PageCase, SimulatorCase):
         poses.next(lambda pose: True)
         until(lambda: self.turtles() == {'turtle1'}, 'one turtle again')
 
+    @release
     def test_marker_is_dragged(self):
         """Where it is let go is its new place; the map shows it there, and stays where it was."""
         before = self.marker()
@@ -299,6 +311,7 @@ class PageTest(PageCase, SimulatorCase):
         commands.index(lambda twist: twist == Twist(), 'a zero velocity', start)
         self.page.until(lambda: re.match(r'-?\d', self.text('.pose dd')), 'a pose')
 
+    @release
     def test_every_control_has_a_name(self):
         """The text of a screen reader for every control."""
         for panel in ('turtle', 'robot'):
@@ -306,6 +319,7 @@ class PageTest(PageCase, SimulatorCase):
             self.page.until(lambda: self.page.find('.pose'), panel)
             self.assertEqual([], self.page.evaluate(NAMELESS), panel)
 
+    @release
     def test_picture_and_controls_are_on_one_screen(self):
         image = rospy.Publisher('/camera/color/image_raw', Image, latch=True, queue_size=1)
         self.addCleanup(image.unregister)
@@ -327,6 +341,7 @@ class PageTest(PageCase, SimulatorCase):
         self.page.until(lambda: all(there for _, there in json.loads(self.page.evaluate(script))),
                         f'{where}: {self.page.evaluate(script)}')
 
+    @release
     def test_a_network_that_stands_still_is_said(self):
         proxy = StallingProxy(urllib.parse.urlsplit(self.address).port)
         self.addCleanup(proxy.close)
@@ -347,6 +362,7 @@ class PageTest(PageCase, SimulatorCase):
         self.key('keyUp', 'ArrowUp')
         self.page.errors()  # requests that took too long
 
+    @release
     def test_who_else_drives_is_said(self):
         self.show_turtle()
         self.driver()(x=1.0)
@@ -360,6 +376,7 @@ class PageTest(PageCase, SimulatorCase):
             other.devtools('Input.dispatchKeyEvent', type='keyUp', code='ArrowLeft', key='ArrowLeft')
             self.page.until(lambda: 'Another page' not in self.text('.others'), 'its end')
 
+    @release
     def test_widths_and_themes(self):
         """Nothing sticks out, on a phone, a tablet and a desk; the pictures are for looking at them."""
         self.call('turtle1/set_pen', *PEN, 3, 0)

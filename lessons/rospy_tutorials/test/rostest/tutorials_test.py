@@ -15,7 +15,7 @@ from geometry_msgs.msg import Twist
 from std_msgs.msg import Float32, String
 from turtle_actionlib.msg import ShapeAction, ShapeGoal
 
-from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, run, until
+from rostest_support.common import DEADLINE, FLOAT32_TOLERANCE, MIDDLE, Collected, Process, release, run, until
 from rostest_support.course import CourseCase, stands
 
 ARRIVED = 0.05  # [m] between the turtle that follows and the one that it follows
@@ -176,6 +176,7 @@ class TutorialsTest(CourseCase):
                     and abs(math.remainder(2.0 * math.atan2(turn.z, turn.w) - yaw, math.tau)) < 1e-3)
         until(found, f'{child} where it should be in {frame}')
 
+    @release
     def test_wrong_parameters_are_named(self):
         """Each of these nodes ends, and names the allowed values, or the line to type."""
         started = [(self.program(package, name, f'__name:=wrong{number}', *arguments), said,
@@ -215,6 +216,7 @@ class TutorialsTest(CourseCase):
         corners = [(MIDDLE + SIDE, MIDDLE), (MIDDLE + SIDE / 2.0, MIDDLE + 0.45), (MIDDLE, MIDDLE)]
         self.assert_passes(poses.messages, corners)
 
+    @release
     def test_goals_that_are_cancelled_replaced_or_impossible(self):
         """The turtle stops when its goal is cancelled."""
         self.program('turtle_actionlib', 'shape_server')
@@ -235,6 +237,7 @@ class TutorialsTest(CourseCase):
         self.ended_as(client, Status.PREEMPTED)
         self.ended_as(other, Status.SUCCEEDED)
 
+    @release
     def test_turtle_of_a_server_that_is_ended_stops(self):
         server = self.program('turtle_actionlib', 'shape_server')
         client, commands = self.client('turtle_shape', ShapeAction), self.commands()
@@ -312,6 +315,7 @@ class TutorialsTest(CourseCase):
         self.ended_as(client, Status.SUCCEEDED)
         self.assertEqual((0, 1, 1), client.get_result().sequence)
 
+    @release
     def test_averaging(self):
         """One number more than the goal says; a mean below 5 aborts."""
         self.program('actionlib_tutorials', 'averaging_server')
@@ -365,6 +369,7 @@ class TutorialsTest(CourseCase):
         self.assertIn('found global_example parameter under key: /global_example', launch.output())
         self.assertFalse(rospy.has_param('/foo/to_delete'))
 
+    @release
     def test_keyboard_drives(self):
         """Keys from a program: a velocity each, and zeros when it has gone; a wrong parameter is named."""
         wrong = self.program('teleop_twist_keyboard', 'teleop_twist_keyboard.py', '_speed:=fast')

@@ -17,6 +17,7 @@ from rostest_support.common import (
     SimulatorCase,
     own_simulator,
     registered_names,
+    release,
     run,
     until,
 )
@@ -49,6 +50,7 @@ class StartupTest(SimulatorCase):
         simulator.wait_for_output(r'(?m)^\[INFO\].*: Spawning turtle \[turtle1\] at '
                                   r'x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]$')
 
+    @release
     def test_turtlesim_log_of_services(self):
         """The lines that turtlesim logs for spawn, clear and reset."""
         self.start()
@@ -62,12 +64,14 @@ class StartupTest(SimulatorCase):
         log.wait(Log.INFO, r'Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]')
         self.assertEqual([], log.texts(Log.WARN) + log.texts(Log.ERROR) + log.texts(Log.FATAL))
 
+    @release
     def test_turtlesim_background_absent(self):
         """Absent background parameters are set to their defaults."""
         self.start()
         self.assertEqual(BACKGROUND, self.background())
         self.assertEqual(BACKGROUND, self.color())
 
+    @release
     def test_turtlesim_background_given(self):
         """Given ones are used and kept; those that are absent get their defaults."""
         self.set_parameter('background_r', 1)
@@ -75,6 +79,7 @@ class StartupTest(SimulatorCase):
         self.assertEqual((1, 2, BACKGROUND[2]), self.background())
         self.assertEqual((1, 2, BACKGROUND[2]), self.color())
 
+    @release
     def test_turtlesim_bad_background_at_start(self):
         """Wrong types and ranges: an error that names parameter, value and range; the simulator takes its default."""
         for value in ('red', 300, -1, 1.5, True, [1, 2]):
@@ -89,6 +94,7 @@ class StartupTest(SimulatorCase):
             self.assertEqual(7, self.color()[1])
             simulator.stop()
 
+    @release
     def test_turtlesim_bad_image_rate(self):
         """A wrong image_rate ends the start with a text that names parameter, value and range."""
         for value in ('fast', 0.0, 1000.0, True):
@@ -100,6 +106,7 @@ class StartupTest(SimulatorCase):
                 self.assertNotIn('Traceback', simulator.output())
                 self.assertEqual(2, simulator.process.returncode)
 
+    @release
     def test_turtlesim_many_turtles(self):
         """More turtles than the usual limit of open files allows at three a turtle: the simulator raises the limit."""
         limited = Process('bash', '-c', f'ulimit -Sn {FEW_FILES}; exec "$0"', SIMULATOR)
@@ -111,6 +118,7 @@ class StartupTest(SimulatorCase):
         self.assertTrue(self.snapshot())
         self.assertNotIn('Too many open files', limited.output())
 
+    @release
     def test_turtlesim_image_repeats(self):
         """Two runs with the same turtles give the same pictures, to the byte."""
         pictures = []
@@ -129,6 +137,7 @@ class StartupTest(SimulatorCase):
         self.assertNotIn('isplay', simulator.output())
         self.assertEqual('', children(simulator.process.pid))
 
+    @release
     def test_turtlesim_display_fails(self):
         """A display that cannot be used costs the window and a warning, not the simulator."""
         simulator = self.start(DISPLAY=NO_DISPLAY)
@@ -151,6 +160,7 @@ class StartupTest(SimulatorCase):
             self.assertNotIn('Traceback', simulator.output())
             until(lambda: not any(registered_names('/turtlesim')), 'a master that knows nothing of the simulator')
 
+    @release
     def test_turtlesim_ends_while_it_starts(self):
         """A signal while it registers, at moments spread over the start: it ends cleanly all the same."""
         for number in range(STARTS):

@@ -51,6 +51,7 @@ def found_by(*names, **environment):
     return json.loads(out)
 
 
+@pytest.mark.release
 def test_processors_without_avx2_find_the_same():
     names = 'even', 'blinds', 'bent 10 cm', '13 to 20 px'
     (_, ours), (plain, others) = found_by(*names), found_by(*names, OPENCV_CPU_DISABLE='AVX2')

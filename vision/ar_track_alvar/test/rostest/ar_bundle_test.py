@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from alvar_core import bundles, rotations
-from rostest_support.common import Process, run, until
+from rostest_support.common import Process, release, run, until
 from rostest_support.marker_scenes import Placed
 from rostest_support.markers import FRAME, TRACKER, TrackerCase
 
@@ -79,6 +79,7 @@ class BundleTest(TrackerCase):
         camera.show(stranger)
         self.assertEqual(FRAME, self.next_with(poses).header.frame_id)
 
+    @release
     def test_ar_bundle_launch_file(self):
         """All arguments of pr2_bundle_no_kinect.launch; two bundles, of one only the back is seen."""
         away = ROTATION @ np.diag([-1.0, 1, -1])
@@ -122,6 +123,7 @@ class BundleTest(TrackerCase):
             file.write('<multimarker markers="1">')
         self.assertIn('not XML', ask('load').message)
 
+    @release
     def test_ar_bundle_command_line(self):
         """The deprecated form; files and arguments that cannot be used end with a text."""
         form = ['4.4', '0.08', '0.2', '/cam/image', '/cam/info', f'/{FRAME}']

@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import Empty
 
-from rostest_support.common import Collected, Process, SimulatorCase, proxy, registered_names, run, until
+from rostest_support.common import Collected, Process, SimulatorCase, proxy, registered_names, release, run, until
 
 NODE = (roslib.packages.find_node('usb_cam', 'usb_cam_node') or [None])[0]
 WIDTH, HEIGHT = 64, 48  # [px]
@@ -140,6 +140,7 @@ class UsbCamTest(SimulatorCase):
             images.messages.clear()
             proxy('/usb_cam/start_capture', Empty)()
 
+    @release
     def test_usb_cam_start_stop(self):
         """After stop_capture nothing comes, and the folder may change; start_capture begins anew."""
         self.put('a.png', 1)
@@ -175,6 +176,7 @@ class UsbCamTest(SimulatorCase):
         self.assertEqual({0.0}, set(self.info().K))
         node.wait_for_output(f'The calibration {other} is for images of 80x48 .*; these are 64x48')
 
+    @release
     def test_usb_cam_set_camera_info(self):
         """The new calibration is used at once, written, and read by the next node; nonsense changes nothing."""
         self.put('a.png', 1)
@@ -197,6 +199,7 @@ class UsbCamTest(SimulatorCase):
         node.wait_for_output(f'camera calibration: {path}')
         self.assertEqual(K, list(self.info().K))
 
+    @release
     def test_usb_cam_missing_device(self):
         """A device that is not there is named with those that are; the node lives and works when it is there."""
         path = os.path.join(self.folder, 'video7')
@@ -234,6 +237,7 @@ class UsbCamTest(SimulatorCase):
         os.rename(f'{self.folder}2', self.folder)
         images.more(2)
 
+    @release
     def test_usb_cam_bad_video_recovers(self):
         """A text that calls itself a video, replaced by one."""
         path = self.put('v.avi', 'no video')
@@ -243,6 +247,7 @@ class UsbCamTest(SimulatorCase):
         os.replace(self.video(name='w.avi'), path)
         images.more(2)
 
+    @release
     def test_usb_cam_stopped_subscriber(self):
         """A subscriber that stops reading takes nothing from another one, nor from the services."""
         self.put('a.png', plain(1, 640, 480))
@@ -258,6 +263,7 @@ class UsbCamTest(SimulatorCase):
             finally:
                 other.process.send_signal(signal.SIGCONT)
 
+    @release
     def test_usb_cam_simulated_time(self):
         """With use_sim_time stamps are those of /clock, and nothing is stamped zero."""
         self.put('a.png', 1)

@@ -86,6 +86,7 @@ def test_image_without_anything():
     assert 'nor anywhere else' in result.at((10, 10))
 
 
+@pytest.mark.release
 def test_frames_are_explained_as_they_are_detected():
     truth = json.loads((FRAMES / 'frames.json').read_text())
     cameras, detector, stages = marker_score.cameras_of(truth), Detector(1.0), set()

@@ -150,6 +150,7 @@ def test_fast_motion_is_followed():
         assert np.linalg.norm(found[0].position - placed.position) < 0.005
 
 
+@pytest.mark.release
 def test_nothing_is_invented_in_clutter():
     tracker = Tracker(Detector(SIZE))
     for k in range(6):
