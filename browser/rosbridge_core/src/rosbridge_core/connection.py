@@ -48,7 +48,7 @@ class _Protocol(WebSocketProtocol13):
 
 
 class Connection:
-    """What a client's session uses of its WebSocket."""
+    """The part of a WebSocket that a session uses."""
 
     def __init__(self, handler: 'WebSocket', stream: tornado.iostream.IOStream) -> None:
         self._handler, self._stream = handler, stream
@@ -147,7 +147,7 @@ class WebSocket(Guarded, WebSocketHandler):
         self.drain()
 
     def on_pong(self, data: bytes) -> None:
-        """Note that the client is there."""
+        """Note that the client answers."""
         self._heard = self._loop.time()
 
     async def _ping(self, stream: tornado.iostream.IOStream) -> None:
@@ -190,5 +190,5 @@ class WebSocket(Guarded, WebSocketHandler):
         raise NotImplementedError
 
     async def ended(self) -> None:
-        """Note that the client has gone, or will not be read any more."""
+        """Note that the client has left, or that nothing more is read from it."""
         raise NotImplementedError
