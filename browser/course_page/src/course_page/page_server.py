@@ -29,6 +29,7 @@ from browser_servers.sources import Sources
 from browser_servers.streams import Snapshot, Stream
 from browser_servers.websocket import Clients, RosbridgeWebSocket, websocket_rule
 from course_page.panels import NODE, PORT, name_is_taken, open_page, running_page
+from course_page.starter import Programs, Starter
 from rosapi import srv
 from rosbridge_core import web
 from rosbridge_core.conversion import json_values
@@ -146,7 +147,7 @@ class PageServer:
         """Take the options of the command line; end the process if the port cannot be used."""
         self._server = web.Server(self._application, _listen(options.address, options.port))
         self.ready = threading.Event()
-        self._log, self._bridge = LogKeeper(), None
+        self._log, self._bridge, self._starter = LogKeeper(), None, Starter()
         self.port = self._server.port
         local = options.address in ('127.0.0.1', 'localhost', '::1')
         published = options.address == os.environ.get(ADDRESS)  # then only the address of the host leads here
@@ -165,10 +166,10 @@ class PageServer:
                           functools.partial(report, 'client'), lambda clients: None)
         return tornado.web.Application(
             [websocket_rule(Socket, clients), (r'/status', Status),
-             (r'/log', Logged), (r'/stream', Stream), (r'/snapshot', Snapshot),
+             (r'/log', Logged), (r'/programs', Programs), (r'/stream', Stream), (r'/snapshot', Snapshot),
              (r'/turtles/(.*)', web.Files, {'path': self._turtles}),
              (r'/(.*)', Page, {'path': self._folder, 'default_filename': 'index.html'})],
-            access=self._access, clients=clients, probe=Probe(), log=self._log,
+            access=self._access, clients=clients, probe=Probe(), log=self._log, starter=self._starter,
             refused=functools.partial(report, 'access'), warn=functools.partial(report, 'image'), ready=self.ready,
             sources=Sources(asyncio.get_event_loop()), default_kind='mjpeg', streams=[0], most=MAX_STREAMS,
             use_compression=False, ping_interval=PING, ping_timeout=PONG,
@@ -187,8 +188,9 @@ class PageServer:
         await self._bridge.subscribe(self._log, LOG_TOPIC, Log._type)
 
     def stop(self):
-        """End."""
+        """End, with the programs that pages have started."""
         self._server.stop()
+        self._starter.end()
 
 
 def _listen(address, port):
@@ -274,13 +276,14 @@ def main():
     _say(f'Open {server.address} in a browser.')
     if options.open == 'true':
         open_page(server.address)
-    while not master_answers():
-        if rospy.is_shutdown():
-            return
-        time.sleep(POLL_INTERVAL)
-    if _is_served_already(options, server.port):
-        return
-    _start_node(server.port)
-    server.connect()
-    rospy.spin()
-    server.stop()
+    try:
+        while not master_answers():
+            if rospy.is_shutdown():
+                return
+            time.sleep(POLL_INTERVAL)
+        if not _is_served_already(options, server.port):
+            _start_node(server.port)
+            server.connect()
+            rospy.spin()
+    finally:
+        server.stop()

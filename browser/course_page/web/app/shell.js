@@ -173,8 +173,8 @@ function describe(state) {
   }
   if (!state.master) {
     return {kind: 'bad', short: 'No roscore', title: 'No roscore is running.',
-      text: `ROS needs one${state.uri ? ` at ${state.uri}` : ''}. Type one of these lines in a terminal; the page then `
-        + 'connects by itself:',
+      text: `ROS needs one${state.uri ? ` at ${state.uri}` : ''}. Start a simulator in the panel Start, or type one of these lines `
+        + 'in a terminal. The page then connects by itself.',
       commands: ['roscore', 'roslaunch turtle_robotont turtlesim.launch']};
   }
   if (state.stalled) {
