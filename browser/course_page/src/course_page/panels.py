@@ -41,6 +41,7 @@ class Program(NamedTuple):
 
 PROGRAMS = {'rqt_console': Program('console'), 'rqt_graph': Program('graph'),
             'rqt_image_view': Program('image', 'topic'), 'rqt_plot': Program('plot', 'fields', '*'),
+            'rqt_reconfigure': Program('reconfigure'), 'rqt_tf_tree': Program('frames'),
             'rqt_topic': Program('topics')}
 PLUGINS = {**{name: program.panel for name, program in PROGRAMS.items()},  # of rqt -s
            'rqt_service_caller': 'services', 'rqt_publisher': 'topics', 'rqt_top': 'nodes'}

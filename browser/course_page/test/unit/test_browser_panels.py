@@ -116,6 +116,71 @@ def test_values(page, module, expression, expected):
     assert value(page, module, expression) == expected
 
 
+TREE = '''(() => {
+    const tree = new m.FrameTree();
+    const still = {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}};
+    const send = (now, fixed, ...pairs) => tree.add({transforms: pairs.map(([parent, child]) => (
+        {header: {frame_id: parent}, child_frame_id: child, transform: still}))}, fixed, now);
+    %s
+    const {rows, trees} = tree.rows(%s);
+    return {trees, rows: rows.map(({name, depth, faults}) => [name, depth, faults.join()])};
+})()'''
+
+
+@pytest.mark.parametrize('sent, now, trees, rows', [
+    ('', 0, 0, []),
+    ('send(0, true, ["base", "laser"]); send(1, false, ["/odom", "/base"]);', 2, 1,
+     [['odom', 0, ''], ['base', 1, ''], ['laser', 2, '']]),
+    ('send(0, false, ["odom", "base"]);', 9, 1, [['odom', 0, ''], ['base', 1, 'nothing has come for 9 s']]),
+    ('send(0, true, ["base", "laser"]);', 99, 1, [['base', 0, ''], ['laser', 1, '']]),
+    ('send(0, false, ["map", "base"], ["odom", "base"]);', 0, 1,
+     [['odom', 0, ''], ['base', 1, 'two nodes disagree about its parent: also map']]),
+    ('send(0, false, ["a", "b"], ["c", "d"]);', 0, 2, [['a', 0, ''], ['b', 1, ''], ['c', 0, ''], ['d', 1, '']]),
+    ('send(0, false, ["a", "b"], ["b", "a"]);', 0, 0,
+     [['b', 0, 'it is its own ancestor: the frames below form a circle'], ['a', 1, '']]),
+], ids=['nothing', 'tree', 'lost', 'static', 'two parents', 'two trees', 'circle'])
+def test_frames_form_a_tree_and_faults_are_named(page, sent, now, trees, rows):
+    assert value(page, 'frame_tree', TREE % (sent, now)) == {'trees': trees, 'rows': rows}
+
+
+def test_rates_and_angles_of_frames(page):
+    assert value(page, 'frame_tree', 'm.rateOf({times: [0, 0.5, 1]})') == 2
+    assert value(page, 'frame_tree', 'm.rateOf({times: [3]})') == 0
+    # a quarter turn about z, then one about y with a value that rounding has pushed beyond 1
+    assert value(page, 'frame_tree', 'm.rollPitchYaw({x: 0, y: 0, z: 0.6, w: 0.8})') == pytest.approx([0, 0, 1.2870022])
+    assert value(page, 'frame_tree', 'm.rollPitchYaw({x: 0, y: 0.7071068, z: 0, w: 0.7071069})')[1] == \
+        pytest.approx(1.5707963)
+
+
+EDIT = str({'enum': [{'name': 'Small', 'type': 'int', 'value': 0, 'description': "it's"},
+                     {'name': 'Large', 'type': 'int', 'value': 7, 'description': ''}], 'enum_description': 'sizes'})
+DESCRIPTION = json.dumps({
+    'groups': [{'parameters': [{'name': 'size', 'type': 'int', 'description': 'how large', 'edit_method': EDIT}]},
+               {'parameters': [{'name': 'acc', 'type': 'double', 'description': '', 'edit_method': ''},
+                               {'name': 'odd', 'type': 'matrix', 'description': '', 'edit_method': ''}]}],
+    **{key: {'bools': [], 'ints': [{'name': 'size', 'value': whole}], 'strs': [],
+             'doubles': [{'name': 'acc', 'value': number}]}
+       for key, whole, number in (('min', 0, 0.5), ('max', 7, 2.5), ('dflt', 7, 1.5))}})
+
+
+def test_parameters_of_dynamic_reconfigure_are_described(page):
+    size, acc = value(page, 'reconfigure', f'm.parametersOf({DESCRIPTION})')
+    assert size == {'name': 'size', 'type': 'int', 'text': 'how large', 'min': 0, 'max': 7, 'usual': 7,
+                    'choices': [['0', 'Small'], ['7', 'Large']]}
+    assert (acc['name'], acc['min'], acc['max'], acc['usual'], acc['choices']) == ('acc', 0.5, 2.5, 1.5, [])
+    assert value(page, 'reconfigure', 'm.changeOf({name: "acc", type: "double"}, 2)') == {
+        'bools': [], 'ints': [], 'strs': [], 'doubles': [{'name': 'acc', 'value': 2}], 'groups': []}
+
+
+@pytest.mark.parametrize('kind, text, expected', [
+    ('double', '2.5', 2.5), ('double', '2.6', 'error: acc is 2.6; it must be from 0.5 to 2.5.'),
+    ('double', '', 'error: acc is ""; it must be a number.'),
+    ('int', '1.5', 'error: acc is "1.5"; it must be a whole number.'), ('str', ' a', ' a'), ('bool', 'true', True)])
+def test_a_typed_value_is_checked(page, kind, text, expected):
+    asked = f'm.parseFor({{name: "acc", type: "{kind}", min: 0.5, max: 2.5}}, {json.dumps(text)})'
+    assert value(page, 'reconfigure', asked) == expected
+
+
 def test_rates_are_those_of_the_messages(page):
     assert value(page, 'monitor', '''(() => {
         const meter = new m.Meter();

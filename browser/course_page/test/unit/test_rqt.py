@@ -31,7 +31,8 @@ def test_folders_differ_in_names_only(folder):
 
 @pytest.mark.parametrize('typed, address', [
     ('rqt', '/'), ('rqt_gui', '/'), ('rqt -s rqt_plot', '/plot'), ('rqt --standalone rqt_top/Top', '/nodes'),
-    ('rqt_graph', '/graph'), ('rqt_console', '/console'), ('rqt_topic --force-discover', '/topics'),
+    ('rqt_graph', '/graph'), ('rqt_tf_tree', '/frames'), ('rqt_reconfigure', '/reconfigure'),
+    ('rqt_console', '/console'), ('rqt_topic --force-discover', '/topics'),
     ('rqt_image_view', '/image'), ('rqt_image_view /camera/image_raw', '/image?topic=%2Fcamera%2Fimage_raw'),
     ('rqt_plot /a/x /a/y', '/plot?fields=%2Fa%2Fx+%2Fa%2Fy'),
 ])

@@ -10,7 +10,9 @@ export const PANELS = [
   {id: 'graph', title: 'Graph', group: 'ROS', icon: 'M6 8.5a2.5 2.5 0 1 1 0-5 2.5 2.5 0 0 1 0 5zM18 14.5a2.5 2.5 0 1 1 0-5 2.5 2.5 0 0 1 0 5zM6 20.5a2.5 2.5 0 1 1 0-5 2.5 2.5 0 0 1 0 5zM8.3 7l7.4 4M8.3 17l7.4-4'},
   {id: 'topics', title: 'Topics', group: 'ROS', icon: 'M5 7h14M5 12h9M5 17h12'},
   {id: 'nodes', title: 'Nodes', group: 'ROS', icon: 'M5 4h5v5H5zM14 4h5v5h-5zM5 14h5v5H5zM14 14h5v5h-5z'},
+  {id: 'frames', title: 'Frames', group: 'ROS', icon: 'M12 3v12M12 15l8 5M12 15l-8 5M12 3l-2 3M12 3l2 3'},
   {id: 'services', title: 'Services', group: 'ROS', icon: 'M4 9h14l-4-4M20 15H6l4 4'},
   {id: 'parameters', title: 'Parameters', group: 'ROS', icon: 'M4 7h9M17 7h3M4 17h3M11 17h9M15 5v4M9 15v4'},
+  {id: 'reconfigure', title: 'Reconfigure', group: 'ROS', icon: 'M4 6h16M4 12h16M4 18h16M8 4v4M15 10v4M10 16v4'},
   {id: 'course', title: 'Course', group: 'Learn', icon: 'M4 5c3-1 6-1 8 1v13c-2-2-5-2-8-1zM20 5c-3-1-6-1-8 1v13c2-2 5-2 8-1z'},
 ];

@@ -1,0 +1,126 @@
+// Reconfigure: the parameters of dynamic_reconfigure, which nodes read while they run.
+import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {choice, Notice, Scope, setText} from './lib/parts.js';
+import {changeOf, parametersOf, parseFor, valuesOf} from './lib/reconfigure.js';
+import {clean} from './lib/values.js';
+
+styleSheet('panels/panels.css');
+
+const LIST = 2; // s between two polls
+const TYPE = 'dynamic_reconfigure/ConfigDescription';
+const SUFFIX = '/parameter_descriptions';
+
+export default {
+  id: 'reconfigure',
+  title: 'Reconfigure',
+  help: ['Parameters that a node takes while it runs, by dynamic_reconfigure: move_base has some. A change is sent when you leave the '
+         + 'field or press Enter; the node answers with the values that it has then.',
+         'In a terminal: rosrun dynamic_reconfigure dynparam list, dynparam get, dynparam set.'],
+  mount(element, context) {
+    const panel = new ReconfigurePanel(element, context);
+    return () => panel.scope.end();
+  },
+};
+
+class ReconfigurePanel {
+  constructor(element, context) {
+    this.context = context;
+    this.scope = new Scope(context.ros);
+    this._ends = [];
+    this._listed = null;
+    this._choice = choice('Node', [], () => this._choose(this._choice.input.value));
+    this.notice = new Notice();
+    this.command = el('div', {});
+    this._body = el('div', {});
+    fill(element, el('div', {class: 'toolbar'}, this._choice.element), this.notice.element, this.command, this._body);
+    this.scope.every(LIST, () => this._list(), (error) => this.notice.say(error.message, true));
+  }
+
+  async _list() {
+    const nodes = (await this.context.rosapi.topicsOfType(TYPE)).filter((name) => name.endsWith(SUFFIX))
+      .map((name) => name.slice(0, -SUFFIX.length)).sort();
+    if (this.scope.ended || this._listed === nodes.join('\n')) return;
+    this._listed = nodes.join('\n');
+    this._choice.element.hidden = !nodes.length;
+    fill(this._choice.input, nodes.map((name) => el('option', {value: name}, clean(name, 200))));
+    if (!nodes.length) {
+      this._stop();
+      fill(this._body, emptyState('No node can be reconfigured', 'Nodes with dynamic_reconfigure appear here when they start.',
+                                  'rosrun dynamic_reconfigure dynparam list'));
+      return;
+    }
+    const wanted = this.context.parameters.node;
+    this._choice.input.value = nodes.includes(wanted) ? wanted : nodes[0];
+    this._choose(this._choice.input.value);
+  }
+
+  _stop() {
+    for (const end of this._ends.splice(0)) end();
+  }
+
+  _choose(node) {
+    this._stop();
+    this.context.setParameters({node});
+    this._node = node;
+    this._rows = new Map();
+    this._values = new Map();
+    fill(this._body, el('p', {class: 'muted'}, 'Waiting for the description of its parameters.'));
+    const {ros} = this.context;
+    this._ends.push(this.scope.add(ros.subscribe(node + SUFFIX, TYPE, (message) => this._describe(message))));
+    this._ends.push(this.scope.add(ros.subscribe(`${node}/parameter_updates`, 'dynamic_reconfigure/Config',
+                                                 (message) => this._update(message))));
+  }
+
+  _describe(message) {
+    this._rows = new Map(parametersOf(message).map((parameter) => [parameter.name, new Row(this, parameter)]));
+    fill(this._body, el('div', {class: 'form'}, [...this._rows.values()].map(({element}) => element)));
+    for (const [name, value] of this._values) this._rows.get(name)?.show(value);
+  }
+
+  _update(message) {
+    this._values = valuesOf(message);
+    for (const [name, value] of this._values) this._rows.get(name)?.show(value);
+  }
+
+  async set(parameter, text) {
+    try {
+      const value = parseFor(parameter, text);
+      fill(this.command, commandLine(`rosrun dynamic_reconfigure dynparam set ${this._node} ${parameter.name} ${JSON.stringify(value)}`));
+      const {config} = await this.context.ros.call(`${this._node}/set_parameters`, {config: changeOf(parameter, value)});
+      this._update(config);
+      this.notice.say('');
+    } catch (error) {
+      this.notice.say(error.message, true);
+    }
+  }
+}
+
+class Row {
+  constructor(panel, parameter) {
+    this._parameter = parameter;
+    const {name, type, text, min, max, usual, choices} = parameter;
+    const label = {'aria-label': name};
+    const change = () => panel.set(parameter, type === 'bool' && !choices.length ? String(this._input.checked) : this._input.value);
+    if (choices.length) {
+      this._input = el('select', {...label, on: {change}}, choices.map(([value, title]) => el('option', {value}, title)));
+    } else if (type === 'bool') {
+      this._input = el('input', {...label, type: 'checkbox', on: {change}});
+    } else {
+      this._input = el('input', {...label, autocomplete: 'off', spellcheck: false, inputmode: type === 'str' ? 'text' : 'decimal', on: {change}});
+    }
+    const range = type === 'int' || type === 'double' ? `${short(min)} to ${short(max)}; ` : '';
+    this._hint = el('small', {class: 'muted'});
+    setText(this._hint, `${clean(text, 300)} (${range}usually ${usual === '' ? 'empty' : usual})`);
+    this.element = el('div', {class: 'field'}, el('strong', {}, clean(name, 100)), this._input, this._hint);
+  }
+
+  show(value) {
+    if (document.activeElement === this._input && this._input.type !== 'checkbox') return;
+    if (this._input.type === 'checkbox') this._input.checked = value;
+    else this._input.value = value;
+  }
+}
+
+function short(value) {
+  return Math.abs(value) >= 1e9 ? (value < 0 ? '−∞' : '∞') : String(value);
+}

@@ -1,0 +1,1 @@
+../rqt_gui/setup.py
