@@ -177,6 +177,7 @@ def test_parameters_of_dynamic_reconfigure_are_described(page):
     ('double', '', 'error: acc is ""; it must be a number.'),
     ('int', '1.5', 'error: acc is "1.5"; it must be a whole number.'), ('str', ' a', ' a'), ('bool', 'true', True)])
 def test_a_typed_value_is_checked(page, kind, text, expected):
+    assert value(page, 'reconfigure', 'm.parseFor({name: "acc", type: "double", min: null, max: null}, "-3")') == -3
     asked = f'm.parseFor({{name: "acc", type: "{kind}", min: 0.5, max: 2.5}}, {json.dumps(text)})'
     assert value(page, 'reconfigure', asked) == expected
 

@@ -73,7 +73,7 @@ class ReconfigurePanel {
 
   _describe(message) {
     this._rows = new Map(parametersOf(message).map((parameter) => [parameter.name, new Row(this, parameter)]));
-    fill(this._body, el('div', {class: 'form'}, [...this._rows.values()].map(({element}) => element)));
+    fill(this._body, el('div', {class: 'reconfigure'}, [...this._rows.values()].map(({element}) => element)));
     for (const [name, value] of this._values) this._rows.get(name)?.show(value);
   }
 
@@ -108,10 +108,10 @@ class Row {
     } else {
       this._input = el('input', {...label, autocomplete: 'off', spellcheck: false, inputmode: type === 'str' ? 'text' : 'decimal', on: {change}});
     }
-    const range = type === 'int' || type === 'double' ? `${short(min)} to ${short(max)}; ` : '';
+    const range = type === 'int' || type === 'double' ? `${short(min, '-∞')} to ${short(max, '∞')}; ` : '';
     this._hint = el('small', {class: 'muted'});
     setText(this._hint, `${clean(text, 300)} (${range}usually ${usual === '' ? 'empty' : usual})`);
-    this.element = el('div', {class: 'field'}, el('strong', {}, clean(name, 100)), this._input, this._hint);
+    this.element = el('div', {}, el('strong', {}, clean(name, 100)), this._input, this._hint);
   }
 
   show(value) {
@@ -121,6 +121,6 @@ class Row {
   }
 }
 
-function short(value) {
-  return Math.abs(value) >= 1e9 ? (value < 0 ? '−∞' : '∞') : String(value);
+function short(value, unlimited) {
+  return value === null || Math.abs(value) >= 1e9 ? unlimited : String(value);
 }

@@ -27,7 +27,7 @@ export function changeOf({name, type}, value) {
   return config;
 }
 
-// Return what a user has typed as a value of a parameter; throw an Error with what is allowed.
+// Return what a user has typed as a value of a parameter; throw an Error with what is allowed. Infinity comes as null.
 export function parseFor({name, type, min, max}, text) {
   if (type === 'str') return text;
   if (type === 'bool') return text === 'true';
@@ -35,7 +35,9 @@ export function parseFor({name, type, min, max}, text) {
   if (!text.trim() || !Number.isFinite(value) || (type === 'int' && !Number.isInteger(value))) {
     throw new Error(`${name} is "${text}"; it must be a ${type === 'int' ? 'whole ' : ''}number.`);
   }
-  if (value < min || value > max) throw new Error(`${name} is ${text}; it must be from ${min} to ${max}.`);
+  if (value < (min ?? -Infinity) || value > (max ?? Infinity)) {
+    throw new Error(`${name} is ${text}; it must be from ${min ?? '-∞'} to ${max ?? '∞'}.`);
+  }
   return value;
 }
 
