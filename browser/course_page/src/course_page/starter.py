@@ -1,11 +1,13 @@
-"""The programs that the page starts and ends: launch files of a fixed list, without arguments from outside.
+"""The programs that the page starts and ends: launch files of a fixed list, without arguments from outside, and bags.
 
 Threading contract: the loop's thread calls all methods; processes are ended in threads of the loop's executor.
 """
 import asyncio
 import functools
+import itertools
 import json
 import os
+import pathlib
 import re
 import signal
 import tempfile
@@ -16,6 +18,7 @@ from rosbridge_core import web
 
 LAST_LINES = 12  # of a program's output
 LARGEST = 200  # [characters] of a line
+MAX_BAGS = 20  # the newest ones of the folder
 CONTROL = re.compile(r'\x1b\[[0-9;]*[A-Za-z]|\x1b\][^\x07]*\x07')  # colours and the title of the terminal
 
 
@@ -49,22 +52,40 @@ STARTABLES = (
               _launch('turtle_robotont', 'camera_ar_track.launch', 'source:=simulator')),
     Startable('demo_camera', 'Camera and tracker without a camera', 'A short sequence of pictures with AR markers.',
               _launch('turtle_robotont', 'camera_ar_track.launch')),
+    Startable('record', 'Record a bag', 'All topics, for 10 minutes at most, into the folder of the server.',
+              ('rosbag', 'record', '--all', '--duration=10m', '--output-prefix=page')),
 )
 
 
-class Starter:
-    """The programs of STARTABLES that this server has started. Their output is kept in a temporary folder."""
+def bags(folder):
+    """Return a Startable that plays a bag for each of the newest ones in a folder."""
+    found = sorted(pathlib.Path(folder).glob('*.bag'), key=os.path.getmtime, reverse=True)[:MAX_BAGS]
+    return [Startable(f'play {path.name}', f'Play {path.name}', 'Publishes what this bag has recorded.',
+                      ('rosbag', 'play', f'./{path.name}')) for path in found]
 
-    def __init__(self, startables=STARTABLES):
-        self._startables = {one.name: one for one in startables}
-        self._processes, self._ending = {}, set()
+
+class Starter:
+    """The programs that this server has started: STARTABLES, and the bags of the folder that it runs in.
+
+    Their output is kept in a temporary folder.
+    """
+
+    def __init__(self, startables=STARTABLES, folder='.'):
+        self._fixed, self._place, self._startables = startables, folder, {}
+        self._processes, self._ending, self._numbers = {}, set(), itertools.count()
+        self._look_for_bags()
         self._folder = tempfile.TemporaryDirectory(prefix='turtle_robotont_page_')
 
     def state(self):
         """Return a dict of each program, for JSON; ``state`` is stopped, running, stopping or failed."""
+        self._look_for_bags()
         return [{'name': one.name, 'title': one.title, 'about': one.about, 'command': ' '.join(one.command),
                  'state': self._state(one.name), 'output': self._output(one.name)}
                 for one in self._startables.values()]
+
+    def _look_for_bags(self):
+        running = [one for name, one in self._startables.items() if name in self._processes]
+        self._startables = {one.name: one for one in (*self._fixed, *running, *bags(self._place))}
 
     def _state(self, name):
         process = self._processes.get(name)
@@ -85,7 +106,7 @@ class Starter:
         if self._state(name) in ('running', 'stopping'):
             return
         self._processes[name] = BackgroundProcess(
-            command, os.path.join(self._folder.name, name),
+            command, os.path.join(self._folder.name, str(next(self._numbers))), cwd=self._place,
             preexec_fn=functools.partial(end_with_parent, signal.SIGINT, os.getpid()))
 
     async def stop(self, name):

@@ -1,5 +1,5 @@
 // Start: the simulators and other programs of the course, started and stopped without a terminal.
-import {commandLine, el, emptyState, fill, styleSheet} from '../app/dom.js';
+import {commandLine, el, fill, styleSheet} from '../app/dom.js';
 import {button, Notice, Scope, setText} from './lib/parts.js';
 
 styleSheet('panels/panels.css');
@@ -10,7 +10,7 @@ const STATES = {stopped: '', running: 'runs', stopping: 'stops', failed: 'has en
 export default {
   id: 'start',
   title: 'Start',
-  help: ['Starts simulators and the marker tracker on the machine of this page\'s server, and stops them, as Ctrl-C does.',
+  help: ['Starts simulators, the marker tracker and rosbag on the machine of this page\'s server, and stops them, as Ctrl-C does.',
          'Each line can also be typed in a terminal. What is started here ends with the server of the page. Two simulators '
          + 'of the Robotont cannot run at once: the second one takes the place of the first.'],
   mount(element, context) {
@@ -46,6 +46,12 @@ class StartPanel {
   }
 
   _show(programs) {
+    for (const [name, row] of this._rows) {
+      if (!programs.some((program) => program.name === name)) { // the file of a bag has gone
+        row.element.remove();
+        this._rows.delete(name);
+      }
+    }
     for (const program of programs) {
       if (!this._rows.has(program.name)) {
         this._rows.set(program.name, new ProgramRow(this, program));
@@ -53,7 +59,6 @@ class StartPanel {
       }
       this._rows.get(program.name).update(program);
     }
-    if (!programs.length) fill(this._list, emptyState('Nothing to start', 'This server has an empty list.'));
   }
 }
 
