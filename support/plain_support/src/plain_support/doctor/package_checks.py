@@ -25,8 +25,7 @@ GAZEBO = 'roslaunch robotont_gazebo gazebo.launch is a simulator here; Gazebo it
 NAVIGATION = 'Debian has no navigation stack'
 INSTEAD = {'gazebo_ros': GAZEBO, 'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO, 'move_base': NAVIGATION,
            'amcl': NAVIGATION, 'map_server': NAVIGATION, 'gmapping': NAVIGATION,
-           'uvc_camera': 'usb_cam is a camera node here', 'video_stream_opencv': 'usb_cam is a camera node here',
-           'rqt_reconfigure': 'rosrun dynamic_reconfigure dynparam sets the same parameters'}
+           'uvc_camera': 'usb_cam is a camera node here', 'video_stream_opencv': 'usb_cam is a camera node here'}
 PYTHON_ONLY = {'cv_bridge'}  # stand-ins without C++
 FIND = ('import importlib.util, json, sys\ndef found(name):\n try: return bool(importlib.util.find_spec(name))\n'
         ' except (ImportError, ValueError): return False\nprint(json.dumps([n for n in sys.argv[1:] if found(n)]))')
