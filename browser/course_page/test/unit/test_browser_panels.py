@@ -75,6 +75,11 @@ def value(page, module, expression):
         const log = (secs, msg) => ({header: {stamp: {secs, nsecs: 0}}, name: "/a", msg});
         return m.merged([log(1, "old"), log(2, "both")], [log(2, "both"), log(2, "new")]).map((one) => one.msg);
      })()''', ['old', 'both', 'new']),
+    # axes of a gamepad: right and down are positive, and a tenth around the middle counts as the middle
+    ('../../app/drive', 'm.gamepadInput({axes: [1, -1, 0, 0], buttons: []}, false)', {'x': 1, 'y': 0, 'turn': -1}),
+    ('../../app/drive', 'm.gamepadInput({axes: [-1, 0, 1, 0], buttons: []}, true)', {'x': 0, 'y': 1, 'turn': -1}),
+    ('../../app/drive', 'm.gamepadInput({axes: [0.09, -0.05], buttons: []}, true)', None),
+    ('../../app/drive', 'm.gamepadInput({axes: [1, 1], buttons: [{}, {pressed: true}]}, true)', None),
     ('layout', 'm.largest([{width: 400, height: 100}, null, {width: 200, height: 200}], 400, 300).width', 200),
     ('layout', 'm.largest([{width: 400, height: 100}, {width: 200, height: 200}], 400, 100).width', 400),
     ('layout', 'm.largest([null, null], 400, 100)', None),

@@ -1,4 +1,4 @@
-// Driving by keys, buttons, joysticks and touch.
+// Driving by keys, buttons, joysticks, gamepads and touch.
 //
 // Safety: velocities are sent every PERIOD while a key, button or joystick is held, and one zero velocity on release. All
 // are released when the page loses the focus, is hidden or left. If the page itself stops working, the server's dead
@@ -147,8 +147,14 @@ function listen(target, event, listener) {
   return () => target.removeEventListener(event, listener);
 }
 
-// Drive with the keyboard unless a field has the focus; `sideways`: Q and E, too. Return a function that ends it.
-export function driveByKeys(driver, {sideways = false} = {}) {
+// Drive with keyboard and gamepad; `sideways`: also to the side. Return a function that ends it.
+export function driveByHand(driver, options) {
+  const ends = [driveByKeys, driveByGamepad].map((drive) => drive(driver, options));
+  return () => ends.forEach((end) => end());
+}
+
+// Drive with the keyboard unless a field has the focus; `sideways`: Q and E, too.
+function driveByKeys(driver, {sideways = false} = {}) {
   const used = (event) => {
     const name = KEYS[event.code];
     const field = event.target.closest?.('input:not([type=checkbox], [type=radio]), select, textarea, [contenteditable]');
@@ -168,6 +174,32 @@ export function driveByKeys(driver, {sideways = false} = {}) {
   const ends = [listen(document, 'keydown', down),
     listen(document, 'keyup', (event) => driver.release(`key ${event.code}`))];
   return () => ends.forEach((end) => end());
+}
+
+// Drive with the first gamepad while the page has the focus.
+function driveByGamepad(driver, {sideways = false} = {}) {
+  let held = false;
+  const poll = () => {
+    const pad = document.hasFocus() ? [...navigator.getGamepads()].find((one) => one?.connected) : null;
+    const input = pad ? gamepadInput(pad, sideways) : null;
+    if (pad && pad.buttons[1]?.pressed) driver.halt();
+    if (input) driver.hold('gamepad', input);
+    else if (held) driver.release('gamepad');
+    held = Boolean(input);
+  };
+  const timer = setInterval(poll, PERIOD);
+  return () => {
+    clearInterval(timer);
+    if (held) driver.release('gamepad');
+  };
+}
+
+// Return the held input {x, y, turn} of a gamepad, null in the middle: the left stick drives; the right one turns if the left
+// one drives `sideways`.
+export function gamepadInput({axes, buttons}, sideways) {
+  const [left, up, right] = [0, 1, 2].map((axis) => 0 - dead(axes[axis] || 0)); // right and down are positive
+  const input = sideways ? {x: up, y: left, turn: right} : {x: up, y: 0, turn: left};
+  return buttons[1]?.pressed || !(input.x || input.y || input.turn) ? null : input;
 }
 
 // Return buttons that drive while they are held. `names`: keys of DIRECTIONS with their texts, null for a gap;

@@ -2,7 +2,7 @@
 
 import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
-import {Driver, OtherDrivers, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
+import {Driver, OtherDrivers, driveButtons, driveByHand, joystick, limitSlider} from '../app/drive.js';
 import {Frames, heading} from '../app/frames.js';
 import {WorldMap} from '../app/map.js';
 import {SimulationCard} from '../app/simulation.js';
@@ -51,7 +51,7 @@ class RobotPanel {
     this._driver = new Driver(context.ros, () => (this._robot ? `${this._robot}cmd_vel` : ''),
       {linear: 0.5, angular: 1.5}, (held) => this._driving(held));
     this._others = new OtherDrivers(this._driver, context);
-    this._endKeys = context.keys ? driveByKeys(this._driver, {sideways: true}) : () => {};
+    this._endKeys = context.keys ? driveByHand(this._driver, {sideways: true}) : () => {};
     this._build();
     this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
     this._endState = context.ros.onState((state) => {

@@ -3,7 +3,7 @@
 import {Caller} from '../app/calls.js';
 import {el, emptyState, fill, styleSheet} from '../app/dom.js';
 import {Drawing} from '../app/drawing.js';
-import {Driver, OtherDrivers, driveButtons, driveByKeys, joystick, limitSlider} from '../app/drive.js';
+import {Driver, OtherDrivers, driveButtons, driveByHand, joystick, limitSlider} from '../app/drive.js';
 import {SimulationCard, wide} from '../app/simulation.js';
 
 const POLL_INTERVAL = 2000;  // [ms] between two searches for simulators
@@ -44,7 +44,7 @@ class TurtlePanel {
     this._driver = new Driver(context.ros, () => (this._find() ? this._topic('cmd_vel') : ''),
       {linear: 2, angular: 2}, (held) => this._driving(held));
     this._others = new OtherDrivers(this._driver, context);
-    this._endKeys = context.keys ? driveByKeys(this._driver) : () => {};
+    this._endKeys = context.keys ? driveByHand(this._driver) : () => {};
     this._build();
     this._timer = setInterval(() => this._poll(), POLL_INTERVAL);
     this._follow(context.parameters.node || '/turtlesim');  // usually it runs, and is shown at once
