@@ -60,7 +60,8 @@ def test_a_header_that_never_ends_keeps_no_other_one_out(server):
 
 
 @pytest.mark.parametrize('fields, said', [
-    ({'topic': '/other', 'callerid': '/x'}, 'no such topic'), ({'callerid': '/x'}, 'no topic or service name detected')])
+    ({'topic': '/other', 'callerid': '/x'}, 'no such topic'),
+    ({'callerid': '/x'}, 'no topic or service name detected')])
 def test_a_refusal_is_answered_and_reported(server, fields, said):
     connect, _, reports, _ = server
     assert header_of(connect(rosgraph.network.encode_ros_handshake_header(fields))) == {'error': said}
