@@ -348,6 +348,19 @@ make_venv() {
     { printf '%s\n' "$before"; venv_stamp; } | sort -u >"$ws/.venv_made"
 }
 
+# JupyterLab for ./run view --terminal, in an environment of its own: nodes do not get its packages.
+terminal_stamp() { readlink -f /usr/bin/python3; sha256sum <"$repo/browser/course_page/terminal_requirements.lock"; }
+
+has_terminal() { [ "$(terminal_stamp)" = "$(cat "$ws/terminal/.made" 2>/dev/null)" ]; }
+
+make_terminal() {
+  local -a python=(env -u PYTHONPATH -u PYTHONHOME PYTHONNOUSERSITE=1 PIP_USER=0 PIP_DISABLE_PIP_VERSION_CHECK=1)
+  "${python[@]}" /usr/bin/python3 -m venv --system-site-packages --clear "$ws/terminal" &&
+    "${python[@]}" "$ws/terminal/bin/python3" -m pip install --require-hashes -r "$repo/tools/pip.lock" \
+      -r "$repo/browser/course_page/terminal_requirements.lock" &&
+    terminal_stamp >"$ws/terminal/.made"
+}
+
 # our_packages SRC: the packages of this repository that belong into a src folder, as `name folder`; the others on file
 # descriptor 2, with the reason.
 our_packages() {

@@ -10,7 +10,7 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[4]
 NOT_NODES = {'browser', 'demo', 'demo.py', 'grade', 'grade.py', 'marker_sequence',
              'marker_sequence.py', 'createMarker', 'robotont_urdf', 'robotont_rviz', 'rqt',
              'rqt_console', 'rqt_graph', 'rqt_gui', 'rqt_image_view', 'rqt_plot', 'rqt_reconfigure', 'rqt_tf_tree',
-             'rqt_topic', 'xacro',
+             'rqt_topic', 'terminal', 'xacro',
              'xacro.py'}
 MAIN = re.compile(r'^from ([a-z_.]+) import main$', re.MULTILINE)
 OWN_ENTRIES = {  # of the tutorials: small programs, and the other servers of the same shape

@@ -1,0 +1,75 @@
+"""terminal: JupyterLab with the page as one of its tabs. Who has its address has a shell on this machine.
+
+JupyterLab checks the token of its address for all that it serves, so the page behind it listens on 127.0.0.1 only.
+"""
+import argparse
+import contextlib
+import json
+import os
+import re
+import sys
+import tempfile
+import time
+import urllib.parse
+
+import rospy
+
+from course_page.panels import running_page
+from plain_support.processes import BackgroundProcess, make_interruptible
+from rospy_support.ports import free_port
+
+PAGE = 'rosrun', 'course_page', 'browser'
+TITLE = 'Turtle and Robotont'  # of the page's tab
+ADDRESS = re.compile(r'http://\S+/lab\?token=\w+')
+POLL_INTERVAL = 0.2  # [s]
+
+
+def options_of(arguments):
+    """Return (options, further arguments for JupyterLab)."""
+    parser = argparse.ArgumentParser(prog='./run view --terminal', description=__doc__.partition('\n')[0],
+                                     epilog='All other options are those of jupyter lab, such as --ip=0.0.0.0.')
+    parser.add_argument('jupyter', help=argparse.SUPPRESS)
+    parser.add_argument('--port', type=int, default=8888, help='of JupyterLab (default: %(default)s)')
+    parser.add_argument('--folder', default=os.getcwd(), help='whose files the editor shows (default: the current one)')
+    return parser.parse_known_args(arguments)
+
+
+def configuration(port):
+    """Return the settings of JupyterLab: its launcher opens the page, which listens at ``port``, as a tab."""
+    page = {'command': [], 'port': port, 'timeout': 20, 'new_browser_tab': False,
+            'launcher_entry': {'title': TITLE}}
+    return {'ServerProxy': {'servers': {'turtle_robotont': page}},
+            'ServerApp': {'open_browser': False, 'allow_root': os.getuid() == 0},
+            'LabApp': {'check_for_updates_class': 'jupyterlab.NeverCheckForUpdate', 'news_url': None}}
+
+
+def main():
+    """Serve until Ctrl-C."""
+    options, further = options_of(rospy.myargv()[1:])
+    make_interruptible()
+    running = running_page()
+    port = urllib.parse.urlsplit(running.address).port if running else free_port()
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix='turtle_robotont_terminal_'))
+        with open(os.path.join(folder, 'jupyter_server_config.json'), 'w', encoding='utf-8') as file:
+            json.dump(configuration(port), file)
+        if not running:
+            stack.enter_context(BackgroundProcess([*PAGE, f'--port={port}'], os.path.join(folder, 'page.txt')))
+        lab = stack.enter_context(BackgroundProcess(
+            [options.jupyter, 'lab', f'--port={options.port}', f'--ServerApp.root_dir={options.folder}', *further],
+            os.path.join(folder, 'lab.txt'), env={**os.environ, 'JUPYTER_CONFIG_DIR': folder}))
+        with contextlib.suppress(KeyboardInterrupt):
+            tell_address(lab)
+            lab.process.wait()
+        if lab.process.returncode:
+            sys.exit(f'JupyterLab ended:\n{lab.output()}')
+
+
+def tell_address(lab):
+    """Print the address once JupyterLab has told it; its log would scroll it away, so that is not shown."""
+    while lab.runs():
+        found = ADDRESS.search(lab.output())
+        if found:
+            print(f'Open {found.group()} in a browser, and there the tab "{TITLE}". Ctrl-C ends it.', flush=True)
+            return
+        time.sleep(POLL_INTERVAL)

@@ -1,0 +1,43 @@
+"""course_page.terminal: the page and JupyterLab start and end together, and only the address is printed."""
+import json
+import sys
+
+import pytest
+
+from course_page import terminal
+from course_page.panels import RunningPage
+
+LAB = '''#!{python}
+import json, os, sys
+print('[I] log', json.load(open(os.environ['JUPYTER_CONFIG_DIR'] + '/jupyter_server_config.json')), sys.argv[1:])
+{then}
+'''
+
+
+def run(tmp_path, monkeypatch, then):
+    """Run main with a program in place of JupyterLab, while a page runs already."""
+    program = tmp_path / 'jupyter'
+    program.write_text(LAB.format(python=sys.executable, then=then))
+    program.chmod(0o755)
+    monkeypatch.setattr(terminal, 'running_page', lambda: RunningPage('http://localhost:8123/', '/browser'))
+    monkeypatch.setattr(sys, 'argv', ['terminal', str(program), '--folder', str(tmp_path), '--ip=0.0.0.0'])
+    monkeypatch.setattr(terminal, 'make_interruptible', lambda: None)
+    terminal.main()
+
+
+def test_the_address_is_told(tmp_path, monkeypatch, capsys):
+    run(tmp_path, monkeypatch, 'print("http://localhost:8888/lab?token=5f", flush=True); import time; time.sleep(1)')
+    assert capsys.readouterr().out.startswith('Open http://localhost:8888/lab?token=5f in a browser')
+
+
+def test_what_ends_it_is_shown_with_the_settings(tmp_path, monkeypatch):
+    with pytest.raises(SystemExit) as ended:
+        run(tmp_path, monkeypatch, 'sys.exit("no port is free")')
+    said = str(ended.value)
+    assert 'no port is free' in said and "'port': 8123" in said and '--ip=0.0.0.0' in said
+    assert f'--ServerApp.root_dir={tmp_path}' in said
+
+
+def test_settings_are_json():
+    page = json.loads(json.dumps(terminal.configuration(8123)))['ServerProxy']['servers']['turtle_robotont']
+    assert (page['port'], page['command'], page['new_browser_tab']) == (8123, [], False)
