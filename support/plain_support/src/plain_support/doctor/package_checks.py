@@ -25,7 +25,6 @@ GAZEBO = 'the stand-in gazebo_ros reads the plugins of robots on wheels; Gazebo 
 NAVIGATION = 'Debian has no navigation stack'
 INSTEAD = {'gazebo_plugins': GAZEBO, 'gazebo_ros_control': GAZEBO, 'move_base': NAVIGATION,
            'amcl': NAVIGATION, 'map_server': NAVIGATION, 'gmapping': NAVIGATION,
-           'uvc_camera': 'usb_cam is a camera node here', 'video_stream_opencv': 'usb_cam is a camera node here',
            'rqt_reconfigure': 'rosrun dynamic_reconfigure dynparam sets the same parameters'}
 PYTHON_ONLY = {'cv_bridge'}  # stand-ins without C++
 FIND = ('import importlib.util, json, sys\ndef found(name):\n try: return bool(importlib.util.find_spec(name))\n'
