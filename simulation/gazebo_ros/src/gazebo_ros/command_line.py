@@ -38,10 +38,18 @@ def model_folders():
     folders = []
     for name in packages.list():
         path = packages.get_path(name)
-        with open(os.path.join(path, 'package.xml'), encoding='utf-8', errors='replace') as file:
-            for exported in EXPORT.findall(file.read()):
-                folders += [entry.replace('${prefix}', path) for entry in exported.split(':') if entry]
+        for exported in EXPORT.findall(_manifest(path)):
+            folders += [entry.replace('${prefix}', path) for entry in exported.split(':') if entry]
     return [*folders, os.path.expanduser('~/.gazebo/models')]
+
+
+def _manifest(folder):
+    """Return the text of the package.xml in a folder, '' if there is none: old packages have a manifest.xml."""
+    try:
+        with open(os.path.join(folder, 'package.xml'), encoding='utf-8', errors='replace') as file:
+            return file.read()
+    except OSError:
+        return ''
 
 
 def _entries(variable):
