@@ -45,7 +45,7 @@ from tf2_msgs.msg import TFMessage
 
 from gazebo_ros import command_line
 from gazebo_ros.core import model_files
-from gazebo_ros.core.gazebo_world import GazeboWorld
+from gazebo_ros.core.gazebo_world import FLOOR, GazeboWorld
 from gazebo_ros.core.vehicle import DT
 from gazebo_ros.robot_topics import RobotTopics, Schedule
 from kinematic_core.worlds import world_format
@@ -96,6 +96,8 @@ class GazeboNode:
     def add_from_world(self, found):
         """Add the models of a world file, a list of model_files.Found."""
         for name, element, pose, folder in found:
+            if name == FLOOR:  # every world has one here
+                continue
             try:
                 warnings = self._world.add(element, name, pose, '', folder)
                 self._elements[name] = element

@@ -178,7 +178,8 @@ class _Reader:
         if len(self.drives) > 1:
             self.warnings.append(f'of {len(self.drives)} plugins that drive, only the first is used')
         radius, height, colour = self._body()
-        height = max([height, *(sensor.place.z + SENSOR_HEIGHT for sensor in (*self.lasers, *self.cameras))])
+        places = [laser.place for laser in self.lasers] + [camera.place for camera in self.cameras]
+        height = max([height, *(place.z + SENSOR_HEIGHT for place in places)])
         return Robot(self.drives[0] if self.drives else None, tuple(self.lasers), tuple(self.cameras),
                      tuple(self.motions), tuple(self.joints), tuple(self.contacts), radius, height, self.ahead, colour,
                      tuple(self.warnings))
